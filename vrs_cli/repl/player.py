@@ -24,7 +24,6 @@ from vrs_cli.trajectory.timeline import Timeline
 REFRESH = 0.04  # [s]
 BAR = 30  # characters
 SKIP, FAR_SKIP = 1.0, 10.0  # [s]
-LIVE = 0.1  # [s] behind the robot, at most, is the present
 
 
 class Action(NamedTuple):
@@ -87,14 +86,9 @@ class Player(Struct):
         playback = self.playback
         t, length = playback.at(wall), playback.end - playback.start
         done = round(BAR * (t - playback.start) / length) if length > 0.0 else BAR
-        return f"[{'#' * done:-<{BAR}}] {t:8.2f} / {playback.end:.2f} s   {self._state(wall)}, rate {playback.rate:g}"
-
-    def _state(self, wall: float) -> str:
-        playback = self.playback
-        if playback.follows and playback.playing:
-            behind = playback.behind(wall)
-            return "live" if behind < LIVE else f"{behind:.1f} s behind"
-        return "ended" if playback.ended(wall) else "playing" if playback.playing else "paused"
+        return (
+            f"[{'#' * done:-<{BAR}}] {t:8.2f} / {playback.end:.2f} s   {playback.doing(wall)}, rate {playback.rate:g}"
+        )
 
     def _keys(self) -> str:
         shown = [action.shown for action in self._actions() if action.shown]

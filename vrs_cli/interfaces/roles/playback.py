@@ -7,7 +7,10 @@ from math import inf
 from msgspec import Struct
 from msgspec.structs import replace
 
+from vrs_cli.trajectory.timeline import Timeline
+
 RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0)  # the steps of faster and slower
+LIVE = 0.1  # [s] behind the robot, at most, is the present
 
 
 class Playback(Struct, frozen=True):
@@ -26,6 +29,7 @@ class Playback(Struct, frozen=True):
     since: float = 0.0
     follows: bool = False
     now: float = inf
+    loops: bool = False
 
     @staticmethod
     def of(start: float, end: float, rate: float, wall: float) -> Playback:
@@ -42,11 +46,20 @@ class Playback(Struct, frozen=True):
     def at(self, wall: float) -> float:
         """The time of the trajectory that is shown [s]."""
         passed = self.rate * max(wall - self.since, 0.0) if self.playing else 0.0
+        if self.loops and passed and self.end > self.start:
+            return self.start + (self.shown - self.start + passed) % (self.end - self.start)
         return self._within(self.shown + passed)
 
     def ended(self, wall: float) -> bool:
         """Whether there is nothing left to play."""
-        return self.at(wall) >= self._last
+        return not self.loops and self.at(wall) >= self._last
+
+    def doing(self, wall: float) -> str:
+        """In a word or three: live, playing, paused, ended."""
+        if self.follows and self.playing:
+            behind = self.behind(wall)
+            return "live" if behind < LIVE else f"{behind:.1f} s behind"
+        return "ended" if self.ended(wall) else "playing" if self.playing else "paused"
 
     def behind(self, wall: float) -> float:
         """How far what is shown lies behind where the robot is [s]."""
@@ -93,7 +106,11 @@ class Playback(Struct, frozen=True):
 
     def follow(self, wall: float) -> Playback:
         """Go to where the robot is, and on with it."""
-        return replace(self.seek(min(self.now, self.end), wall), follows=True, playing=True)
+        return replace(self.seek(min(self.now, self.end), wall), follows=True, playing=True, loops=False)
+
+    def loop(self, wall: float) -> Playback:
+        """Go on from the start at the end, over and over; or no longer."""
+        return replace(self._anchored(self.at(wall), wall), loops=not self.loops, follows=False)
 
     def faster(self, wall: float) -> Playback:
         """The next higher of RATES."""
@@ -109,3 +126,33 @@ class Playback(Struct, frozen=True):
 
     def _anchored(self, t: float, wall: float) -> Playback:
         return replace(self, shown=t, since=max(wall, self.since))
+
+
+# --- from command to command -----------------------------------------------------------------------------------------
+
+
+def command_after(timeline: Timeline, t: float) -> float:
+    """When the next command after t takes effect [s]; the end where none does."""
+    index = timeline.index_at(t)
+    number = timeline[index].motion.number
+    while index + 1 < len(timeline):
+        index += 1
+        if timeline[index].motion.number != number and timeline[index].start > t:
+            return timeline[index].start
+    return timeline.end
+
+
+def command_before(timeline: Timeline, t: float) -> float:
+    """When the last command before t took effect [s]; the start where there is none."""
+    begin = _begin(timeline, timeline.index_at(t))
+    while begin > 0 and timeline[begin].start >= t:
+        begin = _begin(timeline, begin - 1)
+    return timeline[begin].start
+
+
+def _begin(timeline: Timeline, index: int) -> int:
+    """The first segment of the command that one belongs to."""
+    number = timeline[index].motion.number
+    while index > 0 and timeline[index - 1].motion.number == number:
+        index -= 1
+    return index
