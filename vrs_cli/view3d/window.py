@@ -93,14 +93,23 @@ class Window:
             self.parts.remove(part)
             self.tell(internal_error(error).text)
 
+    @property
+    def width(self) -> float:
+        """Of the picture [px]."""
+        return float(self.client.camera.image_width)
+
     # --- what is said ---
 
     def doing(self, act: Callable[[], object]) -> Callable[[Any], None]:
         """What a button does: `button.on_click(window.doing(act))`. What is refused is told."""
+        return self.doing_with(lambda _event: act())
 
-        def do(_event: Any) -> None:
+    def doing_with(self, act: Callable[[Any], object]) -> Callable[[Any], None]:
+        """The same, of what wants to know the event of viser."""
+
+        def do(event: Any) -> None:
             try:
-                act()
+                act(event)
             except VrsError as refused:
                 self.tell(str(refused))
             except Exception as error:

@@ -1,0 +1,163 @@
+"""The bar of time in a window: play, pause, seek, faster, slower, over and over, from command to command; under its
+slider the timeline. Buttons and keys do the same things.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from html import escape
+from math import floor, inf
+from typing import Any, Literal, NamedTuple
+
+import viser
+
+from vrs_cli.interfaces.roles.playback import Playback, command_after, command_before
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.view3d.shown import Shown
+from vrs_cli.view3d.strip import Span, strip
+from vrs_cli.view3d.window import Window
+
+REDRAWN = 0.25  # [s] between two pictures of a timeline that changes all the time
+TOLD = 0.1  # [s] between two times that are told in numbers
+HANDS_OFF = 0.4  # [s] after the user moved the slider in which it is left alone
+SKIP = 10.0  # [s]
+FINEST = 0.001  # [s] of the slider
+MARGINS = "margin:0 calc(3rem + 1.25rem) 0 calc(7.25em + 0.625rem)"  # of viser's slider, in which its track is
+BESIDE, NARROWEST = 260.0, 100.0  # [px] of a window that are beside the track, and of a track at least
+COSTS = 20.0  # times as long as a picture took to be drawn, no other one is
+
+Hotkey = Literal["space", "home", "end", "pageup", "pagedown", "F", "N", "B", "L", "Z", "X"]
+
+
+class Action(NamedTuple):
+    """Something to do with time: on a button, if it has one, and by a key. `live`: only where a robot is watched."""
+
+    label: str
+    key: Hotkey
+    button: str
+    change: Callable[[Playback, float, Timeline], Playback]
+    live: bool = False
+
+
+def _stop_at(playback: Playback, t: float, wall: float) -> Playback:
+    return playback.seek(t, wall).pause(wall)
+
+
+ACTIONS: tuple[Action, ...] = (
+    Action("To the start", "home", "|◀", lambda p, wall, _: p.rewind(wall)),
+    Action(
+        "Back a command", "B", "◀ command", lambda p, wall, tau: _stop_at(p, command_before(tau, p.at(wall)), wall)
+    ),
+    Action("Play or pause", "space", "play / pause", lambda p, wall, _: p.toggle(wall)),
+    Action("On a command", "N", "command ▶", lambda p, wall, tau: _stop_at(p, command_after(tau, p.at(wall)), wall)),
+    Action("To the end", "end", "▶|", lambda p, wall, _: p.seek(p.end, wall)),
+    Action("Follow the robot", "F", "live", lambda p, wall, _: p.follow(wall), live=True),
+    Action("Slower", "Z", "slower", lambda p, wall, _: p.slower(wall)),
+    Action("Faster", "X", "faster", lambda p, wall, _: p.faster(wall)),
+    Action("Over and over", "L", "loop", lambda p, wall, _: p.loop(wall)),
+    Action(f"Back {SKIP:g} s", "pageup", "", lambda p, wall, _: p.skip(-SKIP, wall)),
+    Action(f"On {SKIP:g} s", "pagedown", "", lambda p, wall, _: p.skip(SKIP, wall)),
+)
+ALL = "all"
+RANGES = {ALL: inf, "60 s": 60.0, "20 s": 20.0, "5 s": 5.0}
+
+
+class Bar:
+    """The controls in the container of the page that is open, and the keys."""
+
+    def __init__(self, window: Window) -> None:
+        self._window, gui = window, window.client.gui
+        actions = [action for action in ACTIONS if window.robot is not None or not action.live]
+        buttons = {action.button: action for action in actions if action.button}
+        self._buttons = gui.add_button_group("", tuple(buttons))
+        self._buttons.on_click(window.doing_with(lambda event: self._do(buttons[event.target.value])))
+        self._slider = gui.add_slider("t [s]", 0.0, 1.0, FINEST, 0.0)
+        self._slider.on_update(window.doing_with(self._seek))
+        self._range = gui.add_dropdown("range", tuple(RANGES), initial_value=ALL)
+        self._strip, self._cursor = gui.add_html(""), gui.add_html("")
+        for action in actions:
+            gui.add_command(action.label, hotkey=action.key).on_trigger(window.doing_with(self._key(action)))
+        self._span = Span(0.0, 1.0)
+        self._drawn: object = None
+        self._redrawn_at = self._told_at = self._moved_at = -inf
+
+    # --- what the user does ---
+
+    def _key(self, action: Action) -> Callable[[Any], None]:
+        return lambda _event: self._do(action)
+
+    def _do(self, action: Action) -> None:
+        timeline = self._window.watched.timeline
+        self._window.change(lambda playback, wall: action.change(playback, wall, timeline))
+
+    def _seek(self, event: viser.GuiEvent[Any]) -> None:
+        """The slider has moved; by the user, where there is a client."""
+        if event.client is not None:
+            self._moved_at = self._window.wall()
+            t = float(event.target.value)
+            self._window.change(lambda playback, wall: playback.seek(t, wall))
+
+    # --- what the user sees ---
+
+    def show(self, shown: Shown) -> None:
+        wall, playback = self._window.wall(), self._window.playback
+        span = self._span_of(playback, shown.t)
+        drawn = shown.timeline.version, id(shown.timeline), shown.unconfirmed, span
+        if drawn != self._drawn and (span != self._span or wall > self._redrawn_at):
+            self._drawn = drawn
+            self._draw(shown, span)
+        if wall > self._told_at + TOLD:
+            self._told_at = wall
+            self._tell(shown, playback, wall)
+
+    def _span_of(self, playback: Playback, t: float) -> Span:
+        """All of it, or the page of it in which t is."""
+        length = RANGES[self._range.value]
+        if length == inf:
+            return Span.over(playback.start, playback.end)
+        low = playback.start + floor((t - playback.start) / length) * length
+        return Span(low, low + length)
+
+    def _draw(self, shown: Shown, span: Span) -> None:
+        """A picture that takes long is not made often."""
+        began = self._window.wall()
+        if span != self._span:
+            self._span = span
+            self._slider.min, self._slider.max = span
+        picture = strip(shown.timeline, span, self._width, shown.unconfirmed)
+        self._strip.content = f'<div style="{MARGINS}">{picture}</div>'
+        now = self._window.wall()
+        self._redrawn_at = now + max(REDRAWN, COSTS * (now - began))
+
+    def _tell(self, shown: Shown, playback: Playback, wall: float) -> None:
+        if wall > self._moved_at + HANDS_OFF:
+            self._slider.value = round(self._span.within(shown.t), 3)
+        told = _cursor(self._span, shown) + _told(shown, playback, wall)
+        if told != self._cursor.content:
+            self._cursor.content = told
+
+    @property
+    def _width(self) -> float:
+        """Of the track, about [px]: the bar is as wide as the picture of the scene lets it be."""
+        return max(self._window.width - BESIDE, NARROWEST)
+
+
+def _cursor(span: Span, shown: Shown) -> str:
+    """A line at the time that is shown, over the strip, which stands before it."""
+    line = "position:absolute;top:-33px;height:20px;width:2px;margin-left:-1px"
+    at, now = span.percent(shown.t), span.percent(shown.now)
+    there = f'<div style="{line};left:{at:.2f}%;background:#d2453c"></div>'
+    present = f'<div style="{line};left:{now:.2f}%;background:#2b2f33;opacity:.35"></div>'
+    return f'<div style="{MARGINS}"><div style="position:relative;height:0">{present}{there}</div></div>'
+
+
+def _told(shown: Shown, playback: Playback, wall: float) -> str:
+    """In words: when, what is played, and what the robot does then."""
+    loop = ", over and over" if playback.loops else ""
+    doing = f"{playback.doing(wall)}, {playback.rate:g} x{loop}"
+    text = shown.position.text if shown.position.moving else "at rest"
+    return (
+        f'<div style="padding:2px 0.625rem 6px;font-size:0.8rem;font-variant-numeric:tabular-nums;white-space:nowrap;'
+        f'overflow:hidden;text-overflow:ellipsis"><b>{shown.t:.2f} s</b> of {playback.end:.2f} s '
+        f'<span style="opacity:.65">{doing}</span> &nbsp; {escape(text)}</div>'
+    )

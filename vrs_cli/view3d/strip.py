@@ -1,0 +1,111 @@
+"""The timeline as a strip: what each stretch of it is, by colour, and its commands. SVG for the page; pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from html import escape
+from math import ceil, floor, inf, log10
+from typing import NamedTuple
+
+from vrs_cli.trajectory.segment import Phase, Segment
+from vrs_cli.trajectory.timeline import Timeline
+
+COLOURS: Mapping[Phase, str] = {
+    Phase.ACCELERATE: "#2f9e8f",
+    Phase.CRUISE: "#3d7dca",
+    Phase.BLEND: "#8a63c9",
+    Phase.DECELERATE: "#e08a2e",
+    Phase.REST: "#c9cdd2",
+}
+GAP, MARK = "#eef0f2", "#5f6670"
+HEIGHT, TEXT = 14, 11  # [px] of the stretches, and of letters
+LETTER = 6.2  # [px] that one takes
+LEAST_TEXT = 4  # letters of a command that are worth to be read
+LEAST = 0.4  # [px] of a stretch, and between two marks, that can be seen
+STEPS = (1.0, 2.0, 5.0, 10.0)  # that a span grows by, times a power of ten
+MARKS = 20  # of these in a span, about
+
+
+class Span(NamedTuple):
+    """The times that are shown [s]."""
+
+    low: float
+    high: float
+
+    @classmethod
+    def over(cls, low: float, high: float) -> Span:
+        """To a round time at or after `high`: a timeline that grows is not drawn anew all the time."""
+        length = max(high - low, 1.0)
+        power = 10.0 ** floor(log10(length / MARKS))
+        step = power * next(one for one in STEPS if one * power * MARKS >= length)
+        return cls(low, max(ceil((high - 1e-9) / step) * step, low + step))
+
+    def within(self, t: float) -> float:
+        return min(max(t, self.low), self.high)
+
+    def percent(self, t: float) -> float:
+        return 100.0 * (self.within(t) - self.low) / (self.high - self.low)
+
+
+def strip(timeline: Timeline, span: Span, width: float, unconfirmed: float = inf) -> str:
+    """The picture, which is about so many pixels wide; from `unconfirmed` on it is hatched [s]."""
+    segments = tuple(segments_in(timeline, span))
+    parts = [*_stretches(segments, span, width), *_commands(segments, span, width)]
+    if unconfirmed < span.high:
+        parts.append(_box(span.percent(unconfirmed), 100.0, "url(#unconfirmed)"))
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="100%" height="{HEIGHT + TEXT + 6}" style="display:block" '
+        f'font-family="sans-serif" font-size="{TEXT}" fill="{MARK}">{HATCH}{_box(0.0, 100.0, GAP)}{"".join(parts)}</svg>'
+    )
+
+
+HATCH = (
+    '<pattern id="unconfirmed" width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">'
+    '<path d="M0 0V6" stroke="#d2453c" stroke-width="4"/></pattern>'
+)
+
+
+def segments_in(timeline: Timeline, span: Span) -> Iterator[Segment]:
+    """Those of which something is in it, in order."""
+    for index in range(timeline.index_at(span.low), len(timeline)):
+        segment = timeline[index]
+        if segment.start >= span.high:
+            return
+        yield segment
+
+
+def _stretches(segments: tuple[Segment, ...], span: Span, width: float) -> Iterator[str]:
+    drawn, least = -1.0, 100.0 * LEAST / width
+    for segment in segments:
+        begin, end = span.percent(segment.start), span.percent(segment.finish)
+        if end > max(begin, drawn + least):
+            yield _box(max(begin, drawn), end, COLOURS[segment.phase])
+            drawn = end
+
+
+def _commands(segments: tuple[Segment, ...], span: Span, width: float) -> Iterator[str]:
+    """A mark where each begins, and its text as far as there is room."""
+    begins = [
+        (span.percent(segment.start), segment.motion.text)
+        for before, segment in zip((None, *segments), segments, strict=False)
+        if segment.motion.text and (before is None or before.motion.number != segment.motion.number)
+    ]
+    last, least = -1.0, 100.0 * LEAST / width
+    for i, (at, text) in enumerate(begins):
+        if at < last + least:
+            continue
+        last = at
+        yield f'<rect x="{at:.3f}%" width="1" height="{HEIGHT + 4}"/>'
+        after = begins[i + 1][0] if i + 1 < len(begins) else 100.0
+        yield _text(at, text, int((after - at) * width / 100.0 / LETTER) - 1)
+
+
+def _text(at: float, text: str, room: int) -> str:
+    if room < min(LEAST_TEXT, len(text)):
+        return ""
+    shown = text if len(text) <= room else text[: room - 1] + "…"
+    return f'<text x="{at:.3f}%" dx="3" y="{HEIGHT + TEXT + 2}">{escape(shown)}</text>'
+
+
+def _box(begin: float, end: float, fill: str) -> str:
+    return f'<rect x="{begin:.3f}%" width="{end - begin:.3f}%" height="{HEIGHT}" fill="{fill}"/>'
