@@ -23,34 +23,41 @@ from vrs_cli.extras import how_to_install
 if TYPE_CHECKING:
     from vrs_cli.interfaces.roles.observer import Watched
     from vrs_cli.view3d.hosted import Hosted
+    from vrs_cli.view3d.window import Window
 
 Told = Callable[[str], None]
 Hold = Callable[[Told], "Watched"]
+First = Callable[["Window"], None]
 
 
 def show(prog: str, options: argparse.Namespace) -> int:
     """Until a signal ends it, or the user of the shell beside it; returns the exit status. Raises VrsError."""
     if find_spec("viser") is None:
         raise CommandLineError("a view in the browser needs viser", how_to_install("viser"))
+    first: First = nothing
     with ExitStack() as stack:
         if not options.url:
             return _with_shell(prog, options, stack)
         if is_recording(options.url):
             hold = _recorded(prog, options)
         elif is_program(options.url):
-            hold = _program(prog, options, stack)
+            hold, first = _program(prog, options, stack)
         else:
             hold = _afar(options)
-        _open(prog, options, hold, stack)
+        _open(prog, options, stack, hold, first)
         asyncio.run(signal_comes())
     return 0
 
 
-def _open(prog: str, options: argparse.Namespace, hold: Hold, stack: ExitStack) -> None:
+def nothing(_window: Window) -> None:
+    """Nothing is to be done."""
+
+
+def _open(prog: str, options: argparse.Namespace, stack: ExitStack, hold: Hold, first: First = nothing) -> None:
     """The page is there, until the stack is left."""
     from vrs_cli.view3d.app import App
 
-    app = App(hold, host=options.host, port=options.port, rate=options.rate, tell=teller(prog))
+    app = App(hold, host=options.host, port=options.port, rate=options.rate, first=first, tell=teller(prog))
     stack.callback(app.close)
     print(f"{prog}: {app.address}", flush=True)
     if not options.no_open:
@@ -103,10 +110,11 @@ def _hosted(prog: str, options: argparse.Namespace, stack: ExitStack) -> Hosted:
     return hosted
 
 
-def _program(prog: str, options: argparse.Namespace, stack: ExitStack) -> Hold:
+def _program(prog: str, options: argparse.Namespace, stack: ExitStack) -> tuple[Hold, First]:
     """A new robot with the programs of a file; the first browser executes the first of them. Raises FileError, and what
     is wrong with the file.
     """
+    from vrs_cli.interfaces.roles.held import no_answer
     from vrs_cli.interfaces.session.acts import Define
     from vrs_cli.view3d.hosted import SHELL
 
@@ -114,10 +122,15 @@ def _program(prog: str, options: argparse.Namespace, stack: ExitStack) -> Hold:
     hosted = _hosted(prog, options, stack)
     loading = hosted.hold(SHELL)
     try:
-        loading.act(Define(source.text, f"{source.path}:"))
+        names = loading.act(Define(source.text, f"{source.path}:")).names
     finally:
         loading.close()
-    return hosted.hold_for_browser
+
+    def execute(window: Window) -> None:
+        if window.robot is not None:
+            window.robot.say(f"EXECUTE {names[0]}", no_answer)
+
+    return hosted.hold_for_browser, execute if names and not options.no_run else nothing
 
 
 def _with_shell(prog: str, options: argparse.Namespace, stack: ExitStack) -> int:
@@ -127,7 +140,7 @@ def _with_shell(prog: str, options: argparse.Namespace, stack: ExitStack) -> int
     from vrs_cli.repl.shell import at, on_terminal
 
     hosted = _hosted(prog, options, stack)
-    _open(prog, options, hosted.hold_for_browser, stack)
+    _open(prog, options, stack, hosted.hold_for_browser)
     connection = Connection(hosted.client(attended=on_terminal()))
     stack.callback(connection.close)
     status = at(Afar(connection, teller(prog)))

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import socket
 import time
+import warnings
 from collections.abc import Callable
 from threading import Event, Lock, Thread
 
@@ -36,7 +37,7 @@ class _Viser(viser.ViserServer):
 
 class App:
     """`hold`: takes hold of the robot for one more browser; what becomes of the connection is told to what it is given.
-    `rate`: seconds of a trajectory in one second, at first.
+    `rate`: seconds of a trajectory in one second, at first. `first`: what is done with the first window, once.
     Raises UsageError where the address is taken, or is one that others reach.
     """
 
@@ -48,15 +49,16 @@ class App:
         host: str = HOST,
         port: int = 0,
         rate: float = 1.0,
+        first: Callable[[Window], object] = lambda _window: None,
         tell: Told = lambda _text: None,
         wall: Callable[[], float] = time.monotonic,
     ) -> None:
         self._hold, self._title, self._tell, self._wall = hold, title, tell, wall
-        self._rate = rate
+        self._rate, self._first = rate, first
         self._windows: dict[int, Window] = {}
         self._gone: set[int] = set()  # browsers that went before there was a window
         self._lock, self._open, self._ended = Lock(), Event(), Event()
-        self.first = Event()  # set once there is a browser
+        self._came = False  # whether there was a window
         guard = Guard()
         self._viser, bound = _serve(guard, host, port)
         self.address = f"http://{_shown(host)}:{bound}/{guard.secret}/"
@@ -97,12 +99,15 @@ class App:
             return
         with self._lock:
             there = client.client_id not in self._gone
+            first, self._came = there and not self._came, there or self._came
             if there:
                 self._windows[client.client_id] = window
         if not there:
             window.close()
+            return
         self._open.set()
-        self.first.set()
+        if first:
+            window.doing(lambda: self._first(window))(None)
 
     def _held(self, client: viser.ClientHandle) -> Watched | None:
         """The robot; it is asked for again as long as it does not answer and the browser is there."""
@@ -179,6 +184,7 @@ def _serve(guard: Guard, host: str, port: int) -> tuple[_Viser, int]:
     except OSError as error:
         raise UsageError(f"{host}:{port}: {(error.strerror or str(error)).lower()}", "name another --port") from None
     rich.reconfigure(quiet=True)  # viser tells its address, which is not the whole one
+    warnings.filterwarnings("ignore", ".* on a closed connection", UserWarning)  # browsers go when they like
     with guard.standing(listening):
         server = _Viser(host=host, port=port, verbose=False)
     return server, listening.getsockname()[1]

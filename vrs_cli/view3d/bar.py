@@ -45,9 +45,7 @@ def _stop_at(playback: Playback, t: float, wall: float) -> Playback:
 
 ACTIONS: tuple[Action, ...] = (
     Action("To the start", "home", "|◀", lambda p, wall, _: p.rewind(wall)),
-    Action(
-        "Back a command", "B", "◀ command", lambda p, wall, tau: _stop_at(p, command_before(tau, p.at(wall)), wall)
-    ),
+    Action("Back a command", "B", "◀ command", lambda p, wall, tau: _stop_at(p, command_before(tau, p.at(wall)), wall)),
     Action("Play or pause", "space", "play / pause", lambda p, wall, _: p.toggle(wall)),
     Action("On a command", "N", "command ▶", lambda p, wall, tau: _stop_at(p, command_after(tau, p.at(wall)), wall)),
     Action("To the end", "end", "▶|", lambda p, wall, _: p.seek(p.end, wall)),
@@ -58,8 +56,8 @@ ACTIONS: tuple[Action, ...] = (
     Action(f"Back {SKIP:g} s", "pageup", "", lambda p, wall, _: p.skip(-SKIP, wall)),
     Action(f"On {SKIP:g} s", "pagedown", "", lambda p, wall, _: p.skip(SKIP, wall)),
 )
-ALL = "all"
-RANGES = {ALL: inf, "60 s": 60.0, "20 s": 20.0, "5 s": 5.0}
+ZOOM = "zoom"
+RANGES = (inf, 60.0, 20.0, 5.0)  # [s] of the timeline that are under the slider, one after the other
 
 
 class Bar:
@@ -68,20 +66,29 @@ class Bar:
     def __init__(self, window: Window) -> None:
         self._window, gui = window, window.client.gui
         actions = [action for action in ACTIONS if window.robot is not None or not action.live]
-        buttons = {action.button: action for action in actions if action.button}
-        self._buttons = gui.add_button_group("", tuple(buttons))
-        self._buttons.on_click(window.doing_with(lambda event: self._do(buttons[event.target.value])))
+        self._actions = {action.button: action for action in actions}
+        buttons = gui.add_button_group("", (*(button for button in self._actions if button), ZOOM))
+        buttons.on_click(window.doing_with(lambda event: self._press(event.target.value)))
         self._slider = gui.add_slider("t [s]", 0.0, 1.0, FINEST, 0.0)
         self._slider.on_update(window.doing_with(self._seek))
-        self._range = gui.add_dropdown("range", tuple(RANGES), initial_value=ALL)
         self._strip, self._cursor = gui.add_html(""), gui.add_html("")
         for action in actions:
             gui.add_command(action.label, hotkey=action.key).on_trigger(window.doing_with(self._key(action)))
-        self._span = Span(0.0, 1.0)
+        gui.add_command("Show more or less of the timeline", hotkey="V").on_trigger(window.doing(self._zoom))
+        self._span, self._length = Span(0.0, 1.0), inf
         self._drawn: object = None
         self._redrawn_at = self._told_at = self._moved_at = -inf
 
     # --- what the user does ---
+
+    def _press(self, button: str) -> None:
+        if button == ZOOM:
+            self._zoom()
+        else:
+            self._do(self._actions[button])
+
+    def _zoom(self) -> None:
+        self._length = RANGES[(RANGES.index(self._length) + 1) % len(RANGES)]
 
     def _key(self, action: Action) -> Callable[[Any], None]:
         return lambda _event: self._do(action)
@@ -112,7 +119,7 @@ class Bar:
 
     def _span_of(self, playback: Playback, t: float) -> Span:
         """All of it, or the page of it in which t is."""
-        length = RANGES[self._range.value]
+        length = self._length
         if length == inf:
             return Span.over(playback.start, playback.end)
         low = playback.start + floor((t - playback.start) / length) * length
@@ -131,7 +138,8 @@ class Bar:
 
     def _tell(self, shown: Shown, playback: Playback, wall: float) -> None:
         if wall > self._moved_at + HANDS_OFF:
-            self._slider.value = round(self._span.within(shown.t), 3)
+            t = round(self._span.within(shown.t), 3)
+            self._slider.value = t  # type: ignore[misc]  # mypy wants a setter beside its property
         told = _cursor(self._span, shown) + _told(shown, playback, wall)
         if told != self._cursor.content:
             self._cursor.content = told

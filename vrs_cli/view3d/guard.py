@@ -49,7 +49,7 @@ class Guard:
         """Refuse a request, or hand it on without the secret."""
         try:
             why = self.refuses(request)
-        except ValueError:  # no address, a header that comes twice
+        except (ValueError, LookupError):  # no address, a header that comes twice
             why = "this is no request of a browser"
         if why:
             return connection.respond(HTTPStatus.FORBIDDEN, f"{why}\n")

@@ -55,7 +55,8 @@ def strip(timeline: Timeline, span: Span, width: float, unconfirmed: float = inf
         parts.append(_box(span.percent(unconfirmed), 100.0, "url(#unconfirmed)"))
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="100%" height="{HEIGHT + TEXT + 6}" style="display:block" '
-        f'font-family="sans-serif" font-size="{TEXT}" fill="{MARK}">{HATCH}{_box(0.0, 100.0, GAP)}{"".join(parts)}</svg>'
+        f'font-family="sans-serif" font-size="{TEXT}" fill="{MARK}">{HATCH}{_box(0.0, 100.0, GAP)}'
+        f"{''.join(parts)}</svg>"
     )
 
 

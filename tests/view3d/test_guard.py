@@ -1,0 +1,123 @@
+"""Who may open the page, asked with bare sockets: nobody but a page of this very server that knows the secret."""
+
+from __future__ import annotations
+
+import http.client
+from collections.abc import Iterator
+from types import SimpleNamespace
+from urllib.parse import urlsplit
+
+import pytest
+import viser
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from tests.view3d.pages import PROTOCOL, Page
+from vrs_cli.api.robot import Robot
+from vrs_cli.errors import UsageError
+from vrs_cli.interfaces.roles.observer import Recorded
+from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.view3d.app import App
+
+
+@pytest.fixture(scope="module")
+def app() -> Iterator[App]:
+    recorded = Recorded(arm_for(load_robot("puma560")), Robot().timeline)
+    app = App(lambda _told: recorded)
+    yield app
+    app.close()
+
+
+@pytest.fixture(scope="module")
+def port(app: App) -> int:
+    return urlsplit(app.address).port or 0
+
+
+def status(port: int, path: str, **headers: str) -> tuple[int, str]:
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20.0)
+    connection.request("GET", path, headers=headers)
+    answer = connection.getresponse()
+    return answer.status, answer.read(200).decode()
+
+
+def test_the_address_leads_to_the_page(app: App, port: int) -> None:
+    code, text = status(port, urlsplit(app.address).path)
+    assert code == 200
+    assert text.lower().startswith("<!doctype html>")
+
+
+def test_who_does_not_know_the_secret_gets_nothing(port: int) -> None:
+    for path in ("/", "/index.html", "/x/", "/../", "//", "/?x", f"/{'A' * 24}/"):
+        assert status(port, path) == (403, "open the address that vrs view tells, with all that is in it\n")
+
+
+def test_a_name_that_leads_here_is_not_this_machine(app: App, port: int) -> None:
+    """DNS rebinding: the browser believes that the page is the attacker's own."""
+    path = urlsplit(app.address).path
+    for host in ("evil.example", f"evil.example:{port}", "127.0.0.1.evil.example", "192.168.0.4", ""):
+        assert status(port, path, Host=host)[0] == 403
+    for host in (f"localhost:{port}", f"127.0.0.1:{port}", "localhost:9999"):  # the last through ssh -L
+        assert status(port, path, Host=host)[0] == 200
+
+
+@pytest.mark.parametrize(
+    "origin", ["https://evil.example", "http://localhost:3000", "null", "http://127.0.0.1", "file://"]
+)
+def test_another_page_opens_no_socket(app: App, origin: str) -> None:
+    with pytest.raises(InvalidStatus) as refused:
+        connect(app.address.replace("http", "ws"), origin=origin, subprotocols=[PROTOCOL])
+    assert refused.value.response.status_code == 403
+
+
+def test_a_socket_wants_the_secret_too(port: int) -> None:
+    for path in ("", "/", f"/{'A' * 24}"):
+        with pytest.raises(InvalidStatus) as refused:
+            connect(f"ws://127.0.0.1:{port}{path}", subprotocols=[PROTOCOL])
+        assert refused.value.response.status_code == 403
+
+
+def test_a_header_that_comes_twice_is_refused(app: App) -> None:
+    for header in ("Origin", "Host"):
+        with pytest.raises(InvalidStatus) as refused:
+            connect(
+                app.address.replace("http", "ws"),
+                additional_headers=[(header, "http://127.0.0.1"), (header, "http://evil.example")],
+                subprotocols=[PROTOCOL],
+            )
+        assert refused.value.response.status_code == 403
+
+
+def test_the_page_itself_is_let_in(app: App) -> None:
+    with Page(app.address) as page:
+        assert page.until(lambda: page.of("FrameMessage"))
+
+
+def test_no_way_is_opened_from_outside(app: App, monkeypatch: pytest.MonkeyPatch) -> None:
+    """viser's page can ask for an address at a server of others that leads here: that is never asked for."""
+    opened: list[object] = []
+    monkeypatch.setattr(viser._viser, "ViserTunnel", lambda *it: opened.append(it))
+    with Page(app.address) as page:
+        page._send({"type": "ShareUrlRequest"})
+        page.key("Play or pause")
+        page.quiet(0.3)
+    assert not opened
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.0.4", "example.org", ""])
+def test_no_address_is_listened_at_that_others_reach(host: str) -> None:
+    with pytest.raises(UsageError, match="for this machine alone"):
+        App(lambda _told: pytest.fail("nobody comes"), host=host)
+
+
+def test_a_port_that_is_taken_is_said(port: int) -> None:
+    with pytest.raises(UsageError, match=f"127.0.0.1:{port}: address already in use .*name another --port"):
+        App(lambda _told: pytest.fail("nobody comes"), port=port)
+
+
+def test_a_viser_that_opens_its_server_in_another_way_is_not_served(monkeypatch: pytest.MonkeyPatch) -> None:
+    from vrs_cli.view3d import guard
+
+    monkeypatch.setattr(guard, "sockets", SimpleNamespace())
+    with pytest.raises(RuntimeError, match="nobody would guard it"):
+        App(lambda _told: pytest.fail("nobody comes"))
