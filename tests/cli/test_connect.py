@@ -112,6 +112,27 @@ def test_each_session_of_the_docs_is_the_same_over_a_connection(
     assert said.err == ""
 
 
+def test_ten_megabytes_that_a_program_types_all_come(tmp_path: Path) -> None:
+    typed = f"TYPE i{30 * ', $s'}"
+    lines = (".PROGRAM chat", f'$s = "{100 * "x"}"', "FOR i = 1 TO 3500", typed, "END", ".END", "EXECUTE chat")
+    here = io.StringIO()
+    plain.run(Local(), (f"{line}\n" for line in lines), here)
+    assert len(here.getvalue()) > 10_000_000
+    with served(tmp_path, "one") as (_, address):
+        command = [sys.executable, "-m", "vrs_cli", "connect", address]
+        far = subprocess.run(
+            command,
+            input="".join(f"{line}\n" for line in lines),
+            capture_output=True,
+            check=False,
+            text=True,
+            env=os.environ | {"PYTHONPATH": str(ROOT)},
+            cwd=tmp_path,
+        )
+    assert far.stderr == ""
+    assert far.stdout == here.getvalue()
+
+
 def test_the_server_may_go_and_what_was_on_its_way_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

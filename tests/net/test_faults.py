@@ -7,10 +7,12 @@ from __future__ import annotations
 import random
 import socket as sockets
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from tests.net.serving import Serving, serving
-from vrs_cli.net.messages import Abort, Done, Hello, Line, Welcome
+from vrs_cli.net.messages import Abort, Done, Hello, Line, ServerMessage, Typed, Welcome
+from vrs_cli.net.pace import MUCH, PATIENCE
 from vrs_cli.net.server import BACKLOG, HIGH_WATER
 
 MOST = 1_000_000  # bytes that somebody may cost who does not read
@@ -43,6 +45,69 @@ def test_who_does_not_read_delays_nobody_and_costs_little(tmp_path: Path) -> Non
         assert held(server) <= BACKLOG + 2 * HIGH_WATER
         assert ada.line("WHERE").ok
         raw.close()
+
+
+LONG = 100 * "x"
+CHAT = (".PROGRAM chat", f'$s = "{LONG}"', "FOR i = 1 TO 3000", f"TYPE i{30 * ', $s'}", "END", ".END")
+
+
+def test_all_that_is_typed_comes_to_who_reads_more_slowly(tmp_path: Path) -> None:
+    with serving(tmp_path, journal=False) as server, server.call() as ada:
+        ada.lines(*CHAT)
+        before = len(ada.said)
+        id = ada.send(lambda id: Line(id, "EXECUTE chat"))
+        ada.until(lambda one: sleep_a_little(one) or (isinstance(one, Done) and one.id == id))
+        typed = [text.strip() for text in ada.said[before:]]
+        assert typed[:-1] == [f"{number}{30 * LONG}" for number in range(1, 3001)]
+        assert ada.line("WHERE").ok
+
+
+def test_who_stops_reading_holds_nobody(tmp_path: Path) -> None:
+    with serving(tmp_path, journal=False) as server, server.call() as bob:
+        ada = server.call()
+        room = server.hub.rooms["cell1"]
+        ada.lines(".PROGRAM much", f'$s = "{LONG}"', "DO", f"TYPE {30 * '$s, '}$s", "UNTIL FALSE", ".END")
+        guest = room.guests["guest-2"]
+        ada.send(lambda id: Line(id, "EXECUTE much"))
+        waited_for(lambda: guest.pace.waiting > MUCH)
+        slowest = 0.0
+        while guest.link is not None:  # until she has cost the robot PATIENCE, and all that may wait for her
+            begun = time.monotonic()
+            assert bob.line("WHERE").ok
+            slowest = max(slowest, time.monotonic() - begun)
+        assert slowest < PATIENCE / 2
+        assert room.session.running
+        assert bob.ask(Abort)
+        assert not room.session.running
+        ada.cut()
+
+
+def test_a_program_that_waits_for_who_hears_it_is_stopped_at_once(tmp_path: Path) -> None:
+    with serving(tmp_path, journal=False) as server, server.call() as bob:
+        ada = server.call()
+        room = server.hub.rooms["cell1"]
+        ada.lines(".PROGRAM much", f'$s = "{LONG}"', "DO", f"TYPE {30 * '$s, '}$s", "UNTIL FALSE", ".END")
+        ada.send(lambda id: Line(id, "EXECUTE much"))
+        waited_for(lambda: room.guests["guest-2"].pace.waiting > MUCH)
+        begun = time.monotonic()
+        assert bob.ask(Abort)
+        assert time.monotonic() - begun < PATIENCE / 2
+        assert not room.session.running
+        ada.cut()
+
+
+def waited_for(true: Callable[[], object]) -> None:
+    deadline = time.monotonic() + 10.0
+    while not true():
+        assert time.monotonic() < deadline
+        time.sleep(0.001)
+
+
+def sleep_a_little(one: ServerMessage) -> bool:
+    """A client with much to do."""
+    if isinstance(one, Typed):
+        time.sleep(0.0005)
+    return False
 
 
 def test_what_is_answered_over_cuts_is_done_once(tmp_path: Path) -> None:

@@ -37,6 +37,7 @@ from vrs_cli.net.broadcast import Broadcast, Listener, Sink
 from vrs_cli.net.driving import Driving
 from vrs_cli.net.ledger import Ledger
 from vrs_cli.net.limits import Allowance
+from vrs_cli.net.pace import Pace
 from vrs_cli.net.packets import Form
 from vrs_cli.net.places import without
 from vrs_cli.net.protocol import ServerConnection
@@ -138,6 +139,7 @@ class Guest:
         )
         self.conversation = Conversation(hall.session, desk)
         self.link: Link | None = None
+        self.pace = Pace()
         self.address = ""
         self.console = False
         self.heard_at = wall()
@@ -162,6 +164,7 @@ class Guest:
     def detach(self) -> None:
         """Its socket is gone; it may have another one soon."""
         listener, self._listener, self.link = self._listener, None, None
+        self.pace.waiting = 0
         if listener is not None:
             self._hall.broadcast.leave(listener)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf
+
 from msgspec import Struct
 
 from vrs_cli.net.messages import Clock, Progress, Sample, Status
@@ -20,7 +22,7 @@ class Outbox:
     def __init__(self, most: int) -> None:
         self.most, self.size, self.overflown = most, 0, False
         self.encoding = Encoding.JSON
-        self._waiting: dict[object, Frame | Struct] = {}
+        self._waiting: dict[object, tuple[Frame | Struct, int]] = {}  # and what it counts
         self._count = 0
 
     def put(self, frame: Frame, *, counts: bool = True) -> None:
@@ -28,8 +30,9 @@ class Outbox:
         if self.overflown:
             return
         self._count += 1
-        self._waiting[self._count] = frame
-        self.size += min(len(frame) + BESIDE, self.most // 2) if counts else 0
+        size = min(len(frame) + BESIDE, self.most // 2) if counts else 0
+        self._waiting[self._count] = frame, size
+        self.size += size
         if self.size > self.most:
             self.drop()
             self.overflown = True
@@ -38,7 +41,7 @@ class Outbox:
         if isinstance(message, NEWEST_WINS):
             place = (type(message), message.id) if isinstance(message, Progress) else type(message)
             self._waiting.pop(place, None)
-            self._waiting[place] = message
+            self._waiting[place] = message, 0
         else:
             self.put(encode(message, self.encoding))
 
@@ -46,7 +49,13 @@ class Outbox:
         self._waiting.clear()
         self.size = 0
 
-    def taken(self) -> list[Frame]:
-        """All that waits, for the socket."""
-        waiting, self._waiting, self.size = self._waiting, {}, 0
-        return [encode(one, self.encoding) if isinstance(one, Struct) else one for one in waiting.values()]
+    def taken(self, most: float = inf) -> list[Frame]:
+        """What waits, for the socket: the first of it, until it is so many bytes or more."""
+        taken: list[Frame] = []
+        while self._waiting and most > 0:
+            one, size = self._waiting.pop(next(iter(self._waiting)))
+            frame = encode(one, self.encoding) if isinstance(one, Struct) else one
+            taken.append(frame)
+            self.size -= size
+            most -= len(frame)
+        return taken

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from enum import Enum
+from math import inf
 
 from msgspec.structs import replace
 
@@ -220,12 +221,17 @@ class ServerConnection:
         if self.ledger is not None and self.ledger.put == self._outbox.put:
             self.ledger.cut(now)
 
-    def frames(self) -> list[Frame]:
-        """What the socket is to send now."""
+    @property
+    def waiting(self) -> int:
+        """Bytes that wait for the socket."""
+        return self._outbox.size
+
+    def frames(self, most: float = inf) -> list[Frame]:
+        """What the socket is to send now: so many bytes and a frame at most."""
         if self._outbox.overflown and self.state is not State.CLOSING:
             self.state, self.why = State.CLOSING, f"the client has not taken {self._outbox.most} bytes"
-        taken = self._outbox.taken()
-        if self.ledger is not None and not self.ledger.waits:
+        taken = self._outbox.taken(most)
+        if self.ledger is not None and not self.ledger.waits and self._outbox.size <= self._backlog:
             self._outbox.most = self._backlog
         return taken
 

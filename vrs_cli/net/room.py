@@ -50,12 +50,15 @@ from vrs_cli.net.ledger import Ledger
 from vrs_cli.net.limits import USUAL, Allowance, Meter, check_growth
 from vrs_cli.net.locker import check_room
 from vrs_cli.net.memory import Memory
+from vrs_cli.net.outbox import BESIDE
+from vrs_cli.net.pace import MUCH, Pace
 from vrs_cli.net.places import prefixes_of
 from vrs_cli.net.tokens import TEACHER, Grant
 from vrs_cli.trajectory.motion import Kind
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.version import __version__
 
+TOGETHER = 200  # things that are said that are given on at once, which takes 5 ms
 MEASURED = 0.1  # [s] between two looks at what a robot has, which take a while where that is much
 MOST_AWAY = 200  # holders whose connection is cut, and who may come again
 ALIVE = 3.0  # [s] after which who drives and says nothing is asked whether it is there
@@ -83,6 +86,10 @@ class _Typed(NamedTuple):
     text: str
     newline: bool
 
+    @property
+    def size(self) -> int:
+        return len(self.text) + BESIDE
+
 
 class _Shown(NamedTuple):
     """What the robot says by itself, to whom."""
@@ -109,15 +116,15 @@ class _Console:
 
     attended = False
 
-    def __init__(self, put: Callable[[_Typed | _Shown], None]) -> None:
-        self._put = put
+    def __init__(self, show: Callable[[object, Reply], None], type: Callable[[object, str, bool], None]) -> None:
+        self._show, self._type = show, type
         self.session: Session | None = None
 
     def show(self, reply: Reply) -> None:
-        self._put(_Shown(self._concerned(), reply))
+        self._show(self._concerned(), reply)
 
     def type(self, text: str, newline: bool) -> None:
-        self._put(_Typed(self._concerned(), text, newline))
+        self._type(self._concerned(), text, newline)
 
     def _concerned(self) -> object:
         """Who has begun what speaks now."""
@@ -170,6 +177,9 @@ class Room:
         self._woken = False
         self._pending: dict[Ticket[Any], tuple[Guest, Pending]] = {}
         self._ledgers: dict[str, Guest] = {}
+        self._paces: dict[object, Pace] = {}  # of desks
+        self._hears: Pace | None = None  # what was TYPEd last
+        self._typed_bytes = self._given_bytes = 0  # counted in the robot's thread, and in that of the connections
         self._seated: dict[Guest, None] = {}  # at a prompt
         self._away: dict[Guest, None] = {}  # whose connection is cut, in the order in which it was
         self.driving = Driving(wall, self._driven)
@@ -196,13 +206,14 @@ class Room:
         self._clock: messages.Clock | None = None
         self._activity: messages.Activity | None = None
         self._told_now = 0.0  # of the clock
+        self.session.driver.lags = self._lags
         self.session.actor.serve()
 
     def _session(self) -> _Served:
         plan = self.plan
         plan.folder.mkdir(parents=True, exist_ok=True)
         clock = None if plan.realtime is None else WallClock(time.monotonic, time.sleep, plan.realtime)
-        console = _Console(self._by_itself)
+        console = _Console(self._by_itself, self._typed)
         limits = plan.allowance.of_run(realtime=clock is not None)
         session = _Served(console, plan.model, clock=clock, limits=limits, folder=self.folder)
         console.session, session.driving, session.lease = session, self.driving, self.driving.lease
@@ -231,7 +242,7 @@ class Room:
     def _lost(self, text: str) -> None:
         """The journal is not where it was: all have to know."""
         self._tell(text)
-        self._by_itself(_Shown(None, Message(text, Tone.ERROR)))
+        self._by_itself(None, Message(text, Tone.ERROR))
 
     def close(self) -> None:
         """The server ends: what is under way is refused, and all is on the disk. Raises FileError."""
@@ -273,6 +284,7 @@ class Room:
             self, self._free(grant.name or hello.name or "guest"), grant, Ledger(token_urlsafe()), hello, self._wall
         )
         self.guests[guest.name] = self._ledgers[guest.ledger.key] = guest
+        self._paces[guest.holder.desk] = guest.pace
         if hello.attended:
             self._seated[guest] = None
         return guest
@@ -325,7 +337,7 @@ class Room:
         self._seated.pop(guest, None)
         if self.guests.pop(guest.name, None) is None:
             return
-        del self._ledgers[guest.ledger.key]
+        del self._ledgers[guest.ledger.key], self._paces[guest.holder.desk]
         drove = self.driving.lease.drives(guest.name)
         guest.holder.desk.left = self.plan.when_gone is not WhenGone.ABORT
         guest.leave()
@@ -407,8 +419,19 @@ class Room:
     def _hear(self, ticket: Ticket[Any], said: Reply | Question | None) -> None:
         self._put(_Said(ticket, said))
 
-    def _by_itself(self, it: _Typed | _Shown) -> None:
-        self.session.actor.tell(lambda: self._put(it))
+    def _by_itself(self, desk: object, reply: Reply) -> None:
+        self.session.actor.tell(lambda: self._put(_Shown(desk, reply)))
+
+    def _typed(self, desk: object, text: str, newline: bool) -> None:
+        typed = _Typed(desk, text, newline)
+        self._hears, self._typed_bytes = self._paces.get(desk), self._typed_bytes + typed.size
+        self.session.actor.tell(lambda: self._put(typed))
+
+    def _lags(self) -> bool:
+        """Whether time waits until what programs have TYPEd is given on; virtual time also for who hears it."""
+        if self._typed_bytes - self._given_bytes > MUCH:
+            return True
+        return self._hears is not None and not self.session.engine.realtime and self._hears.lags(self._wall())
 
     def _driven(self, lease: Lease, notice: Notice | None) -> None:
         self.session.lease = lease
@@ -430,11 +453,13 @@ class Room:
         """Give what was said to those whom it concerns."""
         self._woken = False
         touched: dict[Guest, None] = {}
-        while self._said:
+        for _ in range(min(len(self._said), TOGETHER)):
             for guest in self._give(self._said.popleft()):
                 touched[guest] = None
         for guest in touched:
             self._flush(guest)
+        if self._said:
+            self.stirred()
         for event in self._events.taken():
             if not isinstance(event, Missed):
                 applied = self._self.now
@@ -464,6 +489,7 @@ class Room:
                     guest.heard(pending, ticket, said)
                 return [guest]
             case _Typed(desk, text, newline):
+                self._given_bytes += it.size
                 hearing = [guest for guest in self.guests.values() if guest.console or guest.holder.desk is desk]
                 for guest in hearing:
                     guest.type(text, newline)

@@ -7,6 +7,7 @@ import logging
 import ssl
 import time
 from collections.abc import Callable, Coroutine
+from contextlib import suppress
 from http import HTTPStatus
 from typing import Any
 from urllib.parse import unquote, urlsplit
@@ -34,7 +35,7 @@ from vrs_cli.wire.refusal import Refusal
 
 TICK = 0.1  # [s] between two looks at what time has changed
 LOOK = 0.25  # [s] between two looks at the file of tokens; two find that it has changed
-HIGH_WATER = 256 * 1024  # bytes that a socket holds before it is given no more
+HIGH_WATER = 64 * 1024  # bytes that a socket holds before it is given no more
 BACKLOG = 512 * 1024  # bytes beside these that wait for a socket
 PINGS, PATIENCE = 20.0, 20.0  # [s] between two questions whether a client is there, and until it has to answer
 MISHAPS = 20  # errors of vrs itself that are told, each with a file
@@ -60,7 +61,7 @@ class Place(Struct, frozen=True):
 class _Link:
     """One socket, and who is behind it."""
 
-    def __init__(self, socket: Socket, connection: ServerConnection, allowance: Allowance, full: set[_Link]) -> None:
+    def __init__(self, socket: Socket, connection: ServerConnection, allowance: Allowance) -> None:
         self.connection, self.socket = connection, socket
         peer = socket.remote_address or ("", 0)
         self.host, self.address = str(peer[0]), f"{peer[0]}:{peer[1]}"
@@ -70,19 +71,36 @@ class _Link:
         self.fast = 0  # messages that came too fast, one after the other
         self.sink = SocketSink(socket)
         self.deflates = self.sink.deflates
-        self._full = full  # of those that wait for their socket
+        self._drains = False  # it waits for its socket
         self._tasks: set[asyncio.Task[None]] = set()
 
     def flush(self) -> None:
         if self.socket.transport.is_closing():
             return
-        if self.sink.waiting <= HIGH_WATER:
-            for frame in self.connection.frames():
+        while self.sink.waiting <= HIGH_WATER and (frames := self.connection.frames(HIGH_WATER)):
+            for frame in frames:
                 broadcast([self.socket], frame)
-        else:
-            self._full.add(self)
+        self._count()
         if self.connection.closing:
             self._spawn(self._close())
+        elif self.sink.waiting > HIGH_WATER and not self._drains:
+            self._drains = True
+            self._spawn(self._drain())
+
+    def _count(self) -> None:
+        """Say how far it is behind."""
+        if self.guest is not None and self.guest.link is self:
+            self.guest.pace.waiting = self.connection.waiting + self.sink.waiting
+
+    async def _drain(self) -> None:
+        """Go on when the socket has taken what it holds."""
+        with suppress(OSError):
+            while self.sink.waiting > HIGH_WATER and not self.socket.transport.is_closing():
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(self.socket.drain(), TICK)
+                self._count()
+        self._drains = False
+        self.flush()
 
     async def _close(self) -> None:
         if self.sink.waiting > HIGH_WATER:
@@ -124,7 +142,6 @@ class Server:
         self._crowd = Crowd(allowance)
         self._links: set[_Link] = set()
         self._strangers: set[_Link] = set()  # who have not said who they are
-        self._full: set[_Link] = set()  # who do not take what they are sent
         self._looked = 0.0  # [s] when the tokens were looked at
         self._due: dict[str, asyncio.Event] = {}
         self._told, self._mishaps = "", 0
@@ -200,7 +217,7 @@ class Server:
     async def _served(self, socket: Socket) -> None:
         """One connection, from its begin to its end."""
         connection = ServerConnection(time.monotonic(), self._allowance.message, BACKLOG)
-        link = _Link(socket, connection, self._allowance, self._full)
+        link = _Link(socket, connection, self._allowance)
         self._links.add(link)
         self._strangers.add(link)
         try:
@@ -217,8 +234,8 @@ class Server:
         except ConnectionClosed:
             pass
         finally:
-            for place in (self._links, self._strangers, self._full):
-                place.discard(link)
+            self._links.discard(link)
+            self._strangers.discard(link)
             self._gone(link)
 
     async def _taken(self, link: _Link, message: messages.ClientMessage) -> None:
@@ -333,9 +350,7 @@ class Server:
         while True:
             await asyncio.sleep(TICK)
             now = time.monotonic()
-            waiting = self._full | self._strangers
-            self._full.clear()
-            for link in waiting:
+            for link in tuple(self._strangers):
                 link.connection.look(now)
                 link.flush()
             for room in self.hub.rooms.values():

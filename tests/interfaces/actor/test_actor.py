@@ -358,3 +358,39 @@ def test_who_is_answered_knows_what_the_disk_has_not_kept(session: Session) -> N
 def drive(session: Session) -> Callable[[], None]:
     joints = session.engine.model.poses["ready"]
     return lambda: session.engine.redirect((joints[0] + 0.1, *joints[1:]))
+
+
+def test_time_waits_for_who_hears_of_it_and_others_do_not(session: Session) -> None:
+    session.load_text(SWING)
+    actor, heard = session.actor, Event()
+    session.driver.lags = lambda: not heard.is_set()
+    running = actor.submit(session.answers("EXECUTE swing"))
+    for _ in range(10):
+        actor.step()
+    assert session.engine.now == 0.0
+    looking = actor.call(lambda: session.engine.now)
+    for _ in range(2):
+        actor.step()
+    assert looking.result(0.0) == 0.0
+    heard.set()
+    for _ in range(10):
+        actor.step()
+    assert session.engine.now > 0.0
+    heard.clear()
+    stop = actor.call(session.stop, urgent=True)
+    stepped(actor)
+    stop.result(0.0)
+    assert running.done()
+
+
+def test_ctrl_c_ends_a_run_whose_time_waits_for_somebody(session: Session) -> None:
+    session.load_text(SWING)
+    actor = session.actor
+    session.driver.lags = lambda: True
+    running = actor.submit(session.answers("EXECUTE swing"))
+    for _ in range(4):
+        actor.step()
+    session.driver.interrupt()
+    stepped(actor)
+    assert running.done()
+    assert not session.running

@@ -33,6 +33,7 @@ from vrs_cli.interfaces.tasks.track import PROMPT_LINE
 
 MOST_WAITING = 10_000  # requests
 TOGETHER = 0.02  # [s] for which answers may wait for others, that go to the disk with them
+LAG = 0.01  # [s] between two looks whether who hears of a program has caught up
 T = TypeVar("T")
 
 
@@ -287,7 +288,10 @@ class Actor:
         """Let time go on to what is due next, and see who has waited for it."""
         error: BaseException | None = None
         try:
-            self._driver.step()
+            if self._driver.held:
+                self._inbox.wait(LAG)
+            else:
+                self._driver.step()
         except (Exception, KeyboardInterrupt) as raised:
             if not self._running:
                 self._driver.drop()

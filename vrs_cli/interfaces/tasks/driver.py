@@ -83,6 +83,7 @@ class Driver:
         self.asks = False  # somebody, for a line
         self.answers: Callable[[Track], bool] = lambda track: track.driven_by in (None, self.tasks.who)
         self.then: Callable[[Track], Callable[[RunResult], None] | None] = lambda _track: None
+        self.lags: Callable[[], bool] = lambda: False  # whether who hears what programs TYPE is behind
         environment.system = SystemReadings(engine.model.name, environment, self.tasks, self.devices)
 
     @property
@@ -104,6 +105,12 @@ class Driver:
     def interrupt(self) -> None:
         """Stop the run before its next step and the robot as soon as it can. Safe in a signal handler."""
         self._interrupted = True
+
+    @property
+    def held(self) -> bool:
+        """Whether programs wait for who hears what they TYPE. Those that are to end do so."""
+        ends = self._interrupted or self._ended_by is not None
+        return self.lags() and not ends and not any(isinstance(one.pending, Aborted) for one in self.tasks.running)
 
     # --- somebody waits ---
 
@@ -346,7 +353,7 @@ class Driver:
         """Let the tasks do all that is due by an instant, that which time has reached unless told otherwise."""
         clock = self.engine.clock
         until = clock.reached if until is None else until
-        while (coming := self.peek()) <= until:
+        while (coming := self.peek()) <= until and not self.held:
             clock.advance(coming)
             self._happen(BUDGET)
             self._look()
