@@ -1,12 +1,15 @@
 """The ways in which an arm reaches one location: eight for six joints in the usual arrangements, two for a SCARA.
 
-Signs as Lee and Ziegler (1984) define them, in the words of VAL-II (`sign` +1 is the first of each pair):
+As Lee and Ziegler (1984) define them, in the words of VAL-II (`sign` +1 is the first of each pair), for any signs and
+zeros of the joints, and up as the base has it:
 
-    RIGHTY / LEFTY    joint 2, turning positively, raises / lowers the wrist
+    RIGHTY / LEFTY    the arm to the right / left of the axis of joint 1, seen from above along the arm
     ABOVE / BELOW     elbow above / below the line from shoulder to wrist
-    NOFLIP / FLIP     joint 5 positive (or zero) / negative
+    NOFLIP / FLIP     joint 5, from where the wrist is straight, positive (or zero) / negative
 
-What they mean for other arms stands in the module of their closed form.
+An arm straight before that axis is RIGHTY where it reaches forward from its shoulder, LEFTY where it reaches back over
+it; with the shoulder on the axis, where joint 2, turning positively, raises / lowers the wrist. All are the same on a
+PUMA. What they mean for other arms stands in the module of their closed form.
 """
 
 from __future__ import annotations
@@ -32,6 +35,7 @@ class Wrist(Enum):
 
 
 Flag = Arm | Elbow | Wrist
+ARM, ELBOW, WRIST = 4, 2, 1  # the bits of `Configuration.index`
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +55,9 @@ class Configuration:
         arm, elbow, wrist = (1.0 if flag is None else float(flag.value) for flag in self.flags)
         signs = (arm, elbow, wrist)
         object.__setattr__(self, "signs", signs)
-        object.__setattr__(self, "index", sum(w for w, sign in zip((4, 2, 1), signs, strict=True) if sign < 0))
+        object.__setattr__(
+            self, "index", sum(w for w, sign in zip((ARM, ELBOW, WRIST), signs, strict=True) if sign < 0)
+        )
 
     @property
     def flags(self) -> tuple[Flag | None, ...]:

@@ -23,10 +23,10 @@ def arm_for(model: RobotModel) -> RobotArm:
 
 def _spherical_wrist(model: RobotModel) -> RobotArm | None:
     from vrs_cli.kinematics.spherical_wrist.arm import SphericalWristArm
-    from vrs_cli.kinematics.spherical_wrist.geometry import ALPHAS, geometry_of
+    from vrs_cli.kinematics.spherical_wrist.geometry import ALPHAS, geometry_of, swapped
 
     geometry = geometry_of(model)
-    if geometry is not None:
+    if geometry is not None and not swapped(geometry, down=False):
         return SphericalWristArm(model, geometry)
     from vrs_cli.kinematics.mapped_arm import MappedArm, canonical
 
@@ -34,17 +34,20 @@ def _spherical_wrist(model: RobotModel) -> RobotArm | None:
     geometry = None if way is None else geometry_of(way.model)
     if way is None or geometry is None:
         return None
-    return MappedArm(model, way, SphericalWristArm(way.model, geometry))
+    return MappedArm(model, way, SphericalWristArm(way.model, geometry), swapped(geometry, down=way.down))
 
 
 def _offset_wrist(model: RobotModel) -> RobotArm | None:
+    from vrs_cli.kinematics.configuration import ARM, ELBOW
     from vrs_cli.kinematics.mapped_arm import MappedArm, canonical
     from vrs_cli.kinematics.offset_wrist.arm import OffsetWristArm
     from vrs_cli.kinematics.offset_wrist.offsets import ALPHAS, offsets_of
 
     way = canonical(model, ALPHAS)
     offsets = None if way is None else offsets_of(way.model)
-    return None if way is None or offsets is None else MappedArm(model, way, OffsetWristArm(way.model, offsets))
+    if way is None or offsets is None:
+        return None
+    return MappedArm(model, way, OffsetWristArm(way.model, offsets), ARM | ELBOW if way.down else 0)
 
 
 def _parallel_axes(model: RobotModel) -> RobotArm | None:

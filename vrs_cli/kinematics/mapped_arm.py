@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.errors import LocationOutOfRange
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.axes import Chain, chain_of
+from vrs_cli.kinematics.axes import EXACT, Chain, chain_of
 from vrs_cli.kinematics.clearance import Clearance, Hand, Pace
-from vrs_cli.kinematics.configuration import Configuration
+from vrs_cli.kinematics.configuration import ALL, Configuration
 from vrs_cli.kinematics.jacobian import Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, joint_axes, link_frames
@@ -30,6 +30,11 @@ class Canonical(NamedTuple):
 
     chain: Chain
     model: RobotModel
+
+    @property
+    def down(self) -> bool:
+        """Whether the axis of joint 1 points down: what is above for the closed form is below for the robot."""
+        return self.chain.base.az < -EXACT
 
     def back(self, q: Joints) -> Joints:
         return tuple([s * (x - link.theta) for s, x, link in zip(self.chain.signs, q, self.chain.links, strict=True)])
@@ -51,11 +56,13 @@ def canonical(model: RobotModel, alphas: Sequence[float]) -> Canonical | None:
 
 
 class MappedArm(RobotArm):
-    """Asks the arm that the closed form solves; documented in `arm.RobotArm`."""
+    """Asks the arm that the closed form solves; documented in `arm.RobotArm`. `swapped`: the words whose pair the
+    formulas have the other way round, as bits of a configuration's `index`.
+    """
 
-    def __init__(self, model: RobotModel, way: Canonical, inner: RobotArm) -> None:
+    def __init__(self, model: RobotModel, way: Canonical, inner: RobotArm, swapped: int) -> None:
         super().__init__(model)
-        self.way, self.inner, self.ways = way, inner, inner.ways
+        self.way, self.inner, self.ways, self._swapped = way, inner, inner.ways, swapped
         self.method = inner.method
         if inner.fold is not None:
             joint, value = inner.fold
@@ -66,21 +73,25 @@ class MappedArm(RobotArm):
         """The pose of the flange as the inner arm has it."""
         return compose(compose(self.to_inner, T), self.from_flange)
 
+    def _other(self, configuration: Configuration) -> Configuration:
+        """What the formulas call it, and back."""
+        return ALL[configuration.index ^ self._swapped]
+
     def configuration(self, q: Joints) -> Configuration:
-        return self.inner.configuration(self.way.chain.of(q))
+        return self._other(self.inner.configuration(self.way.chain.of(q)))
 
     def outward(self, q: Joints) -> float:
         return self.inner.outward(self.way.chain.of(q))
 
     def twins(self, q: Joints) -> tuple[Configuration, ...]:
-        return self.inner.twins(self.way.chain.of(q))
+        return tuple(map(self._other, self.inner.twins(self.way.chain.of(q))))
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
-        back = self.way.back
-        return tuple([None if q is None else back(q) for q in self.inner.branches(self._inner_pose(T))])
+        back, found, swapped = self.way.back, self.inner.branches(self._inner_pose(T)), self._swapped
+        return tuple([None if (q := found[i ^ swapped]) is None else back(q) for i in range(len(found))])
 
     def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
-        q = self.inner.branch_joints(self._inner_pose(T), configuration, self.way.chain.of(near))
+        q = self.inner.branch_joints(self._inner_pose(T), self._other(configuration), self.way.chain.of(near))
         return None if q is None else self.way.back(q)
 
     @cached_property
@@ -97,13 +108,13 @@ class MappedArm(RobotArm):
         return self.inner.boundary
 
     def clearance(self, T: Transform, configuration: Configuration) -> Clearance:
-        return self.inner.clearance(self._inner_pose(T), configuration)
+        return self.inner.clearance(self._inner_pose(T), self._other(configuration))
 
     def least_clearance(self, a: Clearance, b: Clearance, pace: Pace, h: float) -> Clearance:
         return self.inner.least_clearance(a, b, pace, h)
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
-        return self.inner._out_of_reach(self._inner_pose(T), configuration, hint)
+        return self.inner._out_of_reach(self._inner_pose(T), self._other(configuration), hint)
 
     def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
         chain, seen = self.way.chain, (*rotate(self.to_inner, twist[:3]), *rotate(self.to_inner, twist[3:]))
@@ -117,4 +128,4 @@ class MappedArm(RobotArm):
     def _batch(self) -> SerialBatch:
         from vrs_cli.kinematics.mapped_batch import MappedBatch  # here: it brings numpy
 
-        return MappedBatch(self.model, self.unchanging, self.way.chain, self.inner._batch)
+        return MappedBatch(self.model, self.unchanging, self.way.chain, self.inner._batch, self._swapped)

@@ -6,7 +6,7 @@ import numpy as np
 
 from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.axes import Chain
-from vrs_cli.kinematics.configuration import Configuration
+from vrs_cli.kinematics.configuration import ALL, Configuration
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import inverse
@@ -17,9 +17,11 @@ from vrs_cli.kinematics.unchanging import Unchanging
 class MappedBatch(SerialBatch):
     """Asks the batch of the arm that the closed form solves."""
 
-    def __init__(self, model: RobotModel, unchanging: Unchanging, chain: Chain, inner: SerialBatch) -> None:
+    def __init__(
+        self, model: RobotModel, unchanging: Unchanging, chain: Chain, inner: SerialBatch, swapped: int
+    ) -> None:
         super().__init__(model, inner.ways, unchanging)
-        self.inner = inner
+        self.inner, self.swapped = inner, swapped
         self.signs, self.zeros = np.array(chain.signs), np.array([link.theta for link in chain.links])
         self.ends = stack([inverse(chain.base), inverse(chain.flange)])
 
@@ -31,9 +33,9 @@ class MappedBatch(SerialBatch):
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
         q, inside = self.inner.inverse(self._inner_poses(T))
-        return self._own_joints(q), inside
+        order = np.arange(q.shape[1]) ^ self.swapped
+        return self._own_joints(q[:, order]), inside[:, order]
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:
-        return self._own_joints(
-            self.inner.inverse_branch(self._inner_poses(T), configuration, self.signs * near + self.zeros)
-        )
+        other = ALL[configuration.index ^ self.swapped]
+        return self._own_joints(self.inner.inverse_branch(self._inner_poses(T), other, self.signs * near + self.zeros))

@@ -19,7 +19,8 @@ give
     (h, v) = Rot(q2) (a2 + forearm cos psi,  forearm sin psi),      beta = atan2(d4, a3).
 
 Source: Lee and Ziegler (1984); Fu, Gonzalez and Lee, "Robotics" (1987), sections 2.2 and 2.3; the wrist as in
-Paul (1981). Signs of the configurations: ARM = -sign(u), ELBOW = -ARM sign(sin psi), WRIST = sign(sin q5).
+Paul (1981). Signs of the configurations: ARM = -sign(u), ELBOW = -ARM sign(sin psi), WRIST = sign(sin q5): what the
+words mean for w > 0 and up as here; `swapped` tells what else they may be.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from typing import NamedTuple
 
 from vrs_cli.kinematics.axes import EXACT
 from vrs_cli.kinematics.clearance import SINGULAR
-from vrs_cli.kinematics.configuration import ALL, Configuration
+from vrs_cli.kinematics.configuration import ALL, ARM, ELBOW, Configuration
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import IDENTITY
@@ -82,6 +83,17 @@ def geometry_of(model: RobotModel) -> Geometry | None:
         forearm=hypot(l3.a, l4.d),
         beta=atan2(l4.d, l3.a),
     )
+
+
+def swapped(geometry: Geometry, *, down: bool) -> int:
+    """The words that are the other of their pair by geometry, as bits of `Configuration.index`. `down`: up is down."""
+    if abs(geometry.side) > EXACT:
+        left = (geometry.side < 0.0) != down
+    elif abs(geometry.a1) > EXACT:
+        left = geometry.a1 > 0.0
+    else:
+        left = down
+    return ARM * left + ELBOW * down
 
 
 def configuration_of(geometry: Geometry, q: Joints) -> Configuration:
