@@ -35,8 +35,8 @@ ADVANCE, WIDTH, HEIGHT = 5.6, 4.0, 6.0
 STROKE = 0.62  # how thick a line is
 
 
-def lettered(text: str, height: float, turned: bool = False) -> Mesh:
-    """A text about the origin in the plane z = 0, of such a height [m]; to be read along x, or `turned` along y."""
+def lettered(text: str, height: float) -> Mesh:
+    """A text about the origin in the plane z = 0, of such a height [m]; it runs along y, its foot to x."""
     strokes = [
         _stroke((x + ADVANCE * k, y), (u + ADVANCE * k, v))
         for k, letter in enumerate(text)
@@ -46,7 +46,7 @@ def lettered(text: str, height: float, turned: bool = False) -> Mesh:
     mesh = joined(strokes)
     middle = np.array([0.5 * (ADVANCE * (len(text) - 1) + WIDTH), 0.5 * HEIGHT, 0.0])
     points = (mesh.vertices - middle) * (height / HEIGHT)
-    return Mesh(np.stack([-points[:, 1], points[:, 0], points[:, 2]], axis=1) if turned else points, mesh.faces)
+    return Mesh(np.stack([-points[:, 1], points[:, 0], points[:, 2]], axis=1), mesh.faces)
 
 
 def _stroke(start: tuple[float, float], end: tuple[float, float]) -> Mesh:

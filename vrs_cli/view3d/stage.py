@@ -17,10 +17,10 @@ from vrs_cli.view3d.placing import place
 
 CELL, SECTION = 0.1, 0.5  # [m] between the lines of the floor, and between those that have a number
 HEAD, FOOT = (214, 222, 232), (250, 250, 248)  # of the background
-LETTER = 0.055  # [m] the height of its numbers
+LETTER = 0.055  # of the reach: the height of its numbers
 BELOW = 0.0005  # [m] the floor lies lower than the foot, which would flicker in it
 FIELD = 0.66  # [rad] of view, from top to bottom: as a lens of 50 mm sees
-MARGIN = 1.05  # around the arm in the picture
+MARGIN = 1.12  # around the arm in the picture
 TOWARDS = (0.80, 0.55, 0.38)  # from the robot to who looks at it: from the front, on its left, from above
 
 
@@ -41,8 +41,8 @@ class Stage:
         _light(scene)
         _background(scene)
         self._floor = scene.add_frame("/floor", show_axes=False)
-        _lay_floor(scene, SECTION * ceil(1.3 * reach / SECTION), floor_height(model))
-        self._frames = {name: _named_frame(scene, name, 0.2 * reach) for name in ("world", "base", "tool")}
+        _lay_floor(scene, reach, floor_height(model))
+        self._frames = {name: _named_frame(scene, name, 0.22 * reach) for name in ("world", "base", "tool")}
         self._at: dict[str, Transform] = {}
 
     def pose(self, T_world_tool: Transform, base: Transform = IDENTITY) -> None:
@@ -72,8 +72,9 @@ def _background(scene: SceneApi) -> None:
     scene.set_background_image(np.repeat(picture, 2, axis=1).astype(np.uint8), format="png")
 
 
-def _lay_floor(scene: SceneApi, half: float, height: float) -> None:
+def _lay_floor(scene: SceneApi, reach: float, height: float) -> None:
     """A square with lines, and numbers in millimetres along X and Y, where the robot's foot stands."""
+    half = SECTION * ceil(1.3 * reach / SECTION)
     scene.add_grid(
         "/floor/lines",
         width=2.0 * half,
@@ -87,7 +88,7 @@ def _lay_floor(scene: SceneApi, half: float, height: float) -> None:
         plane_color=(246, 246, 244),
         plane_opacity=1.0,
     )
-    numbers = joined([*_numbers("X", half), *_numbers("Y", half)])
+    numbers = joined(_numbers(half, LETTER * reach))
     scene.add_mesh_simple(
         "/floor/numbers",
         numbers.vertices,
@@ -100,15 +101,14 @@ def _lay_floor(scene: SceneApi, half: float, height: float) -> None:
     )
 
 
-def _numbers(axis: str, half: float) -> list[Mesh]:
-    """The scale of an axis, beside the line below it."""
-    count, along_y = round(half / SECTION), axis == "Y"
-    found = []
+def _numbers(half: float, high: float) -> list[Mesh]:
+    """The scales of X and Y, beside the lines through the origin."""
+    count, found = round(half / SECTION), []
     for k in [k for k in range(-count, count + 1) if k]:
-        text = f"{1000 * SECTION * k:.0f}" if k < count else f"{axis} mm"
-        mesh = lettered(text, LETTER, turned=along_y)
-        at = (-LETTER, SECTION * k) if along_y else (SECTION * k, -LETTER)
-        found.append(moved(mesh, translation(*at, 0.0)))
+        number = f"{1000 * SECTION * k:.0f}"
+        for axis, at in (("X", (SECTION * k - high, 2.0 * high)), ("Y", (high, SECTION * k))):
+            mesh = lettered(number if k < count else f"{axis} mm", high)
+            found.append(moved(mesh, translation(*at, 0.0)))
     return found
 
 
@@ -117,9 +117,8 @@ def _named_frame(scene: SceneApi, name: str, length: float) -> FrameHandle:
     scene.add_label(
         f"/{name}/name",
         name,
-        position=(0.0, 0.0, 1.12 * length),
-        font_size_mode="screen",
-        anchor="bottom-center",
+        position=(0.0, 0.0, 1.1 * length) if name == "tool" else (1.1 * length, 0.0, 0.0),
+        anchor="center-center",
     )
     return node
 
