@@ -1,0 +1,126 @@
+"""What built-in robots look like: joined in every pose, without gaps, and no two colours in one place."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+from itertools import combinations
+from random import Random
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tests.examples import some
+from vrs_cli.kinematics.bodies import capsules
+from vrs_cli.kinematics.model import RobotModel, link_frames
+from vrs_cli.kinematics.robot_file import load_robot, robot_names
+from vrs_cli.kinematics.shapes import MeshFile
+from vrs_cli.kinematics.transform import compose, inverse
+from vrs_cli.view3d.looks import Look, looks_of
+from vrs_cli.view3d.meshes import Mesh, Points, mesh_of, moved
+
+Shares = NDArray[np.float64]
+
+NEAR = 2e-4  # [m] bodies that touch
+NONE = 1e-12
+STEPS = 100
+
+
+def meets(one: Mesh, other: Mesh) -> bool:
+    """Whether two convex bodies touch: the least difference of their points (P. Wolfe, Math. Programming 11, 1976)."""
+    a, b = one.vertices, other.vertices
+    if (a.min(axis=0) > b.max(axis=0) + NEAR).any() or (b.min(axis=0) > a.max(axis=0) + NEAR).any():
+        return False
+    points, shares = np.array([a[0] - b[0]]), np.ones(1)
+    for _ in range(STEPS):
+        v = shares @ points
+        size, w = float(np.linalg.norm(v)), a[(a @ v).argmin()] - b[(b @ v).argmax()]
+        if size < NEAR:
+            return True
+        if v @ w > NEAR * size:
+            return False  # a plane parts them
+        points, shares = nearest(np.vstack([points, w]), np.append(shares, 0.0))
+    raise AssertionError("neither near nor parted")
+
+
+def nearest(points: Points, shares: Shares) -> tuple[Points, Shares]:
+    """Those of the points whose hull has the point that is nearest to the origin inside, and their shares in it."""
+    while True:
+        ones = np.ones((len(points), 1))
+        rows = np.block([[points @ points.T, ones], [ones.T, np.zeros((1, 1))]])
+        wanted = np.linalg.lstsq(rows, np.append(0.0 * shares, 1.0), rcond=None)[0][:-1]
+        if wanted.min() > NONE:
+            return points, wanted
+        out = wanted <= NONE
+        step = min(1.0, float((shares[out] / (shares[out] - wanted[out] + NONE)).min()))
+        shares = shares + step * (wanted - shares)
+        points, shares = points[shares > NONE], shares[shares > NONE]
+
+
+def by_link(looks: Iterable[Look]) -> dict[int, list[Mesh]]:
+    found: dict[int, list[Mesh]] = defaultdict(list)
+    for shape, mesh in looks:
+        found[shape.link].append(mesh)
+    return found
+
+
+def looks(model: RobotModel, kind: str) -> tuple[Look, ...]:
+    if kind == "own":
+        return looks_of(model)
+    return tuple(Look(s, mesh_of(s.body)) for s in capsules(model) if not isinstance(s.body, MeshFile))
+
+
+@pytest.mark.parametrize("kind", ["own", "capsules"])
+@pytest.mark.parametrize("name", robot_names())
+def test_links_are_joined_in_every_pose(name: str, kind: str) -> None:
+    model, random = load_robot(name), Random(7)
+    poses = [model.poses["ready"], model.poses["nest"], model.lower, model.upper]
+    poses += [tuple(map(random.uniform, model.lower, model.upper)) for _ in range(some(20))]
+    links = by_link(looks(model, kind))
+    for q in poses:
+        steps = [inverse(T) for T in link_frames(model, q)]
+        for i in range(1, model.joint_count + 1):
+            T = compose(steps[i - 1], inverse(steps[i]))  # of link i, seen from the link before
+            assert any(meets(a, moved(b, T)) for a in links[i - 1] for b in links[i]), f"a gap at joint {i} at {q}"
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_bodies_of_a_link_are_one_piece(name: str) -> None:
+    model = load_robot(name)
+    for link, meshes in by_link(looks_of(model)).items():
+        reached, left = [meshes[0]], meshes[1:]
+        while near := [mesh for mesh in left if any(meets(mesh, other) for other in reached)]:
+            reached += near
+            left = [mesh for mesh in left if not any(mesh is other for other in near)]
+        assert not left, f"link {link} is in pieces"
+
+
+def outlines(mesh: Mesh) -> dict[tuple[float, ...], list[NDArray[np.float64]]]:
+    """The triangles of a body by their planes: where its normal points, and how far from the origin [0.1 mm]."""
+    found = defaultdict(list)
+    for triangle in mesh.vertices[mesh.faces]:
+        normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
+        normal /= np.linalg.norm(normal)
+        found[*np.round(normal, 3), round(float(normal @ triangle[0]), 4)].append(triangle)
+    return found
+
+
+def inside(point: NDArray[np.float64], triangle: NDArray[np.float64]) -> bool:
+    normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
+    return all(np.cross(triangle[(i + 1) % 3] - triangle[i], point - triangle[i]) @ normal > 0.0 for i in range(3))
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_no_two_colours_in_one_plane(name: str) -> None:
+    """Where two faces lie in each other a screen flickers between their colours."""
+    model = load_robot(name)
+    frames = link_frames(model, model.poses["ready"])
+    planes = [(look.shape.colour, outlines(moved(look.mesh, frames[look.shape.link]))) for look in looks_of(model)]
+    for (colour, one), (other_colour, other) in combinations(planes, 2):
+        if colour != other_colour:
+            for plane in one.keys() & other.keys():
+                for a in one[plane]:
+                    for b in other[plane]:
+                        assert not inside(a.mean(axis=0), b), f"{colour} and {other_colour} at {a.mean(axis=0)}"
+                        assert not inside(b.mean(axis=0), a), f"{colour} and {other_colour} at {b.mean(axis=0)}"
