@@ -26,6 +26,7 @@ _HOMES = {  # where each public name is
     "Run": "vrs_cli.api.answers",
     "ProgramFailed": "vrs_cli.api.answers",
     "Change": "vrs_cli.api.changes",
+    "Preview": "vrs_cli.api.preview",
     "VrsError": "vrs_cli.errors",
     "MotionError": "vrs_cli.errors",
     "ProgramError": "vrs_cli.errors",

@@ -8,7 +8,7 @@ import threading
 import traceback
 import weakref
 from collections.abc import Callable
-from math import nan, pi, radians
+from math import inf, nan, pi, radians
 from pathlib import Path
 from threading import Thread
 
@@ -28,6 +28,20 @@ PICK = Path("programs/pick_and_place.v2")
 
 def moved() -> vrs.Robot:
     return vrs.Robot().move(*DOWN).moves(PART, at=1.0)
+
+
+def test_at_a_robot_here_nothing_is_on_its_way() -> None:
+    r = vrs.Robot()
+    with r.without_waiting():
+        r.move(10, -90, 90, 0, 0, 0)
+        seen = r.preview()
+        assert (seen.unconfirmed, seen.commands, seen.flagged, seen.round_trip) == (inf, (), (), 0.0)
+        assert repr(seen.where()) == repr(r.where())
+        assert repr(seen).endswith("confirmed all, 0 commands on the way>")
+    assert repr(seen.where([0.1, 0.2])) == repr(r.where([0.1, 0.2]))
+    with pytest.raises(vrs.MotionError, match="Joint 1"), r.without_waiting():
+        r.move(999, 0, 0, 0, 0, 0).move(0, 999, 0, 0, 0, 0).move(0, -90, 90, 0, 0, 0)
+    assert r.where(r.end).joints.tolist() == pytest.approx([0, -90, 90, 0, 0, 0]), "the others were done"
 
 
 def test_motions_are_those_of_val2_to_the_bit() -> None:

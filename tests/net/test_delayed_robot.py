@@ -6,11 +6,12 @@ import asyncio
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from math import inf
 from pathlib import Path
 from urllib.parse import urlsplit
 
+import numpy as np
 import pytest
 
 import vrs_cli as vrs
@@ -135,9 +136,9 @@ def test_what_is_on_its_way_is_previewed_and_then_confirmed(robot: Serving) -> N
             assert after.timeline is far.timeline
             paths = [[(one.start, one.finish, one.path) for one in line][-3:] for line in (seen.timeline, far.timeline)]
             assert paths[0] == paths[1], "and it is what the robot does"
-            (window,) = far.flagged()
-            assert window.begin == begin
-            assert window.begin < window.end < issued + 1.0 + SLOW
+            ((first, last),) = after.flagged
+            assert first == begin
+            assert first < last < issued + 1.0 + SLOW
         finally:
             far.close()
 
@@ -157,6 +158,31 @@ def test_who_looks_ahead_is_shown_where_a_command_of_now_finds_the_robot(robot: 
                 assert before - slack <= shown - after <= later + slack, end.ahead
         finally:
             far.close()
+
+
+def test_in_python_motions_are_sent_ahead_and_previewed(robot: Serving) -> None:
+    with behind(robot, 0.4, 0.4) as it, vrs.connect(it.address) as far:
+        begin, began = round(far.now + 3.0), time.monotonic()
+        with far.without_waiting():
+            far.move(30, -90, 90, 0, 0, 0, at=begin)
+            far.move(-30, -90, 90, 0, 0, 0)
+            assert time.monotonic() - began < 0.7, "nobody waited for an answer"
+            seen = far.preview()
+            assert (seen.unconfirmed, len(seen.commands)) == (begin, 2)
+            assert seen.commands[0].text == f"MOVE #PPOINT(30, -90, 90, 0, 0, 0) AT {begin}"
+            assert 0.8 <= seen.round_trip < 0.8 + SLOW
+            assert seen.arrives == pytest.approx(far.now + seen.round_trip / 2.0, abs=SLOW)
+            assert far.end < begin < seen.commands[1].begin < seen.timeline.end  # type: ignore[operator]
+            assert seen.where().joints[0] == 0.0
+        after = far.preview()
+        assert (after.unconfirmed, after.commands) == (inf, ())
+        times = np.linspace(begin, seen.timeline.end, 20)
+        assert np.array_equal(seen.where(times).joints, far.where(times).joints), "it is what the robot does"
+        with suppress(TooLate), far.without_waiting():
+            far.move(0, -90, 90, 0, 0, 0, at=far.now + 0.1)
+            (late,) = far.preview().commands
+        assert isinstance(late.refused, TooLate)
+        assert late.begin is None
 
 
 def test_who_commands_with_the_delay_as_offset_is_never_too_late(robot: Serving) -> None:

@@ -118,7 +118,7 @@ def test_who_looks_ahead_sees_the_plan_and_is_told_of_what_was_wrong() -> None:
     assert (window.begin, window.end) == (cut, pytest.approx(wires.there + FORWARD))
     ahead, flagged = wires.lines(cut + 0.1)
     assert ahead.endswith("s ahead of what is heard, D_f + D_b is 0.500 s")
-    assert flagged == f"flagged: {window.begin:.3f} to {window.end:.3f} s was shown wrongly, by a command too new"
+    assert flagged == f"flagged: {window.begin:.3f} to {window.end:.3f} s was shown before a command changed it"
     assert len(wires.lines(cut - 0.1)) == 1
     assert len(wires.lines(window.end + 4.0)) == 1
 

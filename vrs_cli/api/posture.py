@@ -6,11 +6,13 @@ from functools import cached_property
 
 import numpy as np
 from msgspec import Struct
+from numpy.typing import ArrayLike
 
 from vrs_cli.api.location import Location
-from vrs_cli.api.numbers import Floats, Units, freeze
+from vrs_cli.api.numbers import Floats, Units, freeze, numbers
 from vrs_cli.api.tables import figures, number_columns, table
 from vrs_cli.engine.position import Position, Positions
+from vrs_cli.interfaces.roles.observer import Observer
 from vrs_cli.kinematics.model import RobotModel
 
 
@@ -38,6 +40,14 @@ class Posture(Struct, frozen=True, eq=False, dict=True):
         rates = (at.joints, at.velocity, at.acceleration)
         joints, velocity, acceleration = (freeze(np.array(q) * scales) for q in rates)
         return cls(freeze(time), joints, velocity, acceleration, Location(rows, units), freeze(np.array(at.hand)))
+
+    @classmethod
+    def seen(cls, observer: Observer, t: ArrayLike, model: RobotModel, units: Units) -> Posture:
+        """At a time [s], or at times (N,). Raises ValueError, TypeError."""
+        times = numbers(t, "t")
+        if times.ndim > 1:
+            raise ValueError(f"t: one time or an array (N,) is wanted, not {times.shape}")
+        return cls.of(observer.over(times) if times.ndim else observer.at(float(times)), model, units)
 
     @property
     def xyz(self) -> Floats:

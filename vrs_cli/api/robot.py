@@ -20,6 +20,7 @@ from vrs_cli.api.kinematics import Ways
 from vrs_cli.api.location import Location
 from vrs_cli.api.numbers import Floats, Units, number, numbers
 from vrs_cli.api.posture import Posture, place_text
+from vrs_cli.api.preview import Preview
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, Clock, VirtualClock, WallClock
 from vrs_cli.engine.commands import JointTarget, NamedTarget, PoseTarget, Target
 from vrs_cli.engine.history import CommandRecord
@@ -131,6 +132,14 @@ class Robot:
         shown = ", ".join(plain(x) for x in numbers_of(joints, self._model.units))
         return JointTarget(joints), f"#PPOINT({shown})"
 
+    @contextmanager
+    def without_waiting(self) -> Iterator[Robot]:
+        """`with r.without_waiting(): r.move(...).moves(...)`: motions are sent one after the other, and no answer is
+        waited for; the end waits for all. Raises what the robot refused first.
+        """
+        with self._robot.without_waiting():
+            yield self
+
     def open(self) -> Robot:
         """Open the hand, when the robot has come to rest."""
         return self._do("OPENI")
@@ -179,11 +188,13 @@ class Robot:
         """Where the robot is at a time [s], past or future, or at times (N,); now where none is given."""
         if t is None:
             return Posture.of(self._robot.at(), self._model, self.units)
-        times = numbers(t, "t")
-        if times.ndim > 1:
-            raise ValueError(f"t: one time or an array (N,) is wanted, not {times.shape}")
-        at = self._robot.over(times) if times.ndim else self._robot.at(float(times))
-        return Posture.of(at, self._model, self.units)
+        return Posture.seen(self._robot, t, self._model, self.units)
+
+    def preview(self) -> Preview:
+        """What the robot will do with the commands that are on their way to it, as that is known now. At a robot of
+        this process nothing is on its way.
+        """
+        return Preview.of(self._robot.held.previewed(), self._robot.arm, self.units)
 
     def sample(self, rate: float = 100.0, start: float | None = None, end: float | None = None) -> Posture:
         """Where it is `rate` times a second, from the first motion to the exact end of the last, or between two times.

@@ -16,6 +16,7 @@ from msgspec import structs
 
 from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import FileDamaged, RequestRefused, VrsError
+from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.interfaces.session.acts import Go, move_of
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes
 from vrs_cli.kinematics.arm import RobotArm
@@ -331,6 +332,14 @@ class FarEnd:
         """
         cut = inf if self.open else self.heard
         return cut if self.preview is None else min(cut, self.preview.unconfirmed)
+
+    def previewed(self) -> Previewed:
+        """What the robot will do, as it is known now."""
+        assert self.preview is not None, "there is a mirror"
+        flagged = tuple((window.begin, window.end) for window in self.flags.windows)
+        timeline, expected = self.preview.timeline, self.preview.expected
+        arrives = self.now + self.round_trip / 2.0
+        return Previewed(timeline, arrives, self.unconfirmed, expected, self.round_trip, flagged)
 
     # --- ends ---
 

@@ -41,7 +41,7 @@ class Predicted:
             yield f"{seconds(far.shown - far.heard)} ahead of what is heard, D_f + D_b is {seconds(far.round_trip)}"
         flagged = far.flags.at(t, FRESH)
         if flagged is not None:
-            yield f"flagged: {flagged.begin:.3f} to {seconds(flagged.end)} was shown wrongly, by a command too new"
+            yield f"flagged: {flagged.begin:.3f} to {seconds(flagged.end)} was shown before a command changed it"
         if t >= far.unconfirmed:
             yield f"unconfirmed from {seconds(far.unconfirmed)} on: {self._under_way()}"
 

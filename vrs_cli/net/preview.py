@@ -17,6 +17,7 @@ from vrs_cli.engine.commands import Request
 from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import VrsError
+from vrs_cli.interfaces.roles.preview import Expected
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -46,31 +47,6 @@ class Underway(Struct, frozen=True):
     version: int | None = None
 
 
-class Expected(Struct, frozen=True):
-    """What is expected of a command that was `issued` then [s]: from `begin` on it changes the timeline [s] (None: it
-    does not), or `refused` says why the robot will not do it. `planned`: what it changes is seen here. `settings`:
-    those in force after it.
-    """
-
-    id: int
-    text: str
-    issued: float
-    begin: float | None
-    refused: VrsError | None
-    planned: bool
-    settings: Settings
-
-
-class Previewed(Struct, frozen=True):
-    """A timeline with all that is under way: from `unconfirmed` on [s] it is not what the robot has said (infinity: all
-    of it is). `expected`: of each command, in the order of sending.
-    """
-
-    timeline: Timeline
-    unconfirmed: float
-    expected: tuple[Expected, ...]
-
-
 class _ArrivalClock(VirtualClock):
     """The robot's clock when a command is expected there: what is before has happened by then."""
 
@@ -78,11 +54,12 @@ class _ArrivalClock(VirtualClock):
 
 
 class _Plan(Struct, frozen=True):
-    """What all that is under way makes of the timeline that is `known`."""
+    """What all that is under way makes of the timeline that is `known`; `settings`: those after each command."""
 
     known: Timeline
     timeline: Timeline
-    expected: tuple[Expected, ...]
+    expected: tuple[Expected, ...] = ()
+    settings: tuple[Settings, ...] = ()
 
 
 class Preview:
@@ -137,10 +114,6 @@ class Preview:
         """From when on [s] the timeline is not what the robot has said; infinity where it is."""
         return min((it.begin for it in self.expected if it.begin is not None), default=inf)
 
-    def look(self) -> Previewed:
-        """All of that, as it is now."""
-        return Previewed(self.timeline, self.unconfirmed, self.expected)
-
     def _planned(self) -> _Plan:
         """Plan anew where something was sent, or the robot's own change has come."""
         known = self._followed.timeline
@@ -154,21 +127,21 @@ class Preview:
         if self._told is not self._followed.settings:
             self._told = self._settings = self._followed.settings
         confirmed = {id for id, it in self._underway.items() if it.version is not None and it.version <= version}
-        for it in self._plan.expected:
-            self._settings = it.settings if it.id in confirmed else self._settings
+        for it, settings in zip(self._plan.expected, self._plan.settings, strict=True):
+            self._settings = settings if it.id in confirmed else self._settings
         self._underway = {id: it for id, it in self._underway.items() if id not in confirmed}
 
     def _planned_after(self, known: Timeline) -> _Plan:
+        engine, expected, settings = self._engine, list[Expected](), list[Settings]()
         if not self._underway:
-            return _Plan(known, known, ())
-        engine, expected = self._engine, []
+            return _Plan(known, known)
         engine.take_up(Bookmark(Book(known, known, number=UNCONFIRMED), self._settings, known.start))
         for id, it in self._underway.items():
             engine.clock.advance(it.issued + self.forward)
             begin, refused = (engine.now, None) if it.request is None else self._begin(it.request, it.issued)
-            planned = it.request is not None
-            expected.append(Expected(id, it.text, it.issued, begin, refused, planned, engine.settings))
-        return _Plan(known, engine.timeline, tuple(expected))
+            expected.append(Expected(id, it.text, it.issued, begin, refused, it.request is not None))
+            settings.append(engine.settings)
+        return _Plan(known, engine.timeline, tuple(expected), tuple(settings))
 
     def _begin(self, request: Request, issued: float) -> tuple[float | None, VrsError | None]:
         """Plan it: from when on it changes the timeline, or why the robot will not do it."""

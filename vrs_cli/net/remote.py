@@ -23,14 +23,13 @@ from vrs_cli.files.atomic import atomically
 from vrs_cli.interfaces.conversation.acts import LeaveEntry
 from vrs_cli.interfaces.roles.held import Answers
 from vrs_cli.interfaces.roles.local import Notes
+from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.interfaces.session.acts import Record, RobotAct, Say
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.net import messages
 from vrs_cli.net.client import Client, checked
-from vrs_cli.net.flags import Window
 from vrs_cli.net.messages import Abort, At, Done, Drive, How, LeaseAct, Line, Request, ServerMessage
 from vrs_cli.net.mirror import WINDOW, Mirror
-from vrs_cli.net.preview import Previewed
 from vrs_cli.trajectory.timeline import Timeline
 
 LEAVING = 5.0  # [s] that the end of a connection takes at most
@@ -167,14 +166,7 @@ class RemoteRobot:
         return welcome
 
     def previewed(self) -> Previewed:
-        """The timeline with the motions that are on their way to the robot, and how far it is confirmed."""
-        preview = self.client.far.preview
-        assert preview is not None, "there is a mirror"
-        return self._loop.do(preview.look)
-
-    def flagged(self) -> tuple[Window, ...]:
-        """The times of which the timeline was wrong here, as a command was not known yet."""
-        return self._loop.do(lambda: self.client.far.flags.windows)
+        return self._loop.do(self.client.far.previewed)
 
     # --- asking ---
 
@@ -186,6 +178,10 @@ class RemoteRobot:
             return cast(T, self._follow(make, Inbox()).found)
         with self._conversing(answer) as inbox:
             return cast(T, self._follow(make, inbox).found)
+
+    def send(self, act: Act[T], issued: float | None = None) -> Callable[[], T]:
+        inbox = self._sent(lambda id: At(id, cast(RobotAct, act), issued), Inbox())
+        return lambda: cast(T, self._ended(inbox).found)
 
     def say(self, line: str, answer: Answers) -> tuple[Reply, ...]:
         with self._conversing(answer) as inbox:
@@ -235,8 +231,16 @@ class RemoteRobot:
                 self._ear.inbox = None
 
     def _follow(self, make: Callable[[int], Request], inbox: Inbox[ServerMessage]) -> Done:
-        """Send a command, and wait for its end. Ctrl-C stops it; a second one waits no longer."""
+        """Send a command, and wait for its end."""
+        return self._ended(self._sent(make, inbox))
+
+    def _sent(self, make: Callable[[int], Request], inbox: Inbox[ServerMessage]) -> Inbox[ServerMessage]:
+        """Send a command; what comes of it goes to the inbox."""
         self._loop.do(lambda: self.client.begin(make, inbox.put))
+        return inbox
+
+    def _ended(self, inbox: Inbox[ServerMessage]) -> Done:
+        """Wait for the end of a command. Ctrl-C stops it; a second one waits no longer."""
         interrupted = False
         while True:
             try:

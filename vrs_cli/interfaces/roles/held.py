@@ -13,6 +13,7 @@ from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Subscription
 from vrs_cli.engine.position import Position
 from vrs_cli.interfaces.roles.observer import Watched
+from vrs_cli.interfaces.roles.preview import Previewed
 
 T = TypeVar("T")
 
@@ -41,6 +42,12 @@ class Held(Watched, Protocol):
 
     def act(self, act: Act[T], answer: Answers | None = None, issued: float | None = None) -> T:
         """Do it; what comes of it. `answer`: to what is asked meanwhile. `issued`: t_iss [s], where not now."""
+
+    def send(self, act: Act[T], issued: float | None = None) -> Callable[[], T]:
+        """Send it, and do not wait; what is given back waits, and tells what has come of it."""
+
+    def previewed(self) -> Previewed:
+        """What the robot will do, with the commands that are on their way to it."""
 
     def say(self, line: str, answer: Answers) -> tuple[Reply, ...]:
         """A line of the prompt; what is answered, and typed. Raises LineRefused."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from math import inf
 from pathlib import Path
@@ -23,6 +23,7 @@ from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.roles.held import Answers, no_answer
+from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.arm import RobotArm
@@ -123,6 +124,23 @@ class LocalRobot:
             return self._end(self._holder.submit(talk))
         with self._conversing(answer):
             return self._end(self._holder.submit(talk))
+
+    def send(self, act: Act[T], issued: float | None = None) -> Callable[[], T]:
+        """There is no way to it: it is done at once. What it refuses is raised by who waits."""
+        try:
+            found = self.act(act, issued=issued)
+        except VrsError as error:
+            refused = error
+        else:
+            return lambda: found
+
+        def wait() -> T:
+            raise refused
+
+        return wait
+
+    def previewed(self) -> Previewed:
+        return Previewed(self.timeline, self.now)
 
     def say(self, line: str, answer: Answers) -> tuple[Reply, ...]:
         with self._conversing(answer):

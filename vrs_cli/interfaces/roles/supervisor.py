@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 from weakref import finalize
@@ -15,6 +17,7 @@ from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Subscription
 from vrs_cli.engine.history import CommandRecord
 from vrs_cli.engine.position import Position, Positions, fill
+from vrs_cli.errors import VrsError
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.roles.designer import Designer
 from vrs_cli.interfaces.roles.held import Answers, Held
@@ -49,9 +52,26 @@ class Supervisor(Observer, Designer):
         Observer.__init__(self, held)
         Designer.__init__(self, self._perform)
         self.held = held
+        self._sent: list[Callable[[], object]] | None = None
 
     def _perform(self, motion: Go, issued: float | None) -> None:
-        self.held.act(motion, issued=issued)
+        if self._sent is None:
+            self.held.act(motion, issued=issued)
+        else:
+            self._sent.append(self.held.send(motion, issued))
+
+    @contextmanager
+    def without_waiting(self) -> Iterator[None]:
+        """Motions are sent one after the other; the end waits for all. Raises what was refused first."""
+        before, sent = self._sent, list[Callable[[], object]]()
+        self._sent = sent
+        try:
+            yield
+        finally:
+            self._sent = before
+            refused = _waited(sent)
+        if refused is not None:
+            raise refused
 
     # --- positions ---
 
@@ -155,3 +175,14 @@ class Supervisor(Observer, Designer):
         subscription = self.held.subscribe()
         finalize(self, subscription.end)
         return subscription
+
+
+def _waited(sent: Iterable[Callable[[], object]]) -> VrsError | None:
+    """Wait for all; what was refused first."""
+    refused = None
+    for wait in sent:
+        try:
+            wait()
+        except VrsError as error:
+            refused = refused or error
+    return refused
