@@ -5,6 +5,7 @@ slider the timeline. Buttons and keys do the same things.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from html import escape
 from math import floor, inf
 from typing import Any, Literal, NamedTuple
@@ -13,18 +14,17 @@ import viser
 
 from vrs_cli.interfaces.roles.playback import Playback, command_after, command_before
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.view3d.redrawing import Redrawing
 from vrs_cli.view3d.shown import Shown
-from vrs_cli.view3d.strip import Span, strip
+from vrs_cli.view3d.strip import COLOURS, Span, strip
 from vrs_cli.view3d.window import Window
 
-REDRAWN = 0.25  # [s] between two pictures of a timeline that changes all the time
 TOLD = 0.1  # [s] between two times that are told in numbers
 HANDS_OFF = 0.4  # [s] after the user moved the slider in which it is left alone
 SKIP = 10.0  # [s]
 FINEST = 0.001  # [s] of the slider
 MARGINS = "margin:0 calc(3rem + 1.25rem) 0 calc(7.25em + 0.625rem)"  # of viser's slider, in which its track is
-BESIDE, NARROWEST = 260.0, 100.0  # [px] of a window that are beside the track, and of a track at least
-COSTS = 20.0  # times as long as a picture took to be drawn, no other one is
+BESIDE, NARROWEST = 230.0, 100.0  # [px] of a picture that are beside the track, and of a track at least
 
 Hotkey = Literal["space", "home", "end", "pageup", "pagedown", "F", "N", "B", "L", "Z", "X"]
 
@@ -57,11 +57,20 @@ ACTIONS: tuple[Action, ...] = (
     Action(f"On {SKIP:g} s", "pagedown", "", lambda p, wall, _: p.skip(SKIP, wall)),
 )
 ZOOM = "zoom"
+LINE = (
+    "padding:0 0.625rem;height:1.5rem;font-size:0.8rem;font-variant-numeric:tabular-nums;white-space:nowrap;"
+    "overflow:hidden;text-overflow:ellipsis"
+)
+LEGEND = (
+    '<span style="float:right">'
+    + "".join(f'<span style="color:{colour}">&nbsp; &#9632;</span> {phase.value}' for phase, colour in COLOURS.items())
+    + "</span>"
+)
 RANGES = (inf, 60.0, 20.0, 5.0)  # [s] of the timeline that are under the slider, one after the other
 
 
 class Bar:
-    """The controls in the container of the page that is open, and the keys."""
+    """The controls in the container of the page that is open, and the keys. `span`: what is under the slider."""
 
     def __init__(self, window: Window) -> None:
         self._window, gui = window, window.client.gui
@@ -75,9 +84,9 @@ class Bar:
         for action in actions:
             gui.add_command(action.label, hotkey=action.key).on_trigger(window.doing_with(self._key(action)))
         gui.add_command("Show more or less of the timeline", hotkey="V").on_trigger(window.doing(self._zoom))
-        self._span, self._length = Span(0.0, 1.0), inf
-        self._drawn: object = None
-        self._redrawn_at = self._told_at = self._moved_at = -inf
+        self.span, self._length = Span(0.0, 1.0), inf
+        self._drawing = Redrawing(window.wall)
+        self._told_at = self._moved_at = -inf
 
     # --- what the user does ---
 
@@ -109,10 +118,9 @@ class Bar:
     def show(self, shown: Shown) -> None:
         wall, playback = self._window.wall(), self._window.playback
         span = self._span_of(playback, shown.t)
-        drawn = shown.timeline.version, id(shown.timeline), shown.unconfirmed, span
-        if drawn != self._drawn and (span != self._span or wall > self._redrawn_at):
-            self._drawn = drawn
-            self._draw(shown, span)
+        timeline, unconfirmed = shown.timeline, shown.unconfirmed
+        draw = partial(self._draw, timeline, span, unconfirmed)
+        self._drawing.look((timeline.version, id(timeline), unconfirmed), (span, self._window.width), draw)
         if wall > self._told_at + TOLD:
             self._told_at = wall
             self._tell(shown, playback, wall)
@@ -125,29 +133,20 @@ class Bar:
         low = playback.start + floor((t - playback.start) / length) * length
         return Span(low, low + length)
 
-    def _draw(self, shown: Shown, span: Span) -> None:
-        """A picture that takes long is not made often."""
-        began = self._window.wall()
-        if span != self._span:
-            self._span = span
+    def _draw(self, timeline: Timeline, span: Span, unconfirmed: float) -> None:
+        if span != self.span:
+            self.span = span
             self._slider.min, self._slider.max = span
-        picture = strip(shown.timeline, span, self._width, shown.unconfirmed)
+        picture = strip(timeline, span, max(self._window.width - BESIDE, NARROWEST), unconfirmed)
         self._strip.content = f'<div style="{MARGINS}">{picture}</div>'
-        now = self._window.wall()
-        self._redrawn_at = now + max(REDRAWN, COSTS * (now - began))
 
     def _tell(self, shown: Shown, playback: Playback, wall: float) -> None:
         if wall > self._moved_at + HANDS_OFF:
-            t = round(self._span.within(shown.t), 3)
+            t = round(self.span.within(shown.t), 3)
             self._slider.value = t  # type: ignore[misc]  # mypy wants a setter beside its property
-        told = _cursor(self._span, shown) + _told(shown, playback, wall)
+        told = _cursor(self.span, shown) + _told(shown, playback, wall)
         if told != self._cursor.content:
             self._cursor.content = told
-
-    @property
-    def _width(self) -> float:
-        """Of the track, about [px]: the bar is as wide as the picture of the scene lets it be."""
-        return max(self._window.width - BESIDE, NARROWEST)
 
 
 def _cursor(span: Span, shown: Shown) -> str:
@@ -165,7 +164,6 @@ def _told(shown: Shown, playback: Playback, wall: float) -> str:
     doing = f"{playback.doing(wall)}, {playback.rate:g} x{loop}"
     text = shown.position.text if shown.position.moving else "at rest"
     return (
-        f'<div style="padding:2px 0.625rem 6px;font-size:0.8rem;font-variant-numeric:tabular-nums;white-space:nowrap;'
-        f'overflow:hidden;text-overflow:ellipsis"><b>{shown.t:.2f} s</b> of {playback.end:.2f} s '
-        f'<span style="opacity:.65">{doing}</span> &nbsp; {escape(text)}</div>'
+        f'<div style="{LINE}"><b>{shown.t:.2f} s</b> of {playback.end:.2f} s '
+        f'<span style="opacity:.65">{doing}</span> &nbsp; {escape(text)}{LEGEND}</div>'
     )

@@ -8,13 +8,17 @@ import numpy as np
 
 from vrs_cli.view3d.bar import Bar
 from vrs_cli.view3d.figure import Figure
+from vrs_cli.view3d.plots import Plots
 from vrs_cli.view3d.shown import Shown
 from vrs_cli.view3d.stage import FIELD, Stage, camera_for
 from vrs_cli.view3d.window import Window
 
 ORANGE = (222, 120, 40)  # of what can be pressed
-PANEL = 340.0  # [px] the width of the panels
-EDGE, HEIGHT = 12.0, 152.0  # [px] the bar of time: from the edges of the picture, and high
+EDGE = 12.0  # [px] from the edges of the picture
+HEIGHT = 166.0  # [px] of the bar of time
+SHEET = 300.0  # [px] that viser's sheet has at the foot of a phone, when nothing else in it is open
+PHONE = 800.0  # [px] of the width of a page, where that sheet takes the place of panels
+CHOICES = 230.0  # [px] the width of the panel of what is to be shown
 
 
 class Scene:
@@ -30,34 +34,44 @@ class Scene:
         self._stage.pose(position.T_world_tool, base)
 
 
+class Edges:
+    """viser's own panel, which has the bar, is as wide as the picture, however wide that is."""
+
+    def __init__(self, window: Window) -> None:
+        self._window, self._panel, self._width = window, window.client.gui.main_panel, window.width
+        self._panel.float(x=EDGE, y=-EDGE, width=self._width - 2.0 * EDGE, height=HEIGHT)
+
+    def show(self, _shown: Shown) -> None:
+        if self._width != self._window.width:
+            self._width = self._window.width
+            self._panel.set_width(max(self._width - 2.0 * EDGE, CHOICES))
+
+
 def furnish(window: Window, title: str) -> None:
-    """All parts of a window, in the order in which they are shown."""
+    """All parts of a window, in the order in which they are shown. What is shown at will has its box in `choices`."""
     gui = window.client.gui
     gui.configure_theme(show_logo=False, show_share_button=False, brand_color=ORANGE)
     gui.set_panel_label(title)
-    gui.main_panel.dock_left()
-    gui.main_panel.set_width(PANEL)
+    choices = gui.add_panel()
     window.parts.append(Scene(window))
     _look(window)
-    window.parts.append(_bar(window))
+    window.parts.append(Edges(window))
+    bar = Bar(window)
+    window.parts.append(bar)
+    with choices.add_tab("Show"):
+        window.parts.append(Plots(window, bar))
+    choices.float(x=-EDGE, y=EDGE, width=CHOICES)
+    choices.minimize()
 
 
 def _look(window: Window) -> None:
     """So that all of the robot is seen, above the bar."""
     camera, base = window.client.camera, window.watched.timeline[-1].motion.frames.base
-    hidden = min((HEIGHT + EDGE) / camera.image_height, 0.5)
+    covers = SHEET if window.width < PHONE else HEIGHT + EDGE
+    hidden = min(covers / camera.image_height, 0.5)
     seen = camera_for(window.watched.arm.model, camera.aspect / (1.0 - hidden), base)
     eye, aim = np.array(seen.position), np.array(seen.look_at)
     away = (eye - aim) / (1.0 - hidden)
     lower = np.array((0.0, 0.0, hidden * np.linalg.norm(away) * tan(0.5 * FIELD)))
     camera.fov = FIELD
     camera.position, camera.look_at = aim + away - lower, aim - lower
-
-
-def _bar(window: Window) -> Bar:
-    """Along the lower edge of the picture."""
-    panel = window.client.gui.add_panel()
-    with panel.add_tab("Time"):
-        bar = Bar(window)
-    panel.float(x=EDGE, y=-EDGE, width=max(window.width - PANEL - 2.0 * EDGE, PANEL), height=HEIGHT)
-    return bar

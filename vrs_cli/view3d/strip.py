@@ -34,11 +34,12 @@ class Span(NamedTuple):
 
     @classmethod
     def over(cls, low: float, high: float) -> Span:
-        """To a round time at or after `high`: a timeline that grows is not drawn anew all the time."""
+        """From and to round times: a timeline that grows is not drawn anew all the time."""
         length = max(high - low, 1.0)
         power = 10.0 ** floor(log10(length / MARKS))
         step = power * next(one for one in STEPS if one * power * MARKS >= length)
-        return cls(low, max(ceil((high - 1e-9) / step) * step, low + step))
+        begin = floor(low / step) * step
+        return cls(begin, max(ceil((high - 1e-9) / step) * step, begin + step))
 
     def within(self, t: float) -> float:
         return min(max(t, self.low), self.high)

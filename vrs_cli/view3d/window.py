@@ -16,9 +16,11 @@ from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.language.words.word import Role
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.net.tokens import TEACHER
+from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.shown import Part, Shown
 
 TITLE = "vrs"
+LEAD = 1.0  # [s] that are shown before the first motion
 STAYS = 8.0  # [s] that a message is shown
 DRIVERS = (Role.SUPERVISOR.title, TEACHER)
 RED, AMBER = (200, 60, 50), (220, 150, 40)
@@ -68,12 +70,18 @@ class Window:
         watched = self.watched
         timeline, now = watched.timeline, watched.now
         with self._changing:
-            playback = self.playback.look(wall, timeline.start, timeline.end, now)
+            playback = self.playback.look(wall, self._start(timeline), timeline.end, now)
             if playback.follows and playback.playing and self._time_passes:
                 playback = playback.follow(wall)  # its clock is known better than a moment ago
             self.playback = playback
         t = playback.at(wall)
         return Shown(watched.arm, timeline, t, position_at(watched.arm, timeline, t), now)
+
+    def _start(self, timeline: Timeline) -> float:
+        """A robot that others move has stood before its first motion, perhaps for hours: that is not played."""
+        if self.robot is None or len(timeline) == 1:
+            return timeline.start
+        return max(timeline.start, timeline[1].start - LEAD)
 
     @property
     def drives(self) -> bool:
