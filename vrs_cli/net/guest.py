@@ -6,6 +6,7 @@ robot said it. Nothing here waits.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, NamedTuple, Protocol
@@ -13,7 +14,7 @@ from typing import Any, NamedTuple, Protocol
 from msgspec import structs
 
 from vrs_cli.dialogue.questions import Question, ended
-from vrs_cli.dialogue.replies import DiagnosticsReport, Message, Reply, is_error
+from vrs_cli.dialogue.replies import DiagnosticsReport, Message, Reply, is_error, refusal
 from vrs_cli.dialogue.talk import Talk, beside
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import LimitReached, RequestRefused, RoleWanted, VrsError, sentence
@@ -28,9 +29,11 @@ from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.jog.jogger import Press
 from vrs_cli.interfaces.rights import STOPPING, check_may
 from vrs_cli.interfaces.session.acts import ACTS, RobotAct, Say, Undo, act_on
+from vrs_cli.interfaces.session.grip import Grip
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.session.survey import Survey
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED, HolderTimes
+from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.words.word import Role
 from vrs_cli.net import locker, messages
 from vrs_cli.net.broadcast import Broadcast, Listener, Sink
@@ -75,6 +78,7 @@ class Hall(Protocol):
     @property
     def session(self) -> Session: ...
 
+    grip: Grip
     broadcast: Broadcast
     driving: Driving
     folder: Folder
@@ -146,6 +150,9 @@ class Guest:
         self._hall, self._wall = hall, wall
         self._listener: Listener | None = None
         self._questions: dict[int, tuple[Question, Ticket[Any]]] = {}
+        self._wishes: deque[Transform | None] = deque(maxlen=1)  # where the tool is to be, until the robot takes it
+        self._pulling: Pending | None = None  # a wish that the robot has not taken
+        self._drag_refused = False  # which is told once
         self._looks = 0  # that wait for an answer
         self._failed: dict[int, str] = {}  # commands of which an error was told, and the first of these
         self._status: Status | None = None  # as it was told last
@@ -383,6 +390,29 @@ class Guest:
         self.tell(messages.Done(message.id, version=self.holder.timeline.version))
         self._hall.note(self, f"({message.act.value} the lease{f' to {message.to}' if message.to else ''})", "done")
 
+    def _drag(self, message: messages.Drag) -> None:
+        """The newest wish counts: one that has come before the robot has taken the last one replaces it."""
+        self._wishes.append(message.pose)
+        if self._pulling is None:
+            self._pull()
+
+    def _pull(self) -> None:
+        self._looks += 1
+        self._pulling = Pending(0, "", lambda _found: None)
+        self._hall.ask(self, self._hall.checked(self._pulled(), lambda: False), self._pulling)
+
+    def _pulled(self) -> Talk[None]:
+        """In the robot's thread."""
+        wish = self._wishes.pop()
+        try:
+            yield from self._hall.grip.pull(wish)
+        except VrsError as error:
+            if not self._drag_refused:
+                yield refusal(error, "")
+            self._drag_refused = True
+        else:
+            self._drag_refused = self._drag_refused and wish is not None
+
     def _known(self, name: str) -> str:
         """Somebody who holds the robot too. Raises RequestRefused."""
         holders = self._hall.present(self)[1]
@@ -427,9 +457,9 @@ class Guest:
             self._questions[said.id] = said, ticket
             self.tell(messages.Asked(said.id, said, pending.id))
             return
-        if is_error(said):
+        if is_error(said) and pending.id:
             self._failed.setdefault(pending.id, _wrong(said))
-        self.tell(messages.Told(said, pending.id))
+        self.tell(messages.Told(said, pending.id or None))
 
     def ended(self, pending: Pending, ticket: Ticket[Any]) -> None:
         """What it asked for is over."""
@@ -438,6 +468,10 @@ class Guest:
                 del self._questions[number]
                 self.tell(messages.Withdrawn(number))
         error = ticket.error(0.0)
+        if pending is self._pulling:
+            self._pulling = None
+            if self._wishes:
+                self._pull()
         if pending.answer is not None:
             self._looks -= 1
             self._answered(pending, pending.answer, ticket, error)
@@ -534,6 +568,7 @@ _TAKEN: Mapping[type, Callable[[Guest, Any], None]] = {
     messages.Who: Guest._who,
     messages.Ping: Guest._pong,
     messages.Drive: Guest._drive,
+    messages.Drag: Guest._drag,
     messages.Put: Guest._put,
     messages.Get: Guest._get,
     messages.Names: Guest._names,

@@ -19,7 +19,9 @@ from vrs_cli.interfaces.conversation.acts import DeskAct, DeskFound
 from vrs_cli.interfaces.conversation.complete import Suggestion
 from vrs_cli.interfaces.conversation.status import Status as Around
 from vrs_cli.interfaces.session.acts import RobotAct, RobotFound
+from vrs_cli.interfaces.session.grip import Pulled as PulledState
 from vrs_cli.interfaces.station.lease import Notice
+from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.wire.codec import Encoding
 from vrs_cli.wire.records import Count, DeltaRecord, Joints, Length, Name, Number, Text, Time
@@ -252,6 +254,14 @@ class Drive(Command, frozen=True):
     to: Name = ""
 
 
+class Drag(ClientMessage, frozen=True):
+    """The tool is wished at `pose` (T_world_tool) from now on; without one it is let go. The newest counts; without a
+    message for 0.6 s it is let go too. What becomes of it all hear by `Pulled`; a refusal is told once.
+    """
+
+    pose: Transform | None = None
+
+
 class Put(Command, frozen=True):
     """A file for the robot's folder."""
 
@@ -288,6 +298,7 @@ FromClient = (
     | Window
     | Who
     | Drive
+    | Drag
     | Put
     | Get
     | Names
@@ -476,6 +487,12 @@ class Activity(ServerMessage, frozen=True):
     programs: tuple[str, ...] = ()
 
 
+class Pulled(ServerMessage, frozen=True):
+    """Who drags the tool, and what holds it where: told to all when it changes."""
+
+    state: PulledState
+
+
 class Lease(Numbered, frozen=True):
     """Who drives: empty for nobody."""
 
@@ -565,6 +582,7 @@ FromServer = (
     | Missed
     | Sample
     | Activity
+    | Pulled
     | Lease
     | Located
     | Shown

@@ -26,6 +26,7 @@ from vrs_cli.interfaces.roles.local import Notes
 from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.interfaces.session.acts import Record, RobotAct, Say
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.transform import Transform
 from vrs_cli.net import messages
 from vrs_cli.net.client import Client, checked
 from vrs_cli.net.messages import Abort, At, Done, Drive, How, LeaseAct, Line, Request, ServerMessage
@@ -202,6 +203,12 @@ class RemoteRobot:
         """Ask for the lease, which says who moves the robot; take, give or release it. Raises LeaseHeld."""
         self._follow(lambda id: Drive(id, act, to), Inbox())
 
+    def drag(self, T_world_tool: Transform | None) -> None:
+        """The tool is wished there from now on; None lets it go. To be said again while it is held, ten times a second.
+        Nobody waits for the robot; `Pulled` tells what becomes of it. Without a connection nothing is sent.
+        """
+        self._loop.soon(lambda: self._send_now(messages.Drag(T_world_tool)))
+
     def save(self, path: Path) -> None:
         recorded = self.act(Record())
         with atomically(path) as stream:
@@ -278,8 +285,11 @@ class RemoteRobot:
 
     def _send(self, message: messages.ClientMessage) -> None:
         """What does not come to the robot any more is missed by nobody."""
+        self._loop.do(lambda: self._send_now(message))
+
+    def _send_now(self, message: messages.ClientMessage) -> None:
         with suppress(RequestRefused):
-            self._loop.do(lambda: self.client.send(message))
+            self.client.send(message)
 
 
 async def _followed(client: Client, window: float) -> Mirror:

@@ -32,6 +32,7 @@ from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.rights import check_may, may_all, needed
+from vrs_cli.interfaces.session.grip import Grip
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.lease import Lease, Notice
 from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
@@ -61,6 +62,7 @@ from vrs_cli.version import __version__
 TOGETHER = 200  # things that are said that are given on at once, which takes 5 ms
 MEASURED = 0.1  # [s] between two looks at what a robot has, which take a while where that is much
 MOST_AWAY = 200  # holders whose connection is cut, and who may come again
+PULLED_EVERY = 0.1  # [s] that is told how far a tool that is dragged is from its wish
 ALIVE = 3.0  # [s] after which who drives and says nothing is asked whether it is there
 FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # good where there is no room
 
@@ -186,6 +188,7 @@ class Room:
         self.folder = Folder(plan.folder, closed=True)
         self.prefixes = prefixes_of((plan.folder, plan.journal and plan.journal.parent))
         self.session = self._session()
+        self.grip = Grip(self.session, wall)
         self._journal: Journal | None = None
         self._memory: Memory | None = None
         self.chronicle = self._chronicle()
@@ -207,6 +210,8 @@ class Room:
         self._activity: messages.Activity | None = None
         self._told_now = 0.0  # of the clock
         self.session.driver.lags = self._lags
+        self._pulled = messages.Pulled(self.grip.pulled)
+        self._pulled_at = wall()
         self.session.actor.serve()
 
     def _session(self) -> _Served:
@@ -513,10 +518,21 @@ class Room:
         if not same or (not now.realtime and now.now != self._told_now):
             self._clock, self._told_now = now, now.now
             self.broadcast.announce(now)
+        self._announce_pulled()
         activity = self.activity()
         if activity != self._activity:
             self._activity = activity
             self.broadcast.announce(activity)
+
+    def _announce_pulled(self) -> None:
+        """What holds the tool at once, how far it is from the wish some times a second."""
+        pulled, before, now = self.grip.pulled, self._pulled.state, self._wall()
+        if pulled == before:
+            return
+        same = pulled.by == before.by and pulled.held.holds == before.held.holds
+        if not same or now - self._pulled_at > PULLED_EVERY:
+            self._pulled, self._pulled_at = messages.Pulled(pulled), now
+            self.broadcast.announce(self._pulled)
 
     def activity(self) -> messages.Activity:
         """Who drives, and which programs run."""

@@ -115,6 +115,8 @@ class Actor:
         self._time_first = False  # time goes on before the next request begins
         self._look = False  # what was done may have stopped a program that others wait for
         self._answers: list[_Answer | _News] = []  # to be given when the changes that they are of are on the disk
+        self._beat: Callable[[], float | None] | None = None  # what the robot does by itself
+        self._beats_at = inf  # [s] of the robot's clock
         self._since = inf  # [s] of real time: when the first of them was made
         self.mishaps: list[Exception] = []  # errors of the program itself, while it was served
         self.worked = 0.0  # [s] of CPU, while it was served
@@ -157,6 +159,12 @@ class Actor:
         """
         self._answers.append(_News(give))
 
+    def repeat(self, beat: Callable[[], float | None]) -> None:
+        """In real time: from now on it is done, in the place of what was before, whenever it is due. It says when that
+        is again [s], None for never. For what happens in one of the robot's steps.
+        """
+        self._beat, self._beats_at = beat, self._driver.engine.clock.reached
+
     def _put_reaction(self, ticket: Ticket[Any], reaction: Reaction, question: int) -> None:
         self._inbox.put(_Reacted(ticket, reaction, question))
 
@@ -171,7 +179,7 @@ class Actor:
         clock = self._driver.engine.clock
         if len(self._inbox) or self._present or self._ready or (self._running and self._look):
             return clock.reached
-        due = self._driver.peek()
+        due = min(self._driver.peek(), self._beats_at)
         passes = self._running or (clock.realtime and not clock.paused)
         return due if passes or due <= clock.reached else inf
 
@@ -251,6 +259,8 @@ class Actor:
         elif self._running and self._look:
             self._look = False
             self._go_on_all()
+        elif self._beats_at <= self._driver.engine.clock.reached:
+            self._go_on_by_itself()
         elif (ready := self._ready) and not (self._running and (self._time_first or self._line_runs())):
             self._time_first = self._look = bool(self._running)
             self._waiting.remove(ready)
@@ -283,6 +293,13 @@ class Actor:
             self._inbox.wait(None)
         else:
             self._driver.engine.clock.wait(due)
+
+    def _go_on_by_itself(self) -> None:
+        beat, self._beat, self._beats_at = self._beat, None, inf
+        assert beat is not None
+        again = beat()
+        if again is not None:
+            self._beat, self._beats_at = beat, again
 
     def _happen(self) -> None:
         """Let time go on to what is due next, and see who has waited for it."""

@@ -74,7 +74,7 @@ class Goal(Struct, frozen=True, omit_defaults=True):
     def target(self) -> Target:
         """Raises IllegalValue for what is no place."""
         if self.pose is not None:
-            return PoseTarget(_rotating(self.pose))
+            return PoseTarget(rotating(self.pose))
         if self.joints is not None:
             return JointTarget(_finite(self.joints))
         if self.named is not None:
@@ -82,7 +82,7 @@ class Goal(Struct, frozen=True, omit_defaults=True):
         if self.joint is not None:
             return JointOffsetTarget(self.joint, *_finite((self.change,)))
         if self.offset is not None:
-            return ToolOffsetTarget(_rotating(self.offset))
+            return ToolOffsetTarget(rotating(self.offset))
         if self.aligned:
             return AlignedTarget()
         raise IllegalValue("a motion to nowhere", "a pose, joints, or the name of a pose")
@@ -108,7 +108,7 @@ class Valued(Spoken, frozen=True, omit_defaults=True):
     def value(self) -> Value:
         """Raises IllegalValue for what is no value."""
         if self.location is not None:
-            return _rotating(self.location)
+            return rotating(self.location)
         if self.joints is not None:
             return _finite(self.joints)
         if self.text is not None:
@@ -126,7 +126,7 @@ def _finite(numbers: Joints) -> Joints:
     return numbers
 
 
-def _rotating(T: Transform) -> Transform:
+def rotating(T: Transform) -> Transform:
     """Raises IllegalValue for a matrix that is no location."""
     _finite(T)
     rows = T[0:3], T[4:7], T[8:11]

@@ -102,6 +102,7 @@ class Station:
         self.desk = self._own_desk = Desk(attended=terminal.attended)
         self._desks: WeakSet[Desk] = WeakSet((self.desk,))
         self.lease: Lease | None = None
+        self.stops = 0  # how often it was stopped by hand
         self.driver.answers, self.driver.then = self._answers, self._then
         self.layout = Layout()
         self.journal: Path | None = None  # the file that all motions are written to as they are commanded
@@ -367,6 +368,7 @@ class Station:
         self._abort([track.number for track in self.tasks.running])
 
     def _abort(self, tasks: Iterable[int]) -> None:
+        self.stops += 1
         for number in tasks:
             self.driver.abort(number)
         self.engine.stop()

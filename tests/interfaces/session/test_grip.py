@@ -1,0 +1,182 @@
+"""A tool dragged at a robot that is served: it follows by itself, and is let go when nothing is heard any more."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import cos, pi, radians, sin, sqrt
+from random import Random
+
+import pytest
+
+from tests.engine.wall import ManualWall
+from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.engine.clock import Clock
+from vrs_cli.errors import LeaseHeld, RoleWanted, UsageError
+from vrs_cli.interfaces.dragging import Held, Hold, Limit
+from vrs_cli.interfaces.holders.holder import Holder
+from vrs_cli.interfaces.session.grip import SILENCE, Grip, Pulled
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.lease import Lease
+from vrs_cli.kinematics.transform import Transform, at_position, distance, from_oat
+from vrs_cli.language.words.word import Role
+
+TABLE = from_oat(0.0, 0.45, -0.15, radians(90), radians(90), 0.0)
+
+
+def moved(x: float, y: float, z: float) -> Transform:
+    return at_position(TABLE, TABLE.px + x, TABLE.py + y, TABLE.pz + z)
+
+
+class Served:
+    """A robot in real time, which passes when the robot waits, and one who holds it."""
+
+    def __init__(self, clock: Clock | None = None) -> None:
+        self.wall = ManualWall()
+        self.session = Session(RecordingTerminal(), clock=clock or self.wall.clock())
+        self.grip = Grip(self.session, self.wall)
+        self.ann = Holder(self.session, Role.SUPERVISOR, "ann")
+        self.do("MOVE TRANS(0, 450, -150, 90, 90, 0)")
+        self.pass_time(3.0)
+
+    def do(self, line: str) -> None:
+        self.session.actor.finish(self.ann.ask(line), self.session.terminal)
+
+    def pull(self, wish: Transform | None, who: Holder | None = None) -> None:
+        self.session.actor.finish((who or self.ann).submit(self.grip.pull(wish)), self.session.terminal)
+
+    def pass_time(self, seconds: float) -> None:
+        """What the robot does meanwhile is done."""
+        until = self.wall.seconds + seconds
+        while self.wall.seconds < until:
+            before = self.wall.seconds
+            if self.session.actor.peek() < self.session.engine.clock.reached + until - before:
+                self.session.actor.step()
+            if self.wall.seconds == before:
+                self.wall.seconds = min(before + 0.005, until)
+
+    @property
+    def tool(self) -> Transform:
+        engine = self.session.engine
+        return engine.position(engine.clock.reached).T_world_tool
+
+    @property
+    def stands(self) -> bool:
+        engine = self.session.engine
+        return engine.end <= engine.clock.reached
+
+
+@pytest.fixture
+def served() -> Served:
+    return Served()
+
+
+def test_one_wish_is_enough_to_get_there(served: Served) -> None:
+    """The robot goes on by itself: nobody has to say where it is now."""
+    wish = moved(0.1, 0.0, 0.1)
+    served.pull(wish)
+    for _ in range(10):
+        served.pass_time(0.25)
+        served.pull(wish)
+    assert distance(served.tool, wish) < 1e-6
+    assert served.grip.pulled == Pulled("ann")
+
+
+def test_who_is_not_heard_of_lets_go_and_the_arm_comes_to_rest(served: Served) -> None:
+    served.pull(moved(0.3, 0.3, 0.3))
+    served.pass_time(SILENCE + 1.0)
+    assert served.stands
+    assert served.grip.pulled == Pulled(why="nothing was heard any more")
+    served.pull(moved(0.1, 0.0, 0.0))  # it needs nothing to go on
+    assert served.grip.pulled.by == "ann"
+
+
+def test_let_go_it_rests_soon(served: Served) -> None:
+    for k in range(20):
+        served.pull(moved(0.01 * k, 0.0, 0.0))
+        served.pass_time(0.02)
+    assert not served.stands
+    served.pull(None)
+    assert served.grip.pulled == Pulled()
+    served.pass_time(0.4)
+    assert served.stands
+
+
+def test_what_holds_it_is_told(served: Served) -> None:
+    for _ in range(30):
+        served.pull(moved(0.0, 2.0, 0.0))
+        served.pass_time(0.1)
+    assert Hold(Limit.REACH, which="far") in served.grip.pulled.held.holds
+    for _ in range(30):
+        served.pull(TABLE)
+        served.pass_time(0.1)
+    assert served.grip.pulled == Pulled("ann", Held())
+
+
+@pytest.mark.parametrize("line", ["ABORT", "MOVE #PPOINT(0, -90, 90, 0, 0, 0)"])
+def test_whatever_else_moves_or_stops_the_robot_breaks_it_off_until_it_is_taken_again(
+    served: Served, line: str
+) -> None:
+    served.pull(TABLE)  # the arm stands
+    served.do(line)
+    served.pass_time(0.1)
+    assert "else" in served.grip.pulled.why
+    version = served.session.engine.timeline.version
+    served.pull(moved(0.1, 0.0, 0.0))
+    served.pass_time(0.1)
+    assert served.session.engine.timeline.version == version
+    served.pull(None)
+    served.pull(moved(0.1, 0.0, 0.0))
+    assert served.grip.pulled.by == "ann"
+
+
+def test_only_who_drives_may(served: Served) -> None:
+    viewer = Holder(served.session, Role.OBSERVER, "bob")
+    with pytest.raises(RoleWanted):
+        served.pull(TABLE, viewer)
+    served.session.lease = Lease("carl", 1e9)
+    with pytest.raises(LeaseHeld):
+        served.pull(TABLE)
+
+
+def test_it_waits_for_no_program(served: Served) -> None:
+    served.session.load_text(".PROGRAM go\n10 GOTO 10\n.END\n")
+    served.session.begin("go", cycles=1)
+    with pytest.raises(UsageError, match="until the program stops"):
+        served.pull(TABLE)
+
+
+def test_in_virtual_time_each_wish_takes_a_tick() -> None:
+    session = Session(RecordingTerminal())
+    grip, ann = Grip(session, ManualWall()), Holder(session, Role.SUPERVISOR, "ann")
+    session.perform("MOVE TRANS(0, 450, -150, 90, 90, 0)")
+    before = session.engine.now
+    for _ in range(100):
+        session.actor.finish(ann.submit(grip.pull(moved(0.05, 0.0, 0.0))), session.terminal)
+    assert session.engine.now == pytest.approx(before + 2.0)
+    assert distance(session.engine.position().T_world_tool, moved(0.05, 0.0, 0.0)) < 1e-6
+
+
+def delayed(seconds: float) -> Iterator[tuple[float, float]]:
+    """When a hand moves, 30 times a second, and when that comes to the robot: 0.2 s later, +- 0.08, in its order."""
+    source, last = Random(13), 0.0
+    for k in range(int(30 * seconds)):
+        last = max(last, k / 30 + max(source.gauss(0.2, 0.08), 0.0))
+        yield k / 30, last
+
+
+def test_over_a_line_of_uneven_delay_it_goes_on_without_a_stop(served: Served) -> None:
+    """The tool is where the hand was 0.2 s ago, and a little."""
+    begin, squares, count = served.wall.seconds, 0.0, 0
+
+    def hand(t: float) -> Transform:
+        return moved(0.1 * sin(pi * t / 2.0), 0.0, 0.1 * (1.0 - cos(pi * t / 2.0)))
+
+    for t, came in delayed(8.0):
+        served.pass_time(max(begin + came - served.wall.seconds, 0.0))
+        served.pull(hand(t))
+        assert served.grip.pulled.by == "ann"
+        since = served.wall.seconds - begin
+        if since > 1.0:
+            assert not served.stands
+            squares, count = squares + distance(served.tool, hand(since - 0.3)) ** 2, count + 1
+    assert sqrt(squares / count) < 0.02

@@ -1,0 +1,123 @@
+"""The tool in somebody's hand, at a robot that is served: one drags it at a time, and the robot follows by itself.
+
+Whoever drags says only where the tool is wished; the newest wish counts. The robot goes after it at its own pace, so
+wishes may come late, in bursts, or not at all for a moment. Without a sign of life for SILENCE seconds the tool is let
+go, and the arm comes to rest. So it is when somebody else moves the robot, or a program takes it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from msgspec import Struct
+
+from vrs_cli.dialogue.talk import Talk
+from vrs_cli.errors import VrsError
+from vrs_cli.interfaces.dragging import TICK, Dragging, Held
+from vrs_cli.interfaces.rights import check_goes_beside
+from vrs_cli.interfaces.session.acts import rotating
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.desk import Desk
+from vrs_cli.kinematics.transform import Transform
+from vrs_cli.language.words.word import Role
+
+SILENCE = 0.6  # [s] on the wall without a word from who drags
+SAID = "to drag the tool"
+
+
+class Pulled(Struct, frozen=True, omit_defaults=True):
+    """Who drags the tool, empty for nobody, and how it follows; `why` it was let go, where that was not by who dragged
+    it.
+    """
+
+    by: str = ""
+    held: Held = Held()
+    why: str = ""
+
+
+class Grip:
+    """All but `pulled` is for the robot's own thread."""
+
+    def __init__(self, session: Session, wall: Callable[[], float]) -> None:
+        self.pulled = Pulled()
+        self._session, self._wall = session, wall
+        self._dragging: Dragging | None = None
+        self._desk: Desk | None = None
+        self._wish: Transform | None = None
+        self._heard = 0.0
+        self._spent: Desk | None = None  # whose drag was broken off
+        self._version = self._stops = 0  # of the timeline, and how often the robot was stopped, as the drag knows
+
+    def pull(self, wish: Transform | None) -> Talk[None]:
+        """Whoever is at the desk wishes the tool (T_world_tool) to be there, or lets it go. Raises RoleWanted,
+        LeaseHeld, RobotNotAttached, UsageError, PowerOff.
+        """
+        session = self._session
+        if wish is None:
+            self._spent = None if self._spent is session.desk else self._spent
+            if self._desk is session.desk:
+                self._let_go()
+            return
+        if self._spent is session.desk:
+            return
+        session.check_may(SAID, Role.SUPERVISOR)
+        self._wish, self._heard = rotating(wish), self._wall()
+        if self._dragging is None or self._desk is not session.desk:
+            yield from session.on_branch(Role.SUPERVISOR, self._take())
+        elif not session.engine.realtime:
+            self._follow()
+
+    def _take(self) -> Talk[None]:
+        yield from ()
+        session = self._session
+        session.settle()
+        if session.running or session.elsewhere:
+            check_goes_beside(SAID, Role.SUPERVISOR, elsewhere=session.elsewhere)
+        session.tasks.check_robot_free()
+        self._dragging, self._desk = Dragging(session.engine), session.desk
+        self._version, self._stops = session.engine.timeline.version, session.stops
+        self._follow()
+        if session.engine.realtime:
+            session.actor.repeat(self._beat)
+
+    def _beat(self) -> float | None:
+        """The robot's next step after the wish; when the one after that is due [s], None once the tool is let go."""
+        engine = self._session.engine
+        if self._dragging is None:
+            return None
+        if self._wall() - self._heard > SILENCE:
+            self._let_go("nothing was heard any more")
+            return None
+        due = engine.clock.reached
+        try:
+            self._session.settle()
+            self._follow()
+        except VrsError as error:
+            self._break_off(str(error))
+        return None if self._dragging is None else max(due + TICK, engine.now)
+
+    def _follow(self) -> None:
+        session, engine, dragging = self._session, self._session.engine, self._dragging
+        assert dragging is not None
+        assert self._wish is not None
+        assert self._desk is not None
+        if (engine.timeline.version, session.stops) != (self._version, self._stops) or session.running:
+            self._break_off("something else has moved or stopped the robot")
+            return
+        held = dragging.to(self._wish)
+        self._version = engine.timeline.version
+        self.pulled = Pulled(self._desk.name, held)
+        if not engine.realtime:
+            session.settle(engine.now + TICK)
+
+    def _break_off(self, why: str) -> None:
+        """Who drags has to let the tool go, and to take it again."""
+        self._spent = self._desk
+        self._let_go(why)
+
+    def _let_go(self, why: str = "") -> None:
+        """The arm comes to rest as it was planned to without another wish."""
+        self._dragging, self._desk, self.pulled = None, None, Pulled(why=why)
+        engine = self._session.engine
+        if not engine.realtime:
+            self._session.settle(engine.end)
