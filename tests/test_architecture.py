@@ -54,9 +54,10 @@ LIVES_IN = {
     "lark": {"language/text/table.py"},
     "prompt_toolkit": {"repl"},
     "websockets": {"net/client.py", "net/server.py", "net/sockets.py", "view3d/guard.py"},
-    "rich": {"render", "view3d/app.py"},
+    "rich": {"render", "view3d/app.py", "view3d/studio.py"},
     "viser": {"view3d"},
     "trimesh": {"view3d"},
+    "PIL": {"view3d/still.py"},
     "msgspec": {*FLOORS[FLOORS.index("engine") :]},  # but see `test_bytes_are_made_and_read_in_one_room`
     "filelock": {"files/lock.py"},
     "mcap": {"files/mcap_log.py"},
@@ -128,6 +129,9 @@ DEFERRED = (
         "they bring numpy",
     ),
     Deferred(("files/trajectory_file.py",), ("vrs_cli.files.soundness",), "it brings numpy"),
+    Deferred(
+        ("view3d/pictures.py",), ("vrs_cli.view3d.page", "vrs_cli.view3d.still"), "viser takes half a second to load"
+    ),
     Deferred(("kinematics/forms.py",), ("vrs_cli.kinematics",), "a robot loads its own closed form, and no other"),
     Deferred(
         ("kinematics/model.py", "kinematics/model_data.py"),

@@ -154,8 +154,8 @@ def test_a_file_that_is_no_trajectory(
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["export", "--to", "bag"], "unknown format bag (known: csv, json, npz, mcap, ros)"),
-        (["export"], "which format? (give --to csv or json or npz or mcap or ros)"),
+        (["export", "--to", "bag"], "unknown format bag (known: csv, json, npz, mcap, ros, html, png, gif, mp4)"),
+        (["export"], "which format? (give --to csv or json or npz or mcap or ros or html or png or gif or mp4)"),
         (["export", "-o", "t.vrst", "--to", "csv"], "t.vrst is named twice"),
         (["export", "-o", "none/a.csv"], "*File error* none/a.csv cannot be written: no such file"),
         (["replay", "--csv", "a", "--plot", "a"], "a is named twice"),

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import DEFAULT_RATE, STANDARD_STREAM, CommandLineError, Parser
-from vrs_cli.cli.outputs import add_rate_option, check_distinct, write_table
+from vrs_cli.cli.command_line import DEFAULT_RATE, STANDARD_STREAM, CommandLineError, Parser, number
+from vrs_cli.cli.outputs import add_rate_option, check_distinct, write_export
 from vrs_cli.cli.recordings import add_lenient_option, read_recording
 
 if TYPE_CHECKING:
@@ -17,28 +18,38 @@ EPILOG = """\
 {formats}
 
 Columns of csv: t [s], jt1 ... jtn [deg; mm where a joint slides], x, y, z [mm], o, a, t_angle [deg].
+html, png, gif and mp4 show the robot; a picture or a film is taken by the Chromium
+or Chrome of this machine.
 
   vrs export pick.vrst --to csv -o pick.csv --rate 50
   vrs export pick.vrst --to csv | head
   vrs export day.vrst -o day.npz --rate 10
+  vrs export pick.vrst -o pick.html
+  vrs export pick.vrst -o pick.png --at 2.5
 """
 
 
 def main(prog: str, arguments: Sequence[str]) -> int:
-    """Write a saved trajectory as a table."""
+    """Write a saved trajectory in another format."""
     from vrs_cli.files.atomic import check_writable
     from vrs_cli.files.exports import EXPORTERS
+    from vrs_cli.view3d.pictures import PICTURES
 
-    options = _parser(prog, EXPORTERS).parse(arguments)
-    form = _format(options.to, options.output)
+    formats = {**EXPORTERS, **PICTURES}
+    options = _parser(prog, formats).parse(arguments)
+    exporter = _format(formats, options.to, options.output)
+    _check_number(exporter, options)
     if options.output != STANDARD_STREAM:
         check_distinct((options.file, options.output))
         check_writable(options.output)
-    EXPORTERS[form].check()
+    exporter.check()
     recording = read_recording(prog, options.file, lenient=options.lenient)
     from vrs_cli.kinematics.forms import arm_for
 
-    write_table(form, options.output, arm_for(recording.model), recording.timeline, options.rate or DEFAULT_RATE)
+    given = options.rate if options.at is None else options.at
+    if given is None:
+        given = exporter.usual(recording.timeline) if exporter.usual else DEFAULT_RATE
+    write_export(exporter, options.output, arm_for(recording.model), recording.timeline, given)
     return 0
 
 
@@ -54,21 +65,28 @@ def _parser(prog: str, formats: Mapping[str, Exporter]) -> Parser:
     parser.add_argument(
         "-o", "--output", metavar="OUT", default=STANDARD_STREAM, help="the file to write; default: standard output"
     )
-    add_rate_option(parser)
+    add_rate_option(parser, ", or frames (html: 30; gif, mp4: 10)")
+    parser.add_argument("--at", metavar="TIME", type=number, help="the moment of a png [s]; default: the end")
     add_lenient_option(parser)
     return parser
 
 
-def _format(asked: str | None, output: str) -> str:
+def _format(formats: Mapping[str, Exporter], asked: str | None, output: str) -> Exporter:
     """The format asked for, or the one that the file's ending says."""
-    from vrs_cli.files.exports import EXPORTERS
-
     if asked is not None:
-        if asked not in EXPORTERS:
-            raise CommandLineError(f"unknown format {asked}", f"known: {', '.join(EXPORTERS)}")
-        return asked
+        if asked not in formats:
+            raise CommandLineError(f"unknown format {asked}", f"known: {', '.join(formats)}")
+        return formats[asked]
     suffix = os.path.splitext(output)[1].lower()
-    for exporter in EXPORTERS.values():
+    for exporter in formats.values():
         if exporter.suffix == suffix:
-            return exporter.name
-    raise CommandLineError("which format?", f"give --to {' or '.join(EXPORTERS)}")
+            return exporter
+    raise CommandLineError("which format?", f"give --to {' or '.join(formats)}")
+
+
+def _check_number(exporter: Exporter, options: argparse.Namespace) -> None:
+    """Raises CommandLineError for `--rate` of one moment, and for `--at` of many."""
+    if exporter.of_moment and options.rate is not None:
+        raise CommandLineError(f"{exporter.name} is one moment and has no rate", "give --at TIME")
+    if options.at is not None and not exporter.of_moment:
+        raise CommandLineError(f"{exporter.name} is the whole trajectory", "--at TIME is for --to png")

@@ -18,6 +18,7 @@ from vrs_cli.errors import FileError
 
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
+    from vrs_cli.files.exports import Exporter
     from vrs_cli.kinematics.arm import RobotArm
     from vrs_cli.trajectory.timeline import Timeline
 
@@ -31,10 +32,10 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plot", metavar="OUT.svg|png", help="draw joints, velocities and the tool over time")
 
 
-def add_rate_option(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--rate", metavar="HZ", type=sampling_rate, help=f"rows of the table per second (default {DEFAULT_RATE:g})"
-    )
+def add_rate_option(parser: argparse.ArgumentParser, beside: str = "") -> None:
+    """`beside`: what else than rows of a table is counted."""
+    told = f"rows of the table per second (default {DEFAULT_RATE:g}){beside}"
+    parser.add_argument("--rate", metavar="HZ", type=sampling_rate, help=told)
 
 
 class Outputs(Struct, frozen=True):
@@ -87,19 +88,21 @@ class Outputs(Struct, frozen=True):
     def write(self, arm: RobotArm, timeline: Timeline, title: str) -> None:
         """Write all of them. Raises FileError."""
         if self.csv is not None:
-            write_table("csv", self.csv, arm, timeline, self.rate)
+            from vrs_cli.files.exports import EXPORTERS
+
+            write_export(EXPORTERS["csv"], self.csv, arm, timeline, self.rate)
         if self.plot is not None:
             from vrs_cli.render.plots import plot_trajectory
 
             plot_trajectory(self.plot, arm, timeline, title)
 
 
-def write_table(form: str, path: str, arm: RobotArm, timeline: Timeline, rate: float) -> None:
-    """Write a trajectory in one of the formats of `exports`. Raises FileError."""
-    from vrs_cli.files.exports import EXPORTERS, export
+def write_export(exporter: Exporter, path: str, arm: RobotArm, timeline: Timeline, number: float) -> None:
+    """Write a trajectory in one of the formats of `exports` or `pictures`. Raises FileError."""
+    from vrs_cli.files.exports import export
 
     sys.stdout.flush()
-    export(EXPORTERS[form], path, sys.stdout.buffer, arm, timeline, rate)
+    export(exporter, path, sys.stdout.buffer, arm, timeline, number)
     sys.stdout.buffer.flush()
 
 

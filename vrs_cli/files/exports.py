@@ -41,9 +41,10 @@ def _nothing_missing() -> None:
 
 
 class Exporter(Struct, frozen=True):
-    """A format: what `--to` calls it, the ending of its files, and who writes it (stream, arm, timeline, rate [Hz]).
+    """A format: what `--to` calls it, the ending of its files, and who writes it (stream, arm, timeline, number).
 
-    `check` raises UsageError where a package is missing.
+    The number is a rate [Hz], or the time [s] of what shows one moment.
+    `check` raises UsageError where a package is missing; `usual`: the number for a timeline where none is given.
     """
 
     name: str
@@ -51,16 +52,18 @@ class Exporter(Struct, frozen=True):
     summary: str
     write: Callable[[BinaryIO, RobotArm, Timeline, float], None]
     check: Callable[[], None] = _nothing_missing
+    usual: Callable[[Timeline], float] | None = None  # the rate of tables
+    of_moment: bool = False
 
 
 def export(
-    exporter: Exporter, path: str, standard_output: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float
+    exporter: Exporter, path: str, standard_output: BinaryIO, arm: RobotArm, timeline: Timeline, number: float
 ) -> None:
     """Write a file as a whole or not at all, or to `standard_output` when `path` is `-`. Raises FileError."""
     opened: AbstractContextManager[BinaryIO]
     opened = nullcontext(standard_output) if path == STANDARD_OUTPUT else atomically(path)
     with opened as stream:
-        exporter.write(stream, arm, timeline, rate)
+        exporter.write(stream, arm, timeline, number)
 
 
 # --- CSV -----------------------------------------------------------------------------------------------------

@@ -7,10 +7,9 @@ from math import tan
 import numpy as np
 
 from vrs_cli.view3d.bar import Bar
-from vrs_cli.view3d.figure import Figure
 from vrs_cli.view3d.plots import Plots
-from vrs_cli.view3d.shown import Shown
-from vrs_cli.view3d.stage import FIELD, Stage, camera_for
+from vrs_cli.view3d.scenery import scenery
+from vrs_cli.view3d.stage import FIELD, camera_for
 from vrs_cli.view3d.window import Window
 
 ORANGE = (222, 120, 40)  # of what can be pressed
@@ -21,39 +20,13 @@ PHONE = 800.0  # [px] of the width of a page, where that sheet takes the place o
 CHOICES = 230.0  # [px] the width of the panel of what is to be shown
 
 
-class Scene:
-    """The robot where it is, and what is around it."""
-
-    def __init__(self, window: Window) -> None:
-        scene, model = window.client.scene, window.watched.arm.model
-        self._figure, self._stage = Figure(scene, "/robot", model), Stage(scene, model)
-
-    def show(self, shown: Shown) -> None:
-        position, base = shown.position, shown.frames.base
-        self._figure.pose(position.joints, position.hand, base)
-        self._stage.pose(position.T_world_tool, base)
-
-
-class Edges:
-    """viser's own panel, which has the bar, is as wide as the picture, however wide that is."""
-
-    def __init__(self, window: Window) -> None:
-        self._window, self._panel, self._width = window, window.client.gui.main_panel, window.width
-        self._panel.float(x=EDGE, y=-EDGE, width=self._width - 2.0 * EDGE, height=HEIGHT)
-
-    def show(self, _shown: Shown) -> None:
-        if self._width != self._window.width:
-            self._width = self._window.width
-            self._panel.set_width(max(self._width - 2.0 * EDGE, CHOICES))
-
-
 def furnish(window: Window, title: str) -> None:
     """All parts of a window, in the order in which they are shown. What is shown at will has its box in `choices`."""
     gui = window.client.gui
     gui.configure_theme(show_logo=False, show_share_button=False, brand_color=ORANGE)
     gui.set_panel_label(title)
     choices = gui.add_panel()
-    window.parts.append(Scene(window))
+    window.parts.extend(scenery(window.client.scene, window.watched.arm.model))
     _look(window)
     window.parts.append(Edges(window))
     bar = Bar(window)

@@ -1,0 +1,62 @@
+"""A trajectory as it looks, in files: formats beside those of `files/exports.py`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import BinaryIO
+
+from vrs_cli.files.exports import Exporter
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.view3d.needs import check_mp4, check_still, check_view
+
+FILM_RATE = 10.0  # [1/s] frames
+
+
+def _write_page(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
+    from vrs_cli.view3d.page import write_page
+
+    write_page(stream, arm, timeline, rate)
+
+
+def _page_rate(timeline: Timeline) -> float:
+    from vrs_cli.view3d.page import usual_rate
+
+    return usual_rate(timeline)
+
+
+def _write_still(stream: BinaryIO, arm: RobotArm, timeline: Timeline, t: float) -> None:
+    from vrs_cli.view3d.still import write_still
+
+    write_still(stream, arm, timeline, t)
+
+
+def _write_gif(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
+    from vrs_cli.view3d.still import write_gif
+
+    write_gif(stream, arm, timeline, rate)
+
+
+def _write_mp4(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
+    from vrs_cli.view3d.still import write_mp4
+
+    write_mp4(stream, arm, timeline, rate)
+
+
+def _film_rate(_timeline: Timeline) -> float:
+    return FILM_RATE
+
+
+def _end(timeline: Timeline) -> float:
+    return timeline.end
+
+
+PICTURES: Mapping[str, Exporter] = {
+    exporter.name: exporter
+    for exporter in (
+        Exporter("html", ".html", "a page that plays in a browser, offline", _write_page, check_view, _page_rate),
+        Exporter("png", ".png", "a picture of one moment", _write_still, check_still, _end, True),
+        Exporter("gif", ".gif", "a moving picture", _write_gif, check_still, _film_rate),
+        Exporter("mp4", ".mp4", "a film, by ffmpeg", _write_mp4, check_mp4, _film_rate),
+    )
+}

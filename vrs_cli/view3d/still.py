@@ -1,0 +1,159 @@
+"""Photographs of a scene: by the Chromium, Chrome or Edge of this machine, without a window and with software alone, so
+that a picture is the same wherever it is taken.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from io import BytesIO
+from math import ceil, floor
+from pathlib import Path
+from queue import Empty, Queue
+from tempfile import TemporaryDirectory
+from typing import BinaryIO
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+from PIL import Image
+
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.view3d.needs import PictureError, find_browser, find_ffmpeg
+from vrs_cli.view3d.stage import FIELD, camera_for
+from vrs_cli.view3d.studio import Studio, server
+
+SIZE = (960, 640)  # of a picture [px]
+FILM_SIZE = (640, 420)  # of one that moves
+MOST_FRAMES = 600  # of a film: each takes a tenth of a second to a second to draw
+GIF_COLOURS = 128
+PATIENCE = 90.0  # [s] until a browser that shows nothing is given up: a slow machine draws the first picture in 10 s
+FLAGS = (
+    "--headless=new",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-dev-shm-usage",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-extensions",
+    "--no-first-run",
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",  # of its own accord it asks nobody either
+)
+
+Pixels = NDArray[np.uint8]  # (height, width, 3)
+
+
+def write_still(stream: BinaryIO, arm: RobotArm, timeline: Timeline, t: float) -> None:
+    """Write a PNG of the moment t [s]. Raises PictureError where there is no browser."""
+    with photographing(SIZE) as (client, take):
+        _aim(client, arm, SIZE)
+        Studio(client.scene, arm, timeline).show(t)
+        stream.write(png(take()))
+
+
+def _aim(client: viser.ClientHandle, arm: RobotArm, size: tuple[int, int]) -> None:
+    """See all of the arm."""
+    camera = camera_for(arm.model, size[0] / size[1])
+    client.camera.position, client.camera.look_at, client.camera.fov = *camera, FIELD
+
+
+def png(pixels: Pixels) -> bytes:
+    written = BytesIO()
+    Image.fromarray(pixels).save(written, "png", optimize=True)
+    return written.getvalue()
+
+
+def write_gif(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
+    """Write a moving picture with so many frames a second, without an end. Raises PictureError."""
+    with _frames(arm, timeline, rate) as frames:
+        first, *others = [Image.fromarray(frame).quantize(GIF_COLOURS, dither=Image.Dither.NONE) for frame in frames]
+    pause = round(1000.0 / rate)
+    first.save(stream, "gif", save_all=True, append_images=others, duration=pause, loop=0)
+
+
+def write_mp4(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
+    """Write a film with so many frames a second, by the ffmpeg of this machine. Raises PictureError."""
+    width, height = FILM_SIZE
+    picture = ("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{rate:.6g}", "-i", "-")
+    form = ("-c:v", "libx264", "-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-movflags", "+faststart")
+    with TemporaryDirectory() as folder, _frames(arm, timeline, rate) as frames:
+        made = Path(folder) / "film.mp4"
+        command = (find_ffmpeg(), "-loglevel", "error", *picture, *form, str(made))
+        raw = b"".join(frame.tobytes() for frame in frames)
+        done = subprocess.run(command, input=raw, capture_output=True, check=False)
+        if done.returncode:
+            raise PictureError("ffmpeg makes no film", done.stderr.decode(errors="replace").strip())
+        stream.write(made.read_bytes())
+
+
+@contextmanager
+def _frames(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[Iterator[Pixels]]:
+    """Pictures of the whole timeline. Raises PictureError where there would be too many."""
+    count = ceil((timeline.end - timeline.start) * rate)
+    if count > MOST_FRAMES:
+        raise PictureError(
+            f"{count} frames are more than a film has ({MOST_FRAMES}), as each takes a moment to draw",
+            f"give --rate {floor(10.0 * MOST_FRAMES / (timeline.end - timeline.start)) / 10.0:g}, or --to html",
+        )
+    with photographing(FILM_SIZE) as (client, take):
+        _aim(client, arm, FILM_SIZE)
+        studio = Studio(client.scene, arm, timeline)
+
+        def taken(t: float) -> Pixels:
+            studio.show(t)
+            return take()
+
+        yield (taken(min(timeline.start + k / rate, timeline.end)) for k in range(count + 1))
+
+
+@contextmanager
+def photographing(size: tuple[int, int]) -> Iterator[tuple[viser.ClientHandle, Callable[[], Pixels]]]:
+    """A scene to fill, and what takes a picture of it. Raises PictureError."""
+    browser = find_browser()
+    arrived: Queue[viser.ClientHandle] = Queue()
+    with server() as seen:
+        seen.on_client_connect(arrived.put)
+        with _looking(browser, f"http://127.0.0.1:{seen.get_port()}", size) as running:
+            client = _awaited(arrived, running, browser)
+            yield client, lambda: _taken(client, size)
+
+
+@contextmanager
+def _looking(browser: str, url: str, size: tuple[int, int]) -> Iterator[subprocess.Popen[bytes]]:
+    """The browser at a page, somewhat larger than the pictures, with a profile of its own."""
+    width, height = size
+    root = ("--no-sandbox",) * (sys.platform != "win32" and os.geteuid() == 0)  # Chromium gives root none
+    with TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        command = (browser, *FLAGS, *root, f"--window-size={width + 20},{height + 160}", f"--user-data-dir={profile}")
+        none = subprocess.DEVNULL
+        with subprocess.Popen([*command, url], stdin=none, stdout=none, stderr=none) as running:
+            try:
+                yield running
+            finally:
+                running.terminate()
+
+
+def _awaited(arrived: Queue[viser.ClientHandle], running: subprocess.Popen[bytes], browser: str) -> viser.ClientHandle:
+    """The browser as viser knows it. Raises PictureError where it does not come."""
+    for _ in range(int(PATIENCE)):
+        try:
+            return arrived.get(timeout=1.0)
+        except Empty:
+            if running.poll() is not None:
+                break
+    raise PictureError(f"{browser} shows nothing", "does it run with --headless=new and --use-angle=swiftshader?")
+
+
+def _taken(client: viser.ClientHandle, size: tuple[int, int]) -> Pixels:
+    """Raises PictureError."""
+    width, height = size
+    try:
+        drawn = client.get_render(height, width, transport_format="png", timeout=PATIENCE)
+    except (TimeoutError, RuntimeError) as error:
+        raise PictureError("the browser takes no picture", str(error)) from error
+    opaque = drawn[:, :, 3:] / 255.0
+    return np.round(drawn[:, :, :3] * opaque + 255.0 * (1.0 - opaque)).astype(np.uint8)

@@ -1,0 +1,59 @@
+"""A scene that nobody drives: a trajectory with its arm, path and caption, to be recorded or photographed."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import rich
+import viser
+from viser import SceneApi
+
+from vrs_cli.engine.position import position_at
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.view3d.caption import Caption
+from vrs_cli.view3d.scenery import scenery
+from vrs_cli.view3d.shown import Part, Shown
+
+HOST = "127.0.0.1"
+
+
+class Studio:
+    """All that is seen of a timeline, one moment at a time."""
+
+    def __init__(self, scene: SceneApi, arm: RobotArm, timeline: Timeline) -> None:
+        self._arm, self._timeline = arm, timeline
+        self._parts: tuple[Part, ...] = (*scenery(scene, arm.model), Caption(scene, arm.model))
+
+    def show(self, t: float) -> None:
+        """The moment t [s]."""
+        shown = Shown(self._arm, self._timeline, t, position_at(self._arm, self._timeline, t), t)
+        for part in self._parts:
+            part.show(shown)
+
+
+@contextmanager
+def server() -> Iterator[viser.ViserServer]:
+    """A viser on a free port of this machine, for as long as something is recorded or photographed."""
+    with _hushed():
+        made = viser.ViserServer(host=HOST, port=0, verbose=False)
+        try:
+            yield made
+        finally:
+            made.stop()
+
+
+@contextmanager
+def _hushed() -> Iterator[None]:
+    """viser tells its address on standard output, which may be where a page goes; and a browser opens a connection in
+    advance that it may not need, which the library of its server logs as a fault.
+    """
+    console, log = rich.get_console(), logging.getLogger("websockets.server")
+    quiet, disabled = console.quiet, log.disabled
+    console.quiet = log.disabled = True
+    try:
+        yield
+    finally:
+        console.quiet, log.disabled = quiet, disabled
