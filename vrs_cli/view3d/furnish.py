@@ -9,6 +9,7 @@ import numpy as np
 from vrs_cli.view3d.bar import Bar
 from vrs_cli.view3d.plots import Plots
 from vrs_cli.view3d.scenery import scenery
+from vrs_cli.view3d.shown import Shown
 from vrs_cli.view3d.stage import FIELD, camera_for
 from vrs_cli.view3d.window import Window
 
@@ -18,6 +19,19 @@ HEIGHT = 166.0  # [px] of the bar of time
 SHEET = 300.0  # [px] that viser's sheet has at the foot of a phone, when nothing else in it is open
 PHONE = 800.0  # [px] of the width of a page, where that sheet takes the place of panels
 CHOICES = 230.0  # [px] the width of the panel of what is to be shown
+
+
+class Edges:
+    """viser's own panel, which has the bar, is as wide as the picture, however wide that is."""
+
+    def __init__(self, window: Window) -> None:
+        self._window, self._panel, self._width = window, window.client.gui.main_panel, window.width
+        self._panel.float(x=EDGE, y=-EDGE, width=self._width - 2.0 * EDGE, height=HEIGHT)
+
+    def show(self, _shown: Shown) -> None:
+        if self._width != self._window.width:
+            self._width = self._window.width
+            self._panel.set_width(max(self._width - 2.0 * EDGE, CHOICES))
 
 
 def furnish(window: Window, title: str) -> None:
