@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Protocol
 
 from msgspec import structs
 
-from vrs_cli.dialogue.questions import Question, ended
+from vrs_cli.dialogue.questions import LineWanted, Question, ended
 from vrs_cli.dialogue.replies import DiagnosticsReport, Message, Reply, is_error, refusal
 from vrs_cli.dialogue.talk import Talk, beside
 from vrs_cli.engine.position import position_at
@@ -451,9 +451,15 @@ class Guest:
 
     # --- what the robot says ---
 
+    @property
+    def asked_by_programs(self) -> tuple[tuple[Question, Ticket[Any]], ...]:
+        """The questions of programs that it has not answered."""
+        return tuple(one for one in self._questions.values() if isinstance(one[0], LineWanted))
+
     def heard(self, pending: Pending, ticket: Ticket[Any], said: Reply | Question) -> None:
         """Something was said of what it asked for."""
         if isinstance(said, Question):
+            self._withdraw_question(ticket)
             self._questions[said.id] = said, ticket
             self.tell(messages.Asked(said.id, said, pending.id))
             return
@@ -463,10 +469,7 @@ class Guest:
 
     def ended(self, pending: Pending, ticket: Ticket[Any]) -> None:
         """What it asked for is over."""
-        for number, (_, asked) in tuple(self._questions.items()):
-            if asked is ticket:
-                del self._questions[number]
-                self.tell(messages.Withdrawn(number))
+        self._withdraw_question(ticket)
         error = ticket.error(0.0)
         if pending is self._pulling:
             self._pulling = None
@@ -487,6 +490,13 @@ class Guest:
         version = self.holder.timeline.version
         self.tell(messages.Done(pending.id, ok, refusal, version, ended.status, ended.found))
         self._note(pending, wrong)
+
+    def _withdraw_question(self, ticket: Ticket[Any]) -> None:
+        """What was asked for its sake needs no answer any more."""
+        for number, (_, asked) in tuple(self._questions.items()):
+            if asked is ticket:
+                del self._questions[number]
+                self.tell(messages.Withdrawn(number))
 
     def _note(self, pending: Pending, wrong: object) -> None:
         if pending.what:

@@ -35,6 +35,7 @@ from vrs_cli.interfaces.rights import check_may, may_all, needed
 from vrs_cli.interfaces.session.grip import Grip
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.lease import Lease, Notice
+from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import to_dict
@@ -553,6 +554,7 @@ class Room:
         if gone := self.driving.lapsed():
             self._driver_gone(gone)
         self._watch_over()
+        self._withdraw_questions()
         self._measure(now)
         self._push_status()
         self._note_ends()
@@ -572,6 +574,19 @@ class Room:
         session = self.session
         if session.running and not session.driver.waited and (self._watch is None or self._watch.done()):
             self._watch = self._self.submit(session.watch_over())
+
+    def _withdraw_questions(self) -> None:
+        """A program that was stopped asks nothing any more."""
+        asked = tuple(one for guest in self.guests.values() for one in guest.asked_by_programs)
+        if not asked:
+            return
+
+        def look(session: Session) -> None:
+            if session.driver.withdrawn:
+                for question, ticket in asked:
+                    ticket.throw(AskedInVain(), question.id)
+
+        self._self.call(look)
 
     def _measure(self, now: float) -> None:
         wrong = self._meter.look(self.session.actor.worked, now)

@@ -43,6 +43,10 @@ ELEMENTS_A_STEP = 20  # that may be counted again for each step that was done: t
 MOST_A_STEP = 200  # elements that a step can add; a string has 128 characters
 
 
+class AskedInVain(Exception):
+    """Thrown into who asks: a task whose question somebody has before him waits for its answer no longer."""
+
+
 class _Run(Struct, eq=False):
     """A task that somebody waits for: when it began and is to end [s], the steps that all had done before it, and after
     how many of its own its memory is looked at. `then` is told of its end, where nobody lets time go on for it alone.
@@ -255,6 +259,8 @@ class Driver:
             try:
                 answer = yield asked.question
                 self.answer(asked.number, answer if isinstance(answer, str) else None)
+            except AskedInVain:
+                pass  # one that still waits is put again
             except VrsError as error:
                 self.answer(asked.number, error)
             except KeyboardInterrupt:
