@@ -88,7 +88,7 @@ def _afar(options: argparse.Namespace) -> Hold:
     from vrs_cli.net.client import hello_of
     from vrs_cli.net.remote import RemoteRobot
 
-    hello = hello_of(token_of(options.token_file), name=options.name or "browser")
+    hello = hello_of(token_of(options.token_file), name=options.name or "browser", attended=True)
 
     def hold(told: Told) -> Watched:
         return RemoteRobot.connect(options.url, hello, ca=options.ca, told=told, window=options.window)

@@ -10,8 +10,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from msgspec.structs import replace
-
 from vrs_cli.cli.command_line import CommandLineError, Parser, teller
 from vrs_cli.errors import UsageError
 
@@ -42,7 +40,7 @@ def client_of(prog: str, options: argparse.Namespace, *, attended: bool = False,
     """
     from vrs_cli.net.client import Client, hello_of
 
-    hello = replace(hello_of(token_of(options.token_file), name=options.name, behind=behind), attended=attended)
+    hello = hello_of(token_of(options.token_file), name=options.name, behind=behind, attended=attended)
     try:
         return Client(options.url, hello, ca=options.ca, told=teller(prog))
     except UsageError as error:

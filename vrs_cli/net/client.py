@@ -72,9 +72,13 @@ def address_of(url: str) -> str:
     return parts.geturl() if port is not None else parts._replace(netloc=f"{parts.netloc}:{PORT}").geturl()
 
 
-def hello_of(token: str = "", robot: str = "", name: str = "", behind: float = 0.0) -> messages.Hello:
-    """Of a client that takes all there is, and commands by a clock that is so far `behind` the robot's [s]."""
-    return messages.Hello((messages.VERSION,), token, robot, Encoding.MSGPACK, name, offset=-behind)
+def hello_of(
+    token: str = "", robot: str = "", name: str = "", behind: float = 0.0, *, attended: bool = False
+) -> messages.Hello:
+    """Of a client that takes all there is, and commands by a clock that is so far `behind` the robot's [s]. `attended`:
+    a person is there, who can be asked.
+    """
+    return messages.Hello((messages.VERSION,), token, robot, Encoding.MSGPACK, name, attended=attended, offset=-behind)
 
 
 def _tls(url: str, ca: Path | None) -> ssl.SSLContext | None:

@@ -218,6 +218,19 @@ class RemoteRobot:
         """Have all told that belongs to no request, in the thread of the connection."""
         self._loop.do(lambda: self.client.far.news.append(outlet))
 
+    def begin(self, make: Callable[[int], Request], outlet: Callable[[ServerMessage], None]) -> int:
+        """Send a request, made for an id, and do not wait: all that comes of it goes to the outlet, its end last."""
+        return self._loop.do(lambda: self.client.begin(make, outlet))
+
+    def tell(self, message: messages.ClientMessage) -> None:
+        """What has no answer; what does not come to the robot any more is missed by nobody."""
+        self._loop.do(lambda: self._send_now(message))
+
+    @property
+    def open(self) -> bool:
+        """Whether there is a connection now."""
+        return self.client.far.open
+
     def subscribe(self) -> Subscription[Event]:
         return self._loop.do(self._mirror.events.subscribe)
 
@@ -259,7 +272,7 @@ class RemoteRobot:
                 if interrupted:
                     raise  # nobody waits for a robot that does not answer
                 interrupted = True
-                self._send(messages.Interrupt())
+                self.tell(messages.Interrupt())
         if interrupted:
             raise KeyboardInterrupt
         done = checked(message)
@@ -273,7 +286,7 @@ class RemoteRobot:
             case messages.Typed(text, newline):
                 self._notes.type(text, newline)
             case messages.Asked(number, question):
-                self._send(self._answer(number, question))
+                self.tell(self._answer(number, question))
 
     def _answer(self, number: int, question: Question) -> messages.Answer:
         try:
@@ -282,10 +295,6 @@ class RemoteRobot:
             return messages.Answer(number, how=How.ENDED)
         except KeyboardInterrupt:
             return messages.Answer(number, how=How.INTERRUPTED)
-
-    def _send(self, message: messages.ClientMessage) -> None:
-        """What does not come to the robot any more is missed by nobody."""
-        self._loop.do(lambda: self._send_now(message))
 
     def _send_now(self, message: messages.ClientMessage) -> None:
         with suppress(RequestRefused):

@@ -7,7 +7,7 @@ from html import escape
 from itertools import groupby
 
 from vrs_cli.dialogue.replies import Plot, Reply
-from vrs_cli.render.blocks import PIPE, Block, Grid, Line
+from vrs_cli.render.blocks import PIPE, Block, Grid, Line, Piece
 from vrs_cli.render.colours import COLOURS, Ink
 from vrs_cli.render.layout import blocks
 from vrs_cli.render.svg import picture
@@ -24,13 +24,14 @@ def blocks_html(shown: Iterable[Block]) -> str:
         if is_grid:
             parts += [_table(grid) for grid in run if isinstance(grid, Grid)]
         else:
-            lines = "\n".join(_line(line) for line in run if isinstance(line, Line))
+            lines = "\n".join(pieces_html(line.pieces) for line in run if isinstance(line, Line))
             parts.append(f"<pre>{lines}</pre>")
     return "".join(parts)
 
 
-def _line(line: Line) -> str:
-    return "".join(_coloured(text, ink) for text, ink in line.pieces)
+def pieces_html(pieces: Iterable[Piece]) -> str:
+    """A piece of a line, in its colours."""
+    return "".join(_coloured(text, ink) for text, ink in pieces)
 
 
 def _coloured(text: str, ink: Ink) -> str:

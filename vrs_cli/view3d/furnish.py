@@ -7,6 +7,7 @@ from math import tan
 import numpy as np
 
 from vrs_cli.view3d.bar import Bar
+from vrs_cli.view3d.panel import Panel
 from vrs_cli.view3d.plots import Plots
 from vrs_cli.view3d.scenery import scenery
 from vrs_cli.view3d.shown import Shown
@@ -49,6 +50,8 @@ def furnish(window: Window, title: str) -> None:
         window.parts.append(Plots(window, bar))
     choices.float(x=-EDGE, y=EDGE, width=CHOICES)
     choices.minimize()
+    if window.drives:
+        window.parts.append(Panel(window))
 
 
 def _look(window: Window) -> None:

@@ -9,8 +9,6 @@ from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from msgspec.structs import replace
-
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.client import Client, hello_of
@@ -63,14 +61,14 @@ class Hosted:
 
     def hold(self, who: str, told: Callable[[str], None] = lambda _text: None) -> RemoteRobot:
         """Take hold of it. Raises RequestRefused."""
-        return RemoteRobot.connect(self.url, hello_of(self.tokens[who]), told=told)
+        return RemoteRobot.connect(self.url, hello_of(self.tokens[who], attended=who == BROWSER), told=told)
 
     def hold_for_browser(self, told: Callable[[str], None]) -> RemoteRobot:
         return self.hold(BROWSER, told)
 
     def client(self, *, attended: bool) -> Client:
         """What connects a shell to it, once it is opened."""
-        return Client(self.url, replace(hello_of(self.tokens[SHELL]), attended=attended))
+        return Client(self.url, hello_of(self.tokens[SHELL], attended=attended))
 
     def close(self) -> None:
         """Nobody holds it any more; its files stay in their folder."""

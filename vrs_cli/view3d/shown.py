@@ -6,6 +6,7 @@ from math import inf
 from typing import NamedTuple, Protocol
 
 from vrs_cli.engine.position import Position
+from vrs_cli.interfaces.session.survey import Surveyed
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.motion import Frames
 from vrs_cli.trajectory.timeline import Timeline
@@ -15,7 +16,7 @@ class Shown(NamedTuple):
     """One moment of a robot: what every part of a scene draws itself by. Metres, radians, seconds.
 
     `t`: the time that is shown, `position`: g there; `now`: the robot's clock. From `unconfirmed` on the timeline is
-    not what the robot has said.
+    not what the robot has said. `surveyed`: what there is beside the timeline, None where nobody can be asked.
     """
 
     arm: RobotArm
@@ -24,6 +25,7 @@ class Shown(NamedTuple):
     position: Position
     now: float
     unconfirmed: float = inf
+    surveyed: Surveyed | None = None
 
     @property
     def frames(self) -> Frames:

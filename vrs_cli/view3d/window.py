@@ -18,6 +18,7 @@ from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.net.tokens import TEACHER
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.shown import Part, Shown
+from vrs_cli.view3d.surveying import Surveying
 
 TITLE = "vrs"
 LEAD = 1.0  # [s] that are shown before the first motion
@@ -38,6 +39,7 @@ class Window:
     ) -> None:
         self.client, self.watched, self.wall = client, watched, wall
         self.robot = watched if isinstance(watched, RemoteRobot) else None
+        self.surveying = None if self.robot is None else Surveying(self.robot)
         self.parts: list[Part] = []
         self.playback = self._begin(wall(), rate)
         self._changing = Lock()
@@ -75,7 +77,8 @@ class Window:
                 playback = playback.follow(wall)  # its clock is known better than a moment ago
             self.playback = playback
         t = playback.at(wall)
-        return Shown(watched.arm, timeline, t, position_at(watched.arm, timeline, t), now)
+        surveyed = None if self.surveying is None else self.surveying.look(wall)
+        return Shown(watched.arm, timeline, t, position_at(watched.arm, timeline, t), now, surveyed=surveyed)
 
     def _start(self, timeline: Timeline) -> float:
         """A robot that others move has stood before its first motion, perhaps for hours: that is not played."""

@@ -1,0 +1,205 @@
+"""Who sits at a panel, on a robot that is served: what is typed, asked, refused, who drives."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.net.cable import cable
+from tests.net.serving import PATIENCE, Serving, serving
+from vrs_cli.net.client import hello_of
+from vrs_cli.net.messages import LeaseAct
+from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.view3d.panel_seat import PanelSeat
+from vrs_cli.view3d.surveying import Surveying
+
+ASK = '.PROGRAM ask()\n  PROMPT "How many? ", n\n  TYPE "got", n\n.END\n'
+
+
+@pytest.fixture
+def served(tmp_path: Path) -> Iterator[Serving]:
+    with serving(tmp_path) as it:
+        yield it
+
+
+@contextmanager
+def sitting(url: str, name: str = "ada") -> Iterator[PanelSeat]:
+    robot = RemoteRobot.connect(url, hello_of(name=name, attended=True))
+    try:
+        yield PanelSeat(robot)
+    finally:
+        robot.close()
+
+
+def until(true: Callable[[], object]) -> None:
+    end = time.monotonic() + PATIENCE
+    while not true():
+        assert time.monotonic() < end, "it does not come"
+        time.sleep(0.002)
+
+
+def idle(seat: PanelSeat) -> bool:
+    return not seat.waiting
+
+
+def said(seat: PanelSeat) -> str:
+    return seat.transcript.html()
+
+
+def test_a_line_moves_the_arm_and_is_answered(served: Serving) -> None:
+    with sitting(served.address) as seat:
+        seat.type("MOVE #PPOINT(0,-45,180)")
+        until(lambda: idle(seat))
+        assert len(seat.robot.timeline) > 1
+        seat.type("LISTL")
+        until(lambda: "No locations defined" in said(seat))
+        assert seat.history == ["MOVE #PPOINT(0,-45,180)", "LISTL"]
+        assert seat.lease.driver == seat.name == "ada"
+
+
+def test_what_is_wrong_is_shown_with_its_caret(served: Serving) -> None:
+    with sitting(served.address) as seat:
+        found = []
+        seat.check("MOVEE a", found.append)
+        until(lambda: found)
+        assert "Illegal monitor command" in found[0].message
+        seat.type("MOVEE a")
+        until(lambda: "^" in said(seat))
+        seat.type("MOVE nowhere")
+        until(lambda: "Undefined value" in said(seat))
+
+
+def test_nothing_that_is_typed_is_markup(served: Serving) -> None:
+    evil = "<img src=x onerror=alert(1)>"
+    with sitting(served.address) as seat:
+        seat.type(f'TYPE "{evil}"')
+        seat.type(evil)
+        until(lambda: idle(seat) and said(seat).count("onerror") >= 3)
+        assert "<img" not in said(seat)
+
+
+def test_a_question_is_answered(served: Serving) -> None:
+    with sitting(served.address) as seat:
+        seat.type(ASK)
+        seat.type("EXECUTE ask")
+        until(lambda: seat.question is not None)
+        assert seat.question is not None
+        seat.answer(seat.question, "4")
+        until(lambda: "got 4" in said(seat))
+        assert seat.question is None
+        seat.type("DELETEP ask")
+        until(lambda: seat.question is not None)
+        assert seat.question is not None
+        seat.answer(seat.question, True)
+        until(lambda: idle(seat))
+        seat.type("DIRECTORY")
+        until(lambda: "No programs in memory" in said(seat))
+
+
+def test_what_fills_a_screen_is_refused(served: Serving) -> None:
+    with sitting(served.address) as seat:
+        seat.type("JOG")
+        until(lambda: "JOG alone needs a terminal with keys" in said(seat))
+        assert seat.question is None
+
+
+def test_stop_overtakes_what_is_under_way(tmp_path: Path) -> None:
+    with serving(tmp_path, realtime=1.0) as it, sitting(it.address) as seat:
+        seat.type(".PROGRAM long()\n  DELAY 1000\n.END\nEXECUTE long")
+        until(lambda: seat.running == ("long",))
+        seat.abort()
+        until(lambda: seat.running == ())
+        until(lambda: "Program stopped at long" in said(seat))
+        assert seat.robot.now < 20.0
+
+
+def test_a_question_that_nobody_answers_is_withdrawn_by_stop(tmp_path: Path) -> None:
+    with serving(tmp_path, realtime=1.0) as it, sitting(it.address) as seat:
+        seat.type(ASK)
+        seat.type("EXECUTE ask")
+        until(lambda: seat.question is not None)
+        seat.abort()
+        until(lambda: seat.question is None and seat.running == ())
+
+
+def test_two_who_share_a_robot(served: Serving) -> None:
+    with sitting(served.address, "ada") as ada, sitting(served.address, "bo") as bo:
+        ada.type("x = 1")
+        until(lambda: bo.lease.driver == "ada")
+        assert not bo.may_drive
+        bo.type("x = 2")
+        until(lambda: "ada drives" in said(bo))
+        bo.drive(LeaseAct.ASK)
+        until(lambda: ada.lease.asking == "bo")
+        assert "bo would like to drive" in said(ada)
+        ada.drive(LeaseAct.GIVE, "bo")
+        until(lambda: bo.lease.driver == "bo")
+        until(lambda: ada.lease == ("bo", ""))
+        assert "you drive" in said(bo)
+        assert "bo drives" in said(ada)
+        bo.type("x = 3")
+        until(lambda: idle(bo))
+        bo.abort()
+        until(lambda: "bo stops" in said(ada) or idle(bo))
+
+
+def test_a_file_is_put_in_memory(served: Serving) -> None:
+    with sitting(served.address) as seat:
+        surveying = Surveying(seat.robot)
+        seat.load("pick.v2", b".PROGRAM pick()\n  MOVE part\n.END\n.LOCATIONS\npart 300 450 -200 90 90 0\n.END\n")
+        until(lambda: "In memory: pick" in said(seat))
+        until(lambda: surveyed(surveying) and surveying.found and surveying.found.programs.rows)  # type: ignore[union-attr]
+        surveying.program = "pick"
+        until(lambda: surveyed(surveying) and surveying.found and surveying.found.text)
+        seat.load("bad.v2", b".PROGRAM bad()\n  MOVEE part\n.END\n")
+        until(lambda: "bad.v2:2:" in said(seat))
+        seat.load("bad.v2", b"\xff\xfe")
+        assert "bad.v2 is no text" in said(seat)
+
+
+def surveyed(surveying: Surveying) -> bool:
+    surveying.look(time.monotonic())
+    return surveying.found is not None
+
+
+def test_steps_are_looked_at_while_a_program_runs(tmp_path: Path) -> None:
+    text = ".PROGRAM count()\n" + "  TYPE 1\n" * 150 + "  WAIT SIG(1001)\n  TYPE 2\n.END\nEXECUTE count"
+    with serving(tmp_path, realtime=1.0) as it, sitting(it.address) as seat:
+        surveying = Surveying(seat.robot)
+        seat.type(text)
+        until(lambda: surveyed(surveying) and surveying.task and surveying.task.step == 151)
+        until(
+            lambda: (
+                surveyed(surveying)
+                and surveying.found
+                and surveying.found.text
+                and 151 in [row.number for row in surveying.found.text.rows]
+            )
+        )
+        asked, begin = [], seat.robot.begin
+        seat.robot.begin = lambda make, outlet: asked.append(1) or begin(make, outlet)  # type: ignore[method-assign]
+        for tick in range(100):  # two seconds at 50 Hz
+            surveying.look(1e6 + tick * 0.02)
+            until(lambda: not surveying._under_way)
+        assert 7 <= len(asked) <= 9, "four times a second"
+
+
+def test_a_connection_that_is_cut(served: Serving) -> None:
+    with ExitStack() as stack:
+        wire = stack.enter_context(cable(served.address))
+        seat = stack.enter_context(sitting(wire.url))
+        until(lambda: idle(seat))
+        wire.pull()
+        until(lambda: "connected again" in said(seat))
+        wire.close()
+        until(lambda: not seat.robot.open)
+        found: list[object] = []
+        seat.check("WHERE", found.append)
+        assert found == [None]
+        seat.type("WHERE")
+        assert "there is no connection" in said(seat)
+        assert idle(seat)

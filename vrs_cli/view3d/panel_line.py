@@ -1,0 +1,198 @@
+"""The line of VAL-II at a panel: history, completion, mistakes under it, questions of the robot, and what was said."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from html import escape
+from typing import NamedTuple
+
+import viser
+
+from vrs_cli.dialogue.questions import Confirmation, Parting
+from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport
+from vrs_cli.interfaces.conversation.complete import Suggestion
+from vrs_cli.interfaces.rights import STOPPING
+from vrs_cli.language.text.diagnostics import Diagnostic
+from vrs_cli.net.messages import Asked
+from vrs_cli.render.html import html
+from vrs_cli.view3d.panel_parts import Hands, boxed, put
+from vrs_cli.view3d.panel_seat import PanelSeat
+from vrs_cli.view3d.typing_field import TypingField
+
+SUGGESTED = 8  # words at most
+PATIENCE = 1.0  # [s] that a line waits to be looked at for mistakes before it is sent
+EARLIER, LATER, UNDO, REDO = "Earlier", "Later", "Undo", "Redo"
+YES, NO = "Yes", "No"
+SAID_HEIGHT = "17em"
+
+
+class _Checking(NamedTuple):
+    """A line that is looked at before it is sent, since that time of the day [s]."""
+
+    text: str
+    since: float
+
+
+class CommandLine:
+    """`hands` does what is typed and clicked, in order, in a thread of its own."""
+
+    def __init__(self, gui: viser.GuiApi, seat: PanelSeat, hands: Hands, wall: Callable[[], float]) -> None:
+        self._seat, self._hands, self._wall = seat, hands, wall
+        self._typing, self._answering = TypingField(), TypingField()
+        self._lines = deque[str]()
+        self._checking: _Checking | None = None
+        self._choices: tuple[Suggestion, ...] = ()
+        self._asked_for = ""  # the text whose completion was asked for last
+        self._at = 0  # how many lines before the newest of the history the field shows
+        self._shown: Asked | None = None
+        self._version = -1
+        self._build(gui)
+
+    def _build(self, gui: viser.GuiApi) -> None:
+        self.asked = gui.add_html("", visible=False)
+        self.yes_no = gui.add_button_group("Answer", (YES, NO), visible=False)
+        self.answer = gui.add_text("Answer", "", multiline=True, visible=False, hint="Enter gives the answer")
+        self.field = gui.add_text("VAL-II", "", multiline=True, hint="Enter carries it out")
+        self.words = gui.add_button_group("", ("",), visible=False)
+        self.mistake = gui.add_html("", visible=False)
+        self.recall = gui.add_button_group("Line", (EARLIER, LATER, UNDO, REDO))
+        self.said = gui.add_html("")
+        do = self._hands.on
+        do(self.field, self._typed)
+        do(self.answer, self._answered)
+        do(self.words, self._accept)
+        do(self.yes_no, lambda chosen: self._give(chosen == YES))
+        do(self.recall, self._recall)
+
+    # --- typing ---
+
+    def _typed(self, value: str) -> None:
+        typed = self._typing.changed(value, self._wall())
+        if typed.left is not None:
+            put(self.field, value=typed.left)
+        if typed.text is not None:
+            self._at = 0
+            self._take(typed.text)
+        self._complete(value if typed.left is None else typed.left)
+        if typed.text is None:
+            self.mistake.visible = False
+
+    def put(self, text: str) -> None:
+        """Have a text in the field."""
+        self._typing.put(text)
+        put(self.field, value=text)
+
+    def _take(self, text: str) -> None:
+        """Lines that are ended: looked at one after the other, and sent."""
+        if text.strip()[:2].upper() in {word[:2] for word in STOPPING}:  # waits for nothing
+            self._seat.type(text)
+            return
+        self._lines.append(text)
+        self._next()
+
+    def _next(self) -> None:
+        if self._checking is not None or not self._lines:
+            return
+        checking = self._checking = _Checking(self._lines.popleft(), self._wall())
+        self._seat.check(checking.text, lambda mistake: self._hands.do(lambda: self._checked(checking, mistake)))
+
+    def _checked(self, checking: _Checking, mistake: Diagnostic | None) -> None:
+        """A line without mistake is sent; another one is put back, with what came after it."""
+        if checking is not self._checking:
+            return
+        self._checking = None
+        if mistake is None:
+            self._seat.type(checking.text)
+            self._next()
+            return
+        self._lines.clear()
+        if not self.field.value:
+            self.put(checking.text)
+        self.mistake.content = boxed(html((DiagnosticsReport((Diagnosed(mistake, checking.text),)),)))
+        self.mistake.visible = True
+
+    # --- completion and history ---
+
+    def _complete(self, text: str) -> None:
+        self._asked_for = text
+        if not text.strip():
+            self._suggest(text, ())
+            return
+        self._seat.complete(text, lambda choices: self._hands.do(lambda: self._suggest(text, choices)))
+
+    def _suggest(self, text: str, choices: tuple[Suggestion, ...]) -> None:
+        if text != self._asked_for:
+            return  # more was typed meanwhile
+        self._choices = choices[:SUGGESTED]
+        words = tuple(dict.fromkeys(one.text for one in self._choices))
+        if words:
+            self.words.options = words
+        self.words.visible = bool(words)
+
+    def _accept(self, word: str) -> None:
+        text = self._asked_for
+        chosen = next((one for one in self._choices if one.text == word), None)
+        if chosen is not None:
+            whole = text[: len(text) - chosen.length] + chosen.text
+            self.put(whole)
+            self._complete(whole)
+
+    def _recall(self, what: str) -> None:
+        if what in (UNDO, REDO):
+            self._seat.command(what.upper())
+            return
+        history = self._seat.history
+        self._at = min(max(self._at + (1 if what == EARLIER else -1), 0), len(history))
+        self.put(history[-self._at] if self._at else "")
+
+    # --- questions ---
+
+    def _answered(self, value: str) -> None:
+        typed = self._answering.changed(value, self._wall())
+        if typed.left is not None:
+            put(self.answer, value=typed.left)
+        if typed.text is not None:
+            self._give(typed.text)
+
+    def _give(self, value: bool | str) -> None:
+        if self._shown is not None:
+            self._seat.answer(self._shown, value)
+
+    def _show_question(self) -> None:
+        asked = self._seat.question
+        if asked is self._shown:
+            return
+        self._shown = asked
+        decides = asked is not None and isinstance(asked.question, Confirmation | Parting)
+        self.asked.visible = asked is not None
+        self.yes_no.visible, self.answer.visible = decides, asked is not None and not decides
+        if asked is not None:
+            self.asked.content = boxed(f"<b>{escape(_spoken(asked))}</b>")
+            self._answering.put("")
+            put(self.answer, value="")
+
+    # --- what is seen ---
+
+    def refresh(self) -> None:
+        """Show what has come since."""
+        if self._checking is not None and self._wall() > self._checking.since + PATIENCE:
+            checking = self._checking
+            self._hands.do(lambda: self._checked(checking, None))  # the robot has enough to do
+        self._show_question()
+        transcript = self._seat.transcript
+        if transcript.version != self._version:
+            self._version = transcript.version
+            self.said.content = _scrolled(transcript.html())
+
+
+def _spoken(asked: Asked) -> str:
+    question = asked.question
+    lines = (getattr(question, one, "") for one in ("about", "wrong", "text"))
+    return " ".join(line for line in lines if line) or "a line is wanted"
+
+
+def _scrolled(content: str) -> str:
+    """The newest is seen: what is written from below up needs no scrolling down."""
+    style = f"height:{SAID_HEIGHT};overflow:auto;display:flex;flex-direction:column-reverse"
+    return boxed(f'<div style="{style}"><div>{content}</div></div>')

@@ -1,0 +1,62 @@
+"""What the parts of a panel are made with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, TypeVar
+
+import viser
+
+T = TypeVar("T")
+Act = Callable[[], object]
+STYLE = (
+    "<style>.vrs pre{margin:0;white-space:pre-wrap;font:inherit}.vrs table{border-spacing:0.8em 0;font:inherit}</style>"
+)
+
+
+class Hands:
+    """Does what is typed and clicked in one browser, in order, in a thread of its own. `refused` is told what goes
+    wrong.
+    """
+
+    def __init__(self, refused: Callable[[Exception], None]) -> None:
+        self._refused = refused
+        self._thread = ThreadPoolExecutor(1, "vrs panel")
+
+    def do(self, act: Act) -> None:
+        def guarded() -> None:
+            try:
+                act()
+            except Exception as error:
+                self._refused(error)
+
+        self._thread.submit(guarded)
+
+    def on(self, handle: Any, act: Callable[[Any], object]) -> None:
+        """Have what a user does with an input done: `act` is given its value. What the program itself puts there is
+        passed over.
+        """
+
+        async def changed(event: viser.GuiEvent[Any]) -> None:
+            value = event.target.value
+            if event.client is not None:
+                self.do(lambda: act(value))
+
+        hears = next(name for name in ("on_click", "on_upload", "on_update") if hasattr(handle, name))
+        getattr(handle, hears)(changed)
+
+    def close(self) -> None:
+        self._thread.shutdown(wait=False, cancel_futures=True)
+
+
+def boxed(content: str) -> str:
+    """HTML in the letters of a terminal."""
+    return f'{STYLE}<div class="vrs" style="font:12px/1.35 monospace;padding:0 0.8em 0.6em">{content}</div>'
+
+
+def put(handle: Any, **properties: Any) -> None:
+    """Give a handle properties that are another: what stays is not sent again."""
+    for name, value in properties.items():
+        if getattr(handle, name) != value:
+            setattr(handle, name, value)

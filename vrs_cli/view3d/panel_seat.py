@@ -1,0 +1,234 @@
+"""Who sits at a panel: what is typed there goes to the robot, and what the robot says comes back. It knows no page.
+
+Nothing waits: what comes is heard in the thread of the connection, and looked at by whoever draws the panel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from vrs_cli.dialogue.questions import Answer, OnScreen
+from vrs_cli.dialogue.replies import refusal
+from vrs_cli.errors import RequestRefused, VrsError
+from vrs_cli.interfaces.conversation.acts import Attend
+from vrs_cli.interfaces.conversation.complete import Suggestion
+from vrs_cli.interfaces.conversation.status import Status
+from vrs_cli.interfaces.session.acts import Define, Defined
+from vrs_cli.interfaces.station.lease import Lost, Requested
+from vrs_cli.language.text.diagnostics import Diagnostic
+from vrs_cli.net import messages
+from vrs_cli.net.messages import Abort, Asked, At, Done, Drive, How, LeaseAct, Line, Refused, Request, ServerMessage
+from vrs_cli.render.colours import Ink
+from vrs_cli.view3d.afar import Afar
+from vrs_cli.view3d.transcript import Transcript
+
+LONGEST = 50_000  # characters of what is typed at once
+HISTORY = 500  # lines
+
+
+class Lease(NamedTuple):
+    """Who drives, empty for nobody; who has asked the one at this panel to let him."""
+
+    driver: str = ""
+    asking: str = ""
+
+
+class PanelSeat:
+    """`question`: what is asked of whoever sits here; `waiting`: commands that have not ended, by their ids."""
+
+    def __init__(self, robot: Afar) -> None:
+        self.robot = robot
+        self.transcript = Transcript()
+        self.status = Status()
+        self.lease = Lease()
+        self.running: tuple[str, ...] = ()
+        self.waiting: dict[int, str] = {}
+        self.history: list[str] = []
+        self._questions: dict[int, Asked] = {}
+        self._attends = False
+        robot.listen(self._hear)
+        self.attend()
+
+    @property
+    def name(self) -> str:
+        return self.robot.welcome.name
+
+    @property
+    def may_drive(self) -> bool:
+        """Whether nobody else drives."""
+        return self.lease.driver in ("", self.name)
+
+    @property
+    def question(self) -> Asked | None:
+        return next(iter(self._questions.values()), None)
+
+    # --- what is done ---
+
+    def type(self, text: str) -> None:
+        """Lines for the robot."""
+        if len(text) > LONGEST:
+            self.note(f"{len(text)} characters at once: load them as a file", Ink.ERROR)
+            return
+        if text.strip() and text not in self.history[-1:]:
+            self.history = [*self.history, text][-HISTORY:]
+        self.command(text)
+
+    def command(self, text: str, again: str = "") -> None:
+        """A line that somebody typed, or that a button stands for. `again` as in `Transcript.echo`."""
+        self.transcript.echo(self.status.prompt, text, again)
+        self._do(lambda id: Line(id, text), text)
+
+    def load(self, name: str, data: bytes) -> None:
+        """Put the programs of a file in memory."""
+        try:
+            text = data.decode()
+        except UnicodeDecodeError:
+            self.note(f"{name} is no text", Ink.ERROR)
+            return
+        self.note(f"{name} is loaded")
+        self._do(lambda id: At(id, Define(text, f"{name}:")), "")
+
+    def abort(self) -> None:
+        """The emergency stop."""
+        self._do(Abort, "ABORT")
+
+    def interrupt(self) -> None:
+        """Stop what is waited for."""
+        self.robot.tell(messages.Interrupt())
+
+    def drive(self, act: LeaseAct, to: str = "") -> None:
+        self._do(lambda id: Drive(id, act, to), "")
+
+    def attend(self) -> None:
+        """Have what programs ask put to whoever sits here."""
+        if not self._attends:
+            self._attends = True
+            self._do(lambda id: At(id, Attend()), "")
+
+    def answer(self, asked: Asked, value: Answer, how: How = How.ANSWERED) -> None:
+        """Once: what is asked of two is answered by the first."""
+        if self._questions.pop(asked.number, None) is not None:
+            said = ("Y" if value else "N") if isinstance(value, bool) else value or ""
+            self.transcript.echo(f"{getattr(asked.question, 'text', '')} ", said)
+            self.robot.tell(messages.Answer(asked.number, value, how))
+
+    def complete(self, text: str, found: Callable[[tuple[Suggestion, ...]], None]) -> None:
+        """What may come next."""
+
+        def hear(message: ServerMessage) -> None:
+            if isinstance(message, messages.Completed):
+                found(message.choices)
+
+        self._look(lambda id: messages.Complete(id, text), hear)
+
+    def check(self, text: str, found: Callable[[Diagnostic | None], None]) -> None:
+        """The mistake in a line that is not sent yet; None too where the robot does not say."""
+
+        def hear(message: ServerMessage) -> None:
+            found(message.mistake if isinstance(message, messages.Checked) else None)
+
+        if not self._look(lambda id: messages.Check(id, text), hear):
+            found(None)
+
+    def note(self, text: str, ink: Ink = Ink.NOTE) -> None:
+        self.transcript.note(text, ink)
+
+    def _do(self, make: Callable[[int], Request], text: str) -> None:
+        """Send a command; what is said of it goes into the transcript."""
+
+        def made(id: int) -> Request:
+            self.waiting = {**self.waiting, id: text}
+            return make(id)
+
+        before = self.waiting
+        try:
+            self.robot.begin(made, self._hear)
+        except VrsError as error:
+            self.waiting, self._attends = before, False
+            self.note(str(error), Ink.ERROR)
+
+    def _look(self, make: Callable[[int], Request], hear: Callable[[ServerMessage], None]) -> bool:
+        """Whether there is a connection."""
+        try:
+            self.robot.begin(make, hear)
+        except RequestRefused:
+            return False
+        return True
+
+    # --- what comes ---
+
+    def _hear(self, message: ServerMessage) -> None:
+        match message:
+            case messages.Told(reply):
+                self.transcript.reply(reply)
+            case messages.Typed(text, newline):
+                self.transcript.type(text, newline)
+            case Asked():
+                self._ask(message)
+            case messages.Withdrawn(number):
+                self._questions.pop(number, None)
+            case messages.Status(around):
+                self._see(around)
+            case Done() | Refused():
+                self._ended(message)
+            case messages.Activity(driver, programs):
+                self.running = programs
+                self.lease = self.lease._replace(driver=driver)
+            case messages.Lease():
+                self._leased(message)
+            case messages.Welcome(resumed=resumed):
+                self._welcomed(resumed=resumed)
+
+    def _ask(self, asked: Asked) -> None:
+        """What fills a screen has none here."""
+        if isinstance(asked.question, OnScreen):
+            self.robot.tell(messages.Answer(asked.number, None))
+        else:
+            self._questions[asked.number] = asked
+
+    def _see(self, status: Status) -> None:
+        self.status = status
+        self.lease = self.lease._replace(driver=status.driver)
+        if status.asked and self.question is None:
+            self.attend()
+
+    def _ended(self, end: Done | Refused) -> None:
+        text = self.waiting.get(end.id, "") if end.id is not None else ""
+        self.waiting = {id: one for id, one in self.waiting.items() if id != end.id}
+        if isinstance(end, Done) and end.status is not None:
+            self._attends = False
+            self._see(end.status)
+        if isinstance(end, Done) and isinstance(end.found, Defined):
+            names = ", ".join(end.found.names)
+            self.note(f"In memory: {names or 'no program'}")
+        if end.refusal is not None:
+            self.transcript.reply(refusal(end.refusal.error(), text))
+
+    def _leased(self, told: messages.Lease) -> None:
+        """Who drives is told, and what concerns who sits here."""
+        notice, before = told.notice, self.lease
+        asking = before.asking if told.holder == before.driver else ""
+        if isinstance(notice, Requested) and notice.of == self.name:
+            asking = notice.by
+            self.note(f"{notice.by} would like to drive", Ink.WARNING)
+        elif isinstance(notice, Requested):
+            self.note(f"{notice.of} is asked to let {self._called(notice.by)} drive")
+        elif isinstance(notice, Lost) and notice.of == self.name:
+            self.note(f"{notice.by} drives, for nothing was heard of you", Ink.WARNING)
+        elif told.holder != before.driver:
+            self.note(self.who_drives(told.holder))
+        self.lease = Lease(told.holder, asking)
+
+    def who_drives(self, driver: str) -> str:
+        return "you drive" if driver == self.name else f"{driver or 'nobody'} drives"
+
+    def _called(self, name: str) -> str:
+        return "you" if name == self.name else name
+
+    def _welcomed(self, *, resumed: bool) -> None:
+        if not resumed:
+            self._questions.clear()
+        self.note("connected again")
+        self._attends = False
+        self.attend()

@@ -1,0 +1,51 @@
+"""Signals at a panel: lamps that are switches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import viser
+
+from vrs_cli.interfaces.session.survey import Surveyed
+from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
+from vrs_cli.view3d.panel_parts import Hands, put
+from vrs_cli.view3d.panel_seat import PanelSeat
+
+USUAL = 8  # signals of a bank that are there always
+MOST = 32  # of a bank
+ON, OFF = "\N{BLACK CIRCLE}", "\N{WHITE CIRCLE}"
+BANKS = (("Outputs", OUTPUTS, USUAL), ("Inputs", INPUTS, USUAL), ("Internal", INTERNAL, 0))
+
+
+class SignalsPanel:
+    """Each signal is a button with a lamp: to press it switches it. Those that are on are there too, whatever their
+    number.
+    """
+
+    def __init__(self, gui: viser.GuiApi, seat: PanelSeat, hands: Hands) -> None:
+        self._seat = seat
+        self._on: frozenset[int] = frozenset()
+        self.banks = {
+            title: gui.add_button_group(title, _lamps(bank[:usual], frozenset()) or ("",), visible=bool(usual))
+            for title, bank, usual in BANKS
+        }
+        self.drives = True
+        for handle in self.banks.values():
+            hands.on(handle, self._switch)
+
+    def _switch(self, lamp: str) -> None:
+        number = int(lamp.split()[-1])
+        self._seat.command(f"SIGNAL {-number if number in self._on else number}", again="SIGNAL")
+
+    def refresh(self, found: Surveyed) -> None:
+        self._on = frozenset(found.on)
+        for title, bank, usual in BANKS:
+            there = sorted({*bank[:usual], *(number for number in found.on if number in bank)})[:MOST]
+            handle = self.banks[title]
+            if there:
+                put(handle, options=_lamps(there, self._on))
+            put(handle, visible=bool(there))
+
+
+def _lamps(numbers: Iterable[int], on: frozenset[int]) -> tuple[str, ...]:
+    return tuple(f"{ON if number in on else OFF} {number}" for number in numbers)

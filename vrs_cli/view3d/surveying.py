@@ -1,0 +1,94 @@
+"""What there is at a robot beside its timeline, for one window: asked for when something has happened."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+from msgspec.structs import replace
+
+from vrs_cli.errors import RequestRefused
+from vrs_cli.interfaces.session.survey import MOST_STEPS, Survey, Surveyed, TaskRow
+from vrs_cli.net import messages
+from vrs_cli.net.messages import At, Done, ServerMessage
+from vrs_cli.view3d.afar import Afar
+
+OFTEN = 0.25  # [s] between two looks at least
+PATIENCE = 5.0  # [s] until a look whose answer does not come is made again
+BEFORE = 20  # steps that are shown before the present one
+HAPPENED = (messages.Told, messages.Status, messages.Activity, messages.Lease, messages.Welcome)
+
+
+class Surveying:
+    """`found`: all that is known, None at first. `program`: whose steps are wanted, empty for the one that runs."""
+
+    def __init__(self, robot: Afar) -> None:
+        self.found: Surveyed | None = None
+        self.program = ""
+        self._robot = robot
+        self._asked = Survey()
+        self._happened, self._under_way, self._asked_at = True, False, -PATIENCE
+        self._version = -1
+        robot.listen(self._hear)
+
+    def happened(self) -> None:
+        """Something may be another than it was."""
+        self._happened = True
+
+    @property
+    def task(self) -> TaskRow | None:
+        """The robot program that runs, or has stopped."""
+        return next(iter(self.found.tasks), None) if self.found is not None else None
+
+    def look(self, wall: float) -> Surveyed | None:
+        """What is known; ask, where that is due, and do not wait. While a program runs its steps are looked at."""
+        if self._is_due(wall):
+            self._ask(wall)
+        return self.found
+
+    def _is_due(self, wall: float) -> bool:
+        if wall < self._asked_at + (PATIENCE if self._under_way else OFTEN):
+            return False
+        runs = self.task is not None and self.task.running
+        changed = self._robot.timeline.version != self._version or self._wanted() != self._asked
+        return self._happened or runs or changed
+
+    def _ask(self, wall: float) -> None:
+        asked = self._wanted()
+        self._happened, self._under_way, self._asked_at = False, True, wall
+        self._asked, self._version = asked, self._robot.timeline.version
+        known = () if self.found is None else self.found.marks
+        with suppress(RequestRefused):  # there is no connection: Welcome tells when there is
+            self._robot.begin(lambda id: At(id, replace(asked, known=known)), self._heard)
+
+    def _wanted(self) -> Survey:
+        """The steps around the present one; those that are known, where it is among them."""
+        task = self.task
+        name = self.program or ("" if task is None else task.program)
+        step = task.step if task is not None and task.program.lower() == name.lower() and task.step else 1
+        first = self._asked.first if name == self._asked.program else 1
+        if not first <= step < first + MOST_STEPS:
+            first = max(step - BEFORE, 1)
+        return Survey(name, first)
+
+    def _heard(self, message: ServerMessage) -> None:
+        if not isinstance(message, Done):
+            return
+        self._under_way = False
+        if isinstance(message.found, Surveyed):
+            self.found = _merged(self.found, message.found)
+
+    def _hear(self, message: ServerMessage) -> None:
+        if isinstance(message, HAPPENED):
+            self._happened = True
+
+
+def _merged(before: Surveyed | None, now: Surveyed) -> Surveyed:
+    """The lists that were left out, as they are known. A mark that is empty is that of no program."""
+    if before is None:
+        return now
+    return replace(
+        now,
+        places=before.places if now.places is None else now.places,
+        programs=before.programs if now.programs is None else now.programs,
+        text=before.text if now.text is None and now.marks[2] else now.text,
+    )
