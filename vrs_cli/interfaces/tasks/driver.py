@@ -184,6 +184,7 @@ class Driver:
             self._exhausted(run.track, error.detail, error.hint)
         if run.track.running:
             self._go_on(run)
+        self._tell_ends()
         return self.engine.now
 
     def abort(self, number: int) -> Track | None:
@@ -364,7 +365,11 @@ class Driver:
             self._happen(BUDGET)
             self._look()
         clock.advance(until)
-        for run in tuple(self._runs):  # the end of what nobody lets time go on for alone
+        self._tell_ends()
+
+    def _tell_ends(self) -> None:
+        """The end of what nobody lets time go on for alone."""
+        for run in tuple(self._runs):
             if run.then is not None and not run.track.running:
                 run.then(self._result(self._over(run.track)))
 
