@@ -19,6 +19,7 @@ from vrs_cli.view3d.panel_signals import SignalsPanel
 from vrs_cli.view3d.shown import Shown
 from vrs_cli.view3d.window import Window
 
+WIDTH = 400.0  # [px]
 OFTEN = 0.1  # [s] between two looks at what has come
 DRIVE, ASK, RELEASE, GIVE = "Drive", "Ask to drive", "Let others drive", "Give to "
 NO_CONNECTION = "No connection to the robot: it is tried again"
@@ -38,17 +39,21 @@ class Panel:
 
     def _build(self, gui: viser.GuiApi) -> None:
         seat, hands, wall = self.seat, self.hands, self._wall
-        self.stop = gui.add_button("STOP", color="red", icon=viser.Icon.HAND_STOP, hint="Brake, stop all tasks")
-        self.driver = gui.add_html("")
-        self.lease = gui.add_button_group("Lease", (DRIVE,), visible=False)
-        self.line = CommandLine(gui, seat, hands, wall)
-        tabs = gui.add_tab_group()
-        with tabs.add_tab("Programs"):
-            self.programs = Programs(gui, seat, hands, self._surveying)
-        with tabs.add_tab("Move"):
-            self.hand = HandPanel(gui, seat, hands, self.robot.arm, wall)
-        with tabs.add_tab("Signals"):
-            self.signals = SignalsPanel(gui, seat, hands)
+        panel = gui.add_panel(order=-1.0)
+        with panel.add_tab("Commands", viser.Icon.TERMINAL_2):
+            self.stop = gui.add_button("STOP", color="red", icon=viser.Icon.HAND_STOP, hint="Brake, stop all tasks")
+            self.driver = gui.add_html("")
+            self.lease = gui.add_button_group("Lease", (DRIVE,), visible=False)
+            self.line = CommandLine(gui, seat, hands, wall)
+            tabs = gui.add_tab_group()
+            with tabs.add_tab("Programs"):
+                self.programs = Programs(gui, seat, hands, self._surveying)
+            with tabs.add_tab("Move"):
+                self.hand = HandPanel(gui, seat, hands, self.robot.arm, wall)
+            with tabs.add_tab("Signals"):
+                self.signals = SignalsPanel(gui, seat, hands)
+        panel.dock_left()
+        panel.set_width(WIDTH)
         self.stop.on_click(lambda _event: seat.abort())  # waits for nothing that was clicked before
         hands.on(self.lease, self._lease)
 
