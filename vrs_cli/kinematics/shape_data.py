@@ -10,12 +10,10 @@ from reprlib import repr as brief
 from typing import Any, NamedTuple
 
 from vrs_cli.kinematics.data_reader import LENGTH, TINY, DataReader, Quantity
-from vrs_cli.kinematics.shapes import COLOURS, Body, Box, Capsule, Cylinder, MeshFile, Shape, Slab
+from vrs_cli.kinematics.shapes import COLOURS, MOST_SHAPES, Body, Box, Capsule, Cylinder, MeshFile, Shape, Slab
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, cross, length, subtracted, translation
 
-MOST = 1000  # shapes of a robot
-SIZE, TIMES = Quantity("mm", positive=True), Quantity("", positive=True)
-DIRECTION = Quantity("")
+SIZE, PLAIN = Quantity("mm", positive=True), Quantity("")
 
 
 class Keys(NamedTuple):
@@ -81,8 +79,8 @@ class ShapeReader(DataReader):
         """Of a robot with so many joints. Raises FileDamaged."""
         if not isinstance(data, list | tuple):
             raise self.wrong("shapes", "is not a list of tables", "write one [[shapes]] table for each shape")
-        if len(data) > MOST:
-            raise self.wrong("shapes", f"there are {len(data)}", f"a robot has {MOST} at most")
+        if len(data) > MOST_SHAPES:
+            raise self.wrong("shapes", f"there are {len(data)}", f"a robot has {MOST_SHAPES} at most")
         return tuple(self.shape(table, f"shape {i}", joints) for i, table in enumerate(data, 1))
 
     def shape(self, data: object, key: str, joints: int) -> Shape:
@@ -119,8 +117,7 @@ class ShapeReader(DataReader):
         if kind == "box":
             return Box(self.three(table["size"], f"{key}: size", SIZE), at)
         if kind == "mesh":
-            scale = self.three(table["scale"], f"{key}: scale", TIMES) if "scale" in table else (1.0, 1.0, 1.0)
-            return MeshFile(self.path(table["file"], f"{key}: file"), at, scale)
+            return self.mesh(table, key, at)
         start = self.point(table["from"], f"{key}: from")
         end = self.point(table["to"], f"{key}: to") if "to" in table else start
         radii = self.pair(table["radius"], f"{key}: radius")
@@ -132,10 +129,17 @@ class ShapeReader(DataReader):
             return Cylinder(start, end, radii)
         return self.slab(table, key, start, end, radii)
 
+    def mesh(self, table: Mapping[str, object], key: str, at: Transform) -> MeshFile:
+        """Below zero a scale mirrors."""
+        x, y, z = self.three(table.get("scale", (1.0, 1.0, 1.0)), f"{key}: scale", PLAIN)
+        if min(abs(x), abs(y), abs(z)) < TINY:
+            raise self.wrong(f"{key}: scale", "makes it flat", "give how many times as large as in its file it is")
+        return MeshFile(self.path(table["file"], f"{key}: file"), at, (x, y, z))
+
     def slab(
         self, table: Mapping[str, object], key: str, start: Vector, end: Vector, radii: tuple[float, float]
     ) -> Slab:
-        across = self.three(table["across"], f"{key}: across", DIRECTION)
+        across = self.three(table["across"], f"{key}: across", PLAIN)
         thickness = self.pair(table["thickness"], f"{key}: thickness")
         if length(cross(across, subtracted(end, start))) < TINY * dist(start, end):
             raise self.wrong(f"{key}: across", "does not lead across", "give the direction of its thickness")

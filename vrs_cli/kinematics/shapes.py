@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector
 
+MOST_SHAPES = 1000  # of a robot
 BEVEL = 0.06  # of the smallest size of a body: how far its edges are broken
 
 

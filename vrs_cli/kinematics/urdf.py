@@ -1,33 +1,41 @@
 """A robot out of a URDF file: the serial chain of its joints from a base link to a tip link, and usual figures beside.
 
-Only what kinematics needs is read: joints with their origins, axes and limits. Meshes, inertias and transmissions are
-left aside, nothing is fetched. Metres, radians, seconds, as URDF has them. Format: http://wiki.ros.org/urdf/XML.
+Read are joints with their origins, axes and limits, and what links look like (`urdf_visuals`). Collision bodies,
+inertias and transmissions are left aside, nothing is fetched. Metres, radians, seconds, as URDF has them.
+Format: http://wiki.ros.org/urdf/XML.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from itertools import accumulate
 from math import pi, sqrt
+from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 from vrs_cli.errors import FileDamaged
-from vrs_cli.kinematics.axes import Line, Link, chain_of
+from vrs_cli.kinematics.axes import Chain, Line, Link, chain_of, link_transform
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import NEEDED_POSES, TOOL_KEYS, ModelReader
+from vrs_cli.kinematics.shapes import Shape
 from vrs_cli.kinematics.transform import (
     IDENTITY,
     Transform,
     Vector,
     at_position,
     compose,
+    inverse,
     position,
     rotate,
     rotation_x,
     rotation_y,
     rotation_z,
 )
+from vrs_cli.kinematics.urdf_visuals import Place, Visuals
 
 LARGEST = 20_000_000  # characters: no arm is described by more
 HUGE = 1e6  # [m, rad] no figure of an arm; keeps infinity and NaN out as well
@@ -59,13 +67,17 @@ class UrdfJoint(NamedTuple):
 
 
 class UrdfArm(NamedTuple):
-    """The moving joints from base to tip, and the links that have their axes: T_base_tip = base . links . flange."""
+    """The moving joints from base to tip, and the links that have their axes: T_base_tip = base . links . flange.
+
+    `shapes`: the looks of all that hangs on them, in their frames.
+    """
 
     name: str
     joints: tuple[UrdfJoint, ...]
     base: Transform
     links: tuple[Link, ...]
     flange: Transform
+    shapes: tuple[Shape, ...]
 
 
 def read(file: str, text: str, base: str | None = None, tip: str | None = None) -> UrdfArm:
@@ -96,7 +108,7 @@ class _File:
     """The joints of a file by their child link, which has one parent."""
 
     def __init__(self, file: str, root: ElementTree.Element) -> None:
-        self.file = file
+        self.file, self.root = file, root
         self.name = root.get("name") or "robot"
         self.by_child: dict[str, ElementTree.Element] = {}
         self.parents: dict[str, str] = {}
@@ -134,7 +146,37 @@ class _File:
             )
         chain = chain_of(axes, [joint.kind for joint in joints], T)
         assert chain is not None  # without angles to meet every chain has links
-        return UrdfArm(self.name, tuple(joints), chain.base, chain.links, chain.flange)
+        visuals = Visuals(Path(self.file).absolute().parent, self.root, self._numbers, self._origin)
+        shapes = visuals.shapes(self._places(base, way, chain))
+        return UrdfArm(self.name, tuple(joints), chain.base, chain.links, chain.flange, shapes)
+
+    def _places(self, base: str, way: Sequence[ElementTree.Element], chain: Chain) -> dict[str, Place]:
+        """Where the links are that hang on the base, in the frames of the chain.
+
+        T_body_link = T_base_body^-1 T_base_link while all joints are 0, and ever after.
+        """
+        steps = [link_transform(link, 0.0) for link in chain.links]
+        steps[-1] = compose(steps[-1], chain.flange)
+        bodies = [inverse(T) for T in accumulate(steps, compose, initial=chain.base)]
+        moving = [joint for joint in way if joint.get("type") != _FIXED]
+        found, left = {base: Place(0, bodies[0])}, [(base, IDENTITY)]
+        while left:
+            parent, T_base_parent = left.pop()
+            for child, T_parent_child in self._below(parent):
+                body = found[parent].body
+                body += self.by_child[child] in moving[body : body + 1]
+                T = compose(T_base_parent, T_parent_child)
+                if child not in found:
+                    found[child] = Place(body, compose(bodies[body], T))
+                    left.append((child, T))
+        return found
+
+    def _below(self, parent: str) -> Iterator[tuple[str, Transform]]:
+        """The links that hang on a link, and T_parent_child while their joint is 0; without those whose place is not
+        to be understood, for the arm itself does without."""
+        for child in [child for child, link in self.parents.items() if link == parent]:
+            with suppress(FileDamaged):
+                yield child, self._origin(self.by_child[child])
 
     # --- which joints ---
 
@@ -252,12 +294,10 @@ def _exact(angle: float) -> float:
 
 def model_of(arm: UrdfArm, reader: ModelReader, table: Mapping[str, object]) -> RobotModel:
     """The robot of an arm, with the figures that a URDF file has not: those of a TOML file's table, else usual ones."""
-    own = reader.own_joints(table.get("joints", []), [joint.name for joint in arm.joints])
+    more = reader.own_joints(table.get("joints", []), [joint.name for joint in arm.joints])
     joints = [
-        _with_rates(
-            {**link._asdict(), "lower": joint.lower, "upper": joint.upper, "max_velocity": joint.velocity}, more
-        )
-        for joint, link, more in zip(arm.joints, arm.links, own, strict=True)
+        _with_rates({**link._asdict(), "lower": joint.lower, "upper": joint.upper, "max_velocity": joint.velocity}, own)
+        for joint, link, own in zip(arm.joints, arm.links, more, strict=True)
     ]
     tool = {**_usual_tool(), **reader.numbers(table.get("tool", {}), "tool", TOOL_KEYS)}
     middle = [_rest(joint["lower"], joint["upper"]) for joint in joints]
@@ -272,7 +312,9 @@ def model_of(arm: UrdfArm, reader: ModelReader, table: Mapping[str, object]) -> 
         "poses": {**dict.fromkeys(NEEDED_POSES, middle), **poses},
     }
     options = {key: table[key] for key in ("task", "profile") if key in table}
-    return ModelReader(reader.file, human=False).model({**data, **options})
+    model = ModelReader(reader.file, human=False).model({**data, **options})
+    own = reader.shapes(table.get("shapes"), model.joint_count)
+    return replace(model, shapes=own or arm.shapes)
 
 
 def _with_rates(joint: dict[str, Any], more: Mapping[str, float]) -> dict[str, Any]:

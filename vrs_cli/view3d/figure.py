@@ -9,7 +9,7 @@ from viser import FrameHandle, MeshHandle, SceneApi
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, link_frames
-from vrs_cli.kinematics.shapes import rgb
+from vrs_cli.kinematics.shapes import MeshFile, rgb
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, inverse
 from vrs_cli.view3d.looks import Look, looks_of
 from vrs_cli.view3d.meshes import joined
@@ -47,18 +47,19 @@ class Figure:
         self._at: list[Transform | None] = [None] * len(self._links)
         self._base, self._hand = IDENTITY, -1.0
         self.fingers: list[Finger] = []
-        for group in _groups(looks_of(model), one_colour=colour is not None):
-            self._add(root, group)
+        for k, group in enumerate(_groups(looks_of(model), one_colour=colour is not None)):
+            self._add(f"{root}/{group[0].shape.link}/{k}", group)
 
-    def _add(self, root: str, group: list[Look]) -> None:
+    def _add(self, name: str, group: list[Look]) -> None:
         first = group[0].shape
         mesh = joined([look.mesh for look in group])
         node = self._scene.add_mesh_simple(
-            f"{root}/{first.link}/{len(self.fingers)}{first.colour}",
+            name,
             mesh.vertices,
             mesh.faces,
             color=self._colour or rgb(first.colour),
             opacity=self._opacity,
+            side="double" if isinstance(first.body, MeshFile) else "front",  # files may have holes
             cast_shadow=self._opacity is None,
         )
         if first.opens is not None:
@@ -105,6 +106,6 @@ def _groups(looks: Iterable[Look], one_colour: bool) -> list[list[Look]]:
     groups: dict[tuple[object, ...], list[Look]] = {}
     for look in looks:
         shape = look.shape
-        key = shape.link, shape.opens, None if one_colour else shape.colour
+        key = shape.link, shape.opens, isinstance(shape.body, MeshFile), None if one_colour else shape.colour
         groups.setdefault(key, []).append(look)
     return list(groups.values())

@@ -7,6 +7,7 @@ from math import tan
 import numpy as np
 
 from vrs_cli.view3d.bar import Bar
+from vrs_cli.view3d.looks import all_of
 from vrs_cli.view3d.panel import Panel
 from vrs_cli.view3d.plots import Plots
 from vrs_cli.view3d.scenery import scenery
@@ -41,7 +42,10 @@ def furnish(window: Window, title: str) -> None:
     gui.configure_theme(show_logo=False, show_share_button=False, brand_color=ORANGE)
     gui.set_panel_label(title)
     choices = gui.add_panel()
-    window.parts.extend(scenery(window.client.scene, window.watched.arm.model))
+    model = window.watched.arm.model
+    window.parts.extend(scenery(window.client.scene, model))
+    if said := all_of(model).missing:
+        window.tell(said)
     _look(window)
     window.parts.append(Edges(window))
     bar = Bar(window)

@@ -7,10 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vrs_cli.kinematics.bodies import shapes_of
+from vrs_cli.errors import VrsError
+from vrs_cli.kinematics.bodies import capsules, shapes_of
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.shapes import MeshFile, Shape
+from vrs_cli.view3d.mesh_files import read_mesh
 from vrs_cli.view3d.meshes import Mesh, Points, mesh_of, moved
 
 
@@ -21,10 +23,42 @@ class Look(NamedTuple):
     mesh: Mesh
 
 
-@lru_cache
+class Looks(NamedTuple):
+    """All that is seen of a robot. `missing`: what is said of files of meshes that cannot be read; their links have
+    capsules instead."""
+
+    looks: tuple[Look, ...]
+    missing: str = ""
+
+
 def looks_of(model: RobotModel) -> tuple[Look, ...]:
     """All that is seen of a robot."""
-    return tuple(Look(shape, mesh_of(shape.body)) for shape in shapes_of(model) if not isinstance(shape.body, MeshFile))
+    return all_of(model).looks
+
+
+@lru_cache
+def all_of(model: RobotModel) -> Looks:
+    found, bare, why = list[Look](), set[int](), list[VrsError]()
+    for shape in shapes_of(model):
+        try:
+            found.append(Look(shape, _mesh(shape)))
+        except VrsError as error:
+            why.append(error)
+            bare.add(shape.link)
+    instead = [shape for shape in capsules(model) if shape.link in bare] if bare else []
+    looks = [look for look in found if look.shape.link not in bare]
+    return Looks((*looks, *(Look(shape, _mesh(shape)) for shape in instead)), _said(why))
+
+
+def _mesh(shape: Shape) -> Mesh:
+    return read_mesh(shape.body) if isinstance(shape.body, MeshFile) else mesh_of(shape.body)
+
+
+def _said(why: list[VrsError]) -> str:
+    if not why:
+        return ""
+    more = f" (and {len(why) - 1} more)" if len(why) > 1 else ""
+    return f"{why[0]}{more}: capsules stand for what is missing"
 
 
 @lru_cache

@@ -1,0 +1,146 @@
+"""What links of a URDF file look like: each where the file puts it, whatever our frames are."""
+
+from __future__ import annotations
+
+import json
+from math import pi
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from tests.kinematics.test_urdf import ARM, written
+from vrs_cli.kinematics.bodies import capsules, shapes_of
+from vrs_cli.kinematics.model import RobotModel, link_frames
+from vrs_cli.kinematics.model_data import from_dict, to_dict
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.shapes import Box, Capsule, Cylinder, MeshFile, Shape
+from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, position, rotation_about, rotation_x, translation
+
+VISUALS = """
+  <material name="sky"><color rgba="0 0.5 1 1"/></material>
+  <link name="base"><visual>
+    <origin xyz="0 0 0.05" rpy="0.3 0 0"/><geometry><box size="0.2 0.3 0.1"/></geometry><material name="sky"/>
+  </visual></link>
+  <link name="one"><visual>
+    <geometry><cylinder radius="0.05" length="0.4"/></geometry>
+    <material name=""><color rgba="1 0 0 1"/></material>
+  </visual></link>
+  <link name="two"><visual><origin xyz="0.1 0 0"/><geometry><sphere radius="0.07"/></geometry></visual></link>
+  <link name="three"><visual>
+    <geometry><mesh filename="package://arms/meshes/three.stl" scale="0.001 0.001 -0.001"/></geometry>
+  </visual></link>
+  <link name="tool0"><visual><geometry><box size="0.01 0.02 0.03"/></geometry></visual></link>
+  <link name="lens"><visual><geometry><box size="0.01 0.02 0.04"/></geometry></visual></link>
+</robot>
+"""
+SEEN = ARM.replace("</robot>", VISUALS)
+
+
+def links_at(q: tuple[float, float, float]) -> dict[str, Transform]:
+    """T_world_link, by the file alone."""
+    base = translation(0.0, 0.0, 0.5)
+    one = compose(compose(base, translation(0.0, 0.0, 0.1)), rotation_about((0, 0, 1), q[0]))
+    turned = compose(translation(0.05, 0.0, 0.0), rotation_about((0, 0, 1), pi / 2))
+    two = compose(compose(one, turned), rotation_about((0, -1, 0), q[1]))
+    three = compose(two, translation(0.0, 0.6 * q[2], 0.8 * q[2]))
+    ends = {"tool0": compose(three, translation(0.0, 0.0, 0.07)), "lens": compose(three, translation(1.0, 0.0, 0.0))}
+    return {"base": base, "one": one, "two": two, "three": three, **ends}
+
+
+def where(model: RobotModel, shape: Shape, q: tuple[float, ...]) -> Transform:
+    """T_world_body of what has a pose."""
+    assert isinstance(shape.body, Box | MeshFile)
+    return compose(link_frames(model, q)[shape.link], shape.body.pose)
+
+
+def test_each_is_where_the_file_puts_it_in_every_pose(tmp_path: Path) -> None:
+    model, random = load_robot(written(tmp_path, SEEN)), Random(3)
+    base, one, two, three, tool, lens = model.shapes
+    for _ in range(20):
+        q = (random.uniform(-3, 3), random.uniform(-1, 2), random.uniform(0, 0.25))
+        links, frames = links_at(q), link_frames(model, q)
+        tilted = compose(links["base"], compose(translation(0.0, 0.0, 0.05), rotation_x(0.3)))
+        assert where(model, base, q) == pytest.approx(tilted, abs=1e-9)
+        for shape, name in ((three, "three"), (tool, "tool0"), (lens, "lens")):
+            assert where(model, shape, q) == pytest.approx(links[name], abs=1e-9)
+        assert isinstance(one.body, Cylinder)
+        for end, z in ((one.body.start, -0.2), (one.body.end, 0.2)):
+            expected = position(compose(links["one"], translation(0.0, 0.0, z)))
+            assert position(compose(frames[one.link], translation(*end))) == pytest.approx(expected, abs=1e-9)
+        assert isinstance(two.body, Capsule)
+        expected = position(compose(links["two"], translation(0.1, 0.0, 0.0)))
+        assert position(compose(frames[two.link], translation(*two.body.start))) == pytest.approx(expected, abs=1e-9)
+
+
+def test_bodies_colours_and_files(tmp_path: Path) -> None:
+    package = tmp_path / "arms"
+    (package / "urdf").mkdir(parents=True)
+    (package / "meshes").mkdir()
+    (package / "meshes" / "three.stl").write_text("", encoding="utf-8")
+    shapes = load_robot(written(package / "urdf", SEEN)).shapes
+    assert [shape.link for shape in shapes] == [0, 1, 2, 3, 3, 3]
+    assert [shape.colour for shape in shapes] == ["#0080ff", "#ff0000", "grey", "grey", "grey", "grey"]
+    mesh = shapes[3].body
+    assert isinstance(mesh, MeshFile)
+    assert mesh.scale == (0.001, 0.001, -0.001)
+    assert Path(mesh.path) == package / "meshes" / "three.stl"
+
+
+@pytest.mark.parametrize(
+    ("name", "file"),
+    [
+        ("meshes/a.stl", "arms/urdf/meshes/a.stl"),
+        ("package://arms/meshes/a.stl", "arms/meshes/a.stl"),
+        ("package://elsewhere/meshes/a.stl", "arms/meshes/a.stl"),  # a checkout has another name than its package
+        ("package://arms/none.stl", "arms/urdf/arms/none.stl"),
+    ],
+)
+def test_where_a_mesh_is_looked_for(tmp_path: Path, name: str, file: str) -> None:
+    folder = tmp_path / "arms" / "urdf"
+    folder.mkdir(parents=True)
+    if "none" not in name:
+        (tmp_path / file).parent.mkdir(exist_ok=True)
+        (tmp_path / file).write_text("", encoding="utf-8")
+    text = SEEN.replace("package://arms/meshes/three.stl", name)
+    body = load_robot(written(folder, text)).shapes[3].body
+    assert isinstance(body, MeshFile)
+    assert Path(body.path) == tmp_path / file
+
+
+def test_the_way_out_and_back(tmp_path: Path) -> None:
+    model = load_robot(written(tmp_path, SEEN))
+    assert from_dict(json.loads(json.dumps(to_dict(model)))) == model
+
+
+def test_shapes_of_a_toml_file_stand_for_those_of_the_urdf_file(tmp_path: Path) -> None:
+    written(tmp_path, SEEN)
+    toml = tmp_path / "mine.toml"
+    toml.write_text('urdf = "little.urdf"\nshapes = [{ link = 1, kind = "box", size = [9, 9, 9] }]', encoding="utf-8")
+    assert load_robot(toml).shapes == (Shape(1, Box((0.009, 0.009, 0.009), IDENTITY)),)
+
+
+WRONG = {
+    'box size="0.2 0.3 0.1"': 'box size="0.2 0.3"',
+    'sphere radius="0.07"': 'sphere radius="-1"',
+    'cylinder radius="0.05" length="0.4"': "cylinder",
+    'scale="0.001 0.001 -0.001"': 'scale="0 0 0"',
+    'xyz="0 0 0.05" rpy="0.3 0 0"': 'xyz="here"',
+}
+
+
+@pytest.mark.parametrize("right", WRONG)
+def test_what_is_not_understood_is_left_out(tmp_path: Path, right: str) -> None:
+    assert right in SEEN
+    assert len(load_robot(written(tmp_path, SEEN.replace(right, WRONG[right]))).shapes) == 5
+
+
+def test_a_joint_beside_the_arm_may_be_wrong(tmp_path: Path) -> None:
+    text = SEEN.replace('<origin xyz="1 0 0"/>', '<origin xyz="far away"/>')
+    assert [shape.link for shape in load_robot(written(tmp_path, text)).shapes] == [0, 1, 2, 3, 3]
+
+
+def test_a_file_without_visuals_has_capsules(tmp_path: Path) -> None:
+    model = load_robot(written(tmp_path))
+    assert not model.shapes
+    assert shapes_of(model) == capsules(model)

@@ -1,0 +1,49 @@
+"""Meshes out of files, as URDF files name them: STL, OBJ and DAE, read by trimesh."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from trimesh.units import unit_conversion
+
+from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
+from vrs_cli.kinematics.shapes import MeshFile
+from vrs_cli.view3d.meshes import Mesh, creased, moved
+
+KINDS = (".stl", ".obj", ".dae")
+LARGEST = 50_000_000  # [B] of a file: no link of an arm has more
+
+
+def read_mesh(body: MeshFile) -> Mesh:
+    """The surface of a body, in the frame of its link. Raises NonexistentFile, FileError, FileDamaged."""
+    path = Path(body.path)
+    check(path)
+    try:
+        found = trimesh.load_mesh(path, process=True, skip_materials=True)
+        metres = unit_conversion(found.units, "meters") if found.units else 1.0  # DAE says it, the others do not
+    except Exception as error:  # whatever the readers of many formats run into
+        raise FileDamaged(f"{path}: {error or type(error).__name__}", "a mesh is an STL, OBJ or DAE file") from None
+    points, faces = np.asarray(found.vertices, dtype=float) * metres, np.asarray(found.faces, dtype=np.uint32)
+    if not len(faces) or not np.isfinite(points).all():
+        raise FileDamaged(f"{path}: it has no triangles", "a mesh is an STL, OBJ or DAE file")
+    mirrored = np.prod(body.scale) < 0.0
+    mesh = Mesh(points * np.array(body.scale), faces[:, ::-1] if mirrored else faces)
+    return moved(creased(mesh), body.pose)
+
+
+def check(path: Path) -> None:
+    """Raises NonexistentFile, FileError: only small files of this machine are read, and only meshes."""
+    if path.suffix.lower() not in KINDS:
+        raise FileError(f"{path}: no mesh", f"its name ends in {', '.join(KINDS)}")
+    if str(path).startswith(("//", "\\\\")):
+        raise FileError(f"{path}: on another machine", "give a file of this one")
+    try:
+        size = path.stat().st_size if path.is_file() else None
+    except (OSError, ValueError) as error:
+        raise FileError(f"{path}: {error}") from None
+    if size is None:
+        raise NonexistentFile(str(path))
+    if size > LARGEST:
+        raise FileError(f"{path}: {size} bytes", f"at most {LARGEST} are read")
