@@ -27,7 +27,7 @@ def press(player: Player, keys: str) -> Player:
     """Type keys into a running player, the last of which must leave it."""
     with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
         pipe.send_text(keys)
-        player.application().run()
+        player.screen().run()
     return player
 
 

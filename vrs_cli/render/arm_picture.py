@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from vrs_cli.dialogue.numbers import fixed, seconds
 from vrs_cli.kinematics.transform import Vector, along, position
 from vrs_cli.render.blocks import Line, Page, Piece
-from vrs_cli.render.canvas import FINE, PLAIN, Canvas, Dot
+from vrs_cli.render.canvas import FINE, PLAIN, Canvas, Cell, Dot
 from vrs_cli.render.colours import Ink
 
 if TYPE_CHECKING:
@@ -62,6 +62,10 @@ LOOKS: Mapping[int, Look] = {
 }
 
 
+Points = tuple[Vector, ...]
+Lines = tuple[Points, ...]
+
+
 class View(NamedTuple):
     """What one sees: the coordinates to the right and up."""
 
@@ -104,6 +108,8 @@ class ArmDrawing:
         self._reach: tuple[Canvas, ...] = ()  # with nothing else
         self._behind: tuple[object, ...] = ()  # the lines that do not change now
         self._canvases: tuple[Canvas, ...] = ()
+        self._kept: dict[tuple[Frame, int], tuple[Points, Sequence[Cell]]] = {}  # what lines cover in a view
+        self._new = dict(self._kept)
         self._rows: dict[tuple[int, int], tuple[Piece, ...]] = {}  # of those, by view and row
 
     def lines(self, picture: Picture, page: Page) -> Iterator[Line]:
@@ -132,13 +138,32 @@ class ArmDrawing:
         if here != self._page:
             height = max((page.height or HEIGHT) - WORDS, LEAST_HEIGHT)
             self._page, self._frames, self._behind = here, _frames(picture, width, height), ()
+            self._kept = {}
             self._reach = tuple(_drawn_reach(picture, frame, page.unicode) for frame in self._frames)
         behind = (picture.past[:-1], picture.planned[1:])
         if behind != self._behind:
             self._behind, self._rows = behind, {}
-            pens = self._pens(self._reach, page)
-            self._canvases = tuple(_drawn_behind(pen, picture) for pen in pens)
+            self._canvases = tuple(self._drawn_behind(pen, *behind) for pen in self._pens(self._reach, page))
+            self._kept, self._new = self._new, {}
         return [_drawn_before(pen, picture) for pen in self._pens(self._canvases, page)]
+
+    def _drawn_behind(self, pen: Pen, past: Lines, planned: Lines) -> Canvas:
+        """What stays while the arm moves on one line: all of the way but that line."""
+        for part, lines in ((Part.PAST, past), (Part.PLANNED, planned)):
+            for points in lines:
+                pen.canvas.lay(part, self._cells_of(pen, points))
+        return pen.canvas
+
+    def _cells_of(self, pen: Pen, points: Points) -> Sequence[Cell]:
+        """What a line covers: it is found once, as long as it is in sight."""
+        key = (pen.frame, id(points))
+        kept = self._new.get(key) or self._kept.get(key)
+        if kept is None:
+            canvas = pen.canvas.empty()
+            Pen(pen.frame, pen.fine, canvas).line(Part.PAST, points)
+            kept = (points, canvas.cells())
+        self._new[key] = kept
+        return kept[1]
 
     def _pens(self, canvases: Sequence[Canvas], page: Page) -> Iterator[Pen]:
         """A pen for each view, on a copy of what is there."""
@@ -226,15 +251,6 @@ def _drawn_reach(picture: Picture, frame: Frame, fine: bool) -> Canvas:
     canvas = Canvas(frame.width, frame.height, *(FINE if fine else PLAIN))
     Pen(frame, fine, canvas).line(Part.REACH, _outline(frame.view, picture.reach), every=DOTTED)
     return canvas
-
-
-def _drawn_behind(pen: Pen, picture: Picture) -> Canvas:
-    """What stays while the arm moves on one line: all of the way but that line."""
-    for points in picture.past[:-1]:
-        pen.line(Part.PAST, points)
-    for points in picture.planned[1:]:
-        pen.line(Part.PLANNED, points)
-    return pen.canvas
 
 
 def _drawn_before(pen: Pen, picture: Picture) -> Canvas:

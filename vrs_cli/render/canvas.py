@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from math import ceil, hypot
+from collections.abc import Iterable, Iterator, Sequence
+from math import ceil, floor, hypot
 
 BRAILLE = 0x2800
 DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))  # by row, then column (Unicode 1.1, U+2800 block)
 FINE, PLAIN = (2, 4), (1, 1)  # dots of a cell, across and down
-APART = 0.7  # dots between two of a thick line, at most: a slanting one has no holes then
 
 Dot = tuple[float, float]  # to the right and down, in dots
+Cell = tuple[int, int, int]  # row, column, dots
 
 
 class Canvas:
@@ -30,13 +30,34 @@ class Canvas:
         made.owner, made.dots = list(self.owner), list(self.dots)
         return made
 
+    def empty(self) -> Canvas:
+        """Another one of this size."""
+        return Canvas(self.width, self.height, self.dots_wide, self.dots_high)
+
+    def cells(self) -> list[Cell]:
+        """Those that are drawn in."""
+        return [(row, column, bits) for row, dots in enumerate(self.dots) for column, bits in dots.items()]
+
+    def lay(self, owner: int, cells: Iterable[Cell]) -> None:
+        """Put on what was drawn on another canvas of this size."""
+        for row, column, bits in cells:
+            if self.shared[row]:
+                self._take(row)
+            dots = self.dots[row]
+            dots[column] = dots.get(column, 0) | bits
+            self.owner[row][column] = owner
+
+    def _take(self, row: int) -> None:
+        """A row is drawn in that was the same as on the canvas that this one is a copy of."""
+        self.shared[row] = False
+        self.owner[row], self.dots[row] = dict(self.owner[row]), dict(self.dots[row])
+
     def mark(self, owner: int, x: int, y: int) -> None:
         """One dot; none outside."""
         row, column = y // self.dots_high, x // self.dots_wide
         if 0 <= row < self.height and 0 <= column < self.width:
             if self.shared[row]:
-                self.shared[row] = False
-                self.owner[row], self.dots[row] = dict(self.owner[row]), dict(self.dots[row])
+                self._take(row)
             dots = self.dots[row]
             dots[column] = dots.get(column, 0) | DOTS[y % self.dots_high][x % self.dots_wide]
             self.owner[row][column] = owner
@@ -44,16 +65,31 @@ class Canvas:
     def stroke(self, owner: int, a: Dot, b: Dot, thick: int = 1, every: int = 1) -> None:
         """A straight line, `thick` dots wide; of a dotted one each `every`th dot."""
         (x0, y0), (x1, y1) = a, b
-        length = hypot(x1 - x0, y1 - y0) or 1.0
-        steps = max(ceil(max(abs(x1 - x0), abs(y1 - y0)) if thick == 1 else length / APART), 1)
+        steps = max(ceil(max(abs(x1 - x0), abs(y1 - y0))), 1)
         dx, dy = (x1 - x0) / steps, (y1 - y0) / steps
-        beside, marked = ceil((thick - 1) / APART), set[tuple[int, int]]()
-        for i in range(beside + 1):
-            off = (thick - 1) * (i / beside - 0.5) if beside else 0.0
-            x, y = x0 + off * (y1 - y0) / length, y0 - off * (x1 - x0) / length
-            marked.update([(round(x + step * dx), round(y + step * dy)) for step in range(0, steps + 1, every)])
-        for dot in marked:
-            self.mark(owner, *dot)
+        for step in range(0, steps + 1, every):
+            self.mark(owner, round(x0 + step * dx), round(y0 + step * dy))
+        length = hypot(x1 - x0, y1 - y0)
+        if thick > 1 and length > 0.0:
+            off = 0.5 * (thick - 1) / length
+            across, down = off * (y1 - y0), off * (x0 - x1)
+            sides = ((across, down), (-across, -down))
+            (ax, ay), (bx, by), (dx, dy), (cx, cy) = [(x + u, y + v) for x, y in (a, b) for u, v in sides]
+            self._fill(owner, ((ax, ay), (bx, by), (cx, cy), (dx, dy)))
+
+    def _fill(self, owner: int, corners: Sequence[Dot]) -> None:
+        """The inside of a convex figure."""
+        edges = list(zip(corners, (*corners[1:], corners[0]), strict=True))
+        high, low = min(y for _, y in corners), max(y for _, y in corners)
+        for row in range(ceil(high), floor(low) + 1):
+            cuts = [
+                x0 + (row - y0) / (y1 - y0) * (x1 - x0)
+                for (x0, y0), (x1, y1) in edges
+                if y0 != y1 and min(y0, y1) <= row <= max(y0, y1)
+            ]
+            if cuts:
+                for x in range(round(min(cuts)), round(max(cuts)) + 1):
+                    self.mark(owner, x, row)
 
     def disc(self, owner: int, middle: Dot, radius: float) -> None:
         x0, y0 = middle

@@ -9,19 +9,18 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from msgspec import Struct
-from prompt_toolkit.application import Application
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
-from prompt_toolkit.layout import FormattedTextControl, Layout, Window
 
-from vrs_cli.dialogue.replies import Whereabouts
+from vrs_cli.dialogue.replies import Picture, Whereabouts
 from vrs_cli.engine.position import position_at
+from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.interfaces.roles.observer import Recorded, Watched
 from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.render.text import plain_text
+from vrs_cli.repl.arm_window import ArmScreen
 from vrs_cli.trajectory.timeline import Timeline
 
-REFRESH = 0.04  # [s]
 BAR = 30  # characters
 SKIP, FAR_SKIP = 1.0, 10.0  # [s]
 
@@ -98,13 +97,14 @@ class Player(Struct):
     def _actions(self) -> list[Action]:
         return [action for action in ACTIONS if self.live or not action.live]
 
-    def application(self) -> Application[None]:
+    def screen(self) -> ArmScreen:
         """What plays on the terminal until the user leaves."""
-        return Application(
-            layout=Layout(Window(FormattedTextControl(self.text), dont_extend_height=True, wrap_lines=True)),
-            key_bindings=self._bindings(),
-            refresh_interval=REFRESH,
-        )
+        sight = Sight(self.watched.arm)
+        return ArmScreen(lambda: self._picture(sight), self.text, self._bindings())
+
+    def _picture(self, sight: Sight) -> Picture:
+        """The arm at the time that is shown."""
+        return sight.picture(self.watched.timeline, self.playback.at(self.wall()))
 
     def _bindings(self) -> KeyBindings:
         bindings = KeyBindings()
@@ -126,11 +126,11 @@ class Player(Struct):
 def play(arm: RobotArm, timeline: Timeline, rate: float) -> None:
     """Play a trajectory on the terminal, from its start, `rate` seconds of it in one second."""
     playback = Playback.of(timeline.start, timeline.end, rate, time.monotonic())
-    Player(Recorded(arm, timeline), playback).application().run()
+    Player(Recorded(arm, timeline), playback).screen().run()
 
 
 async def watch(watched: Watched, news: Callable[[float], str], passes: Callable[[], bool]) -> None:
     """Watch a robot that others move, from where it is now on; `passes`: whether its time goes by itself."""
     timeline = watched.timeline
     playback = Playback.following(timeline.start, timeline.end, watched.now, time.monotonic())
-    await Player(watched, playback, news=news, live=True, passes=passes).application().run_async()
+    await Player(watched, playback, news=news, live=True, passes=passes).screen().run_async()

@@ -16,7 +16,7 @@ from vrs_cli.kinematics.transform import Transform, Vector, along, dot, inverse,
 from vrs_cli.trajectory.motion import Frames
 from vrs_cli.trajectory.timeline import Timeline
 
-BEFORE, AFTER = 30.0, 30.0  # [s] of the way that are shown
+BEFORE, AFTER = 10.0, 10.0  # [s] of the way that are shown
 ERROR = 0.004  # [m] of its lines: less than a dot of a wide terminal
 SAME = 1e-6  # [m] between two corners that are one
 
