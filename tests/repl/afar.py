@@ -14,6 +14,7 @@ from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.conversation import Conversation
+from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.desk import Desk
 from vrs_cli.net import messages
@@ -66,6 +67,11 @@ class Line:
 
     def listen(self, outlet: Outlet) -> None:
         self._news.append(outlet)
+
+    def follow(self) -> Watched:
+        if self.cut:
+            raise RequestRefused("there is no connection")
+        return self.session.engine
 
     def close(self) -> None:
         self.closed = True

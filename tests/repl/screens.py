@@ -11,12 +11,14 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
+from types import MappingProxyType
 
 import pytest
 
 PATIENCE = 60.0  # [s] until a screen that does not come is a failure
 PAUSE = 0.05  # [s] between two looks: they would take the time of the shell
 NUMBERS = count()  # of servers: one that ends may still hold its socket
+SIZE_OF_THE_PANE = {"COLUMNS": "", "LINES": ""}  # and not that of the terminal of the tests, which readline puts there
 CHECKOUT = Path(__file__).parents[2]
 
 needs_tmux = pytest.mark.skipif(shutil.which("tmux") is None, reason="there is no tmux")
@@ -99,11 +101,13 @@ def _runs(process: int) -> bool:
 
 
 @contextmanager
-def screen(folder: Path, *arguments: str, columns: int = 80, rows: int = 24) -> Iterator[Screen]:
-    """A shell whose state lies in a folder of its own."""
+def screen(
+    folder: Path, *arguments: str, columns: int = 80, rows: int = 24, more: Mapping[str, str] = MappingProxyType({})
+) -> Iterator[Screen]:
+    """A shell whose state lies in a folder of its own; `more` of its environment."""
     shell = Screen(folder, columns, rows)
     state = {"XDG_STATE_HOME": str(folder / "state"), "PYTHONPATH": str(CHECKOUT), "COLORTERM": "truecolor"}
-    shell.start(*arguments, environment=state)
+    shell.start(*arguments, environment={**state, **SIZE_OF_THE_PANE, **more})
     try:
         yield shell
     finally:

@@ -11,7 +11,9 @@ from prompt_toolkit.output import DummyOutput
 
 from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.dialogue.replies import Picture
 from vrs_cli.interfaces.jog.jogger import Jogger
+from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.jog_panel import JogPanel
 
@@ -41,6 +43,22 @@ def test_it_shows_axes_step_speed_place_and_keys() -> None:
     assert "919.120" in text
     assert text.endswith("q leave")
     assert max(map(len, text.splitlines())) <= 80
+
+
+def test_it_shows_the_arm_where_there_is_room() -> None:
+    session = Session(RecordingTerminal())
+    drawn: list[Picture] = []
+    sight = Sight(session.engine.arm)
+    panel = JogPanel(Jogger(session), watched=session.engine)
+    with create_pipe_input() as keys, create_app_session(input=keys, output=DummyOutput()):
+        keys.send_text(UP + UP + "q")
+        panel.run()
+        look = panel.picture()
+        assert look is not None
+        drawn.append(look())
+    assert drawn == [sight.picture(session.engine.timeline, session.engine.now)]
+    assert drawn[0].past
+    assert JogPanel(Jogger(session)).picture() is None
 
 
 def test_it_says_that_the_clock_stands() -> None:

@@ -79,6 +79,7 @@ ASKED = {
     "SEE that is left": lines("SEE q") + "ready" + QUIT + QUIT + lines("DIRECTORY", "DISABLE INTERACTIVE"),
     "JOG": lines("JOG") + UP + UP + "]" + UP + "q" + lines("WHERE", "DISABLE INTERACTIVE"),
     "REPLAY": lines("DRIVE 1, 10", "SAVE t", "REPLAY t") + " q" + lines("DISABLE INTERACTIVE"),
+    "SHOW": lines("DRIVE 1, 10", "SHOW", "SHOW AT 0.2", "DISABLE INTERACTIVE"),
     "PLOT": lines("DRIVE 1, 10", "PLOT 1", "TIMELINE", "HELP MOVE", "DISABLE INTERACTIVE"),
     "files": lines("a = 1", "STORE all", "a = 2", "LOAD all", "STORE all", "N", "STORE all", "Y", "LISTR"),
     "branches": lines("BRANCH try", "DRIVE 1, 5", "COMPARE try, main", "BRANCH main", "DISABLE INTERACTIVE"),

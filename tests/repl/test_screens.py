@@ -132,7 +132,7 @@ def test_what_was_typed_comes_back(tmp_path: Path, columns: int, rows: int) -> N
         shell.wait_for("Loaded, and not stored yet: STORE file stores all")
         typed(shell, "EXIT")
         asked_again = shell.wait_for("Leave without storing (Y/N)?")
-        assert "Not stored: programs fetch, half; location part; real count. STORE file stores" in asked_again
+        assert "Not stored: programs fetch, half; location part; real count. STORE file stores" in " ".join(asked_again)
         shell.type("N", "Enter")
         typed(shell, "STORE all", "EXIT")
         shell.wait_for_end()
@@ -149,3 +149,75 @@ def test_a_window_that_is_closed_loses_nothing(tmp_path: Path) -> None:
         shell.close_window()
     (left,) = (tmp_path / "state" / "vrs" / "recovery").glob("*.v2")
     assert "count            3" in left.read_text()
+
+
+# --- the arm --------------------------------------------------------------------------------------------------------
+
+BRAILLE = {chr(code) for code in range(0x2801, 0x2900)}
+
+
+def drawn(rows: list[str]) -> set[tuple[int, int]]:
+    """The cells with dots."""
+    return {(r, c) for r, row in enumerate(rows) for c, mark in enumerate(row) if mark in BRAILLE}
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(80, 24), (160, 50)])
+def test_show_fits_the_screen_with_the_prompt_below(tmp_path: Path, columns: int, rows: int) -> None:
+    with screen(tmp_path, columns=columns, rows=rows) as shell:
+        typed(shell, "DRIVE 3, 60 AT 0", "DRIVE 1, 90 AT 1", "SHOW AT 1.2")
+        seen = shell.wait_for("target")
+        first = next(k for k, row in enumerate(seen) if row.startswith("At 1.200 s  X 397.5"))
+        last = next(k for k, row in enumerate(seen) if "mm   • reach   • past   • planned   • target" in row)
+        assert last - first == min(rows - 8, 16 if columns == 80 else 42) - 1
+        cells = drawn(seen)
+        assert min(c for _, c in cells) < columns // 8
+        assert max(c for _, c in cells) > columns * 7 // 8
+
+
+def test_letters_where_the_terminal_has_no_others(tmp_path: Path) -> None:
+    with screen(tmp_path, more={"LC_ALL": "C"}) as shell:
+        typed(shell, "DRIVE 3, 60", "SHOW")
+        seen = shell.wait_for("' reach   . past")
+        assert not drawn(seen)
+        assert any("#" in row and "O" in row for row in seen)
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(80, 24), (160, 50)])
+def test_show_lives_while_the_arm_moves(tmp_path: Path, columns: int, rows: int) -> None:
+    """It ends by itself when the arm stands; a key ends it before, and the motion goes on."""
+    with screen(tmp_path, "shell", "--realtime", "1", columns=columns, rows=rows) as shell:
+        typed(shell, "DRIVE 1, 90, 10", "SHOW")
+        one = shell.wait(lambda rows: "any key ends" in rows[-1] and bool(drawn(rows)))
+        other = shell.wait(lambda rows: drawn(rows) != drawn(one))
+        assert one[-1] == other[-1]
+        assert any(row.startswith("from the side (X, Z)") for row in other)
+        shell.type("x")
+        rows_then = shell.wait_for("moves until")
+        assert drawn(rows_then)
+        typed(shell, "ABORT", "DRIVE 1, -10", "SHOW")
+        shell.wait(lambda rows: rows[-1].startswith(" t ") and any("at rest" in row for row in rows))
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(80, 24), (160, 50)])
+def test_replay_shows_the_arm(tmp_path: Path, columns: int, rows: int) -> None:
+    with screen(tmp_path, columns=columns, rows=rows) as shell:
+        typed(shell, "DRIVE 3, 60", "DRIVE 1, 90", "SAVE t", "REPLAY t")
+        shell.wait(lambda rows: "q quit" in rows[-1] and bool(drawn(rows)))
+        ended = shell.wait_for("ended, rate 1")
+        assert len(ended) <= rows
+        shell.type("r")
+        begun = shell.wait_for("playing, rate 1")
+        assert drawn(begun) != drawn(ended)
+        shell.type("q")
+        rows_then = shell.wait_for(TOOLBAR)
+        assert drawn(rows_then)
+
+
+def test_jog_shows_the_arm(tmp_path: Path) -> None:
+    with screen(tmp_path) as shell:
+        typed(shell, "JOG")
+        before = shell.wait(lambda rows: "q leave" in rows[-1] and bool(drawn(rows)))
+        shell.type("]", "]", "]", "]", "Up")
+        shell.wait(lambda rows: drawn(rows) != drawn(before))
+        shell.type("q")
+        shell.wait_for(TOOLBAR)

@@ -64,7 +64,11 @@ class Playing(Asking, frozen=True):
     path: str
 
 
-OnScreen = Editing | Jogging | Playing
+class Watching(Asking, frozen=True):
+    """SHOW: the arm, as long as it moves."""
+
+
+OnScreen = Editing | Jogging | Playing | Watching
 Question = Confirmation | Parting | Amendment | LineWanted | OnScreen
 Answer = bool | str | None
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import os
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, TextIO
 
 from rich.box import SIMPLE_HEAD
@@ -20,7 +21,17 @@ if TYPE_CHECKING:
 
 ROWS = 200  # of a table that grows with time: more than anyone reads on a terminal
 BELOW = 8  # rows of a screen that the next prompt takes: it has a toolbar and room for a menu
+POOR = ("linux", "vt100", "vt220")  # values of TERM
 RULES = 1  # characters that the rules add between two columns
+
+
+def has_unicode(environ: Mapping[str, str]) -> bool:
+    """Whether the terminal shows any character, as far as its user says: not in a locale of another encoding, nor on
+    the console of Linux, whose fonts have 512 characters. Where nothing is said, it does.
+    """
+    spoken = next((value for name in ("LC_ALL", "LC_CTYPE", "LANG") if (value := environ.get(name))), "")
+    encoding = spoken.partition(".")[2].partition("@")[0].replace("-", "").lower()
+    return spoken not in ("C", "POSIX") and encoding in ("", "utf8") and environ.get("TERM") not in POOR
 
 
 class TerminalRenderer:
@@ -32,7 +43,7 @@ class TerminalRenderer:
     @property
     def page(self) -> Page:
         console = self.console
-        unicode = (console.encoding or "").lower().startswith("utf")
+        unicode = (console.encoding or "").lower().startswith("utf") and has_unicode(os.environ)
         return Page(console.width, ROWS, console.color_system is not None, unicode, console.height - BELOW)
 
     def draw(self, reply: Reply) -> None:

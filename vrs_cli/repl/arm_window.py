@@ -1,9 +1,9 @@
-"""The picture of the arm on a part of the screen, with prompt-toolkit: it has the rows that the text below leaves it."""
+"""The picture of the arm on the rows that the text below it leaves, with prompt-toolkit."""
 
 from __future__ import annotations
 
 import asyncio
-import sys
+import os
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -18,6 +18,7 @@ from vrs_cli.dialogue.replies import Picture
 from vrs_cli.render.arm_picture import ArmDrawing
 from vrs_cli.render.blocks import Line, Page
 from vrs_cli.render.colours import Ink, toolkit_style
+from vrs_cli.render.console import has_unicode
 from vrs_cli.repl.colours import colour_depth
 
 RATE = 20.0  # pictures a second
@@ -42,7 +43,7 @@ class ArmWindow(Container):
     def __init__(self, look: Callable[[], Picture], below: Callable[[], int]) -> None:
         self._look, self._below = look, below
         self._drawing = ArmDrawing()
-        self._unicode = (sys.stdout.encoding or "").lower().startswith("utf")
+        self._unicode = has_unicode(os.environ)
         self._where: tuple[int, int, int, int] | None = None
         self._rows: dict[int, Kept] = {}  # what is on the screen, by row
         self._cells: dict[Ink, dict[str, Char]] = {ink: {} for ink in Ink}
@@ -107,11 +108,17 @@ class ArmWindow(Container):
 
 class ArmScreen:
     """The picture, where there is one, and text below it, until a key ends it. Both are looked at as often as the text
-    changes.
+    changes. `over`: whether there is nothing more to be seen.
     """
 
-    def __init__(self, look: Callable[[], Picture] | None, text: Callable[[], str], keys: KeyBindings) -> None:
-        self._text, self._shown = text, text()
+    def __init__(
+        self,
+        look: Callable[[], Picture] | None,
+        text: Callable[[], str],
+        keys: KeyBindings,
+        over: Callable[[], bool] = lambda: False,
+    ) -> None:
+        self._text, self._shown, self._over = text, text(), over
         below = Window(FormattedTextControl(lambda: self._shown), dont_extend_height=True, wrap_lines=True)
         above = () if look is None else (ArmWindow(look, lambda: self._shown.count("\n") + 1),)
         layout = Layout(HSplit([*above, below]))
@@ -132,6 +139,8 @@ class ArmScreen:
         while True:
             await asyncio.sleep(1.0 / RATE)
             self._look()
+            if self._over() and not self.app.is_done:
+                self.app.exit()
 
     def _look(self) -> None:
         seen = self._text()

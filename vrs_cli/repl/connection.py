@@ -6,10 +6,13 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from vrs_cli.errors import RequestRefused
+from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.net.client import Client
 from vrs_cli.net.messages import ClientMessage, Request
 from vrs_cli.net.remote import LEAVING, Loop
 from vrs_cli.repl.remote_seat import Outlet
+
+PAST = 60.0  # [s] of the timeline that are there at first
 
 
 class Connection:
@@ -17,6 +20,7 @@ class Connection:
 
     def __init__(self, client: Client) -> None:
         self._client, self._loop, self._closed = client, Loop(), False
+        self._followed: Watched | None = None
         try:
             self._welcome = self._loop.wait(client.open())
         except BaseException:
@@ -49,6 +53,11 @@ class Connection:
 
     def listen(self, outlet: Outlet) -> None:
         self._loop.do(lambda: self._client.far.news.append(outlet))
+
+    def follow(self) -> Watched:
+        if self._followed is None:
+            self._followed = self._loop.wait(self._client.follow(PAST))
+        return self._followed
 
     def close(self) -> None:
         """Once is enough."""

@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from prompt_toolkit.application import Application
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
-from prompt_toolkit.layout import FormattedTextControl, Layout, Window
 from prompt_toolkit.patch_stdout import patch_stdout
 
-from vrs_cli.dialogue.replies import Whereabouts
+from vrs_cli.dialogue.replies import Picture, Whereabouts
 from vrs_cli.interfaces.jog.jogger import Hand, Panel
+from vrs_cli.interfaces.monitor.showing import Sight
+from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.render.text import plain_text
-
-REFRESH = 0.04  # [s]
+from vrs_cli.repl.arm_window import ArmScreen
 
 
 class Action(NamedTuple):
@@ -44,8 +43,8 @@ ACTIONS: tuple[Action, ...] = (
 class JogPanel:
     """Holds the panel and draws it."""
 
-    def __init__(self, hand: Hand, speed: float = 100.0) -> None:
-        self.panel = Panel(hand, speed=speed)
+    def __init__(self, hand: Hand, speed: float = 100.0, watched: Watched | None = None) -> None:
+        self.panel, self._watched = Panel(hand, speed=speed), watched
 
     def text(self) -> str:
         """What is shown now."""
@@ -62,14 +61,16 @@ class JogPanel:
 
     def run(self) -> None:
         """Until the user leaves."""
-        application: Application[None] = Application(
-            layout=Layout(Window(FormattedTextControl(self.text), dont_extend_height=True, wrap_lines=True)),
-            key_bindings=self._bindings(),
-            refresh_interval=REFRESH,
-        )
-        application.ttimeoutlen = 0.05  # Esc leaves at once
         with patch_stdout(raw=True):
-            application.run()
+            ArmScreen(self.picture(), self.text, self._bindings()).run()
+
+    def picture(self) -> Callable[[], Picture] | None:
+        """The arm now; None where nothing is seen of it."""
+        watched = self._watched
+        if watched is None:
+            return None
+        sight = Sight(watched.arm)
+        return lambda: sight.picture(watched.timeline, watched.now)
 
     def _bindings(self) -> KeyBindings:
         bindings = KeyBindings()

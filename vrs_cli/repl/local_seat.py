@@ -13,6 +13,7 @@ from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.interfaces.editor.screen import Page, ScreenDraft
 from vrs_cli.interfaces.jog.jogger import Hand, Jogger
+from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.repl.keeping import Keeper
@@ -105,6 +106,9 @@ class LocalSeat:
 
     def recording(self, question: Playing) -> Recording:  # noqa: ARG002 (it has been read)
         return cast(Recording, self.session.desk.on_screen)
+
+    def watched(self) -> Watched:
+        return self.session.engine
 
     def _keep(self) -> None:
         """What is in memory alone outlives the shell, wherever that can be written."""

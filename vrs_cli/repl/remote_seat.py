@@ -30,6 +30,7 @@ from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.interfaces.conversation.status import Status
 from vrs_cli.interfaces.editor.screen import Findings, Found, KeepDraft, Kept, Page, ReadDraft
 from vrs_cli.interfaces.jog.jogger import Brake, Hand, Look, Press, Seen
+from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.station.lease import Lost, Notice, Requested
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.text.diagnostics import Diagnostic
@@ -63,6 +64,9 @@ class Far(Protocol):
 
     def listen(self, outlet: Outlet) -> None:
         """Have all that belongs to no request told."""
+
+    def follow(self) -> Watched:
+        """Have the timeline told as it changes. Raises RequestRefused."""
 
     def close(self) -> None:
         """Let the robot go."""
@@ -344,6 +348,12 @@ class RemoteSeat:
             path = Path(folder) / Path(question.path).name
             path.write_bytes(fetched.data)
             return read_trajectory(path)
+
+    def watched(self) -> Watched | None:
+        try:
+            return self._far.follow()
+        except RequestRefused:
+            return None
 
 
 def _parts(text: str) -> list[str]:

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from vrs_cli.interfaces.conversation.status import Status
     from vrs_cli.interfaces.editor.screen import Page
     from vrs_cli.interfaces.jog.jogger import Hand
+    from vrs_cli.interfaces.roles.observer import Watched
     from vrs_cli.language.text.diagnostics import Diagnostic
 
 KEEPING_UP, RESTING = 0.1, 1.0  # [s] between two looks at a clock on the wall: while the arm moves, and at rest
@@ -23,6 +24,11 @@ class Screens(Protocol):
     def page(self, question: Editing) -> Page: ...
     def hand(self, question: Jogging) -> Hand: ...
     def recording(self, question: Playing) -> Recording: ...
+    def watched(self) -> Watched | None:
+        """The robot, to be looked at as it moves; None where nothing is seen of it."""
+
+    def keep_up(self) -> None:
+        """Let happen, or be shown, what has become due while nobody was looking."""
 
 
 class Seat(Screens, Protocol):
@@ -79,6 +85,3 @@ class Seat(Screens, Protocol):
 
     def rest(self) -> float:
         """How long nothing happens that somebody would see [s]."""
-
-    def keep_up(self) -> None:
-        """Let happen, or be shown, what has become due while nobody was looking."""

@@ -18,6 +18,7 @@ from vrs_cli.dialogue.questions import (
     Parting,
     Playing,
     Question,
+    Watching,
     ended,
 )
 from vrs_cli.dialogue.replies import Reply, is_error
@@ -239,10 +240,22 @@ class ShellTerminal:
             from vrs_cli.repl.screen_editor import ScreenEditor
 
             ScreenEditor(self.screens.page(question)).run()
+        elif isinstance(question, Watching):
+            return self._watch()
         else:
             from vrs_cli.repl.jog_panel import JogPanel
 
-            JogPanel(self.screens.hand(question), question.speed).run()
+            JogPanel(self.screens.hand(question), question.speed, self.screens.watched()).run()
+        return True
+
+    def _watch(self) -> bool | None:
+        """The arm until it stands; what it does meanwhile goes on."""
+        from vrs_cli.repl.live import Live
+
+        watched = self.screens.watched()
+        if watched is None:
+            return None
+        Live(watched, self.screens.keep_up).run()
         return True
 
     def _play(self, question: Playing) -> None:

@@ -7,7 +7,7 @@ from typing import cast
 
 from msgspec.structs import replace
 
-from vrs_cli.dialogue.questions import Amendment
+from vrs_cli.dialogue.questions import Amendment, Watching
 from vrs_cli.dialogue.replies import (
     LocationTable,
     Message,
@@ -73,7 +73,10 @@ def _show(station: Station, it: Instruction) -> Talk[None]:
     elif at.within is not None:
         t += real(station, at.within)
     arm, timeline = engine.arm, engine.timeline
-    yield (yield from beside(lambda: pictured(arm, timeline, t, stamped)))
+    moves = engine.realtime and engine.now < engine.end and not stamped
+    shown = moves and station.desk.attended and (yield from station.desk.show(None, Watching()))
+    if not shown:
+        yield (yield from beside(lambda: pictured(arm, timeline, t, stamped)))
 
 
 def _times(station: Station, it: Instruction) -> Iterator[float]:
