@@ -432,8 +432,8 @@ class Counted:
     def __init__(self) -> None:
         self.bytes, self.waiting = 0, 0
 
-    def send(self, packet: Packet) -> None:
-        self.bytes += len(packet.data)
+    def send(self, *packets: Packet) -> None:
+        self.bytes += sum(len(packet.data) for packet in packets)
 
 
 def show(what: str, figure: float, bar: str = "") -> None:

@@ -24,6 +24,7 @@ from vrs_cli.net import broadcast
 from vrs_cli.net import stream as streams
 from vrs_cli.net.broadcast import AGAIN, HOLD, MOST_WAITING, SLICE, Broadcast, Listener
 from vrs_cli.net.messages import (
+    Activity,
     Clock,
     Delta,
     FromServer,
@@ -56,6 +57,7 @@ class Line:
     queue: list[Packet] = field(default_factory=list)
     heard: list[ServerMessage] = field(default_factory=list)
     packets: list[Packet] = field(default_factory=list)  # all that were taken
+    writes: int = 0
 
     def __post_init__(self) -> None:
         self._inflate = zlib.decompressobj(-15)
@@ -64,8 +66,9 @@ class Line:
     def waiting(self) -> int:
         return sum(len(packet.data) for packet in self.queue)
 
-    def send(self, packet: Packet) -> None:
-        self.queue.append(packet)
+    def send(self, *packets: Packet) -> None:
+        self.writes += 1
+        self.queue += packets
         if not self.stalled:
             self.take()
 
@@ -305,6 +308,20 @@ def test_resync_gives_a_snapshot(hall: Hall) -> None:
     [snapshot] = line.news(Replaced)
     assert snapshot.number == 1
     assert listener.form.full
+
+
+def test_what_happens_at_once_is_one_write(hall: Hall) -> None:
+    lines = [hall.listen(CHANGES, form, deflates=deflates)[0] for form in (JSON, MSGPACK) for deflates in (True, False)]
+    for line in lines:
+        line.writes, line.heard = 0, []
+    for number in (1, 2):
+        hall.engine.perform(Move(JointTarget((0.1 * number, *hall.engine.position().joints[1:])), False))
+    hall.broadcast.announce(Clock(1.0))
+    hall.broadcast.announce(Activity("ada", ("wig",)))
+    hall.tell()
+    for line in lines:
+        assert line.writes == 1
+        assert [type(message) for message in line.heard] == [Delta, Delta, Clock, Activity]
 
 
 # --- who is slow ----------------------------------------------------------------------------------------------------

@@ -58,7 +58,7 @@ class Wire:
     def sink(self) -> Wire:
         return self
 
-    def send(self, packet: Packet) -> None:
+    def send(self, *packets: Packet) -> None:
         """What all hear."""
 
     def flush(self) -> None:

@@ -14,7 +14,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from itertools import islice
 from math import inf
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.snapshot import Replaced
@@ -28,7 +28,7 @@ from vrs_cli.trajectory.timeline import TimelineDelta
 
 HIGHEST_RATE = 200.0  # samples a second
 MOST_WAITING = 256 * 1024  # bytes that one connection holds of changes
-SLICE = 50  # packets of one step: half a millisecond
+SLICE = 100  # packets of one step: a millisecond
 HOLD = 0.02  # [s] that sending waits at most for an answer
 AGAIN = 0.05  # [s] after which a connection that took nothing is looked at again
 
@@ -40,7 +40,25 @@ class Sink(Protocol):
     def waiting(self) -> int:
         """Bytes that were sent and that nobody has taken so far."""
 
-    def send(self, packet: Packet) -> None: ...
+    def send(self, *packets: Packet) -> None:
+        """All of them at once."""
+
+
+class Parcel(NamedTuple):
+    """What is to be sent in one write to all who have got the same: the last `number` of a change, of the `news`, and
+    `place` are those of who has got it too. `alone`: it goes where nothing else waits; `whole`: nothing comes after it.
+    """
+
+    packets: tuple[Packet, ...]
+    number: int
+    news: int
+    place: Place | None
+    alone: bool
+    whole: bool
+
+    @property
+    def size(self) -> int:
+        return sum([len(packet.data) for packet in self.packets])
 
 
 class Listener:
@@ -54,14 +72,15 @@ class Listener:
         self.place: Place | None = None
         self.channel: Channel | None = None  # of samples
 
-    def takes(self, packet: Packet) -> bool:
-        """Whether it takes one more packet: one that is too long where nothing else waits."""
+    def takes(self, parcel: Parcel) -> bool:
+        """Whether it is sent: not where too much waits already; one that is too long goes where nothing else waits."""
         waiting = self.sink.waiting
-        return not waiting or waiting + len(packet.data) <= MOST_WAITING
-
-    def send(self, packet: Packet) -> None:
-        self.place = packet.place or self.place
-        self.sink.send(packet)
+        if waiting and (parcel.alone or waiting + parcel.size > MOST_WAITING):
+            return False
+        if parcel.packets:
+            self.sink.send(*parcel.packets)
+        self.number, self.news, self.place = parcel.number, parcel.news, parcel.place
+        return True
 
 
 NOTHING = -1  # the number of somebody who has got nothing so far
@@ -154,6 +173,7 @@ class Broadcast:
         self._behind: dict[Listener, None] = {}  # in the order in which they were looked at last
         self._again = inf  # [s] on the wall: when those are looked at again
         self._news: dict[type[ServerMessage], tuple[int, Letter]] = {}
+        self._parcels: dict[object, Parcel] = {}  # by what somebody has got, until something happens
         self._last_news = 0
         self._held = self._free = -inf  # [s] on the wall: until when nothing is sent, and is not held again
         self._audience = Audience(watched, wall)
@@ -260,13 +280,17 @@ class Broadcast:
         if isinstance(event, TimelineDelta):
             for channel in self._channels.values():
                 channel.change(event.cut, applied)
-        self._everybody.begin()
+        self._begin_round()
 
     def announce(self, news: ServerMessage) -> None:
         """All hear this, and who comes later too; who does not take it hears later the last of its type."""
         self._last_news += 1
         self._news.pop(type(news), None)  # so that they stand in the order in which they came
         self._news[type(news)] = self._last_news, Letter(lambda _full: news)
+        self._begin_round()
+
+    def _begin_round(self) -> None:
+        self._parcels.clear()
         self._everybody.begin()
 
     # --- sending, slice by slice ---
@@ -312,40 +336,42 @@ class Broadcast:
 
     def _catch_up(self, listener: Listener) -> None:
         self._behind.pop(listener, None)
-        if not (self._send_changes(listener) and self._send_news(listener)):
-            self._behind[listener] = None
-            self._again = min(self._again, self._wall() + AGAIN)
+        while listener.takes(parcel := self._parcel(listener)):
+            if parcel.whole:
+                return
+        self._behind[listener] = None
+        self._again = min(self._again, self._wall() + AGAIN)
 
-    def _send_changes(self, listener: Listener) -> bool:
-        """Those that it has not got; whether it takes them all."""
-        stream, listening = self.stream, listener.listening
-        while listening is not None and listener.number < stream.number:
-            packet = stream.after(listener.number, listening, listener.place)
+    def _parcel(self, listener: Listener) -> Parcel:
+        """What it has not got."""
+        got = listener.number, listener.news, listener.place, listener.listening, listener.form
+        parcel = self._parcels.get(got)
+        if parcel is None:
+            parcel = self._parcels[got] = self._packed(*got)
+        return parcel
+
+    def _packed(self, number: int, news: int, place: Place | None, listening: Listening | None, form: Form) -> Parcel:
+        """Changes, or a snapshot in their place, then news; no more than may wait."""
+        stream, packets, size, alone = self.stream, list[Packet](), 0, False
+        while listening is not None and number < stream.number:
+            packet = stream.after(number, listening, place)
             if packet is None:
-                return self._send_snapshot(listener, listening)
-            if not listener.takes(packet):
-                return False
-            listener.send(packet)
-            listener.number += 1
-        return True
+                packets, alone = self._instead(number, listening, form), True
+                number, packet = stream.number, packets.pop()
+            elif packets and size + len(packet.data) > MOST_WAITING:
+                return Parcel(tuple(packets), number, news, place, alone, whole=False)
+            else:
+                number += 1
+            packets.append(packet)
+            place, size = packet.place or place, size + len(packet.data)
+        for last, letter in self._news.values():
+            if last > news:
+                news = last
+                packets.append(letter.packet(form))
+        return Parcel(tuple(packets), number, news, place, alone, whole=True)
 
-    def _send_snapshot(self, listener: Listener, listening: Listening) -> bool:
-        stream = self.stream
-        if listener.sink.waiting:
-            return False
-        missed = 0 if listener.number == NOTHING else stream.missed(listener.number)
-        if missed:
-            listener.send(Letter(lambda _full: messages.Missed(missed)).packet(listener.form))
-        listener.send(stream.snapshot(listening, self._watched.now))
-        listener.number = stream.number
-        return True
-
-    def _send_news(self, listener: Listener) -> bool:
-        for number, letter in self._news.values():
-            if number > listener.news:
-                packet = letter.packet(listener.form)
-                if not listener.takes(packet):
-                    return False
-                listener.send(packet)
-                listener.news = number
-        return True
+    def _instead(self, number: int, listening: Listening, form: Form) -> list[Packet]:
+        """In place of changes that are forgotten: how many these are, and a snapshot."""
+        missed = 0 if number == NOTHING else self.stream.missed(number)
+        told = [Letter(lambda _full: messages.Missed(missed)).packet(form)] if missed else []
+        return [*told, self.stream.snapshot(listening, self._watched.now)]

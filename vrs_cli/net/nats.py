@@ -164,7 +164,11 @@ class _Robot:
     def waiting(self) -> int:
         return self._size
 
-    def send(self, packet: Packet) -> None:
+    def send(self, *packets: Packet) -> None:
+        for packet in packets:
+            self._send(packet)
+
+    def _send(self, packet: Packet) -> None:
         marks = marks_of(packet.data)
         kind = "" if marks is None else marks.type
         if kind == "replaced":

@@ -31,11 +31,12 @@ class SocketSink:
     def waiting(self) -> int:
         return self._transport.get_write_buffer_size()
 
-    def send(self, packet: Packet) -> None:
-        """The frame is made once for all: `websockets.broadcast` makes it anew for each connection."""
+    def send(self, *packets: Packet) -> None:
+        """A frame is made once for all: `websockets.broadcast` makes it anew for each connection."""
         if self._protocol.state is OPEN and not self._transport.is_closing():
-            packet.frame = packet.frame or frame_of(packet)
-            self._transport.write(packet.frame)
+            for packet in packets:
+                packet.frame = packet.frame or frame_of(packet)
+            self._transport.write(b"".join([packet.frame for packet in packets]))
 
 
 def frame_of(packet: Packet) -> bytes:
