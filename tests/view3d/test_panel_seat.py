@@ -139,7 +139,7 @@ def test_two_who_share_a_robot(served: Serving) -> None:
         ada.drive(LeaseAct.GIVE, "bo")
         until(lambda: bo.lease.driver == "bo")
         until(lambda: ada.lease == ("bo", ""))
-        assert "you drive" in said(bo)
+        assert "You drive" in said(bo)
         assert "bo drives" in said(ada)
         bo.type("x = 3")
         until(lambda: idle(bo))

@@ -32,7 +32,7 @@ class Panel:
         assert window.robot is not None, "a trajectory is not driven"
         assert window.surveying is not None, "a robot can be asked"
         self.robot, self._wall, self._surveying = window.robot, window.wall, window.surveying
-        self.seat = PanelSeat(window.robot)
+        self.seat = PanelSeat(window.robot, window.surveying.happened)
         self.hands = Hands(self._refused)
         self._due = 0.0
         self._build(window.client.gui)
@@ -84,7 +84,7 @@ class Panel:
         seat, lease = self.seat, self.seat.lease
         said = seat.who_drives(lease.driver) if self.robot.open else NO_CONNECTION
         waits = next((text for text in seat.waiting.values() if text), "")
-        said = escape(said[:1].upper() + said[1:]) + (f" &middot; under way: {escape(waits)}" if waits else "")
+        said = escape(said) + (f" &middot; under way: {escape(waits)}" if waits else "")
         put(self.driver, content=boxed(said))
         put(self.lease, options=self._offers(), visible=self.robot.open)
 

@@ -24,6 +24,7 @@ from vrs_cli.view3d.shown import Shown
 RESTS = 0.2  # [s] after which a slider that is moved no more is meant
 HELD = 1.0  # [s] after a slider was moved in which it does not follow the arm
 LEAST = 0.05  # [mm, deg] that a slider is to move
+JOG = "JOG"
 WORLD, TOOL, JOINTS = "World", "Tool", "Joints"
 MINUS, PLUS = "\N{MINUS SIGN}", "+"
 AXES = {WORLD: ("X", "Y", "Z", "RX", "RY", "RZ"), TOOL: ("TX", "TY", "TZ", "TRX", "TRY", "TRZ")}
@@ -65,7 +66,7 @@ class HandPanel:
         with self.leading:
             self.speed = _Slider(gui.add_slider("SPEED %", 1.0, 100.0, 1.0, 100.0))
             self.joints = [_Slider(self._add_joint(gui, number)) for number in range(1, arm.model.joint_count + 1)]
-            self.frame = gui.add_button_group("JOG", (WORLD, TOOL, JOINTS))
+            self.frame = gui.add_button_group(JOG, (WORLD, TOOL, JOINTS))
             steps = tuple(plain(step) for step in STEPS)
             self.step = gui.add_dropdown("Step mm, deg", steps, initial_value=USUAL_STEP)
             count = max(arm.model.joint_count, 6)
@@ -104,7 +105,7 @@ class HandPanel:
         self._command(self._axes[index], float(self.step.value) * (1.0 if way == PLUS else -1.0))
 
     def _command(self, axis: str, amount: float) -> None:
-        self._seat.command(f"JOG {axis}, {plain(round(amount, 2))}", again=f"JOG {axis}")
+        self._seat.command(f"{JOG} {axis}, {plain(round(amount, 2))}", again=f"{JOG} {axis}")
 
     # --- what is seen ---
 
@@ -120,8 +121,9 @@ class HandPanel:
         units = self._arm.model.units
         goal = destination_at(self._arm, shown.timeline, shown.timeline.end).joints
         here = position_at(self._arm, shown.timeline, shown.now).joints
+        begun = any(text.startswith(JOG) for text in self._seat.waiting.values())  # where that leads is not known yet
         for number, joint in enumerate(self.joints, 1):
-            wanted = joint.taken(wall)
+            wanted = None if begun else joint.taken(wall)
             change = 0.0 if wanted is None else wanted - units.one_shown(number, goal[number - 1])
             if abs(change) >= LEAST:
                 self._command(str(number), change)

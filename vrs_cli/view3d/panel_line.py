@@ -54,7 +54,7 @@ class CommandLine:
         self.yes_no = gui.add_button_group("Answer", (YES, NO), visible=False)
         self.answer = gui.add_text("Answer", "", multiline=True, visible=False, hint="Enter gives the answer")
         self.field = gui.add_text("VAL-II", "", multiline=True, hint="Enter carries it out")
-        self.words = gui.add_button_group("", ("",), visible=False)
+        self.words = gui.add_button_group("Words", ("",), visible=False)
         self.mistake = gui.add_html("", visible=False)
         self.recall = gui.add_button_group("Line", (EARLIER, LATER, UNDO, REDO))
         self.said = gui.add_html("")

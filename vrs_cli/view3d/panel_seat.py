@@ -35,10 +35,12 @@ class Lease(NamedTuple):
 
 
 class PanelSeat:
-    """`question`: what is asked of whoever sits here; `waiting`: commands that have not ended, by their ids."""
+    """`question`: what is asked of whoever sits here; `waiting`: commands that have not ended, by their ids; `happened`
+    is called when one has.
+    """
 
-    def __init__(self, robot: Afar) -> None:
-        self.robot = robot
+    def __init__(self, robot: Afar, happened: Callable[[], None] = lambda: None) -> None:
+        self.robot, self._happened = robot, happened
         self.transcript = Transcript()
         self.status = Status()
         self.lease = Lease()
@@ -196,6 +198,7 @@ class PanelSeat:
     def _ended(self, end: Done | Refused) -> None:
         text = self.waiting.get(end.id, "") if end.id is not None else ""
         self.waiting = {id: one for id, one in self.waiting.items() if id != end.id}
+        self._happened()
         if isinstance(end, Done) and end.status is not None:
             self._attends = False
             self._see(end.status)
@@ -221,7 +224,7 @@ class PanelSeat:
         self.lease = Lease(told.holder, asking)
 
     def who_drives(self, driver: str) -> str:
-        return "you drive" if driver == self.name else f"{driver or 'nobody'} drives"
+        return "You drive" if driver == self.name else f"{driver or 'Nobody'} drives"
 
     def _called(self, name: str) -> str:
         return "you" if name == self.name else name

@@ -1,0 +1,235 @@
+"""The panel over the wire, as a page has it: what is typed and clicked, and what is seen of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from math import degrees
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.view3d.pages import PATIENCE, Page
+from vrs_cli.engine.position import position_at
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.view3d.app import App
+from vrs_cli.view3d.hosted import Hosted
+from vrs_cli.view3d.panel import Panel
+from vrs_cli.view3d.window import Window
+
+WAITS = ".PROGRAM waits()\n  TYPE 1\n  WAIT SIG(1001)\n  TYPE 2\n.END\n"
+ASK = '.PROGRAM ask()\n  PROMPT "How many? ", n\n  TYPE "got", n\n.END\n'
+
+
+class Sat:
+    """A page, and who sits before it."""
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        self._field = page.gui("GuiTextMessage", label="VAL-II")["uuid"]
+
+    def type(self, text: str) -> None:
+        """With Enter."""
+        self.page.set(self._field, text)
+        self.page.set(self._field, f"{text}\n")
+        self.until(lambda: self.now("GuiTextMessage", label="VAL-II")["value"] == "")
+
+    def press(self, label: str, option: str) -> None:
+        self.page.set(self.page.gui("GuiButtonGroupMessage", label=label)["uuid"], option)
+
+    def now(self, kind: str, **props: object) -> dict[str, Any]:
+        return self.page.gui(kind, **props)
+
+    def html(self) -> list[str]:
+        """What stands in all places for text that are seen."""
+        found = {}
+        for message in self.page.of("GuiHtmlMessage"):
+            found[message["uuid"]] = dict(message["props"])
+        for update in self.page.of("GuiUpdateMessage"):
+            if update["uuid"] in found:
+                found[update["uuid"]].update(update["updates"])
+        return [props["content"] for props in found.values() if props["visible"]]
+
+    def sees(self, text: str) -> None:
+        self.until(lambda: any(text in one for one in self.html()))
+
+    def until(self, found: Callable[[], object]) -> None:
+        self.page.until(lambda: bool(found()))
+
+
+@pytest.fixture
+def hosted(tmp_path: Path) -> Iterator[Hosted]:
+    hosted = Hosted(load_robot("puma560"), folder=tmp_path)
+    yield hosted
+    hosted.close()
+
+
+@pytest.fixture
+def app(hosted: Hosted) -> Iterator[App]:
+    app = App(hosted.hold_for_browser)
+    yield app
+    app.close()
+
+
+@contextmanager
+def sat(app: App) -> Iterator[Sat]:
+    with Page(app.address) as page:
+        yield Sat(page)
+
+
+@pytest.fixture
+def ada(app: App) -> Iterator[Sat]:
+    with sat(app) as it:
+        yield it
+
+
+def window(app: App) -> Window:
+    end = time.monotonic() + PATIENCE
+    while not app.windows:
+        assert time.monotonic() < end, "no window"
+    return app.windows[0]
+
+
+def panel(app: App) -> Panel:
+    (found,) = (part for part in window(app).parts if isinstance(part, Panel))
+    return found
+
+
+def test_a_line_moves_the_arm(app: App, ada: Sat) -> None:
+    ada.type("JOG 1, 20")
+    ada.until(lambda: window(app).watched.timeline.end > 0.1)
+    ada.sees("You drive")
+    ada.sees("JOG")
+    ada.type("TYPE 6*7")
+    ada.sees("42")
+
+
+def test_a_mistake_stands_under_the_line_and_the_line_stays(ada: Sat) -> None:
+    field = ada.now("GuiTextMessage", label="VAL-II")["uuid"]
+    ada.page.set(field, "MOVEE a\n")
+    ada.sees("did you mean MOVE?")
+    ada.until(lambda: ada.now("GuiTextMessage", label="VAL-II")["value"] == "MOVEE a")
+    assert not any(".</span>" in one and "MOVEE" in one for one in ada.html()), "it was not sent"
+    ada.page.set(field, "MOVE a")
+    ada.until(lambda: not any("did you mean" in one for one in ada.html()))
+
+
+def test_words_are_suggested_and_taken(ada: Sat) -> None:
+    field = ada.now("GuiTextMessage", label="VAL-II")["uuid"]
+    ada.page.set(field, "DEPA")
+    ada.until(lambda: "DEPART" in ada.now("GuiButtonGroupMessage", label="Words")["options"])
+    ada.press("Words", "DEPART")
+    ada.until(lambda: ada.now("GuiTextMessage", label="VAL-II")["value"] == "DEPART")
+
+
+def test_lines_of_before_come_again(app: App, ada: Sat) -> None:
+    ada.type("x = 1")
+    ada.type("x = 2")
+    ada.until(lambda: len(panel(app).seat.history) == 2)
+    for expected in ("x = 2", "x = 1", "x = 1"):
+        ada.press("Line", "Earlier")
+        ada.until(lambda expected=expected: ada.now("GuiTextMessage", label="VAL-II")["value"] == expected)
+    ada.press("Line", "Later")
+    ada.until(lambda: ada.now("GuiTextMessage", label="VAL-II")["value"] == "x = 2")
+
+
+def test_undo_is_a_button(app: App, ada: Sat) -> None:
+    ada.type("JOG 1, 20")
+    ada.until(lambda: window(app).watched.timeline.end > 0.1)
+    ada.press("Line", "Undo")
+    ada.sees("UNDO")
+
+
+def test_a_program_is_typed_run_stepped_and_stopped(ada: Sat) -> None:
+    ada.type(WAITS)
+    ada.until(lambda: "waits" in ada.now("GuiDropdownMessage", label="Program")["options"])
+    ada.press("Do", "Step")
+    ada.sees("</b> paused, step 2")
+    ada.press("Do", "Proceed")
+    ada.sees("</b> running, step 2")
+    ada.until(lambda: any('data-step="here"' in one and "WAIT" in one.split("data-step")[1] for one in ada.html()))
+    ada.press("Do", "Abort")
+    ada.sees("</b> aborted, step 2")
+    ada.press("Inputs", "\N{WHITE CIRCLE} 1001")
+    ada.press("Do", "Run")
+    ada.sees("</b> completed")
+
+
+def test_stop_needs_nothing(app: App, ada: Sat) -> None:
+    ada.type("JOG 1, 100")
+    ada.until(lambda: window(app).watched.timeline.end > 0.5)
+    ada.page.set(ada.now("GuiButtonMessage", label="STOP")["uuid"], True)
+    ada.until(lambda: joint_1(app) < 99.0)
+
+
+def joint_1(app: App) -> float:
+    """Where it will come to rest [deg]."""
+    it = window(app).watched
+    return degrees(position_at(it.arm, it.timeline, it.timeline.end).joints[0])
+
+
+def test_a_question_is_answered_in_the_panel(ada: Sat) -> None:
+    ada.type(ASK)
+    ada.type("EXECUTE ask")
+    ada.sees("How many?")
+    ada.until(lambda: ada.now("GuiTextMessage", label="Answer")["visible"])
+    ada.page.set(ada.now("GuiTextMessage", label="Answer")["uuid"], "4\n")
+    ada.sees("got 4")
+    ada.until(lambda: not ada.now("GuiTextMessage", label="Answer")["visible"])
+    ada.type("DELETEP ask")
+    ada.until(lambda: ada.now("GuiButtonGroupMessage", label="Answer")["visible"])
+    ada.press("Answer", "Yes")
+    ada.sees("Programs are typed as")
+
+
+def test_signals_are_lamps_and_switches(ada: Sat) -> None:
+    ada.press("Outputs", "\N{WHITE CIRCLE} 3")
+    ada.until(lambda: "\N{BLACK CIRCLE} 3" in ada.now("GuiButtonGroupMessage", label="Outputs")["options"])
+    ada.type("SIGNAL 2010")
+    ada.until(
+        lambda: (
+            ada.now("GuiButtonGroupMessage", label="Internal")["options"] == ("\N{BLACK CIRCLE} 2010",)
+            or ada.now("GuiButtonGroupMessage", label="Internal")["options"] == ["\N{BLACK CIRCLE} 2010"]
+        )
+    )
+    ada.press("Outputs", "\N{BLACK CIRCLE} 3")
+    ada.until(lambda: "\N{WHITE CIRCLE} 3" in ada.now("GuiButtonGroupMessage", label="Outputs")["options"])
+
+
+def test_a_slider_moves_its_joint_and_follows_the_arm(app: App, ada: Sat) -> None:
+    one = ada.now("GuiSliderMessage", label="Joint 1")["uuid"]
+    for angle in (5.0, 12.0, 20.0):  # as it is dragged: one motion
+        ada.page.set(one, angle)
+    ada.until(lambda: abs(joint_1(app) - 20.0) < 0.1)
+    assert len({segment.motion.number for segment in window(app).watched.timeline}) == 2
+    axis = ada.now("GuiButtonGroupMessage", label="X")["uuid"]
+    ada.press("JOG", "Joints")
+    ada.until(lambda: ada.now("GuiButtonGroupMessage", label="X")["label"] == "1")
+    ada.page.set(axis, "\N{MINUS SIGN}")
+    ada.until(lambda: abs(ada.now("GuiSliderMessage", label="Joint 1")["value"] - 10.0) < 0.2)
+
+
+def test_speed_is_a_slider(ada: Sat) -> None:
+    speed = ada.now("GuiSliderMessage", label="SPEED %")["uuid"]
+    ada.page.set(speed, 30)
+    ada.sees("30")
+    ada.type("SPEED 55")
+    ada.until(lambda: ada.now("GuiSliderMessage", label="SPEED %")["value"] == 55.0)
+
+
+def test_two_browsers_and_one_lease(app: App, ada: Sat) -> None:
+    ada.type("x = 1")
+    ada.sees("You drive")
+    with sat(app) as bo:
+        bo.sees("browser drives")
+        bo.press("Lease", "Ask to drive")
+        ada.sees("browser-2 would like to drive")
+        ada.until(lambda: "Give to browser-2" in ada.now("GuiButtonGroupMessage", label="Lease")["options"])
+        ada.press("Lease", "Give to browser-2")
+        bo.sees("You drive")
+        ada.sees("browser-2 drives")
+        bo.type("JOG 1, 20")
+        ada.until(lambda: app.windows[0].watched.timeline.end > 0.1)
+    ada.sees("Nobody drives")
