@@ -1,0 +1,199 @@
+"""What an arm did for a while, as a program that leads the tool along the same way.
+
+The way is taken apart into joint-interpolated motions between precision points: as few as the tolerance allows, by how
+far the tool is from it and how it is turned there (Douglas and Peucker, "Algorithms for the reduction of the number of
+points required to represent a digitized line", 1973). The program rounds its corners, within the tolerance too. Before
+it is given it is carried out, in virtual time, and compared; where it misses the tolerance, it is made anew, finer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import ceil, dist
+from typing import NamedTuple
+
+from vrs_cli.engine.commands import Break, JointTarget, Move, SetParameter
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.position import position_at
+from vrs_cli.errors import UsageError
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.joints import Joints, largest_change
+from vrs_cli.kinematics.transform import Transform, along, angle_between, compose, distance, dot, position, subtracted
+from vrs_cli.language.words.values import plain
+from vrs_cli.trajectory.timeline import Timeline
+
+STEP = 0.01  # [s] between two looks at the way
+STANDS = 1e-6  # [rad, m] a joint that has not moved
+DECIMALS = 4  # of joints in a program [deg, mm]
+ATTEMPTS = 6
+FIRST = 0.7  # of the tolerance, for the way without its corners
+FINER = 0.6  # of the tolerance of the attempt before
+NEXT = 0.2  # of the tolerance: two poses of which one will do
+AHEAD = 60  # points of a way among which the next is
+MOST = 3600.0  # [s] of a way
+
+
+class Tolerance(NamedTuple):
+    """How far a tool may be from a way [m], and how it may be turned there [rad]."""
+
+    away: float
+    turned: float
+
+    def times(self, part: float) -> Tolerance:
+        return Tolerance(part * self.away, part * self.turned)
+
+
+class Way(NamedTuple):
+    """Where the joints were, and the tool."""
+
+    joints: tuple[Joints, ...]
+    tools: tuple[Transform, ...]
+
+    @classmethod
+    def of(cls, arm: RobotArm, timeline: Timeline, begin: float, end: float, tolerance: Tolerance) -> Way:
+        """From `begin` to `end` [s]; of what is next to each other, by the tolerance, one will do."""
+        count, least = max(ceil((end - begin) / STEP), 1), tolerance.times(NEXT)
+        found = [position_at(arm, timeline, begin + (end - begin) * k / count) for k in range(count + 1)]
+        kept = [found[0]]
+        for one in found[1:]:
+            if _miss(kept[-1].T_world_tool, one.T_world_tool, least) > 1.0:
+                kept.append(one)
+        if largest_change(kept[-1].joints, found[-1].joints) > STANDS:
+            kept.append(found[-1])
+        return cls(tuple(one.joints for one in kept), tuple(one.T_world_tool for one in kept))
+
+
+def recorded_program(
+    arm: RobotArm, timeline: Timeline, begin: float, end: float, name: str, tolerance: Tolerance
+) -> str:
+    """The text of a program that leads the tool along the way of that time [s].
+
+    Raises UsageError where the arm stood.
+    """
+    if end - begin > MOST:
+        raise UsageError(f"{end - begin:.0f} s of motion", f"record {MOST:.0f} s at most")
+    way = Way.of(arm, timeline, begin, end, tolerance)
+    if len(way.joints) < 2:
+        raise UsageError("the arm stood all the time", "drag the tool while it is recorded")
+    tool = timeline.locate(begin)[0].motion.frames.tool
+    rounded, finer = 0.5 * tolerance.away, tolerance.times(FIRST)
+    for attempt in range(ATTEMPTS):
+        chosen = [_as_written(arm, way.joints[k]) for k in corners(arm, tool, way, finer)]
+        last = attempt == ATTEMPTS - 1
+        rounding = 0.0 if last else rounded
+        if last or _kept(arm, tool, way, chosen, rounding, tolerance):
+            break
+        rounded, finer = FINER * rounded, finer.times(FINER)
+    return "\n".join(_lines(arm, name, chosen, rounding)) + "\n"
+
+
+# --- which points of a way are enough --------------------------------------------------------------------------------
+
+
+def corners(arm: RobotArm, T_flange_tool: Transform, way: Way, tolerance: Tolerance) -> list[int]:
+    """The points of a way, by number, between which it is joint-interpolated within the tolerance."""
+    seen = [compose(arm.forward(q), T_flange_tool) for q in way.joints]
+    chosen, open_ = [0], [(0, len(seen) - 1)]
+    while open_:
+        a, b = open_.pop()
+        worst, miss = _worst(arm, T_flange_tool, way.joints, seen, (a, b), tolerance)
+        if miss > 1.0:
+            open_ += [(worst, b), (a, worst)]  # the first part comes off first
+        else:
+            chosen.append(b)
+    return chosen
+
+
+def _worst(
+    arm: RobotArm,
+    T_flange_tool: Transform,
+    joints: Sequence[Joints],
+    seen: Sequence[Transform],
+    ends: tuple[int, int],
+    tolerance: Tolerance,
+) -> tuple[int, float]:
+    """The point between two that is the farthest from the motion between them, in parts of the tolerance."""
+    a, b = ends
+    begin, way = joints[a], [y - x for x, y in zip(joints[a], joints[b], strict=True)]
+    square = sum([x * x for x in way])
+    worst, most = a, 0.0
+    for k in range(a + 1, b):
+        along = sum([w * (x - p) for w, x, p in zip(way, joints[k], begin, strict=True)]) / square if square else 0.0
+        part = min(max(along, 0.0), 1.0)
+        there = compose(arm.forward(tuple([p + part * w for p, w in zip(begin, way, strict=True)])), T_flange_tool)
+        miss = _miss(there, seen[k], tolerance)
+        if miss > most:
+            worst, most = k, miss
+    return worst, most
+
+
+def _miss(a: Transform, b: Transform, tolerance: Tolerance) -> float:
+    return max(distance(a, b) / tolerance.away, angle_between(a, b) / tolerance.turned)
+
+
+# --- the program -----------------------------------------------------------------------------------------------------
+
+
+def _as_written(arm: RobotArm, q: Joints) -> Joints:
+    """As a program has them, in few decimals, inside the ranges."""
+    units, model = arm.model.units, arm.model
+    rounded = units.read(tuple(round(x, DECIMALS) for x in units.shown(q)))
+    return tuple(min(max(x, low), high) for x, low, high in zip(rounded, model.lower, model.upper, strict=True))
+
+
+def _lines(arm: RobotArm, name: str, joints: Sequence[Joints], rounding: float) -> Iterator[str]:
+    yield f".PROGRAM {name}"
+    yield f"PARAMETER ROUNDING = {plain(round(1000.0 * rounding, 3))}"
+    for q in joints:
+        yield f"MOVE #PPOINT({', '.join(plain(round(x, DECIMALS)) for x in arm.model.units.shown(q))})"
+    yield "BREAK"
+    yield "PARAMETER ROUNDING = DECEL"
+    yield ".END"
+
+
+def _kept(
+    arm: RobotArm, T_flange_tool: Transform, way: Way, joints: Sequence[Joints], rounding: float, tolerance: Tolerance
+) -> bool:
+    """Whether the program leads the tool along the way, nowhere else, and past all of it."""
+    done = _carried_out(arm, joints, rounding, tolerance)
+    tools = [compose(arm.forward(q), T_flange_tool) for q in done.joints]
+    seen = [compose(arm.forward(q), T_flange_tool) for q in way.joints]
+    return all(_covered(some, others, tolerance) for some, others in ((tools, seen), (seen, tools)))
+
+
+def _carried_out(arm: RobotArm, joints: Sequence[Joints], rounding: float, tolerance: Tolerance) -> Way:
+    engine = Engine(arm.model, start=joints[0])
+    engine.perform(SetParameter("ROUNDING", 1000.0 * rounding), program=True)
+    for q in joints[1:]:
+        engine.perform(Move(JointTarget(q), straight=False), program=True)
+    engine.perform(Break(), program=True)
+    return Way.of(engine.arm, engine.timeline, 0.0, engine.end, tolerance)
+
+
+def _covered(some: Sequence[Transform], others: Sequence[Transform], tolerance: Tolerance) -> bool:
+    """Whether each of some poses is near the way through the others, which are in the same order."""
+    near, weight = 0, (tolerance.away / tolerance.turned) ** 2
+    for pose in some:
+        nearest = min(range(near, min(near + AHEAD, len(others))), key=lambda k: _unlike(pose, others[k], weight))
+        sides = [k for k in (nearest - 1, nearest) if 0 <= k < len(others) - 1] or [0]
+        if all(_beside(pose, others[k], others[min(k + 1, len(others) - 1)], tolerance) > 1.0 for k in sides):
+            return False
+        near = max(near, nearest - 1)
+    return True
+
+
+def _unlike(a: Transform, b: Transform, weight: float) -> float:
+    """The squared distance, and weighted that of the axes: in order as `_miss` where that is small, and quicker."""
+    squares = [(x - y) * (x - y) for x, y in zip(a, b, strict=True)]
+    away = squares[3] + squares[7] + squares[11]
+    return away + 0.5 * weight * (sum(squares) - away)
+
+
+def _beside(pose: Transform, a: Transform, b: Transform, tolerance: Tolerance) -> float:
+    """How far a pose is from the straight way between two, in parts of the tolerance."""
+    way = subtracted(position(b), position(a))
+    square = dot(way, way)
+    part = dot(subtracted(position(pose), position(a)), way) / square if square else 0.0
+    away = dist(position(pose), along(position(a), way, min(max(part, 0.0), 1.0)))
+    turned = min(angle_between(pose, a), angle_between(pose, b)) - 0.5 * angle_between(a, b)
+    return max(away / tolerance.away, turned / tolerance.turned)
