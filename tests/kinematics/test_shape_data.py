@@ -119,3 +119,20 @@ def test_any_robot_has_shapes(tmp_path: Path) -> None:
 def test_colours() -> None:
     assert rgb("#0080ff") == (0, 128, 255)
     assert all(0 <= part <= 255 for name in COLOURS for part in rgb(name))
+
+
+def test_a_rod_reaches_its_sleeve_however_far_it_slides(tmp_path: Path) -> None:
+    text = (ROBOTS / "cobra600.toml").read_text(encoding="utf-8").replace("a = 325", "a = 330")
+    path = tmp_path / "arm.toml"
+    path.write_text(text.replace("lower = 0.0", "lower = -90.0"), encoding="utf-8")
+    (rod,) = [shape.body for shape in shapes_of(load_robot(path)) if shape.link == 3 and shape.colour == "steel"]
+    assert isinstance(rod, Cylinder)
+    assert rod.start[2] < -0.21, "behind the joint, when the quill is far out"
+    assert rod.end[2] > 0.09, "below it, when the quill is drawn in"
+
+
+def test_an_arm_that_reaches_below_its_foot_stands_on_a_pedestal(tmp_path: Path) -> None:
+    text = (ROBOTS / "puma560.toml").read_text(encoding="utf-8").replace("a = 431.8", "a = 440")
+    (tmp_path / "arm.toml").write_text(text, encoding="utf-8")
+    foot = [shape.body for shape in shapes_of(load_robot(tmp_path / "arm.toml")) if shape.link == 0]
+    assert min(body.start[2] for body in foot if isinstance(body, Cylinder)) < -0.5

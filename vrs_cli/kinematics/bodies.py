@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import tomllib
-from math import dist
+from math import dist, inf
 
 from vrs_cli.kinematics.axes import link_transform
 from vrs_cli.kinematics.joints import JointKind
-from vrs_cli.kinematics.model import RobotModel, levers
+from vrs_cli.kinematics.model import RobotModel, levers, link_frames
+from vrs_cli.kinematics.model_data import NEEDED_POSES
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
 from vrs_cli.kinematics.shape_data import ShapeReader
 from vrs_cli.kinematics.shapes import Body, Box, Capsule, Cylinder, Shape
@@ -16,6 +17,7 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, along, com
 SHAPES = ROBOTS / "shapes"  # of the built-in robots: files of their own, for who runs a program reads none
 ORIGIN, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 THICK, THIN = 0.055, 0.03  # radius of the first link and of the last, for an arm that reaches 1
+UPRIGHT = 0.9  # cosine of the angle between the first axis and the vertical
 SHORT = 1e-6  # [m] no distance to draw
 
 
@@ -42,18 +44,30 @@ def capsules(model: RobotModel) -> tuple[Shape, ...]:
     _, (reach, *_) = levers(model)
     n = model.joint_count
     radii = [reach * (THICK + (THIN - THICK) * i / n) for i in range(n + 1)]
-    found = [*_foot(radii[0])]
+    found = _foot(model, radii[0])
     for i in range(1, n + 1):
         found += _link(model, i, (radii[i - 1], radii[i]))
     return (*found, *_gripper(n, radii[n]))
 
 
-def _foot(radius: float) -> list[Shape]:
-    top = 0.5 * radius
+def _foot(model: RobotModel, radius: float) -> list[Shape]:
+    """What the first joint stands on: a pedestal, where the arm reaches below it at READY or NEST; a block, where the
+    first axis does not stand upright."""
+    if model.base.az < UPRIGHT:
+        return [Shape(0, Box((3.0 * radius, 3.0 * radius, 2.0 * radius)), "dark")]
+    top, low = 1.2 * radius, min(0.0, _lowest(model) - 2.0 * radius)
+    plate, r = (0.0, 0.0, low + 0.4 * radius), 1.25 * radius
     return [
-        Shape(0, Cylinder((0.0, 0.0, -top), (0.0, 0.0, -0.2 * top), (2.0 * radius, 1.8 * radius)), "dark"),
-        Shape(0, Cylinder((0.0, 0.0, -0.3 * top), (0.0, 0.0, 1.2 * radius), (1.25 * radius, 1.25 * radius)), "grey"),
+        Shape(0, Cylinder((0.0, 0.0, low), plate, (2.0 * radius, 1.8 * radius)), "dark"),
+        Shape(0, Cylinder((0.0, 0.0, low + 0.35 * radius), (0.0, 0.0, top), (r, r)), "grey"),
     ]
+
+
+def _lowest(model: RobotModel) -> float:
+    """The least height of a joint or the flange at READY and NEST, above frame 0 [m]."""
+    frames = [T for name in NEEDED_POSES for T in link_frames(model, model.poses[name])]
+    least = min(T.pz for T in frames) - model.base.pz
+    return least if least < -SHORT else inf
 
 
 def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[Shape]:
@@ -70,8 +84,7 @@ def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[Shape]:
     found: list[Shape] = []
     if slides:
         found.append(_sleeve(i, thick))
-        if abs(run) > SHORT:
-            found.append(Shape(i, Cylinder(start, corner, (0.6 * thin, 0.6 * thin)), "steel"))
+        found.append(_rod(i, corner, axis, (0.0, -run, model.upper[i - 1] - model.lower[i - 1] - run), 0.6 * thin))
     else:
         found.append(_hub(i, start, axis, thick))
         if abs(run) > SHORT:
@@ -84,6 +97,12 @@ def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[Shape]:
 def _sleeve(i: int, radius: float) -> Shape:
     """What the rod of a sliding joint runs in: it stands on the link before."""
     return Shape(i - 1, Cylinder((0.0, 0.0, -radius), (0.0, 0.0, radius), (1.1 * radius, 1.1 * radius)), "dark")
+
+
+def _rod(i: int, corner: Vector, axis: Vector, reaches: tuple[float, ...], radius: float) -> Shape:
+    """What slides: from the end of the link to wherever the sleeve may be, as seen from there."""
+    near, far = along(corner, axis, min(reaches) - radius), along(corner, axis, max(reaches) + radius)
+    return Shape(i, Cylinder(near, far, (radius, radius)), "steel")
 
 
 def _hub(i: int, centre: Vector, axis: Vector, radius: float) -> Shape:

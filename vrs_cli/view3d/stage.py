@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from viser import FrameHandle, SceneApi
 
+from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel, levers
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, inverse, position, translation
 from vrs_cli.view3d.lettering import lettered
@@ -18,6 +19,7 @@ from vrs_cli.view3d.placing import place
 CELL, SECTION = 0.1, 0.5  # [m] between the lines of the floor, and between those that have a number
 HEAD, FOOT = (214, 222, 232), (250, 250, 248)  # of the background
 LETTER = 0.055  # of the reach: the height of its numbers
+LARGEST_LETTER = 0.08  # [m] so that numbers do not run into each other
 BELOW = 0.0005  # [m] the floor lies lower than the foot, which would flicker in it
 FIELD = 0.66  # [rad] of view, from top to bottom: as a lens of 50 mm sees
 MARGIN = 1.12  # around the arm in the picture
@@ -88,7 +90,7 @@ def _lay_floor(scene: SceneApi, reach: float, height: float) -> None:
         plane_color=(246, 246, 244),
         plane_opacity=1.0,
     )
-    numbers = joined(_numbers(half, LETTER * reach))
+    numbers = joined(_numbers(half, min(LETTER * reach, LARGEST_LETTER)))
     scene.add_mesh_simple(
         "/floor/numbers",
         numbers.vertices,
@@ -124,8 +126,11 @@ def _named_frame(scene: SceneApi, name: str, length: float) -> FrameHandle:
 
 
 def camera_for(model: RobotModel, aspect: float, base: Transform = IDENTITY) -> Camera:
-    """From where all of the arm is seen, as it is at READY and at NEST, on a screen `aspect` times as wide as high."""
-    rooms = np.concatenate([room_of(model, model.poses[name]) for name in ("ready", "nest")])
+    """From where all of the arm is seen as it is at READY, at NEST, and with what slides far out.
+
+    `aspect`: the width of the screen by its height.
+    """
+    rooms = np.concatenate([room_of(model, q) for q in _shown_poses(model)])
     low, high = rooms.min(axis=0), rooms.max(axis=0)
     centre, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
     half = min(0.5 * FIELD, atan(tan(0.5 * FIELD) * aspect))
@@ -135,3 +140,10 @@ def camera_for(model: RobotModel, aspect: float, base: Transform = IDENTITY) -> 
     T_world_robot = inverse(base)
     eye, aim = (position(compose(T_world_robot, translation(*map(float, point)))) for point in (place, centre))
     return Camera(eye, aim)
+
+
+def _shown_poses(model: RobotModel) -> list[Joints]:
+    ready = model.poses["ready"]
+    joints = zip(ready, model.upper, model.units.kinds, strict=True)
+    far_out = tuple(upper if kind is JointKind.PRISMATIC else x for x, upper, kind in joints)
+    return [ready, model.poses["nest"], far_out]
