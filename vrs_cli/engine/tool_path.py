@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import Vector, dot, inverse, moved_point, position, subtracted
-from vrs_cli.trajectory.motion import Kind
+from vrs_cli.trajectory.motion import Kind, Motion
 from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.rope import Block, Row
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
@@ -30,7 +30,7 @@ class ToolLine(NamedTuple):
     at its time, `offset` [s] later than `times` say.
     """
 
-    motion: int
+    motion: Motion
     phase: Phase
     offset: float
     times: tuple[float, ...]
@@ -101,7 +101,7 @@ def _line(arm: RobotArm, segment: Segment, error: float) -> ToolLine:
     ends = [(s, tip(s)) for s in (segment.duration * k / pieces for k in range(pieces + 1))]
     places = [ends[0], *(p for a, b in pairwise(ends) for p in _refined(tip, a, b, MARGIN * error, DEEPEST))]
     times, points = zip(*((segment.start + s, p) for s, p in places), strict=True)
-    return ToolLine(segment.motion.number, segment.phase, 0.0, times, points)
+    return ToolLine(segment.motion, segment.phase, 0.0, times, points)
 
 
 def _joined(lines: Sequence[ToolLine], error: float) -> ToolLine:

@@ -1,0 +1,197 @@
+"""The way of the tool in a scene, past and planned, and where each command takes over."""
+
+from __future__ import annotations
+
+import time
+from bisect import bisect_right
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from viser import SceneApi
+
+from vrs_cli.engine.tool_path import ToolLine, ToolPath
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.model import RobotModel, levers
+from vrs_cli.kinematics.transform import Vector, position
+from vrs_cli.trajectory.motion import Kind
+from vrs_cli.trajectory.segment import Phase
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.view3d.redrawing import Redrawing
+from vrs_cli.view3d.shown import Shown
+
+ERROR = 0.0005  # [m] between the way and its lines, at most
+BEFORE, AFTER, STEP = 60.0, 60.0, 20.0  # [s] of the way that are shown, and after which others are
+MOST = 6000  # lines; of a way with more the part around the present is shown
+UNDER_WAY = 24  # lines of the segment under way, which are sent for each picture
+PAST, PLANNED = (74, 96, 190), (232, 122, 34)
+BLENDS = {PAST: (150, 165, 232), PLANNED: (246, 190, 120)}  # where one motion turns into the next
+THICK = 0.007  # of the reach
+DOT = 0.014  # of the reach: between two segments
+MARK = 0.026  # of the reach: where a command takes over
+LABELS = 40  # of commands at most
+
+Colour = tuple[int, int, int]
+Points = NDArray[np.float32]
+
+
+class Path:
+    """Nodes /path ...: lines, past and planned in two colours, blends lighter; dots between segments; marks where the
+    motion of a command begins, with its text if wanted (`commands`). `wall` tells the time of the day [s].
+    """
+
+    def __init__(self, scene: SceneApi, model: RobotModel, wall: Callable[[], float] = time.monotonic) -> None:
+        self._scene = scene
+        _, (self._reach, *_) = levers(model)
+        self._redrawing = Redrawing(wall)
+        self._found = _Found(model)
+        self._root = scene.add_frame("/path", show_axes=False)
+        self._texts = scene.add_frame("/path/commands", show_axes=False)
+        self._under_way = scene.add_line_segments(
+            "/path/now", _none(UNDER_WAY), _none(UNDER_WAY).astype(np.uint8), thickness=self._reach * THICK
+        )
+        self._drawn: tuple[object, ...] = ()
+        self.commands = False
+
+    @property
+    def visible(self) -> bool:
+        return self._root.visible
+
+    @visible.setter
+    def visible(self, visible: bool) -> None:
+        self._root.visible = visible
+
+    def show(self, shown: Shown) -> None:
+        if not self.visible:
+            return
+        window = shown.t // STEP
+        self._redrawing.look(
+            id(shown.timeline), (window, self.commands), lambda: self._draw(shown.arm, shown.timeline, window * STEP)
+        )
+        self._move_on(shown.t, position(shown.position.T_world_tool))
+
+    def _draw(self, arm: RobotArm, timeline: Timeline, t: float) -> None:
+        """All that stands until the timeline is another, or another part of it is to be seen."""
+        before = self._found.lines
+        self._found.look(arm, timeline, t)
+        lines = self._found.lines
+        if lines == before and self._drawn and self._drawn[0] is self.commands:
+            return
+        count = sum(len(line.points) - 1 for line in lines)
+        self._lines = self._scene.add_line_segments(
+            "/path/lines", _none(count), _none(count).astype(np.uint8), thickness=self._reach * THICK
+        )
+        self._drawn = ()
+        self._add_dots("dots", [line.points[-1] for line in lines], DOT, (120, 126, 134))
+        marks = [line for k, line in enumerate(lines) if _begins(lines[k - 1] if k else None, line)]
+        self._add_dots("marks", [line.points[0] for line in marks], MARK, (52, 58, 66))
+        self._write(marks if self.commands else [])
+
+    def _add_dots(self, name: str, points: Sequence[Vector], size: float, colour: Colour) -> None:
+        cloud = np.array(points, dtype=np.float32).reshape(-1, 3)
+        self._scene.add_point_cloud(
+            f"/path/{name}", cloud, colour, point_size=size * self._reach, point_shape="circle", precision="float32"
+        )
+
+    def _write(self, marks: Sequence[ToolLine]) -> None:
+        """The commands at their marks; of those at one place one below the other."""
+        self._texts.remove()
+        self._texts = self._scene.add_frame("/path/commands", show_axes=False)
+        texts: dict[Vector, list[str]] = {}
+        for line in marks[:LABELS]:
+            here = line.points[0]
+            near = next((place for place in texts if _apart(place, here) < MARK * self._reach), here)
+            texts.setdefault(near, []).append(line.motion.text)
+        for k, (place, said) in enumerate(texts.items()):
+            self._scene.add_label(f"/path/commands/{k}", "\n".join(said), position=place, anchor="bottom-left")
+
+    def _move_on(self, t: float, tip: Vector) -> None:
+        """What is past at t [s] has one colour, what is planned the other; the line under way is parted at the tip."""
+        lines, place = self._found.lines, bisect_right(self._found.begins, t) - 1
+        now = lines[place] if place >= 0 and lines[place].end > t else None
+        drawn = (self.commands, id(lines), place, now is None)
+        if drawn != self._drawn and lines:
+            self._drawn = drawn
+            passed = place + (now is None)
+            self._lines.points, self._lines.colors = _figure(lines, passed, now)
+        ways = ((), ()) if now is None else now.parted(t, tip)
+        parted = _segments([(ways[0], _colour(now, PAST)), (ways[1], _colour(now, PLANNED))], UNDER_WAY)
+        if not np.array_equal(parted[0], self._under_way.points):
+            self._under_way.points, self._under_way.colors = parted
+
+
+class _Found:
+    """The lines around a time, no more than MOST, and when each begins [s]."""
+
+    def __init__(self, model: RobotModel) -> None:
+        self._model = model
+        self._path: ToolPath | None = None
+        self._timeline: Timeline | None = None  # kept, so that no other one has its identity
+        self.lines: list[ToolLine] = []
+        self.begins: list[float] = []
+
+    def look(self, arm: RobotArm, timeline: Timeline, t: float) -> None:
+        self._path = self._path or ToolPath(arm, ERROR)
+        found = self._path.lines(timeline, t - BEFORE, t + STEP + AFTER)
+        self._timeline = timeline
+        lines = _nearest(found, t, MOST)
+        if lines != self.lines:
+            self.lines, self.begins = lines, [line.begin for line in lines]
+
+
+def _nearest(lines: Sequence[ToolLine], t: float, most: int) -> list[ToolLine]:
+    """As many of them as have no more than `most` parts, those nearest to a time [s]."""
+    count, kept = 0, list[ToolLine]()
+    for line in sorted(lines, key=lambda one: max(one.begin - t, t - one.end)):
+        count += len(line.points) - 1
+        if count > most:
+            break
+        kept.append(line)
+    return sorted(kept, key=lambda one: one.begin)
+
+
+def _begins(before: ToolLine | None, line: ToolLine) -> bool:
+    """Whether a command takes over there; a stream of targets is one."""
+    if before is None:
+        return True
+    steered = before.motion.kind is line.motion.kind is Kind.STEERED
+    return before.motion.number != line.motion.number and not steered
+
+
+def _colour(line: ToolLine | None, colour: Colour) -> Colour:
+    blends = line is not None and line.phase is Phase.BLEND and line.motion.kind is not Kind.STEERED
+    return BLENDS[colour] if blends else colour
+
+
+def _figure(lines: Sequence[ToolLine], passed: int, now: ToolLine | None) -> tuple[Points, NDArray[np.uint8]]:
+    """All lines; those before number `passed` are past. The one under way has no length here."""
+
+    def parts() -> Iterator[tuple[Sequence[Vector], Colour]]:
+        for number, line in enumerate(lines):
+            points = (line.points[0],) * len(line.points) if line is now else line.points
+            yield points, _colour(line, PAST if number < passed else PLANNED)
+
+    return _segments(list(parts()), sum(len(line.points) - 1 for line in lines))
+
+
+def _segments(parts: Sequence[tuple[Sequence[Vector], Colour]], count: int) -> tuple[Points, NDArray[np.uint8]]:
+    """Polylines as `count` lines (count, 2, 3) with their colours; of more, the last ones go straight on."""
+    pairs = [pair for points, _ in parts for pair in pairwise(points)]
+    inks = [colour for points, colour in parts for _ in points[1:]]
+    if len(pairs) > count:
+        pairs[count - 1 :], inks[count:] = [(pairs[count - 1][0], pairs[-1][1])], []
+    found, colours = _none(count), np.zeros((count, 2, 3), np.uint8)
+    if pairs:
+        found[: len(pairs)] = pairs
+        found[len(pairs) :] = pairs[-1][1]
+        colours[: len(inks)] = np.array(inks, np.uint8)[:, None, :]
+    return found, colours
+
+
+def _none(count: int) -> Points:
+    return np.zeros((count, 2, 3), np.float32)
+
+
+def _apart(a: Vector, b: Vector) -> float:
+    return max(abs(x - y) for x, y in zip(a, b, strict=True))
