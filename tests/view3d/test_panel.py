@@ -17,6 +17,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.hosted import Hosted
 from vrs_cli.view3d.panel import Panel
+from vrs_cli.view3d.panel_line import EARLIER, LATER
 from vrs_cli.view3d.window import Window
 
 WAITS = ".PROGRAM waits()\n  TYPE 1\n  WAIT SIG(1001)\n  TYPE 2\n.END\n"
@@ -54,6 +55,9 @@ class Sat:
 
     def sees(self, text: str) -> None:
         self.until(lambda: any(text in one for one in self.html()))
+
+    def drives(self, said: str) -> None:
+        self.until(lambda: self.now("GuiButtonGroupMessage", label="Nobody drives")["label"] == said)
 
     def until(self, found: Callable[[], object]) -> None:
         self.page.until(lambda: bool(found()))
@@ -100,7 +104,7 @@ def panel(app: App) -> Panel:
 def test_a_line_moves_the_arm(app: App, ada: Sat) -> None:
     ada.type("JOG 1, 20")
     ada.until(lambda: window(app).watched.timeline.end > 0.1)
-    ada.sees("You drive")
+    ada.drives("You drive")
     ada.sees("JOG")
     ada.type("TYPE 6*7")
     ada.sees("42")
@@ -129,16 +133,16 @@ def test_lines_of_before_come_again(app: App, ada: Sat) -> None:
     ada.type("x = 2")
     ada.until(lambda: len(panel(app).seat.history) == 2)
     for expected in ("x = 2", "x = 1", "x = 1"):
-        ada.press("Line", "Earlier")
+        ada.press("Go back", EARLIER)
         ada.until(lambda expected=expected: ada.now("GuiTextMessage", label="VAL-II")["value"] == expected)
-    ada.press("Line", "Later")
+    ada.press("Go back", LATER)
     ada.until(lambda: ada.now("GuiTextMessage", label="VAL-II")["value"] == "x = 2")
 
 
 def test_undo_is_a_button(app: App, ada: Sat) -> None:
     ada.type("JOG 1, 20")
     ada.until(lambda: window(app).watched.timeline.end > 0.1)
-    ada.press("Line", "Undo")
+    ada.press("Go back", "Undo")
     ada.sees("UNDO")
 
 
@@ -221,15 +225,15 @@ def test_speed_is_a_slider(ada: Sat) -> None:
 
 def test_two_browsers_and_one_lease(app: App, ada: Sat) -> None:
     ada.type("x = 1")
-    ada.sees("You drive")
+    ada.drives("You drive")
     with sat(app) as bo:
-        bo.sees("browser drives")
-        bo.press("Lease", "Ask to drive")
+        bo.drives("browser drives")
+        bo.press("Nobody drives", "Ask to drive")
         ada.sees("browser-2 would like to drive")
-        ada.until(lambda: "Give to browser-2" in ada.now("GuiButtonGroupMessage", label="Lease")["options"])
-        ada.press("Lease", "Give to browser-2")
-        bo.sees("You drive")
-        ada.sees("browser-2 drives")
+        ada.until(lambda: "Give to browser-2" in ada.now("GuiButtonGroupMessage", label="Nobody drives")["options"])
+        ada.press("Nobody drives", "Give to browser-2")
+        bo.drives("You drive")
+        ada.drives("browser-2 drives")
         bo.type("JOG 1, 20")
         ada.until(lambda: app.windows[0].watched.timeline.end > 0.1)
-    ada.sees("Nobody drives")
+    ada.drives("Nobody drives")

@@ -42,8 +42,8 @@ class Panel:
         panel = gui.add_panel(order=-1.0)
         with panel.add_tab("Commands", viser.Icon.TERMINAL_2):
             self.stop = gui.add_button("STOP", color="red", icon=viser.Icon.HAND_STOP, hint="Brake, stop all tasks")
-            self.driver = gui.add_html("")
-            self.lease = gui.add_button_group("Lease", (DRIVE,), visible=False)
+            self.lease = gui.add_button_group("Nobody drives", (DRIVE,), visible=False)
+            self.news = gui.add_html("", visible=False)
             self.line = CommandLine(gui, seat, hands, wall)
             tabs = gui.add_tab_group()
             with tabs.add_tab("Programs"):
@@ -54,6 +54,7 @@ class Panel:
                 self.signals = SignalsPanel(gui, seat, hands)
         panel.dock_left()
         panel.set_width(WIDTH)
+        panel.expand()  # on a phone too
         self.stop.on_click(lambda _event: seat.abort())  # waits for nothing that was clicked before
         hands.on(self.lease, self._lease)
 
@@ -73,20 +74,19 @@ class Panel:
             return
         self._due = wall + OFTEN
         found, drives = shown.surveyed, self.robot.open and self.seat.may_drive
-        self._show_lease()
+        self._show_state()
         self.line.refresh()
         self.hand.refresh(shown, found, drives=drives)
         if found is not None:
             self.programs.refresh(found, drives=drives)
             self.signals.refresh(found)
 
-    def _show_lease(self) -> None:
+    def _show_state(self) -> None:
         seat, lease = self.seat, self.seat.lease
-        said = seat.who_drives(lease.driver) if self.robot.open else NO_CONNECTION
         waits = next((text for text in seat.waiting.values() if text), "")
-        said = escape(said) + (f" &middot; under way: {escape(waits)}" if waits else "")
-        put(self.driver, content=boxed(said))
-        put(self.lease, options=self._offers(), visible=self.robot.open)
+        news = f"Under way: {waits}" if self.robot.open else NO_CONNECTION
+        put(self.news, content=boxed(escape(news)), visible=bool(waits) or not self.robot.open)
+        put(self.lease, label=seat.who_drives(lease.driver), options=self._offers(), visible=self.robot.open)
 
     def _offers(self) -> tuple[str, ...]:
         lease = self.seat.lease

@@ -22,7 +22,7 @@ from vrs_cli.view3d.typing_field import TypingField
 
 SUGGESTED = 8  # words at most
 PATIENCE = 1.0  # [s] that a line waits to be looked at for mistakes before it is sent
-EARLIER, LATER, UNDO, REDO = "Earlier", "Later", "Undo", "Redo"
+EARLIER, LATER, UNDO, REDO = "\N{UPWARDS ARROW} line", "\N{DOWNWARDS ARROW} line", "Undo", "Redo"
 YES, NO = "Yes", "No"
 SAID_HEIGHT = "17em"
 
@@ -56,7 +56,7 @@ class CommandLine:
         self.field = gui.add_text("VAL-II", "", multiline=True, hint="Enter carries it out")
         self.words = gui.add_button_group("Words", ("",), visible=False)
         self.mistake = gui.add_html("", visible=False)
-        self.recall = gui.add_button_group("Line", (EARLIER, LATER, UNDO, REDO))
+        self.recall = gui.add_button_group("Go back", (EARLIER, LATER, UNDO, REDO))
         self.said = gui.add_html("")
         do = self._hands.on
         do(self.field, self._typed)

@@ -11,7 +11,8 @@ import viser
 T = TypeVar("T")
 Act = Callable[[], object]
 STYLE = (
-    "<style>.vrs pre{margin:0;white-space:pre-wrap;font:inherit}.vrs table{border-spacing:0.8em 0;font:inherit}</style>"
+    "<style>.vrs pre{margin:0;white-space:pre-wrap;font:inherit}.vrs table{font:inherit;border-spacing:0}"
+    ".vrs td,.vrs th{padding:0 0 0 0.7em}</style>"
 )
 
 

@@ -116,7 +116,7 @@ def _listing(text: Text | None, task: TaskRow | None) -> str:
     for row in text.rows:
         mark = f' style="{style}" data-step="here"' if row.number == here else ""
         wrong = "?" if row.bad else " "
-        rows.append(f"<div{mark}><pre>{row.number:>4}{wrong}{pieces_html(scan(row.text))}</pre></div>")
+        rows.append(f"<div{mark}>{row.number:>4}{wrong}{pieces_html(scan(row.text))}</div>")
     if text.more:
         rows.append(f"<div>... {text.more} steps more</div>")
-    return boxed(f'<div style="max-height:{HEIGHT};overflow:auto">{"".join(rows)}</div>')
+    return boxed(f'<div style="max-height:{HEIGHT};overflow:auto;white-space:pre">{"".join(rows)}</div>')
