@@ -34,7 +34,7 @@ from vrs_cli.engine.line_check import Standpoint
 from vrs_cli.engine.motions import After, fraction_of_full, program_speed
 from vrs_cli.engine.parameters import DELAY, TIME, TIME_FROM_NOW
 from vrs_cli.engine.planner import plan, plan_steering
-from vrs_cli.engine.position import Position, destination_at, joints_at, position_at, world_pose
+from vrs_cli.engine.position import Position, destination_at, finish_after, joints_at, position_at, world_pose
 from vrs_cli.engine.problem import NoRoomToStop
 from vrs_cli.engine.reach import Reach, reach_of
 from vrs_cli.engine.settings import Settings
@@ -260,8 +260,9 @@ class Engine:
         """A motion with a time stamp follows the one that is under way then, another the last one: one that rounds the
         corner there goes to the same joints as one that begins in it.
         """
-        settings, before = self.settings, self.destination(executed if move.stamp is not None else self.end).joints
-        here = before if start is Start.BLEND else joints_at(self.arm, self.timeline, executed)
+        settings, arm, timeline = self.settings, self.arm, self.timeline
+        before = joints_at(arm, timeline, finish_after(timeline, executed if move.stamp is not None else self.end))
+        here = before if start is Start.BLEND else joints_at(arm, timeline, executed)
         if move.speed is None:
             speed = program_speed(settings.speed.present, settings, self.model)
         else:
@@ -269,7 +270,7 @@ class Engine:
         after = self._after(executed)
         return after.motion(
             start,
-            resolve(self.arm, settings, move, Situation(here, before, after.before.frames)),
+            resolve(arm, settings, move, Situation(here, before, after.before.frames)),
             speed,
             duration=settings.duration.present,
             hand=settings.hand if move.hand is None else move.hand,

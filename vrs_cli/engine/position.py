@@ -85,11 +85,17 @@ def position_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
 
 def destination_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
     """Where the motion that is under way at t [s] ends, or where the robot stands."""
+    return position_at(arm, timeline, finish_after(timeline, t))
+
+
+def finish_after(timeline: Timeline, t: float) -> float:
+    """When the motion that is under way at t [s] ends, or the last one has ended."""
     index = timeline.index_at(t)
-    number = timeline[index].motion.number
-    while index + 1 < len(timeline) and timeline[index + 1].motion.number == number:
-        index += 1
-    return position_at(arm, timeline, timeline[index].finish)
+    segment = timeline[index]
+    number = segment.motion.number
+    while index + 1 < len(timeline) and (after := timeline[index + 1]).motion.number == number:
+        index, segment = index + 1, after
+    return segment.finish
 
 
 def world_pose(arm: RobotArm, frames: Frames, joints: Joints) -> Transform:

@@ -292,16 +292,17 @@ class _Course:
         import numpy as np
 
         was = partial(joints_over, self.robot.arm, self.robot.timeline)  # the past has stayed, to the bit
-        now, ahead = was(self.looks), was(self.looks + self.ahead)
+        now, ahead = self._placed(was(self.looks)), self._placed(was(self.looks + self.ahead))
+        deltas = self._placed(self._seen[Strategy.DELTAS])
         shown = np.searchsorted(self.arrived, self.looks, side="right") - 1  # the last frame that has come
         due = np.minimum(np.arange(len(self.looks)) - self.buffer, shown)  # one that is late is shown when it comes
         always = np.ones(len(self.looks), dtype=bool)
         compared = {
             Strategy.FRAMES: (now[shown], now, shown >= 0),
-            Strategy.PREDICTED: (self._seen[Strategy.PREDICTED][np.maximum(due, 0)], now, due >= 0),
-            Strategy.DELTAS: (self._seen[Strategy.DELTAS], now, always),
-            Strategy.AHEAD: (self._seen[Strategy.AHEAD], ahead, always),
-            Strategy.PREVIEW: (self._seen[Strategy.PREVIEW], ahead, always),
+            Strategy.PREDICTED: (self._placed(self._seen[Strategy.PREDICTED])[np.maximum(due, 0)], now, due >= 0),
+            Strategy.DELTAS: (deltas, now, always),
+            Strategy.AHEAD: (self._placed(self._seen[Strategy.AHEAD]), ahead, always),
+            Strategy.PREVIEW: (self._placed(self._seen[Strategy.PREVIEW]), ahead, always),
         }
         errors = {strategy: self._error(seen[rows], true[rows]) for strategy, (seen, true, rows) in compared.items()}
         flagged = self._flagged()
@@ -314,7 +315,7 @@ class _Course:
             (self.sync.round_trip(0.5), self.sync.round_trip(0.95)),
             errors,
             self.flags.windows == windows_of_logs(self.changes, self.arrivals),
-            self._error(self._seen[Strategy.DELTAS][~flagged], now[~flagged]),
+            self._error(deltas[~flagged], now[~flagged]),
         )
 
     def _flagged(self) -> Flagged:
@@ -325,17 +326,22 @@ class _Course:
         inside: Flagged = np.searchsorted(borders, self.looks, side="right") % 2 == 1
         return inside
 
+    def _placed(self, joints: Floats) -> Floats:
+        """Joints (N, n) [rad; m], with the place of the tool in three more columns [m]."""
+        import numpy as np
+
+        return np.hstack([joints, self.robot.arm.forward_batch(joints)[:, :, 3]])
+
     def _error(self, seen: Floats, was: Floats) -> Error:
-        """How far joints (N, n) [rad; m] are from each other: all zero where there are none."""
+        """How far what `_placed` gives is from each other: all zero where there is nothing."""
         import numpy as np
 
         if not len(seen):
             return Error(0.0, 0.0, 0.0, 0.0)
-        arm, kinds = self.robot.arm, self.trial.robot.units.kinds
+        kinds, apart = self.trial.robot.units.kinds, seen - was
         turning = [joint for joint, kind in enumerate(kinds) if kind is JointKind.REVOLUTE]
-        angles = np.degrees(np.abs(seen - was)[:, turning].max(axis=1, initial=0.0))
-        tips = [arm.forward_batch(joints)[:, :, 3] for joints in (seen, was)]
-        mm = 1e3 * np.linalg.norm(tips[0] - tips[1], axis=1)
+        angles = np.degrees(np.abs(apart[:, turning]).max(axis=1, initial=0.0))
+        mm = 1e3 * np.linalg.norm(apart[:, -3:], axis=1)
         return Error(float(angles.mean()), float(angles.max()), float(mm.mean()), float(mm.max()))
 
 
