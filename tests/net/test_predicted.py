@@ -72,7 +72,7 @@ class Behind(Wires):
         self.engine.begin(Move(JointTarget((radians(jt1), *ready[1:])), False, stamp=Stamp(at)), program=False)
 
     def lines(self, t: float) -> list[str]:
-        return list(Predicted(self.far).lines(t))
+        return list(self.far.previewed().lines(t))
 
 
 @pytest.mark.parametrize("rate", [1.0, 2.0])
@@ -96,7 +96,7 @@ def test_in_virtual_time_there_is_nothing_to_be_ahead_of() -> None:
     wires = Wires()
     for wires.far.ahead in (Ahead.PRESENT, Ahead.AUTO, 3.0):
         assert wires.far.shown == wires.far.heard == wires.engine.now
-        assert list(Predicted(wires.far).lines(0.0)) == []
+        assert list(wires.far.previewed().lines(0.0)) == []
 
 
 def test_who_looks_ahead_sees_the_plan_and_is_told_of_what_was_wrong() -> None:

@@ -91,7 +91,9 @@ def _afar(options: argparse.Namespace) -> Hold:
     hello = hello_of(token_of(options.token_file), name=options.name or "browser", attended=True)
 
     def hold(told: Told) -> Watched:
-        return RemoteRobot.connect(options.url, hello, ca=options.ca, told=told, window=options.window)
+        robot = RemoteRobot.connect(options.url, hello, ca=options.ca, told=told, window=options.window)
+        robot.ahead = options.ahead
+        return robot
 
     try:
         RemoteRobot.connect(options.url, hello, ca=options.ca, window=0.0).close()

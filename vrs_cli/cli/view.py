@@ -121,7 +121,7 @@ async def _watch(prog: str, options: argparse.Namespace) -> None:
         mirror = await client.follow(options.window)
 
         def lines(t: float) -> str:
-            return "\n".join(line for line in (news.line(), *predicted.lines(t)) if line)
+            return "\n".join(line for line in (news.line(), *client.far.previewed().lines(t)) if line)
 
         await watch(predicted, lines, lambda: mirror.clock.rate is not None)
     finally:

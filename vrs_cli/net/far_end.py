@@ -336,10 +336,19 @@ class FarEnd:
     def previewed(self) -> Previewed:
         """What the robot will do, as it is known now."""
         assert self.preview is not None, "there is a mirror"
-        flagged = tuple((window.begin, window.end) for window in self.flags.windows)
-        timeline, expected = self.preview.timeline, self.preview.expected
-        arrives = self.now + self.round_trip / 2.0
-        return Previewed(timeline, arrives, self.unconfirmed, expected, self.round_trip, flagged)
+        return Previewed(
+            self.preview.timeline,
+            self.now,
+            self.heard,
+            self.now + self.round_trip / 2.0,
+            self.shown,
+            self.ahead is not Ahead.PRESENT and self._passes,
+            self.unconfirmed,
+            self.preview.expected,
+            not self.open,
+            self.round_trip,
+            self.flags.windows,
+        )
 
     # --- ends ---
 

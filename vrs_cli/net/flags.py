@@ -7,13 +7,12 @@ after its cut. Pure: in the robot's times [s].
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
+from bisect import bisect_left
 from collections.abc import Iterable
+from typing import NamedTuple
 
-from msgspec import Struct
 
-
-class Window(Struct, frozen=True, order=True):
+class Window(NamedTuple):
     """Times from `begin` on, up to `end` [s]."""
 
     begin: float
@@ -29,7 +28,7 @@ class Flags:
 
     def __init__(self, ahead: float = 0.0) -> None:
         self.ahead = ahead
-        self._windows: list[Window] = []  # in order, and none touches another
+        self.windows: tuple[Window, ...] = ()  # all of them, in order, and none that touches another
 
     def arrived(self, cut: float, applied: float, at: float) -> Window | None:
         """A change of what is after `cut`, `applied` at the robot, is known at a viewer: the times of which something
@@ -43,31 +42,15 @@ class Flags:
 
     def _put(self, window: Window) -> None:
         """As a rule it comes last: what is behind it is looked at, however many there are."""
-        windows, first = self._windows, len(self._windows)
+        windows, first = self.windows, len(self.windows)
         while first and windows[first - 1].end >= window.begin:
             first -= 1
-        windows[first:] = merged([*windows[first:], window])
-
-    @property
-    def windows(self) -> tuple[Window, ...]:
-        """All of them, in order, and none that touches another."""
-        return tuple(self._windows)
-
-    def at(self, t: float, after: float = 0.0) -> Window | None:
-        """The window that time t is in, or at most `after` behind [s]: something wrong was shown of it."""
-        before = bisect_right(self._windows, t, key=_begin)
-        window = self._windows[before - 1] if before else None
-        return window if window is not None and t < window.end + after else None
+        self.windows = windows[:first] + merged([*windows[first:], window])
 
     def forget(self, before: float) -> None:
         """What ended before that time is of no interest any more."""
-        gone = bisect_left(self._windows, before, key=_end)
-        if gone:
-            del self._windows[:gone]
-
-
-def _begin(window: Window) -> float:
-    return window.begin
+        gone = bisect_left(self.windows, before, key=_end)
+        self.windows = self.windows[gone:] if gone else self.windows
 
 
 def _end(window: Window) -> float:

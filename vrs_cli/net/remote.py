@@ -29,6 +29,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.net import messages
 from vrs_cli.net.client import Client, checked
+from vrs_cli.net.far_end import Ahead
 from vrs_cli.net.messages import Abort, At, Done, Drive, How, LeaseAct, Line, Request, ServerMessage
 from vrs_cli.net.mirror import WINDOW, Mirror
 from vrs_cli.trajectory.timeline import Timeline
@@ -165,6 +166,15 @@ class RemoteRobot:
         welcome = self.client.far.welcome
         assert welcome is not None, "there is a mirror"
         return welcome
+
+    @property
+    def ahead(self) -> float | Ahead:
+        """How much after the clock that is heard a viewer is shown [s]."""
+        return self.client.far.ahead
+
+    @ahead.setter
+    def ahead(self, ahead: float | Ahead) -> None:
+        self.client.far.ahead = ahead
 
     def previewed(self) -> Previewed:
         return self._loop.do(self.client.far.previewed)

@@ -7,6 +7,7 @@ from math import tan
 import numpy as np
 
 from vrs_cli.view3d.bar import Bar
+from vrs_cli.view3d.delays import Delays
 from vrs_cli.view3d.looks import all_of
 from vrs_cli.view3d.panel import Panel
 from vrs_cli.view3d.plots import Plots
@@ -56,6 +57,8 @@ def furnish(window: Window, title: str) -> None:
     choices.minimize()
     if window.drives:
         window.parts.append(Panel(window))
+    if window.robot is not None:
+        window.parts.append(Delays(window, window.robot))
 
 
 def _look(window: Window) -> None:

@@ -6,6 +6,7 @@ from math import inf
 from typing import NamedTuple, Protocol
 
 from vrs_cli.engine.position import Position
+from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.interfaces.session.survey import Surveyed
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.motion import Frames
@@ -15,8 +16,9 @@ from vrs_cli.trajectory.timeline import Timeline
 class Shown(NamedTuple):
     """One moment of a robot: what every part of a scene draws itself by. Metres, radians, seconds.
 
-    `t`: the time that is shown, `position`: g there; `now`: the robot's clock. From `unconfirmed` on the timeline is
-    not what the robot has said. `surveyed`: what there is beside the timeline, None where nobody can be asked.
+    `t`: the time that is shown, `position`: g there; `now`: the robot's clock. `surveyed`: what there is beside the
+    timeline, None where nobody can be asked. `seen`: of a robot afar, how much of this it has said; from `unconfirmed`
+    on the timeline is not that.
     """
 
     arm: RobotArm
@@ -24,8 +26,12 @@ class Shown(NamedTuple):
     t: float
     position: Position
     now: float
-    unconfirmed: float = inf
     surveyed: Surveyed | None = None
+    seen: Previewed | None = None
+
+    @property
+    def unconfirmed(self) -> float:
+        return inf if self.seen is None else self.seen.unconfirmed
 
     @property
     def frames(self) -> Frames:

@@ -9,10 +9,11 @@ from typing import Any
 import viser
 
 from vrs_cli.engine.position import position_at
-from vrs_cli.errors import VrsError
+from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.roles.playback import Playback
+from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.language.words.word import Role
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.net.tokens import TEACHER
@@ -69,8 +70,8 @@ class Window:
                 self._show(part, shown)
 
     def _look(self, wall: float) -> Shown:
-        watched = self.watched
-        timeline, now = watched.timeline, watched.now
+        watched, seen = self.watched, self._previewed()
+        timeline, now = (watched.timeline, watched.now) if seen is None else (seen.timeline, seen.reported)
         with self._changing:
             playback = self.playback.look(wall, self._start(timeline), timeline.end, now)
             if playback.follows and playback.playing and self._time_passes:
@@ -78,13 +79,20 @@ class Window:
             self.playback = playback
         t = playback.at(wall)
         surveyed = None if self.surveying is None else self.surveying.look(wall)
-        return Shown(watched.arm, timeline, t, position_at(watched.arm, timeline, t), now, surveyed=surveyed)
+        return Shown(watched.arm, timeline, t, position_at(watched.arm, timeline, t), now, surveyed, seen)
 
     def _start(self, timeline: Timeline) -> float:
         """A robot that others move has stood before its first motion, perhaps for hours: that is not played."""
         if self.robot is None or len(timeline) == 1:
             return timeline.start
         return max(timeline.start, timeline[1].start - LEAD)
+
+    def _previewed(self) -> Previewed | None:
+        """With what is on its way to the robot; None of a trajectory, and of a robot that was let go."""
+        try:
+            return None if self.robot is None else self.robot.previewed()
+        except RequestRefused:
+            return None
 
     @property
     def drives(self) -> bool:

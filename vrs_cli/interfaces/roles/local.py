@@ -140,7 +140,7 @@ class LocalRobot:
         return wait
 
     def previewed(self) -> Previewed:
-        return Previewed(self.timeline, self.now)
+        return Previewed.of(self.timeline, self.now)
 
     def say(self, line: str, answer: Answers) -> tuple[Reply, ...]:
         with self._conversing(answer):

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+from collections.abc import Iterator
 from math import inf
 
 from msgspec import Struct
 
+from vrs_cli.dialogue.numbers import seconds
 from vrs_cli.errors import VrsError
 from vrs_cli.trajectory.timeline import Timeline
+
+FRESH = 3.0  # [s] that a flag is told of after the times that it is about
 
 
 class Expected(Struct, frozen=True):
@@ -25,15 +30,53 @@ class Expected(Struct, frozen=True):
 
 
 class Previewed(Struct, frozen=True):
-    """A timeline with all that is under way: from `unconfirmed` on [s] it is not what the robot has said (infinity: all
-    of it is). `expected`: of each command, in the order of sending. `arrives`: the robot's clock when a command of now
-    comes to it; `round_trip`: D_f + D_b, `flagged`: times of which something wrong was seen, as a command was not known
-    yet [s].
+    """A timeline with all that is under way, as it is known now. `now`: the robot's clock; `heard`: that clock t_c as
+    it is heard, D_b ago: by then all has happened as the timeline says; `arrives`: when a command of now comes to the
+    robot; `shown`: the time that a viewer is shown, which `predicts` where that is not the present [s].
+
+    From `unconfirmed` on [s] it is not what the robot has said (infinity: all of it is), as commands are on their way
+    (`expected`, in the order of sending), or it is not heard any more (`away`). `round_trip`: D_f + D_b [s]. `flagged`:
+    the times of which something wrong was shown, before a command was known that changed it, in order.
     """
 
     timeline: Timeline
+    now: float
+    heard: float
     arrives: float
+    shown: float
+    predicts: bool = False
     unconfirmed: float = inf
     expected: tuple[Expected, ...] = ()
+    away: bool = False
     round_trip: float = 0.0
     flagged: tuple[tuple[float, float], ...] = ()
+
+    @classmethod
+    def of(cls, timeline: Timeline, now: float) -> Previewed:
+        """Of a robot here: nothing is on its way."""
+        return cls(timeline, now, now, now, now)
+
+    @property
+    def reported(self) -> float:
+        """The time at which the robot stands in the picture [s]: as it is heard where it is predicted too."""
+        return self.heard if self.predicts else self.now
+
+    def lines(self, t: float) -> Iterator[str]:
+        """What is to be said of time t [s]."""
+        if self.predicts:
+            yield f"{seconds(self.shown - self.heard)} ahead of what is heard, D_f + D_b is {seconds(self.round_trip)}"
+        before = bisect_right(self.flagged, (t, inf))
+        if before and t < self.flagged[before - 1][1] + FRESH:
+            begin, end = self.flagged[before - 1]
+            yield f"flagged: {begin:.3f} to {seconds(end)} was shown before a command changed it"
+        if t >= self.unconfirmed:
+            yield self.doubt
+
+    @property
+    def doubt(self) -> str:
+        """What is not confirmed, and why; empty where all is."""
+        return "" if self.unconfirmed == inf else f"unconfirmed from {seconds(self.unconfirmed)} on: {self._under_way}"
+
+    @property
+    def _under_way(self) -> str:
+        return "the robot is not heard" if self.away else ", ".join(it.text or "a command" for it in self.expected)

@@ -1,0 +1,169 @@
+"""A robot behind a line with delays: beside the robot as it is reported the one that is predicted, what was shown
+wrongly and what is not confirmed in colours, and the delays on a panel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from html import escape
+from itertools import pairwise
+from math import inf
+
+import numpy as np
+from viser import GuiHtmlHandle, LineSegmentsHandle, SceneApi
+
+from vrs_cli.engine.position import joints_at, position_at
+from vrs_cli.engine.tool_path import ToolLine, ToolPath
+from vrs_cli.interfaces.roles.preview import Previewed
+from vrs_cli.kinematics.transform import Vector, position
+from vrs_cli.net.far_end import Ahead
+from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.view3d.figure import Colour, Figure
+from vrs_cli.view3d.shown import Shown
+from vrs_cli.view3d.window import Window
+
+PREDICTED, UNCONFIRMED, FLAGGED = (58, 124, 214), (232, 150, 36), (210, 69, 60)
+OPACITY = 0.35  # of the robot that is predicted
+APART = 2e-3  # [rad, m] of a joint: two robots that are nearer to each other are one in the picture
+REDRAWN = 0.2  # [s] between two looks at ways and numbers
+ERROR = 1e-3  # [m] that a way may be beside the tool's
+THICK = 4.0  # [px] of a way
+RECENT = 60.0  # [s] that what was shown wrongly stays in the picture
+WORTH = 0.02  # [s] of D_f + D_b from which on delays are told of by themselves
+EDGE, ABOVE, WIDTH = 12.0, 190.0, 300.0  # [px] the panel: from the edges of the picture, and wide
+PRESENT, HEARD = "at its present", "as it is heard, with a prediction"
+
+
+class Delays:
+    """Nodes /predicted, /unconfirmed, /flagged; the panel is there once there is something to tell."""
+
+    def __init__(self, window: Window, robot: RemoteRobot) -> None:
+        self._window, self._robot = window, robot
+        scene, self._arm = window.client.scene, robot.arm
+        self._ahead = Ahead.AUTO if robot.ahead is Ahead.PRESENT else robot.ahead  # what is predicted, if anything is
+        self._ghost: Figure | None = None
+        self._path = ToolPath(robot.arm, ERROR)
+        self._unconfirmed = Way(scene, "/unconfirmed", UNCONFIRMED)
+        self._flagged = Way(scene, "/flagged", FLAGGED)
+        self._told: GuiHtmlHandle | None = None
+        self._redrawn_at = -inf
+
+    def _add_panel(self) -> GuiHtmlHandle:
+        """In the picture, at the right above the bar of time."""
+        gui, chosen = self._window.client.gui, PRESENT if self._robot.ahead is Ahead.PRESENT else HEARD
+        panel = gui.add_panel()
+        with panel.add_tab("Delays"):
+            choice = gui.add_dropdown("The robot is shown", (PRESENT, HEARD), initial_value=chosen)
+            told = gui.add_html("")
+        choice.on_update(self._window.doing(lambda: self._choose(choice.value)))
+        panel.float(x=-EDGE, y=-ABOVE, width=WIDTH)
+        return told
+
+    def _choose(self, chosen: str) -> None:
+        self._robot.ahead = self._ahead if chosen == HEARD else Ahead.PRESENT
+
+    def show(self, shown: Shown) -> None:
+        seen, wall = shown.seen, self._window.wall()
+        if seen is None:
+            return
+        self._show_ghost(shown, seen)
+        if wall >= self._redrawn_at:
+            self._redrawn_at = wall + REDRAWN
+            self._show_ways(shown.t, seen)
+            self._tell(shown.t, seen)
+
+    # --- the robot that is predicted ---
+
+    def _show_ghost(self, shown: Shown, seen: Previewed) -> None:
+        """While the robot is followed, and where it is not in the same place."""
+        playback, joints = self._window.playback, joints_at(self._arm, seen.timeline, seen.shown)
+        follows = seen.predicts and playback.follows and playback.playing
+        apart = max(abs(a - b) for a, b in zip(joints, shown.position.joints, strict=True))
+        visible = follows and apart > APART
+        if visible:
+            motion = seen.timeline.locate(seen.shown)[0].motion
+            self._figure().pose(joints, motion.hand, motion.frames.base)
+        if self._ghost is not None:
+            self._ghost.visible = visible
+
+    def _figure(self) -> Figure:
+        """Made when it is first seen: most robots are not far."""
+        if self._ghost is None:
+            scene, model = self._window.client.scene, self._arm.model
+            self._ghost = Figure(scene, "/predicted", model, colour=PREDICTED, opacity=OPACITY)
+        return self._ghost
+
+    # --- ways in colours ---
+
+    def _show_ways(self, t: float, seen: Previewed) -> None:
+        """The way of what is not confirmed, and of what was shown wrongly a while ago."""
+        fresh = [(begin, end) for begin, end in seen.flagged if t - RECENT < end and begin < t + RECENT]
+        ahead = (seen.unconfirmed, seen.timeline.end)
+        spans = [*fresh, ahead] if ahead[0] < ahead[1] else fresh
+        lines = self._path.lines(seen.timeline, min(it[0] for it in spans), spans[-1][1]) if spans else []
+        ways = [[way for line in lines if (way := self._cut(seen.timeline, line, *span))] for span in spans]
+        self._unconfirmed.show(ways.pop() if spans is not fresh else [])
+        self._flagged.show([way for some in ways for way in some])
+
+    def _cut(self, timeline: Timeline, line: ToolLine, begin: float, end: float) -> Sequence[Vector]:
+        """The points of a line that lie between two times, at which it is cut."""
+        begin, end = max(begin, line.begin), min(end, line.end)
+        if not begin < end:
+            return []
+        inside = [p for t, p in zip(line.times, line.points, strict=True) if begin < t + line.offset < end]
+        return [self._tip(timeline, begin), *inside, self._tip(timeline, end)]
+
+    def _tip(self, timeline: Timeline, t: float) -> Vector:
+        return position(position_at(self._arm, timeline, t).T_world_tool)
+
+    # --- what is told ---
+
+    def _tell(self, t: float, seen: Previewed) -> None:
+        if self._told is None:
+            if seen.round_trip < WORTH and not seen.predicts:
+                return
+            self._told = self._add_panel()
+        told = "".join(f"<div>{line}</div>" for line in _lines(t, seen))
+        style = "padding:0 0.625rem 0.4rem;font-size:0.8rem;font-variant-numeric:tabular-nums"
+        content = f'<div style="{style}">{told}</div>'
+        if content != self._told.content:
+            self._told.content = content
+
+
+class Way:
+    """Parts of the way of the tool tip in a colour; sent where they change."""
+
+    def __init__(self, scene: SceneApi, name: str, colour: Colour) -> None:
+        self._scene, self._name, self._colour = scene, name, colour
+        self._node: LineSegmentsHandle | None = None
+        self._drawn: list[Sequence[Vector]] = []
+
+    def show(self, ways: list[Sequence[Vector]]) -> None:
+        if ways == self._drawn:
+            return
+        self._drawn = ways
+        pairs = np.array([pair for way in ways for pair in pairwise(way)], dtype=float).reshape(-1, 2, 3)
+        if self._node is None:
+            self._node = self._scene.add_line_segments(
+                self._name, pairs, self._colour, thickness=THICK, thickness_units="screen"
+            )
+        elif len(pairs):
+            self._node.points = pairs.astype(np.float32)
+        self._node.visible = bool(len(pairs))
+
+
+def _lines(t: float, seen: Previewed) -> Iterator[str]:
+    """In HTML: the delays, and what the colours say."""
+    yield f"D_f + D_b: <b>{1e3 * seen.round_trip:.0f} ms</b>"
+    if seen.predicts:
+        yield f"heard: {seen.heard:.2f} s, {_patch(PREDICTED)}predicted: {seen.shown:.2f} s"
+    for line in dict.fromkeys((*seen.lines(t), seen.doubt)):  # what is to come is of interest before it is shown
+        kind, _, rest = line.partition(" ")
+        colour = {"flagged:": FLAGGED, "unconfirmed": UNCONFIRMED}.get(kind)
+        if colour is not None:
+            yield f"{_patch(colour)}{kind} {escape(rest)}"
+
+
+def _patch(colour: Colour) -> str:
+    return f'<span style="color:rgb{colour}">&#9632;</span> '
