@@ -16,6 +16,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import link_frames
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.view3d.figure import link_node
 from vrs_cli.view3d.needs import PictureError
 from vrs_cli.view3d.page import MOST_FRAMES, RATE, frame_times, page, stretches, usual_rate
 
@@ -98,7 +99,7 @@ def opened(robot: product.Robot, tmp_path_factory: pytest.TempPathFactory) -> It
     path.write_text(page_of(robot), encoding="utf-8")
     with chromium() as browser:
         browser.size(320, 240)
-        browser.open(path.as_uri(), "/robot/6", "/caption")
+        browser.open(path.as_uri(), link_node("/robot", 6), "/caption")
         yield browser
     assert browser.requests == ()
 
@@ -119,8 +120,8 @@ def seek(browser: Browser, t: float) -> None:
 
 @needs_browser
 def test_a_page_plays_by_itself(opened: Browser) -> None:
-    before, place = opened.canvas(), opened.pose("/robot/3")
-    opened.until(lambda: bool(np.abs(opened.pose("/robot/3") - place).max() > 0.05))
+    before, place = opened.canvas(), opened.pose(link_node("/robot", 3))
+    opened.until(lambda: bool(np.abs(opened.pose(link_node("/robot", 3)) - place).max() > 0.05))
     opened.until(lambda: changed(before, opened.canvas()) > 0.005)
     assert opened.errors() == ()
 
@@ -129,11 +130,11 @@ def test_a_page_plays_by_itself(opened: Browser) -> None:
 def test_a_page_stops_and_goes_on(opened: Browser) -> None:
     press_space(opened)
     opened.drawn()
-    place = opened.pose("/robot/3")
+    place = opened.pose(link_node("/robot", 3))
     opened.drawn(4)
-    np.testing.assert_array_equal(opened.pose("/robot/3"), place)
+    np.testing.assert_array_equal(opened.pose(link_node("/robot", 3)), place)
     press_space(opened)
-    opened.until(lambda: bool(np.abs(opened.pose("/robot/3") - place).max() > 1e-3))
+    opened.until(lambda: bool(np.abs(opened.pose(link_node("/robot", 3)) - place).max() > 1e-3))
 
 
 def press_space(browser: Browser) -> None:
@@ -147,6 +148,6 @@ def test_the_links_are_where_g_says_wherever_one_goes(opened: Browser, robot: pr
         seek(opened, t + 0.001)
         shown = max(time for time in times if time <= t + 0.001)
         for i, T in enumerate(link_frames(ARM.model, position_at(ARM, robot.timeline, shown).joints)):
-            np.testing.assert_allclose(opened.pose(f"/robot/{i}")[:3], np.array(T).reshape(3, 4), atol=1e-6)
+            np.testing.assert_allclose(opened.pose(link_node("/robot", i))[:3], np.array(T).reshape(3, 4), atol=1e-6)
         caption = opened.run("return __viserSceneTree.getState()['/caption'].message.props.text")
         assert caption.startswith(f"{floor(10 * shown + 1e-6) / 10:.1f} s")

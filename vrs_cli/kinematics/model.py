@@ -100,9 +100,14 @@ def flange_steady(model: RobotModel) -> bool:
 
 def link_frames(model: RobotModel, q: Joints) -> tuple[Transform, ...]:
     """T_base_0, T_base_1, ... T_base_flange: one frame more than joints; joint i turns about z of frame i - 1."""
-    steps = [link_transform(link, x) for link, x in zip(model.links, q, strict=True)]
-    steps[-1] = compose(steps[-1], model.flange)
+    steps = (link_pose(model, i, x) for i, x in enumerate(q, 1))
     return tuple(accumulate(steps, compose, initial=model.base))
+
+
+def link_pose(model: RobotModel, i: int, x: float) -> Transform:
+    """T_i-1_i of joint i, counted from 1, at x [rad, m]; behind the last one is the flange."""
+    T = link_transform(model.links[i - 1], x)
+    return compose(T, model.flange) if i == model.joint_count else T
 
 
 def levers(model: RobotModel) -> tuple[Vector, tuple[float, ...]]:

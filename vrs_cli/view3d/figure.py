@@ -8,7 +8,7 @@ from typing import NamedTuple
 from viser import FrameHandle, MeshHandle, SceneApi
 
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import RobotModel, link_frames
+from vrs_cli.kinematics.model import RobotModel, link_pose
 from vrs_cli.kinematics.shapes import MeshFile, rgb
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, inverse
 from vrs_cli.view3d.looks import Look, looks_of
@@ -26,9 +26,11 @@ class Finger(NamedTuple):
 
 
 class Figure:
-    """An arm, as often as there are roots: nodes ROOT, ROOT/0 ... ROOT/n (the frames of the links) and their meshes.
+    """An arm, as often as there are roots: node ROOT, in it the frames of the links, each in that of the link before
+    (`link_node`), and their meshes.
 
-    `colour` and `opacity` are those of a ghost; without them each shape has its own.
+    So a joint that moves is one node that does. `colour` and `opacity` are those of a ghost; without them each shape
+    has its own.
     """
 
     def __init__(
@@ -43,12 +45,13 @@ class Figure:
         self.model = model
         self._scene, self._colour, self._opacity = scene, colour, opacity
         self._root = scene.add_frame(root, show_axes=False)
-        self._links = [scene.add_frame(f"{root}/{i}", show_axes=False) for i in range(model.joint_count + 1)]
-        self._at: list[Transform | None] = [None] * len(self._links)
+        self._links = [scene.add_frame(link_node(root, i), show_axes=False) for i in range(model.joint_count + 1)]
+        place(self._links[0], model.base)
+        self._joints: list[float | None] = [None] * model.joint_count
         self._base, self._hand = IDENTITY, -1.0
         self.fingers: list[Finger] = []
         for k, group in enumerate(_groups(looks_of(model), one_colour=colour is not None)):
-            self._add(f"{root}/{group[0].shape.link}/{k}", group)
+            self._add(f"{link_node(root, group[0].shape.link)}/body{k}", group)
 
     def _add(self, name: str, group: list[Look]) -> None:
         first = group[0].shape
@@ -86,10 +89,10 @@ class Figure:
         if base != self._base:
             self._base = base
             place(self._root, inverse(base))
-        for i, T in enumerate(link_frames(self.model, joints)):
-            if self._at[i] != T:
-                self._at[i] = T
-                place(self._links[i], T)
+        for i, x in enumerate(joints, 1):
+            if x != self._joints[i - 1]:
+                self._joints[i - 1] = x
+                place(self._links[i], link_pose(self.model, i, x))
         if hand != self._hand:
             self._hand = hand
             for finger in self.fingers:
@@ -99,6 +102,11 @@ class Figure:
     def remove(self) -> None:
         """Take it out of the scene."""
         self._root.remove()
+
+
+def link_node(root: str, i: int) -> str:
+    """The name of the node of a link, 0 the base: ROOT/0/1/2 of the second."""
+    return "/".join((root, *map(str, range(i + 1))))
 
 
 def _groups(looks: Iterable[Look], one_colour: bool) -> list[list[Look]]:
