@@ -130,7 +130,9 @@ DEFERRED = (
     ),
     Deferred(("files/trajectory_file.py",), ("vrs_cli.files.soundness",), "it brings numpy"),
     Deferred(
-        ("view3d/pictures.py",), ("vrs_cli.view3d.page", "vrs_cli.view3d.still"), "viser takes half a second to load"
+        ("view3d/pictures.py", "api/scene.py"),
+        ("vrs_cli.view3d.page", "vrs_cli.view3d.still"),
+        "viser takes half a second to load",
     ),
     Deferred(("kinematics/forms.py",), ("vrs_cli.kinematics",), "a robot loads its own closed form, and no other"),
     Deferred(

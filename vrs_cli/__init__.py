@@ -23,6 +23,7 @@ _HOMES = {  # where each public name is
     "Ways": "vrs_cli.api.kinematics",
     "Replies": "vrs_cli.api.answers",
     "Picture": "vrs_cli.api.answers",
+    "Scene": "vrs_cli.api.scene",
     "Run": "vrs_cli.api.answers",
     "ProgramFailed": "vrs_cli.api.answers",
     "Change": "vrs_cli.api.changes",

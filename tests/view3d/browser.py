@@ -50,6 +50,12 @@ FLAGS = (
 
 NOBODY = "not an origin"  # so Chromium calls what no page has asked for
 
+CALMLY = """
+    requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 60);
+    const often = setInterval;
+    setInterval = (act, pause, ...rest) => often(act, Math.max(pause || 0, 60), ...rest);
+"""  # a page draws 16 frames a second at most: software that draws without a pause lets nobody else have a turn
+
 Picture = NDArray[np.uint8]  # (height, width, 3)
 
 
@@ -90,6 +96,7 @@ class Browser:
 
     def __init__(self, driver: Any) -> None:
         self.driver = driver
+        self._calm()
         self.requests: tuple[Asked, ...] = ()  # all that pages asked for: there when the browser is closed
 
     # --- pages ---
@@ -110,6 +117,9 @@ class Browser:
         """Take viser's notice of drawing by software off the picture."""
         self.run("document.head.insertAdjacentHTML('beforeend', '<style>.mantine-Notifications-root{display:none}')")
 
+    def _calm(self) -> None:
+        self.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": CALMLY})
+
     def size(self, width: int, height: int) -> None:
         """Of the page [px]."""
         metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
@@ -119,6 +129,7 @@ class Browser:
     def another(self) -> str:
         """Open a second window, and go there; `back` goes to one by its name."""
         self.driver.switch_to.new_window("window")
+        self._calm()
         return str(self.driver.current_window_handle)
 
     def back(self, window: str) -> None:

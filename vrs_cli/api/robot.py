@@ -21,6 +21,7 @@ from vrs_cli.api.location import Location
 from vrs_cli.api.numbers import Floats, Units, number, numbers
 from vrs_cli.api.posture import Posture, place_text
 from vrs_cli.api.preview import Preview
+from vrs_cli.api.scene import Scene
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, Clock, VirtualClock, WallClock
 from vrs_cli.engine.commands import JointTarget, NamedTarget, PoseTarget, Target
 from vrs_cli.engine.history import CommandRecord
@@ -41,6 +42,7 @@ from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.words.values import Value, numbers_of, plain
 from vrs_cli.trajectory.timeline import Timeline
 
+SCENE_HEIGHT = 420  # [px] below a cell
 MOST_SAMPLES = 5_000_000  # of 256 bytes each
 
 
@@ -371,6 +373,13 @@ class Robot:
         if self.end <= self.timeline.start:
             raise UsageError("there is no motion yet", "move the robot first")
         return Picture((plotted(self._robot.arm, self.timeline, asked),))
+
+    def view(self, timeline: Timeline | None = None, *, height: int = SCENE_HEIGHT) -> Scene:
+        """The arm as it moves: a notebook plays it below the cell, and `.save("a.html")` writes the page.
+
+        It follows its own timeline, or another one for this robot. Raises UsageError where viser is missing.
+        """
+        return Scene(self._robot.arm, timeline or self.timeline, height)
 
     def leave(self) -> None:
         """Let it go. A robot that others hold too stays as it is; what is asked of it here from now on is refused."""
