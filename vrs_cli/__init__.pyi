@@ -11,6 +11,7 @@ from vrs_cli.api.notebook import load_ipython_extension as load_ipython_extensio
 from vrs_cli.api.posture import Posture as Posture
 from vrs_cli.api.robot import Robot as Robot
 from vrs_cli.api.robot import load as load
+from vrs_cli.api.scene import Scene as Scene
 from vrs_cli.errors import FileError as FileError
 from vrs_cli.errors import MotionError as MotionError
 from vrs_cli.errors import ProgramError as ProgramError

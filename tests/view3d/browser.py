@@ -237,13 +237,17 @@ def coloured(picture: Picture, like: tuple[int, int, int], within: int = 40) -> 
 # --- the browser itself ---------------------------------------------------------------------------------------------
 
 
+def alone() -> FileLock:
+    """One browser at a time on this machine: `with alone(): ...`."""
+    return FileLock(Path(tempfile.gettempdir()) / f"chromium-of-tests-{getuser()}.lock")
+
+
 @contextmanager
 def chromium() -> Iterator[Browser]:
     """A browser with a profile of its own. When it is closed, `requests` has all that pages asked the network for, and
     the test fails where one of them went beyond this machine.
     """
-    lock = Path(tempfile.gettempdir()) / f"chromium-of-tests-{getuser()}.lock"
-    with FileLock(lock), tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+    with alone(), tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         log = Path(folder) / "network.json"
         browser = Browser(_driver(Path(folder) / "profile", log))
         try:

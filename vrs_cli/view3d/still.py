@@ -19,10 +19,11 @@ from typing import BinaryIO
 import numpy as np
 import viser
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
 
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.view3d.caption import caption
 from vrs_cli.view3d.needs import PictureError, find_browser, find_ffmpeg
 from vrs_cli.view3d.stage import FIELD, camera_for
 from vrs_cli.view3d.studio import Studio, server
@@ -31,6 +32,7 @@ SIZE = (960, 640)  # of a picture [px]
 FILM_SIZE = (640, 420)  # of one that moves
 MOST_FRAMES = 600  # of a film: each takes a tenth of a second to a second to draw
 GIF_COLOURS = 128
+LETTERS, INK = 17, (40, 46, 54)  # [px] the height of a caption, and its colour
 PATIENCE = 90.0  # [s] until a browser that shows nothing is given up: a slow machine draws the first picture in 10 s
 FLAGS = (
     "--headless=new",
@@ -51,14 +53,22 @@ def write_still(stream: BinaryIO, arm: RobotArm, timeline: Timeline, t: float) -
     """Write a PNG of the moment t [s]. Raises PictureError where there is no browser."""
     with photographing(SIZE) as (client, take):
         _aim(client, arm, SIZE)
-        Studio(client.scene, arm, timeline).show(t)
-        stream.write(png(take()))
+        shown = Studio(client.scene, arm, timeline).show(t)
+        stream.write(png(captioned(take(), caption(shown))))
 
 
 def _aim(client: viser.ClientHandle, arm: RobotArm, size: tuple[int, int]) -> None:
     """See all of the arm."""
     camera = camera_for(arm.model, size[0] / size[1])
     client.camera.position, client.camera.look_at, client.camera.fov = *camera, FIELD
+
+
+def captioned(pixels: Pixels, text: str) -> Pixels:
+    """With a text at the upper left: viser leaves labels out of what it photographs."""
+    picture = Image.fromarray(pixels)
+    font = ImageFont.load_default(LETTERS)
+    ImageDraw.Draw(picture).text((LETTERS, LETTERS), text, INK, font)
+    return np.array(picture)
 
 
 def png(pixels: Pixels) -> bytes:
@@ -104,8 +114,8 @@ def _frames(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[Iterator
         studio = Studio(client.scene, arm, timeline)
 
         def taken(t: float) -> Pixels:
-            studio.show(t)
-            return take()
+            shown = studio.show(t)
+            return captioned(take(), caption(shown))
 
         yield (taken(min(timeline.start + k / rate, timeline.end)) for k in range(count + 1))
 
@@ -128,7 +138,8 @@ def _looking(browser: str, url: str, size: tuple[int, int]) -> Iterator[subproce
     width, height = size
     root = ("--no-sandbox",) * (sys.platform != "win32" and os.geteuid() == 0)  # Chromium gives root none
     with TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-        command = (browser, *FLAGS, *root, f"--window-size={width + 20},{height + 160}", f"--user-data-dir={profile}")
+        # wider than the picture in proportion, or the background does not reach its sides
+        command = (browser, *FLAGS, *root, f"--window-size={width + 120},{height + 160}", f"--user-data-dir={profile}")
         none = subprocess.DEVNULL
         with subprocess.Popen([*command, url], stdin=none, stdout=none, stderr=none) as running:
             try:

@@ -27,11 +27,12 @@ class Studio:
         self._arm, self._timeline = arm, timeline
         self._parts: tuple[Part, ...] = (*scenery(scene, arm.model), Caption(scene, arm.model))
 
-    def show(self, t: float) -> None:
+    def show(self, t: float) -> Shown:
         """The moment t [s]."""
         shown = Shown(self._arm, self._timeline, t, position_at(self._arm, self._timeline, t), t)
         for part in self._parts:
             part.show(shown)
+        return shown
 
 
 @contextmanager

@@ -1,0 +1,246 @@
+"""Make the pictures of the documentation that show the robot itself: a browser of this machine draws them.
+
+    python docs/make_scenes.py [NAME ...]
+
+drive.webp is an arm beside the prompt that moves it, puma.png the joints of the PUMA 560, oat.png the angles O, A and T,
+configurations.png one place reached in four ways. Needs the extra `view`, and Chromium.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+import vrs_cli as vrs
+from vrs_cli.engine.position import position_at
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.model import joint_axes, link_frames
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.transform import Vector
+from vrs_cli.view3d.figure import Figure
+from vrs_cli.view3d.stage import FIELD, Stage
+from vrs_cli.view3d.still import Pixels, photographing
+
+IMAGES = Path(__file__).parent / "images"
+MONO = "DejaVuSansMono.ttf"
+DARK, PAPER, INK, BLUE, ORANGE = (30, 34, 40), (222, 226, 230), (40, 46, 54), (36, 96, 190), (214, 110, 40)
+PANEL = (440, 400)  # [px] of each picture in a row of several
+
+Take = Callable[[], Pixels]
+Points = NDArray[np.float64]
+
+
+class Place:
+    """A scene with one arm, posed and photographed from where one likes."""
+
+    def __init__(self, client: viser.ClientHandle, take: Take, size: tuple[int, int], arm: RobotArm) -> None:
+        self.client, self.arm, self.size, self._take = client, arm, size, take
+        self._stage, self._figure = Stage(client.scene, arm.model), Figure(client.scene, "/robot", arm.model)
+        self.eye: Vector = (2.0, 1.4, 0.9)
+        self.aim: Vector = (0.0, 0.05, 0.0)
+
+    def pose(self, q: Joints, hand: float = 1.0) -> None:
+        self._figure.pose(q, hand)
+        self._stage.pose(self.arm.forward(q))
+
+    def look(self, eye: Vector, aim: Vector) -> None:
+        self.eye, self.aim = eye, aim
+        self.client.camera.position, self.client.camera.look_at, self.client.camera.fov = eye, aim, FIELD
+
+    def picture(self) -> Image.Image:
+        return Image.fromarray(self._take())
+
+    def seen(self, point: Sequence[float]) -> tuple[float, float]:
+        """Where a point of the scene [m] is in the picture [px]."""
+        forward = np.array(self.aim) - self.eye
+        forward /= np.linalg.norm(forward)
+        right = np.cross(forward, (0.0, 0.0, 1.0))
+        right /= np.linalg.norm(right)
+        x, y, depth = np.array((right, np.cross(right, forward), forward)) @ (np.array(point) - self.eye)
+        scale = 0.5 * self.size[1] / np.tan(0.5 * FIELD) / depth
+        return 0.5 * self.size[0] + scale * x, 0.5 * self.size[1] - scale * y
+
+
+def row(pictures: Sequence[Image.Image]) -> Image.Image:
+    """Beside each other."""
+    width, height = pictures[0].size
+    whole = Image.new("RGB", (width * len(pictures), height))
+    for k, picture in enumerate(pictures):
+        whole.paste(picture, (k * width, 0))
+    return whole
+
+
+def titled(picture: Image.Image, title: str) -> Image.Image:
+    ImageDraw.Draw(picture).text((12, 10), title, INK, ImageFont.truetype(MONO, 15))
+    return picture
+
+
+def save(picture: Image.Image, name: str) -> None:
+    few = picture.quantize(128, dither=Image.Dither.FLOYDSTEINBERG)
+    few.save(IMAGES / f"{name}.png", optimize=True)
+
+
+# --- the arm beside the prompt ---------------------------------------------------------------------------------------
+
+LESSON = (
+    "SET part = TRANS(0, 550, -250, 90, 90, 0)",
+    "APPRO part, 150",
+    "MOVES part",
+    "CLOSEI",
+    "DEPARTS 200",
+    "MOVE #PPOINT(60, -110, 120, 0, 60, 0)",
+    "READY",
+)
+RATE = 12.0  # [1/s]
+PROMPT, SCENE = (400, 380), (440, 380)  # [px]
+
+
+def drive() -> None:
+    robot = vrs.Robot()
+    begins = []
+    for line in LESSON:
+        begins.append(robot.now)
+        robot.do(line)
+    timeline, arm = robot.timeline, arm_for(load_robot("puma560"))
+    times = np.append(np.arange(0.0, timeline.end, 1.0 / RATE), [timeline.end] * 10)
+    with photographing(SCENE) as (client, take):
+        place = Place(client, take, SCENE, arm)
+        place.look((2.35, 1.65, 0.75), (0.0, 0.12, 0.02))
+        frames = []
+        for t in times.tolist():
+            position = position_at(arm, timeline, t)
+            place.pose(position.joints, position.hand)
+            said = [line for line, begin in zip(LESSON, begins, strict=True) if begin <= t]
+            frames.append(row_of(prompt(said, position.T_world_tool), place.picture()))
+    frames[0].save(
+        IMAGES / "drive.webp",
+        save_all=True,
+        append_images=frames[1:],
+        duration=round(1000 / RATE),
+        quality=60,
+        method=4,
+    )
+
+
+def row_of(left: Image.Image, right: Image.Image) -> Image.Image:
+    whole = Image.new("RGB", (left.width + right.width, left.height))
+    whole.paste(left, (0, 0))
+    whole.paste(right, (left.width, 0))
+    return whole
+
+
+def prompt(said: Sequence[str], T: Sequence[float]) -> Image.Image:
+    """The lines that were typed, and where the tool is."""
+    picture = Image.new("RGB", PROMPT, DARK)
+    drawing, font = ImageDraw.Draw(picture), ImageFont.truetype(MONO, 15)
+    for k, line in enumerate((*said, "")):
+        drawing.text((16, 18 + 26 * k), ".", PAPER, font)
+        drawing.text((25, 18 + 26 * k), line, (240, 190, 120) if line else PAPER, font)
+    x, y, z = (1000.0 * T[k] for k in (3, 7, 11))
+    drawing.text((16, PROMPT[1] - 36), f"x {x:7.1f}  y {y:7.1f}  z {z:7.1f} mm", (140, 190, 240), font)
+    return picture
+
+
+# --- the joints ------------------------------------------------------------------------------------------------------
+
+
+def puma() -> None:
+    arm = arm_for(load_robot("puma560"))
+    ready, zero = arm.model.poses["ready"], (0.0,) * 6
+    with photographing(PANEL) as (client, take):
+        place = Place(client, take, PANEL, arm)
+        place.look((2.1, 1.9, 0.8), (0.2, 0.05, 0.0))
+        pictures = [
+            axes(place, q, title) for q, title in ((zero, "all joints 0"), (ready, "READY: 0, -90, 90, 0, 0, 0"))
+        ]
+    save(row(pictures), "puma")
+
+
+def axes(place: Place, q: Joints, title: str) -> Image.Image:
+    """The arm at these joints, with the axis of each and the way it turns."""
+    place.pose(q)
+    picture = titled(place.picture(), title)
+    drawing, font = ImageDraw.Draw(picture), ImageFont.truetype(MONO, 15)
+    model = place.arm.model
+    zero, now = link_frames(model, (0.0,) * 6), link_frames(model, q)
+    for k, axis in enumerate(joint_axes(model)):
+        T = whole(now[k]) @ np.linalg.inv(whole(zero[k]))
+        along = T[:3, :3] @ axis.direction
+        foot = T[:3, :3] @ axis.point + T[:3, 3]
+        if k in (3, 5):  # the axes of joints 4 and 6 are one line here: each is marked on its own side
+            foot = foot + along * (-0.12 if k == 3 else 0.16)
+        tip = foot + 0.24 * along
+        drawing.line([place.seen(foot), place.seen(tip)], ORANGE, 3)
+        x, y = place.seen(tip)
+        drawing.ellipse((x - 4, y - 4, x + 4, y + 4), ORANGE)
+        drawing.text((x + 7, y - 9), f"JT{k + 1}", ORANGE, font, stroke_width=3, stroke_fill="white")
+    return picture
+
+
+def whole(T: Sequence[float]) -> Points:
+    return np.vstack([np.array(T).reshape(3, 4), (0.0, 0.0, 0.0, 1.0)])
+
+
+# --- O, A and T ------------------------------------------------------------------------------------------------------
+
+TURNED = ((90, 0, 0), (90, 90, 0), (135, 90, 0), (135, 120, 0), (135, 120, 45))
+AT = (300.0, 500.0, 0.0)  # [mm]
+
+
+def oat() -> None:
+    robot, arm = vrs.Robot(), arm_for(load_robot("puma560"))
+    size = (300, 320)
+    with photographing(size) as (client, take):
+        place = Place(client, take, size, arm)
+        x, y, z = (0.001 * number for number in AT)
+        place.look((x + 0.75, y + 0.75, z + 0.35), (x - 0.02, y - 0.02, z + 0.02))
+        pictures = []
+        for o, a, t in TURNED:
+            place.pose(reached(robot, vrs.trans(*AT, o, a, t)))
+            pictures.append(titled(place.picture(), f"O {o}, A {a}, T {t}"))
+    save(row(pictures), "oat")
+
+
+def reached(robot: vrs.Robot, location: vrs.Location, words: str = "") -> Joints:
+    """The joints [rad] of a way to a location: the first that is usable, or of a configuration the first."""
+    ways = robot.ik(location)
+    found = [q for name, q in zip(ways.configurations, ways.joints, strict=True) if words in name]
+    usable = [q for q, use in zip(ways.joints, ways.usable, strict=True) if use]
+    return tuple(np.radians((found if words else usable)[0]).tolist())
+
+
+# --- configurations --------------------------------------------------------------------------------------------------
+
+
+def configurations() -> None:
+    robot, arm = vrs.Robot(), arm_for(load_robot("puma560"))
+    size = (320, 340)
+    with photographing(size) as (client, take):
+        place = Place(client, take, size, arm)
+        place.look((2.3, 1.5, 0.9), (0.1, 0.15, 0.05))
+        pictures = []
+        for words in ("RIGHTY ABOVE", "RIGHTY BELOW", "LEFTY ABOVE", "LEFTY BELOW"):
+            place.pose(reached(robot, vrs.trans(350, 450, 100, 90, 90, 0), words))
+            pictures.append(titled(place.picture(), words))
+    save(row(pictures), "configurations")
+
+
+SCENES = {scene.__name__: scene for scene in (drive, puma, oat, configurations)}
+
+
+def main(names: Sequence[str]) -> int:
+    for name in names or SCENES:
+        SCENES[name]()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
