@@ -2,8 +2,8 @@
 
     python docs/make_scenes.py [NAME ...]
 
-drive.webp is an arm beside the prompt that moves it, puma.png the joints of the PUMA 560, oat.png the angles O, A and T,
-configurations.png one place reached in four ways. Needs the extra `view`, and Chromium.
+drive.webp is an arm beside the prompt that moves it, puma.png the joints of the PUMA 560, oat.png the angles O, A
+and T, configurations.png one place reached in four ways. Needs the extra `view`, and Chromium.
 """
 
 from __future__ import annotations
