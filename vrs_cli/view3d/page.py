@@ -13,6 +13,7 @@ from typing import BinaryIO
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.view3d.caption import Caption
 from vrs_cli.view3d.needs import PictureError
 from vrs_cli.view3d.stage import FIELD, camera_for
 from vrs_cli.view3d.studio import Studio, server
@@ -48,7 +49,7 @@ def page(arm: RobotArm, timeline: Timeline, rate: float) -> str:
             f"without --rate there are {usual_rate(timeline):.3g} a second",
         )
     with server() as viser, viser.atomic():  # nobody is woken for each message
-        studio = Studio(viser.scene, arm, timeline)
+        studio = Studio(viser.scene, arm, timeline, Caption(viser.scene, arm.model))
         studio.show(times[0])
         camera = camera_for(arm.model, ASPECT)
         viser.initial_camera.position, viser.initial_camera.look_at = camera

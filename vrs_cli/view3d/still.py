@@ -32,6 +32,7 @@ SIZE = (960, 640)  # of a picture [px]
 FILM_SIZE = (640, 420)  # of one that moves
 MOST_FRAMES = 600  # of a film: each takes a tenth of a second to a second to draw
 GIF_COLOURS = 128
+TRIES = 20  # of the first picture
 LETTERS, INK = 17, (40, 46, 54)  # [px] the height of a caption, and its colour
 PATIENCE = 90.0  # [s] until a browser that shows nothing is given up: a slow machine draws the first picture in 10 s
 FLAGS = (
@@ -64,7 +65,7 @@ def _aim(client: viser.ClientHandle, arm: RobotArm, size: tuple[int, int]) -> No
 
 
 def captioned(pixels: Pixels, text: str) -> Pixels:
-    """With a text at the upper left: viser leaves labels out of what it photographs."""
+    """With a text at the upper left, where it covers nothing of the arm."""
     picture = Image.fromarray(pixels)
     font = ImageFont.load_default(LETTERS)
     ImageDraw.Draw(picture).text((LETTERS, LETTERS), text, INK, font)
@@ -129,7 +130,7 @@ def photographing(size: tuple[int, int]) -> Iterator[tuple[viser.ClientHandle, C
         seen.on_client_connect(arrived.put)
         with _looking(browser, f"http://127.0.0.1:{seen.get_port()}", size) as running:
             client = _awaited(arrived, running, browser)
-            yield client, lambda: _taken(client, size)
+            yield client, Camera(client, size).take
 
 
 @contextmanager
@@ -159,12 +160,29 @@ def _awaited(arrived: Queue[viser.ClientHandle], running: subprocess.Popen[bytes
     raise PictureError(f"{browser} shows nothing", "does it run with --headless=new and --use-angle=swiftshader?")
 
 
-def _taken(client: viser.ClientHandle, size: tuple[int, int]) -> Pixels:
-    """Raises PictureError."""
-    width, height = size
-    try:
-        drawn = client.get_render(height, width, transport_format="png", timeout=PATIENCE)
-    except (TimeoutError, RuntimeError) as error:
-        raise PictureError("the browser takes no picture", str(error)) from error
-    opaque = drawn[:, :, 3:] / 255.0
-    return np.round(drawn[:, :, :3] * opaque + 255.0 * (1.0 - opaque)).astype(np.uint8)
+class Camera:
+    """Takes pictures of what a browser shows."""
+
+    def __init__(self, client: viser.ClientHandle, size: tuple[int, int]) -> None:
+        self._client, self._size, self._warm = client, size, False
+
+    def take(self) -> Pixels:
+        """The scene as it is now. The first picture is taken until it stays the same, and is not blank: a browser
+        shows a new scene in parts. Raises PictureError.
+        """
+        taken = self._taken()
+        for _ in range(0 if self._warm else TRIES):
+            before, taken = taken, self._taken()
+            if np.ptp(taken) and np.array_equal(before, taken):
+                break
+        self._warm = True
+        return taken
+
+    def _taken(self) -> Pixels:
+        width, height = self._size
+        try:
+            drawn = self._client.get_render(height, width, transport_format="png", timeout=PATIENCE)
+        except (TimeoutError, RuntimeError) as error:
+            raise PictureError("the browser takes no picture", str(error)) from error
+        opaque = drawn[:, :, 3:] / 255.0
+        return np.round(drawn[:, :, :3] * opaque + 255.0 * (1.0 - opaque)).astype(np.uint8)

@@ -13,7 +13,6 @@ from viser import SceneApi
 from vrs_cli.engine.position import position_at
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.view3d.caption import Caption
 from vrs_cli.view3d.scenery import scenery
 from vrs_cli.view3d.shown import Part, Shown
 
@@ -21,11 +20,11 @@ HOST = "127.0.0.1"
 
 
 class Studio:
-    """All that is seen of a timeline, one moment at a time."""
+    """All that is seen of a timeline, one moment at a time; with `parts` that only some pictures have."""
 
-    def __init__(self, scene: SceneApi, arm: RobotArm, timeline: Timeline) -> None:
+    def __init__(self, scene: SceneApi, arm: RobotArm, timeline: Timeline, *parts: Part) -> None:
         self._arm, self._timeline = arm, timeline
-        self._parts: tuple[Part, ...] = (*scenery(scene, arm.model), Caption(scene, arm.model))
+        self._parts: tuple[Part, ...] = (*scenery(scene, arm.model), *parts)
 
     def show(self, t: float) -> Shown:
         """The moment t [s]."""
