@@ -56,7 +56,8 @@ def furnish(window: Window, title: str) -> None:
     choices.float(x=-EDGE, y=EDGE, width=CHOICES)
     choices.minimize()
     if window.drives:
-        window.parts.append(Panel(window))
+        panel = Panel(window)
+        window.parts += [panel, panel.gizmo]
     if window.robot is not None:
         window.parts.append(Delays(window, window.robot))
 

@@ -10,6 +10,7 @@ from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.net.messages import LeaseAct
 from vrs_cli.render.colours import Ink
+from vrs_cli.view3d.drag import Gizmo
 from vrs_cli.view3d.panel_hand import HandPanel
 from vrs_cli.view3d.panel_line import CommandLine
 from vrs_cli.view3d.panel_parts import Hands, boxed, put
@@ -35,9 +36,9 @@ class Panel:
         self.seat = PanelSeat(window.robot, window.surveying.happened)
         self.hands = Hands(self._refused)
         self._due = 0.0
-        self._build(window.client.gui)
+        self._build(window, window.client.gui)
 
-    def _build(self, gui: viser.GuiApi) -> None:
+    def _build(self, window: Window, gui: viser.GuiApi) -> None:
         seat, hands, wall = self.seat, self.hands, self._wall
         panel = gui.add_panel(order=-1.0)
         with panel.add_tab("Commands", viser.Icon.TERMINAL_2):
@@ -50,6 +51,8 @@ class Panel:
                 self.programs = Programs(gui, seat, hands, self._surveying)
             with tabs.add_tab("Move"):
                 self.hand = HandPanel(gui, seat, hands, self.robot.arm, wall)
+            with tabs.add_tab("Drag"):
+                self.gizmo = Gizmo(window, self.robot, seat, hands)
             with tabs.add_tab("Signals"):
                 self.signals = SignalsPanel(gui, seat, hands)
         panel.dock_left()

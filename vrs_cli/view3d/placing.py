@@ -31,6 +31,18 @@ def place(node: SceneNodeHandle, T: Transform) -> None:
         node.wxyz = turned
 
 
+def transform_of(node: SceneNodeHandle) -> Transform:
+    """Where a node is, in the frame of its parent."""
+    w, x, y, z = map(float, node.wxyz)
+    px, py, pz = map(float, node.position)
+    s = 2.0 / (w * w + x * x + y * y + z * z)
+    return Transform(
+        1.0 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y), px,
+        s * (x * y + w * z), 1.0 - s * (x * x + z * z), s * (y * z - w * x), py,
+        s * (x * z - w * y), s * (y * z + w * x), 1.0 - s * (x * x + y * y), pz,
+    )  # fmt: skip
+
+
 def _grained(values: Sequence[float]) -> NDArray[np.float64]:
     return np.round(np.array(values) / GRAIN) * GRAIN
 

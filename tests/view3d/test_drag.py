@@ -1,0 +1,162 @@
+"""The gizmo, over the wire as a page has it, and in a real browser with a real mouse."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.view3d.pages import PATIENCE, Page
+from vrs_cli.engine.position import position_at
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.transform import Transform, at_position, distance, translation
+from vrs_cli.view3d.app import App
+from vrs_cli.view3d.drag import END, RECORD, Gizmo
+from vrs_cli.view3d.hosted import Hosted
+from vrs_cli.view3d.placing import wxyz
+from vrs_cli.view3d.window import Window
+
+
+@pytest.fixture
+def app(tmp_path: Path) -> Iterator[App]:
+    hosted = Hosted(load_robot("puma560"), folder=tmp_path)
+    app = App(hosted.hold_for_browser)
+    yield app
+    app.close()
+    hosted.close()
+
+
+@contextmanager
+def opened(app: App) -> Iterator[Page]:
+    """A page that goes as a browser that is killed: who does not listen could not say goodbye."""
+    page = Page(app.address)
+    yield page
+    page._socket.close_socket()
+
+
+def until(there: Callable[[], Any]) -> None:
+    end = time.monotonic() + PATIENCE
+    while not there():
+        assert time.monotonic() < end, "it does not come"
+        time.sleep(0.01)
+
+
+def window(app: App, number: int = 0) -> Window:
+    until(lambda: len(app.windows) > number)
+    return app.windows[number]
+
+
+def gizmo(app: App, number: int = 0) -> Gizmo:
+    (found,) = (part for part in window(app, number).parts if isinstance(part, Gizmo))
+    return found
+
+
+def tool(app: App) -> Transform:
+    watched = window(app).watched
+    return position_at(watched.arm, watched.timeline, watched.now).T_world_tool
+
+
+class Dragged:
+    """The gizmo of a page, in a hand."""
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        there = page.until(lambda: next(iter(page.of("TransformControlsMessage")), None))
+        page.until(lambda: any(one["name"] == "/drag" for one in page.of("SetPositionMessage")))
+        self._its = {"name": "/drag", "owner": there.get("owner", "")}
+
+    def take(self) -> None:
+        self.page._send({"type": "TransformControlsDragStartMessage", **self._its})
+
+    def to(self, T: Transform) -> None:
+        at = {"wxyz": wxyz(T), "position": (T.px, T.py, T.pz)}
+        self.page._send({"type": "TransformControlsUpdateMessage", **self._its, **at})
+
+    def let_go(self) -> None:
+        self.page._send({"type": "TransformControlsDragEndMessage", **self._its})
+
+
+def test_the_arm_follows_what_is_dragged_and_rests_when_it_is_let_go(app: App) -> None:
+    with opened(app) as page:
+        hand, begin = Dragged(page), tool(app)
+        wish = at_position(begin, begin.px - 0.1, begin.py, begin.pz - 0.1)
+        hand.take()
+        hand.to(begin)
+        hand.to(wish)
+        until(lambda: gizmo(app).pulled.by == "browser")
+        until(lambda: distance(tool(app), wish) < 1e-4)
+        hand.let_go()
+        until(lambda: gizmo(app).pulled.by == "")
+        assert len([one for one in window(app).watched.timeline if one.motion.text == "DRAG"]) > 5
+
+
+def test_what_holds_it_is_written_at_the_tool_and_its_joint_is_lit(app: App) -> None:
+    with opened(app) as page:
+        hand, begin = Dragged(page), tool(app)
+        hand.take()
+        hand.to(at_position(begin, begin.px - 2.0, begin.py, begin.pz - 1.0))
+        until(lambda: "out of reach: too far" in gizmo(app).label.text)
+        assert gizmo(app).label.visible
+        assert "mm away" in gizmo(app).why.content
+        hand.to(begin)
+        until(lambda: not gizmo(app).label.visible)
+        hand.let_go()
+
+
+def test_a_page_that_is_gone_lets_go(app: App) -> None:
+    with opened(app) as page:
+        other = Page(app.address)
+        hand, begin = Dragged(other), tool(app)
+        hand.take()
+        for k in range(5):
+            hand.to(at_position(begin, begin.px - 0.05 * k, begin.py, begin.pz - 0.05 * k))
+        until(lambda: gizmo(app).pulled.by)
+        other._socket.close_socket()
+        until(lambda: gizmo(app).pulled.by == "")
+        watched = window(app).watched
+        until(lambda: watched.timeline.end < watched.now)
+        assert not page.said()
+
+
+def test_a_drag_becomes_a_program_and_a_place_a_name(app: App) -> None:
+    with opened(app) as page:
+        hand, begin = Dragged(page), tool(app)
+        page.set(page.gui("GuiTextMessage", label="Name")["uuid"], "mine")
+        record = page.gui("GuiButtonMessage", label=RECORD)["uuid"]
+        page.set(record, True)
+        until(lambda: gizmo(app).record.label == END)
+        hand.take()
+        for k in range(1, 41):
+            hand.to(at_position(begin, begin.px - 0.004 * k, begin.py, begin.pz - 0.004 * k))
+            time.sleep(0.01)
+        hand.let_go()
+        watched = window(app).watched
+        until(lambda: gizmo(app).pulled.by == "" and watched.timeline.end < watched.now)
+        page.set(page.gui("GuiButtonMessage", label="HERE")["uuid"], True)
+        page.set(record, True)
+
+        def kept() -> bool:
+            robot = window(app).robot
+            assert robot is not None
+            said = robot.say("DIRECTORY", lambda _: None), robot.say("LISTL", lambda _: None)
+            return "mine" in str(said[0]) and "mine" in str(said[1])
+
+        until(kept)
+
+
+def test_the_gizmo_turns_about_its_own_place(app: App) -> None:
+    """Along the axes of the world too: what is dragged is the tool, as it was taken."""
+    with opened(app) as page:
+        hand = Dragged(page)
+        page.set(page.gui("GuiButtonGroupMessage", label="Axes")["uuid"], "World")
+        until(lambda: abs(gizmo(app).node.wxyz[0]) > 1.0 - 1e-6)
+        begin = tool(app)
+        hand.take()
+        hand.to(translation(begin.px - 0.05, begin.py, begin.pz - 0.05))
+        wish = at_position(begin, begin.px - 0.05, begin.py, begin.pz - 0.05)
+        until(lambda: max(abs(a - b) for a, b in zip(tool(app), wish, strict=True)) < 1e-4)
+        hand.let_go()

@@ -1,0 +1,175 @@
+"""The tool dragged in a browser: a gizmo at the tool is the wish, the arm follows, and what holds it is said there.
+
+While nobody drags, the gizmo stands at the tool, along its axes or those of the world. It is there for who may drive,
+and while the robot is shown as it is now. What is dragged may be kept: a place under a name, a way as a program.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from math import inf, radians
+
+import viser
+
+from vrs_cli.errors import UsageError
+from vrs_cli.interfaces.dragging import Limit
+from vrs_cli.interfaces.recording import Tolerance, recorded_program
+from vrs_cli.interfaces.session.grip import Pulled
+from vrs_cli.kinematics.model import levers
+from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, inverse, position
+from vrs_cli.net import messages
+from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.view3d.panel_parts import Hands, boxed, put
+from vrs_cli.view3d.panel_seat import PanelSeat
+from vrs_cli.view3d.placing import place, transform_of
+from vrs_cli.view3d.shown import Shown
+from vrs_cli.view3d.window import Window
+
+AGAIN = 0.1  # [s] after which a wish that stays is said again: the robot knows that the hand is there
+SIZE = 0.28  # of the reach: the gizmo
+LIT = 0.09  # of the reach: the ball at a joint that is at its limit
+VISIBLE = 5e-4  # [m] that a tool is away from its wish, to be told
+RED = (214, 58, 46)
+TOLERANCE = Tolerance(0.002, radians(1.0))
+TOOL, WORLD = "Tool", "World"
+RECORD, END = "Record a program", "End the program"
+
+
+class Moves(Enum):
+    """What the gizmo does with the tool; the value is its name on the screen."""
+
+    BOTH = "Both"
+    MOVE = "Move"
+    TURN = "Turn"
+
+
+class Gizmo:
+    """Part of a window whose robot may be driven, with its controls in the container that is open. Nodes /drag, /held
+    and /limit.
+    """
+
+    def __init__(self, window: Window, robot: RemoteRobot, seat: PanelSeat, hands: Hands) -> None:
+        self._window, self._robot, self._seat = window, robot, seat
+        scene, reach = window.client.scene, levers(robot.arm.model)[1][0]
+        self.node = scene.add_transform_controls("/drag", scale=SIZE * reach, depth_test=False, visible=False)
+        self.label = scene.add_label("/held", "", visible=False)
+        self.ball = scene.add_icosphere("/limit", radius=LIT * reach, color=RED, opacity=0.45, visible=False)
+        self.pulled = Pulled()
+        self._along = TOOL
+        self._tool: Transform | None = None  # where it was shown last
+        self._grip: Transform | None = None  # T_gizmo_tool, while it is dragged
+        self._wish: Transform | None = None
+        self._said: Transform | None = None
+        self._said_at = -inf
+        self._began: float | None = None  # [s] when recording began
+        self._add_controls(window.client.gui, hands)
+        self.node.on_update(self._pull)
+        robot.listen(self._hear)
+
+    def _add_controls(self, gui: viser.GuiApi, hands: Hands) -> None:
+        self.on = gui.add_checkbox("Gizmo at the tool (G)", initial_value=True)
+        self.axes = gui.add_button_group("Axes", (TOOL, WORLD))
+        self.moves = gui.add_button_group("Drag", tuple(moves.value for moves in Moves))
+        self.why = gui.add_html("")
+        self.name = gui.add_text("Name", "part")
+        self.here = gui.add_button("HERE", hint="Keep the place under this name")
+        self.record = gui.add_button(RECORD, hint="Of what is dragged, under this name", icon=viser.Icon.PLAYER_RECORD)
+        hands.on(self.axes, self._turn)
+        hands.on(self.moves, self._choose)
+        hands.on(self.here, lambda _: self._seat.command(f"HERE {self._named()}"))
+        hands.on(self.record, lambda _: self._record())
+        gui.add_command("Drag the tool, or not", hotkey="G").on_trigger(self._window.doing(self._toggle))
+
+    def _turn(self, along: str) -> None:
+        self._along = along
+
+    def _choose(self, said: str) -> None:
+        moves = Moves(said)
+        put(self.node, disable_axes=moves is Moves.TURN, disable_sliders=moves is Moves.TURN)
+        put(self.node, disable_rotations=moves is Moves.MOVE)
+
+    def _toggle(self) -> None:
+        put(self.on, value=not self.on.value)
+
+    # --- dragging ---
+
+    async def _pull(self, event: viser.TransformControlsEvent) -> None:
+        """In the order in which the browser tells it, as this never waits."""
+        gizmo = transform_of(event.target)
+        if event.phase == "start" and self._tool is not None:
+            self._grip = compose(inverse(gizmo), self._tool)
+        if self._grip is None:
+            return
+        self._wish = compose(gizmo, self._grip)
+        if event.phase == "end":
+            self._robot.drag(self._wish)
+            self._robot.drag(None)
+            self._grip = self._wish = self._said = None
+
+    def _tell(self) -> None:
+        """The newest wish, once a tick at most."""
+        wish, wall = self._wish, self._window.wall()
+        if wish is not None and (wish != self._said or wall > self._said_at + AGAIN):
+            self._said, self._said_at = wish, wall
+            self._robot.drag(wish)
+
+    def _hear(self, message: messages.ServerMessage) -> None:
+        """In the thread of the connection."""
+        if isinstance(message, messages.Pulled):
+            before, self.pulled = self.pulled, message.state
+            if message.state.why and before.by == self._seat.name:
+                self._seat.note(f"The tool is let go: {message.state.why}")
+
+    # --- showing ---
+
+    def show(self, shown: Shown) -> None:
+        self._tell()
+        live, dragged = self._window.playback.follows, self._grip is not None
+        tool = self._tool = shown.position.T_world_tool
+        may = self._robot.open and self._seat.may_drive
+        put(self.node, visible=bool(self.on.value) and may and (live or dragged))
+        if not dragged:
+            along_tool = self._along == TOOL
+            place(self.node, tool if along_tool else at_position(IDENTITY, *position(tool)))
+        self._show_why(shown, self.pulled if live or dragged else Pulled())
+
+    def _show_why(self, shown: Shown, pulled: Pulled) -> None:
+        model, held = shown.arm.model, pulled.held
+        text = "; ".join(hold.said(model) for hold in held.holds)
+        if held.away >= VISIBLE:
+            text += f" ({1000.0 * held.away:.0f} mm away)"
+        put(self.label, text=text, visible=bool(text))
+        place(self.label, shown.position.T_world_tool)
+        joint = next((hold.joint for hold in held.holds if hold.limit is Limit.JOINT), 0)
+        if joint:
+            frames = shown.arm.frames(shown.position.joints)
+            place(self.ball, compose(inverse(shown.frames.base), frames[joint - 1]))
+        put(self.ball, visible=bool(joint))
+        put(self.why, content=boxed(text or self._follows(pulled)))
+
+    def _follows(self, pulled: Pulled) -> str:
+        if pulled.by in ("", self._seat.name):
+            return "The tool follows the gizmo"
+        return "Somebody else drags the tool"
+
+    # --- keeping ---
+
+    def _record(self) -> None:
+        """Begin to record, or end it."""
+        robot, began = self._robot, self._began
+        if began is None:
+            self._named()
+            self._began, self.record.label = robot.now, END
+            return
+        self._began, self.record.label = None, RECORD
+        name = self._named()
+        text = recorded_program(robot.arm, robot.timeline, began, robot.now, name, TOLERANCE)
+        self._seat.load(name, text.encode())
+        motions = text.count("\nMOVE ")
+        self._seat.note(f"{name} has {motions} motions: EXECUTE {name}, LISTP {name}, STORE {name}")
+
+    def _named(self) -> str:
+        name = str(self.name.value).strip()
+        if not name:
+            raise UsageError("a place or a program without a name", "give it a name first")
+        return name
