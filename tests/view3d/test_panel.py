@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -11,9 +12,16 @@ from typing import Any
 
 import pytest
 
+from tests.net.cable import cable
+from tests.net.serving import serving
 from tests.view3d.pages import PATIENCE, Page
 from vrs_cli.engine.position import position_at
+from vrs_cli.interfaces.session.acts import Define, Say
+from vrs_cli.interfaces.session.survey import Survey
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.net.client import hello_of
+from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.tokens import Wanted, add_tokens
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.hosted import Hosted
 from vrs_cli.view3d.panel import Panel
@@ -237,3 +245,59 @@ def test_two_browsers_and_one_lease(app: App, ada: Sat) -> None:
         bo.type("JOG 1, 20")
         ada.until(lambda: app.windows[0].watched.timeline.end > 0.1)
     ada.drives("Nobody drives")
+
+
+def test_who_may_not_drive_sees_and_presses_nothing(tmp_path: Path) -> None:
+    tokens = add_tokens(tmp_path / "tokens.toml", (Wanted("ada"), Wanted("eve", role="observer")))
+    with serving(tmp_path, tokens=tmp_path / "tokens.toml") as it:
+        ada = RemoteRobot.connect(it.address, hello_of(tokens["ada"]))
+        app = App(lambda told: RemoteRobot.connect(it.address, hello_of(tokens["eve"], attended=True), told=told))
+        try:
+            with Page(app.address) as page:
+                eve = Sat(page)
+                eve.sees("Nobody drives")
+                ada.act(Define(WAITS))
+                ada.act(Say("SIGNAL 3"))
+                eve.sees("ada drives")
+                eve.sees("WAIT")
+                eve.until(lambda: "\N{BLACK CIRCLE} 3" in eve.now("GuiButtonGroupMessage", label="Outputs")["options"])
+                assert not eve.now("GuiButtonMessage", label="STOP")["visible"]
+                assert not eve.now("GuiButtonGroupMessage", label="Nobody drives")["visible"]
+                assert "Joint 1" not in [message["props"]["label"] for message in page.of("GuiSliderMessage")]
+                folders = [message["props"]["visible"] for message in page.of("GuiFolderMessage")]
+                assert folders[0] is False, "of the line"
+                eve.press("Outputs", "\N{BLACK CIRCLE} 3")
+                page.quiet(0.3)
+                assert ada.act(Survey()).on == (3,)
+        finally:
+            app.close()
+            ada.close()
+
+
+def test_a_robot_that_comes_back(tmp_path: Path) -> None:
+    with serving(tmp_path) as it, cable(it.address) as wire:
+        app = App(lambda told: RemoteRobot.connect(wire.url, hello_of(attended=True), told=told))
+        try:
+            with Page(app.address) as page:
+                ada = Sat(page)
+                ada.type("x = 1")
+                ada.drives("You drive")
+                wire.pull()
+                ada.sees("connected again")
+                ada.type("TYPE 6*x")
+                ada.sees("6")
+        finally:
+            app.close()
+
+
+def test_nothing_is_left_of_a_browser_that_goes(app: App) -> None:
+    with sat(app):
+        done: list[int] = []
+        panel(app).hands.do(lambda: done.append(1))
+        while not done:
+            time.sleep(0.001)
+        assert any(thread.name.startswith("vrs panel") for thread in threading.enumerate())
+    end = time.monotonic() + PATIENCE
+    while app.windows or any(thread.name.startswith("vrs panel") for thread in threading.enumerate()):
+        assert time.monotonic() < end, "a thread stays"
+        time.sleep(0.01)

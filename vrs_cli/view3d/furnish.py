@@ -55,10 +55,10 @@ def furnish(window: Window, title: str) -> None:
         window.parts.append(Plots(window, bar))
     choices.float(x=-EDGE, y=EDGE, width=CHOICES)
     choices.minimize()
-    if window.drives:
-        panel = Panel(window)
-        window.parts += [panel, panel.gizmo]
     if window.robot is not None:
+        panel = Panel(window)
+        window.parts += panel.parts
+        window.closing.append(panel.close)
         window.parts.append(Delays(window, window.robot))
 
 

@@ -17,49 +17,61 @@ from vrs_cli.view3d.panel_parts import Hands, boxed, put
 from vrs_cli.view3d.panel_programs import Programs
 from vrs_cli.view3d.panel_seat import PanelSeat
 from vrs_cli.view3d.panel_signals import SignalsPanel
-from vrs_cli.view3d.shown import Shown
+from vrs_cli.view3d.shown import Part, Shown
 from vrs_cli.view3d.window import Window
 
 WIDTH = 400.0  # [px]
 OFTEN = 0.1  # [s] between two looks at what has come
 DRIVE, ASK, RELEASE, GIVE = "Drive", "Ask to drive", "Let others drive", "Give to "
+A_WHILE = 0.5  # [s] that a command takes before it is said to be under way
 NO_CONNECTION = "No connection to the robot: it is tried again"
 
 
 class Panel:
-    """A part of a window whose robot can be driven."""
+    """A part of a window with a robot. Who may not drive it sees its programs and signals, and who does.
+    `parts`: itself, and what is shown beside it.
+    """
 
     def __init__(self, window: Window) -> None:
         assert window.robot is not None, "a trajectory is not driven"
         assert window.surveying is not None, "a robot can be asked"
         self.robot, self._wall, self._surveying = window.robot, window.wall, window.surveying
+        self._drives = window.drives
         self.seat = PanelSeat(window.robot, window.surveying.happened)
         self.hands = Hands(self._refused)
         self._due = 0.0
+        self._waits: tuple[int, float] = 0, 0.0  # the command that is waited for, since that time of the day [s]
+        self.parts: list[Part] = [self]
         self._build(window, window.client.gui)
 
     def _build(self, window: Window, gui: viser.GuiApi) -> None:
-        seat, hands, wall = self.seat, self.hands, self._wall
         panel = gui.add_panel(order=-1.0)
-        with panel.add_tab("Commands", viser.Icon.TERMINAL_2):
-            self.stop = gui.add_button("STOP", color="red", icon=viser.Icon.HAND_STOP, hint="Brake, stop all tasks")
+        with panel.add_tab("Commands" if self._drives else "Robot", viser.Icon.TERMINAL_2):
+            self.stop = gui.add_button(
+                "STOP", color="red", icon=viser.Icon.HAND_STOP, hint="Brake, stop all tasks", visible=self._drives
+            )
+            self.news = gui.add_html("")
             self.lease = gui.add_button_group("Nobody drives", (DRIVE,), visible=False)
-            self.news = gui.add_html("", visible=False)
-            self.line = CommandLine(gui, seat, hands, wall)
-            tabs = gui.add_tab_group()
-            with tabs.add_tab("Programs"):
-                self.programs = Programs(gui, seat, hands, self._surveying)
-            with tabs.add_tab("Move"):
-                self.hand = HandPanel(gui, seat, hands, self.robot.arm, wall)
-            with tabs.add_tab("Drag"):
-                self.gizmo = Gizmo(window, self.robot, seat, hands)
-            with tabs.add_tab("Signals"):
-                self.signals = SignalsPanel(gui, seat, hands)
+            with gui.add_folder(None, visible=self._drives):
+                self.line = CommandLine(gui, self.seat, self.hands, self._wall)
+            self._add_tabs(window, gui)
         panel.dock_left()
         panel.set_width(WIDTH)
         panel.expand()  # on a phone too
-        self.stop.on_click(lambda _event: seat.abort())  # waits for nothing that was clicked before
-        hands.on(self.lease, self._lease)
+        self.stop.on_click(lambda _event: self.seat.abort())  # waits for nothing that was clicked before
+        self.hands.on(self.lease, self._lease)
+
+    def _add_tabs(self, window: Window, gui: viser.GuiApi) -> None:
+        tabs = gui.add_tab_group()
+        with tabs.add_tab("Programs"):
+            self.programs = Programs(gui, self.seat, self.hands, self._surveying)
+        if self._drives:
+            with tabs.add_tab("Move"):
+                self.hand = HandPanel(gui, self.seat, self.hands, self.robot.arm, self._wall)
+            with tabs.add_tab("Drag"):
+                self.parts.append(Gizmo(window, self.robot, self.seat, self.hands))
+        with tabs.add_tab("Signals"):
+            self.signals = SignalsPanel(gui, self.seat, self.hands, drives=self._drives)
 
     def _lease(self, what: str) -> None:
         if what.startswith(GIVE):
@@ -76,20 +88,29 @@ class Panel:
         if wall < self._due:
             return
         self._due = wall + OFTEN
-        found, drives = shown.surveyed, self.robot.open and self.seat.may_drive
-        self._show_state()
+        found, drives = shown.surveyed, self._drives and self.robot.open and self.seat.may_drive
+        self._show_state(wall)
         self.line.refresh()
-        self.hand.refresh(shown, found, drives=drives)
+        if self._drives:
+            self.hand.refresh(shown, found, drives=drives)
         if found is not None:
             self.programs.refresh(found, drives=drives)
             self.signals.refresh(found)
 
-    def _show_state(self) -> None:
-        seat, lease = self.seat, self.seat.lease
-        waits = next((text for text in seat.waiting.values() if text), "")
-        news = f"Under way: {waits}" if self.robot.open else NO_CONNECTION
-        put(self.news, content=boxed(escape(news)), visible=bool(waits) or not self.robot.open)
-        put(self.lease, label=seat.who_drives(lease.driver), options=self._offers(), visible=self.robot.open)
+    def _show_state(self, wall: float) -> None:
+        driver = self.seat.who_drives(self.seat.lease.driver)
+        news = self._waited_for(wall) if self.robot.open else NO_CONNECTION
+        news = news if self._drives else news or driver
+        put(self.news, content=boxed(escape(news)), visible=bool(news))
+        put(self.lease, label=driver, options=self._offers(), visible=self._drives and self.robot.open)
+
+    def _waited_for(self, wall: float) -> str:
+        """What has been under way for a while."""
+        first = next(((id, text) for id, text in self.seat.waiting.items() if text), None)
+        if first is None or first[0] != self._waits[0]:
+            self._waits = 0 if first is None else first[0], wall
+        long = first is not None and wall > self._waits[1] + A_WHILE
+        return f"Under way: {first[1]}" if first is not None and long else ""
 
     def _offers(self) -> tuple[str, ...]:
         lease = self.seat.lease

@@ -69,8 +69,8 @@ class HandPanel:
             self.frame = gui.add_button_group(JOG, (WORLD, TOOL, JOINTS))
             steps = tuple(plain(step) for step in STEPS)
             self.step = gui.add_dropdown("Step mm, deg", steps, initial_value=USUAL_STEP)
-            count = max(arm.model.joint_count, 6)
-            self.axes = [gui.add_button_group("", (MINUS, PLUS)) for _ in range(count)]
+            more = ("",) * (arm.model.joint_count - len(AXES[WORLD]))
+            self.axes = [gui.add_button_group(name, (MINUS, PLUS)) for name in (*AXES[WORLD], *more)]
         hands.on(self.speed.handle, partial(self._move, self.speed))
         for joint in self.joints:
             hands.on(joint.handle, partial(self._move, joint))

@@ -18,19 +18,18 @@ BANKS = (("Outputs", OUTPUTS, USUAL), ("Inputs", INPUTS, USUAL), ("Internal", IN
 
 
 class SignalsPanel:
-    """Each signal is a button with a lamp: to press it switches it. Those that are on are there too, whatever their
-    number.
+    """Each signal is a button with a lamp, which switches it for who may drive. Those that are on are there too,
+    whatever their number.
     """
 
-    def __init__(self, gui: viser.GuiApi, seat: PanelSeat, hands: Hands) -> None:
+    def __init__(self, gui: viser.GuiApi, seat: PanelSeat, hands: Hands, *, drives: bool) -> None:
         self._seat = seat
         self._on: frozenset[int] = frozenset()
         self.banks = {
             title: gui.add_button_group(title, _lamps(bank[:usual], frozenset()) or ("",), visible=bool(usual))
             for title, bank, usual in BANKS
         }
-        self.drives = True
-        for handle in self.banks.values():
+        for handle in self.banks.values() if drives else ():
             hands.on(handle, self._switch)
 
     def _switch(self, lamp: str) -> None:

@@ -32,7 +32,8 @@ Change = Callable[[Playback, float], Playback]
 
 class Window:
     """`robot`: what is watched, where it is one that can be asked and driven; None for a trajectory of a file. `parts`
-    are shown whatever of them has changed, in their order. Any thread may call any method.
+    are shown whatever of them has changed, in their order; `closing`: what is to be done when the browser goes. Any
+    thread may call any method.
     """
 
     def __init__(
@@ -42,6 +43,7 @@ class Window:
         self.robot = watched if isinstance(watched, RemoteRobot) else None
         self.surveying = None if self.robot is None else Surveying(self.robot)
         self.parts: list[Part] = []
+        self.closing: list[Callable[[], object]] = []
         self.playback = self._begin(wall(), rate)
         self._changing = Lock()
         self._told = ""
@@ -156,5 +158,7 @@ class Window:
 
     def close(self) -> None:
         """The browser is gone."""
+        for close in self.closing:
+            close()
         if self.robot is not None:
             self.robot.close()
