@@ -91,6 +91,18 @@ class Page:
                 now.update(update["updates"])
         return {"uuid": message["uuid"], **now}
 
+    def html(self) -> str:
+        """All that panels show as HTML, as it is now."""
+        now = {m["uuid"]: m["props"]["content"] for m in self.of("GuiHtmlMessage")}
+        for update in self.of("GuiUpdateMessage"):
+            if update["uuid"] in now and "content" in update["updates"]:
+                now[update["uuid"]] = update["updates"]["content"]
+        return "\n".join(now.values())
+
+    def told_of_time(self) -> str:
+        """The line under the strip."""
+        return next((line for line in self.html().split("\n") if "</b> of " in line), "")
+
     def said(self) -> list[str]:
         """The notices that were shown."""
         return [message["props"]["body"] for message in self.of("NotificationShowMessage")]

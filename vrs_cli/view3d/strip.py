@@ -22,6 +22,7 @@ HEIGHT, TEXT = 14, 11  # [px] of the stretches, and of letters
 LETTER = 6.2  # [px] that one takes
 LEAST_TEXT = 4  # letters of a command that are worth to be read
 LEAST = 0.4  # [px] of a stretch, and between two marks, that can be seen
+SHORTEST = 1.0  # [s] of what is spanned
 STEPS = (1.0, 2.0, 5.0, 10.0)  # that a span grows by, times a power of ten
 MARKS = 20  # of these in a span, about
 
@@ -35,11 +36,12 @@ class Span(NamedTuple):
     @classmethod
     def over(cls, low: float, high: float) -> Span:
         """From and to round times: a timeline that grows is not drawn anew all the time."""
-        length = max(high - low, 1.0)
+        high = max(high, low + SHORTEST)
+        length = high - low
         power = 10.0 ** floor(log10(length / MARKS))
         step = power * next(one for one in STEPS if one * power * MARKS >= length)
         begin = floor(low / step) * step
-        return cls(begin, max(ceil((high - 1e-9) / step) * step, begin + step))
+        return cls(begin, ceil((high - 1e-9) / step) * step)
 
     def within(self, t: float) -> float:
         return min(max(t, self.low), self.high)
