@@ -54,12 +54,13 @@ def serving(
     allowance: Allowance = USUAL,
     model: RobotModel | None = None,
     origins: tuple[str, ...] = (),
+    port: int = 0,
     **plan: Any,
 ) -> Iterator[Serving]:
     told: list[str] = []
     audit = Audit(folder / "audit.jsonl", time.time, told.append)
     file = tokens and TokenFile(tokens, robots, own)
-    server = Server(Place("127.0.0.1", 0, origins=origins), allowance, audit, file, told.append)
+    server = Server(Place("127.0.0.1", port, origins=origins), allowance, audit, file, told.append)
     model = model or load_robot("puma560")
     places = Places(folder / "journal" if journal else None, folder / "files")
     (folder / "journal").mkdir(exist_ok=True)

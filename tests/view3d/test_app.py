@@ -1,0 +1,179 @@
+"""Browsers come and go, servers too: each window shows its robot, and the others go on."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from socket import create_server
+
+import pytest
+
+from tests.net.serving import serving
+from tests.view3d.pages import PATIENCE, Page
+from vrs_cli.engine.position import position_at
+from vrs_cli.interfaces.roles.held import no_answer
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.net.client import hello_of
+from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.tokens import Wanted, add_tokens
+from vrs_cli.view3d.app import App
+from vrs_cli.view3d.hosted import SHELL, Hosted
+from vrs_cli.view3d.shown import Shown
+
+
+def until(found: Callable[[], object]) -> None:
+    """Poll for what other threads do."""
+    deadline = time.monotonic() + PATIENCE
+    while not found():
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
+@pytest.fixture(scope="module")
+def hosted() -> Iterator[Hosted]:
+    hosted = Hosted(load_robot("puma560"))
+    yield hosted
+    hosted.close()
+
+
+@pytest.fixture
+def app(hosted: Hosted) -> Iterator[App]:
+    app = App(hosted.hold_for_browser)
+    yield app
+    app.close()
+
+
+@contextmanager
+def viewing(address: str) -> Iterator[App]:
+    """A robot afar."""
+    app = App(lambda told: RemoteRobot.connect(address, hello_of(name="browser"), told=told))
+    try:
+        yield app
+    finally:
+        app.close()
+
+
+def test_two_browsers_see_the_same_and_have_a_time_of_their_own(app: App, hosted: Hosted) -> None:
+    with Page(app.address) as one, Page(app.address) as other:
+        until(lambda: len(app.windows) == 2)
+        first, second = app.windows
+        shell = hosted.hold(SHELL)
+        shell.say("MOVE #PPOINT(60, -80, 80, 0, 0, 0)", no_answer)
+        shell.close()
+        for page in (one, other):
+            page.until(lambda page=page: "MOVE #PPOINT(60" in page.html())
+        one.key("Play or pause")
+        one.until(lambda: not first.playback.playing or not second.playback.playing)
+        assert first.playback.playing != second.playback.playing
+    until(lambda: not app.windows)
+
+
+def test_what_is_shown_is_where_g_puts_the_arm(app: App) -> None:
+    with Page(app.address) as page:
+        until(lambda: app.windows)
+        window = app.windows[0]
+        assert window.robot is not None
+        window.robot.say("MOVE #PPOINT(-30, -70, 70, 10, 20, 30)", no_answer)
+        until(lambda: window.watched.now > window.watched.timeline.end)
+        page.quiet(0.3)
+        expected = position_at(window.watched.arm, window.watched.timeline, window.watched.now).T_world_tool
+        assert page.pose("/tool")[0] == pytest.approx((expected.px, expected.py, expected.pz), abs=1e-7)
+
+
+def test_each_browser_is_a_holder_and_gone_with_it(app: App) -> None:
+    with Page(app.address):
+        until(lambda: app.windows)
+        robot = app.windows[0].robot
+        assert robot is not None
+        assert robot.welcome.name.startswith("browser")
+    until(lambda: not app.windows)
+    with pytest.raises(Exception, match="let go"):
+        robot.say("WHERE", no_answer)
+
+
+def test_the_first_browser_is_greeted_once(hosted: Hosted) -> None:
+    greeted: list[object] = []
+    app = App(hosted.hold_for_browser, first=greeted.append)
+    with Page(app.address):
+        until(lambda: greeted)
+        with Page(app.address):
+            until(lambda: len(app.windows) == 2)
+    app.close()
+    assert len(greeted) == 1
+
+
+def test_a_part_at_fault_is_told_of_and_the_others_go_on(app: App) -> None:
+    class Wrong:
+        def show(self, _shown: Shown) -> None:
+            raise ZeroDivisionError("no such thing")
+
+    with Page(app.address) as page:
+        until(lambda: app.windows)
+        window = app.windows[0]
+        wrong = Wrong()
+        window.parts.insert(0, wrong)
+        page.until(lambda: any("internal error: ZeroDivisionError" in said for said in page.said()))
+        assert wrong not in window.parts
+        page.key("Play or pause")
+        page.until(lambda: not window.playback.playing)
+        assert len(page.said()) == 1
+
+
+def test_what_a_button_does_wrong_is_said(app: App) -> None:
+    with Page(app.address) as page:
+        until(lambda: app.windows)
+        window = app.windows[0]
+        assert window.robot is not None
+        robot = window.robot
+        window.doing(lambda: robot.say("MOVE nowhere", no_answer))(None)
+        page.until(lambda: any("nowhere" in said for said in page.said()))
+        window.doing(lambda: 1 // 0)(None)
+        page.until(lambda: any("internal error" in said for said in page.said()))
+
+
+# --- a robot afar ----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def port() -> int:
+    with create_server(("127.0.0.1", 0)) as free:
+        return int(free.getsockname()[1])
+
+
+def test_a_server_that_goes_and_comes_back_is_waited_for(tmp_path: Path, port: int) -> None:
+    before = ExitStack()
+    server = before.enter_context(serving(tmp_path, port=port, journal=False))
+    with viewing(server.address) as app, Page(app.address) as page:
+        until(lambda: app.windows)
+        window = app.windows[0]
+        server.call().lines("MOVE #PPOINT(60, -80, 80, 0, 0, 0)")
+        page.until(lambda: "MOVE #PPOINT(60" in page.html())
+        before.close()
+        page.until(lambda: any("it is tried again" in said for said in page.said()))
+        with serving(tmp_path, port=port, journal=False) as again:
+            page.until(lambda: page.of("RemoveNotificationMessage"))
+            again.call().lines("MOVE #PPOINT(-44, -80, 80, 0, 0, 0)")
+            page.until(lambda: "MOVE #PPOINT(-44" in page.html())
+            assert app.windows == (window,)
+
+
+def test_a_browser_that_comes_while_the_server_is_away_is_shown_so(tmp_path: Path, port: int) -> None:
+    with viewing(f"ws://127.0.0.1:{port}") as app, Page(app.address) as page:
+        page.until(lambda: any("does not answer" in str(m) for m in page.of("NotificationUpdateMessage")))
+        with serving(tmp_path, port=port):
+            page.until(lambda: app.windows)
+            page.until(lambda: page.of("RemoveNotificationMessage"))
+
+
+def test_who_may_only_look_has_nothing_to_drive_with(tmp_path: Path) -> None:
+    tokens = add_tokens(tmp_path / "tokens.toml", (Wanted("eve", "observer"), Wanted("ada"), Wanted("tea", "teacher")))
+    with serving(tmp_path, tokens=tmp_path / "tokens.toml") as server:
+        for name, drives in (("eve", False), ("ada", True), ("tea", True)):
+            hello = hello_of(tokens[name])
+            app = App(lambda told, hello=hello: RemoteRobot.connect(server.address, hello, told=told))
+            with Page(app.address):
+                until(lambda app=app: app.windows)
+                assert app.windows[0].drives is drives
+            app.close()
