@@ -1,0 +1,134 @@
+"""The view: what 50 pictures a second of a moving arm cost, and how soon the first one is there:
+`python -m benchmarks view`.
+
+The page is one in a headless Chromium, where there is one; it draws by software and takes the rest of the machine, so
+that only the time of the processor in this process is told. Where there is none, a socket that takes what it is sent.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from threading import Event, Thread
+
+from tests.view3d.browser import chromium, missing
+from tests.view3d.pages import Page
+from vrs_cli.errors import VrsError
+from vrs_cli.interfaces.roles.held import no_answer
+from vrs_cli.interfaces.session.acts import Define
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.view3d.app import App
+from vrs_cli.view3d.hosted import SHELL, Hosted
+from vrs_cli.view3d.shown import Shown
+
+SECONDS = 20.0  # of motion that are measured
+SETTLED = 3.0  # [s] until the page has drawn what it was given at first
+PROGRAM = """\
+.PROGRAM spin()
+DO
+MOVE #PPOINT(60, -80, 80, 20, 40, 30)
+MOVE #PPOINT(-60, -60, 60, -20, -40, -30)
+UNTIL FALSE
+.END
+"""
+
+
+def main() -> None:
+    hosted = Hosted(load_robot("puma560"))
+    try:
+        _fifty(hosted)
+    finally:
+        hosted.close()
+    _soon()
+
+
+def _fifty(hosted: Hosted) -> None:
+    """The share of a core, where the robot stands and where it moves."""
+    app, pictures = App(hosted.hold_for_browser), _Pictures()
+    with _page(app.address) as kind:
+        _until(lambda: app.windows)
+        window = app.windows[0]
+        window.parts.append(pictures)
+        time.sleep(SETTLED)
+        still, _ = _share(SECONDS / 4, pictures)
+        program = hosted.hold(SHELL)
+        program.act(Define(PROGRAM))
+        Thread(target=_execute, args=(program,), daemon=True).start()
+        time.sleep(SETTLED)
+        moving, rate = _share(SECONDS, pictures)
+        program.close()
+    app.close()
+    print(f"in {kind}; of a core, for the view, the robot and its server together:")
+    print(f"  at rest {still:.1%}, while it moves {moving:.1%} (at most 15%), {rate:.1f} pictures a second")
+
+
+def _execute(robot: RemoteRobot) -> None:
+    """Until the robot is let go."""
+    with suppress(VrsError):
+        robot.say("EXECUTE spin", no_answer)
+
+
+class _Pictures:
+    """A part that counts."""
+
+    count = 0
+
+    def show(self, _shown: Shown) -> None:
+        self.count += 1
+
+
+def _share(seconds: float, pictures: _Pictures) -> tuple[float, float]:
+    """Of a core, in this process; and pictures a second."""
+    begun, worked, count = time.monotonic(), time.process_time(), pictures.count
+    time.sleep(seconds)
+    passed = time.monotonic() - begun
+    return (time.process_time() - worked) / passed, (pictures.count - count) / passed
+
+
+def _soon() -> None:
+    """From the start of the command to an address, and to a page that has the arm."""
+    begun = time.monotonic()
+    command = [sys.executable, "-m", "vrs_cli", "view", "--no-open"]
+    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None
+        address = process.stdout.readline().split()[-1]
+        told = time.monotonic() - begun
+        with Page(address) as page:
+            page.until(lambda: page.of("SetPositionMessage"))
+            sent = time.monotonic() - begun
+    finally:
+        process.terminate()
+        process.wait()
+    print(f"its address is told after {told:.2f} s, the arm is sent after {sent:.2f} s (a picture: at most 3 s)")
+
+
+@contextmanager
+def _page(address: str) -> Iterator[str]:
+    """A browser with the page, and what it is called."""
+    if missing() or "--socket" in sys.argv:
+        with Page(address) as page:
+            ended = Event()
+            thread = Thread(target=lambda: [page.quiet(0.5) for _ in iter(ended.is_set, True)])
+            thread.start()
+            yield f"a page without a browser ({missing()})"
+            ended.set()
+            thread.join()
+    else:
+        with chromium() as browser:
+            begun = time.monotonic()
+            browser.open(address, "/robot", "/tool")
+            yield f"Chromium, which drew its first picture {time.monotonic() - begun:.1f} s after it was asked"
+
+
+def _until(found: Callable[[], object]) -> None:
+    while not found():
+        time.sleep(0.01)
+
+
+if __name__ == "__main__":
+    main()
