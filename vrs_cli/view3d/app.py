@@ -4,6 +4,7 @@ thread that shows them what is to be seen.
 
 from __future__ import annotations
 
+import logging
 import socket
 import time
 import warnings
@@ -184,6 +185,7 @@ def _serve(guard: Guard, host: str, port: int) -> tuple[_Viser, int]:
     except OSError as error:
         raise UsageError(f"{host}:{port}: {(error.strerror or str(error)).lower()}", "name another --port") from None
     rich.reconfigure(quiet=True)  # viser tells its address, which is not the whole one
+    logging.getLogger("websockets.server").disabled = True  # browsers open connections that they do not use
     warnings.filterwarnings("ignore", ".* on a closed connection", UserWarning)  # browsers go when they like
     with guard.standing(listening):
         server = _Viser(host=host, port=port, verbose=False)
