@@ -189,6 +189,9 @@ def _serve(guard: Guard, host: str, port: int) -> tuple[_Viser, int]:
     warnings.filterwarnings("ignore", ".* on a closed connection", UserWarning)  # browsers go when they like
     with guard.standing(listening):
         server = _Viser(host=host, port=port, verbose=False)
+    if not guard.stands:
+        server.stop()
+        raise RuntimeError("this viser opens its server in another way: nobody would guard it")
     return server, listening.getsockname()[1]
 
 
