@@ -453,6 +453,31 @@ def test_files_that_are_refused_to_an_observer_are_in_the_audit(tmp_path: Path) 
     assert all(row["result"].startswith("refused: *Not in your role*") for row in rows[1:3])
 
 
+def test_what_is_refused_to_a_role_or_by_the_lease_is_in_the_audit(tmp_path: Path) -> None:
+    path = tmp_path / "tokens.toml"
+    made = add_tokens(path, [Wanted("eve", "observer"), Wanted("ada", "supervisor"), Wanted("bob", "supervisor")])
+    with serving(tmp_path, tokens=path) as server:
+        eve, ada, bob = (server.call(hello=Hello((1,), token=made[name])) for name in ("eve", "ada", "bob"))
+        assert not eve.ask(Abort).ok  # type: ignore[attr-defined]
+        assert not eve.ask(lambda id: Drive(id, LeaseAct.ACQUIRE)).ok  # type: ignore[attr-defined]
+        assert not eve.line("x" * 5000).ok
+        assert ada.ask(lambda id: Drive(id, LeaseAct.ACQUIRE)).ok  # type: ignore[attr-defined]
+        assert not bob.ask(lambda id: Drive(id, LeaseAct.ACQUIRE)).ok  # type: ignore[attr-defined]
+        assert not bob.ask(lambda id: Drive(id, LeaseAct.GIVE, "ada")).ok  # type: ignore[attr-defined]
+        rows = [json.loads(line) for line in (tmp_path / "audit.jsonl").read_text().splitlines()]
+        for one in (eve, ada, bob):
+            one.leave()
+    done = [(row["who"], row["what"][:30], row["result"][:7]) for row in rows if row["what"] != "(enter)"]
+    assert done == [
+        ("eve", "(emergency stop)", "refused"),
+        ("eve", "(acquire the lease)", "refused"),
+        ("eve", 30 * "x", "refused"),
+        ("ada", "(acquire the lease)", "done"),
+        ("bob", "(acquire the lease)", "refused"),
+        ("bob", "(give the lease to ada)", "refused"),
+    ]
+
+
 def test_an_error_of_vrs_itself_tells_nothing_of_the_server_s_disk(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -17,7 +17,7 @@ from vrs_cli.dialogue.questions import LineWanted, Question, ended
 from vrs_cli.dialogue.replies import DiagnosticsReport, Message, Reply, is_error, refusal
 from vrs_cli.dialogue.talk import Talk, beside
 from vrs_cli.engine.position import position_at
-from vrs_cli.errors import LimitReached, RequestRefused, RoleWanted, VrsError, sentence
+from vrs_cli.errors import LimitReached, RequestRefused, VrsError, sentence
 from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.acts import DeskAct, StopProgram
@@ -202,6 +202,8 @@ class Guest:
         try:
             _TAKEN[type(message)](self, message)
         except Exception as error:
+            if what := _deed(message):
+                self._hall.note(self, what, f"refused: {error}")
             self.refuse(message, error)
 
     def refuse(self, message: messages.ClientMessage, error: Exception) -> None:
@@ -213,21 +215,20 @@ class Guest:
         else:
             self.tell(messages.Refused(refusal, id))
 
-    def _ask(self, request: messages.Request, talk: Talk[Any], what: str, *, urgent: bool = False) -> None:
+    def _ask(self, request: messages.Request, talk: Talk[Any], *, urgent: bool = False) -> None:
         if urgent:
             self._hall.stops(self)
-        self._hall.ask(self, talk, Pending(request.id, what), urgent=urgent)
+        self._hall.ask(self, talk, Pending(request.id, _deed(request)), urgent=urgent)
 
     def _look(
         self,
         request: messages.Request,
         talk: Talk[Any],
         answer: Callable[[Any], messages.ServerMessage],
-        what: str = "",
     ) -> None:
         if self._looks >= MOST_LOOKS:
             raise LimitReached(f"{MOST_LOOKS} questions wait already", "wait for some answers first")
-        self._looked(request.id, talk, answer, what)
+        self._looked(request.id, talk, answer, _deed(request))
 
     def _looked(
         self, id: int, talk: Talk[Any], answer: Callable[[Any], messages.ServerMessage | None], what: str = ""
@@ -242,18 +243,15 @@ class Guest:
         """What a line does, whichever way it has come."""
         text, hall = short(text), self._hall
         talk = hall.checked(self._given(message, talk), lambda: hall.may_always(text))
-        self._ask(message, self._with_status(talk), text, urgent=self.holder.stops(text))
+        self._ask(message, self._with_status(talk), urgent=self.holder.stops(text))
 
     def _act(self, message: messages.At) -> None:
         act = message.act
         if isinstance(act, Say):
             self._typed(message, act.line, act_on(self._hall.session, act))
             return
-        said = "" if isinstance(act, Survey) else f"({str(getattr(act, 'text', '')) or type(act).__name__.lower()})"
-        if isinstance(act, DeskAct):
-            self._ask(message, self._with_status(self._at_desk(act)), said if type(act) in CHANGING else "")
-        else:
-            self._ask(message, self._with_status(self._on_robot(act, message.issued)), said)
+        on = self._at_desk(act) if isinstance(act, DeskAct) else self._on_robot(act, message.issued)
+        self._ask(message, self._with_status(on))
 
     def _given(self, message: messages.Line | messages.At, talk: Talk[Any]) -> Talk[Any]:
         """A line, which was given when its sender says, as far as that can be true."""
@@ -290,7 +288,7 @@ class Guest:
     def _abort(self, message: messages.Abort) -> None:
         check_may("ABORT", Role.SUPERVISOR, self.grant.role)
         talk = self._with_status(self._once(self._hall.session.stop))
-        self._ask(message, talk, "(emergency stop)", urgent=True)
+        self._ask(message, talk, urgent=True)
 
     def _with_status(self, talk: Talk[Any]) -> Talk[_Ended]:
         found = yield from talk
@@ -388,7 +386,7 @@ class Guest:
             case messages.LeaseAct.RELEASE:
                 driving.give(self.name, "")
         self.tell(messages.Done(message.id, version=self.holder.timeline.version))
-        self._hall.note(self, f"({message.act.value} the lease{f' to {message.to}' if message.to else ''})", "done")
+        self._hall.note(self, _deed(message), "done")
 
     def _drag(self, message: messages.Drag) -> None:
         """The newest wish counts: one that has come before the robot has taken the last one replaces it."""
@@ -421,30 +419,20 @@ class Guest:
         return name
 
     def _put(self, message: messages.Put) -> None:
-        said = f"(put {message.name}, {len(message.data)} bytes)"
-        self._check_supervisor("to put a file", said)
+        check_may("to put a file", Role.SUPERVISOR, self.grant.role)
         folder, allowance = self._hall.folder, self._hall.allowance
         talk = beside(lambda: locker.put(folder, message.name, message.data, allowance, replace=message.replace))
-        self._ask(message, talk, said)
+        self._ask(message, talk)
 
     def _get(self, message: messages.Get) -> None:
-        said = f"(get {message.name})"
-        self._check_supervisor("to get a file", said)
+        check_may("to get a file", Role.SUPERVISOR, self.grant.role)
         folder = self._hall.folder
         talk = beside(lambda: locker.fetch(folder, message.name))
-        self._look(message, talk, partial(messages.Fetched, message.id, message.name), said)
+        self._look(message, talk, partial(messages.Fetched, message.id, message.name))
 
     def _names(self, message: messages.Names) -> None:
         folder = self._hall.folder
         self._look(message, beside(lambda: locker.listed(folder)), partial(messages.Listed, message.id))
-
-    def _check_supervisor(self, what: str, said: str) -> None:
-        """Raises RoleWanted, which the audit has too."""
-        try:
-            check_may(what, Role.SUPERVISOR, self.grant.role)
-        except RoleWanted as wrong:
-            self._hall.note(self, said, f"refused: {wrong}")
-            raise
 
     def _nothing(self, _message: messages.ClientMessage) -> None:
         """The connection has seen to it."""
@@ -543,6 +531,28 @@ def short(text: str) -> str:
     if longest > LONGEST_LINE:
         raise LimitReached(f"a line of {longest} characters, {LONGEST_LINE} at most", "give it in parts")
     return text
+
+
+def _deed(message: messages.ClientMessage) -> str:
+    """What a message wants, for the audit; empty where that is none of its business."""
+    match message:
+        case messages.Line(text=text) | messages.At(act=Say(text)):
+            return text
+        case messages.At(act=act) if isinstance(act, Survey) or (
+            isinstance(act, DeskAct) and type(act) not in CHANGING
+        ):
+            return ""
+        case messages.At(act=act):
+            return f"({str(getattr(act, 'text', '')) or type(act).__name__.lower()})"
+        case messages.Abort():
+            return "(emergency stop)"
+        case messages.Drive(act=act, to=to):
+            return f"({act.value} the lease{f' to {to}' if to else ''})"
+        case messages.Put(name=name, data=data):
+            return f"(put {name}, {len(data)} bytes)"
+        case messages.Get(name=name):
+            return f"(get {name})"
+    return ""
 
 
 def _wrong(reply: Reply) -> str:
