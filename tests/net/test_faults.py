@@ -11,7 +11,19 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tests.net.serving import Serving, serving
-from vrs_cli.net.messages import Abort, Done, Hello, Line, ServerMessage, Typed, Welcome
+from vrs_cli.net.limits import Allowance
+from vrs_cli.net.messages import (
+    Abort,
+    Done,
+    Hello,
+    Line,
+    Located,
+    Positions,
+    Refused,
+    ServerMessage,
+    Typed,
+    Welcome,
+)
 from vrs_cli.net.pace import MUCH, PATIENCE
 from vrs_cli.net.server import BACKLOG, HIGH_WATER
 
@@ -94,6 +106,24 @@ def test_a_program_that_waits_for_who_hears_it_is_stopped_at_once(tmp_path: Path
         assert time.monotonic() - begun < PATIENCE / 2
         assert not room.session.running
         ada.cut()
+
+
+def test_who_looks_too_much_is_refused_and_who_drives_is_not(tmp_path: Path) -> None:
+    few = Allowance(client_cpu=0.001, cpu_window=20.0)
+    with serving(tmp_path, journal=False, allowance=few) as server, server.call() as ada, server.call() as eve:
+
+        def asked() -> ServerMessage:
+            return eve.ask(lambda id: Positions(id, tuple(map(float, range(1000)))))
+
+        for _ in range(5):
+            assert isinstance(asked(), Located), "nobody drives: nobody waits for her"
+        ada.lines("DRIVE 1, 5", "DRIVE 1, -5")
+        refused = asked()
+        assert isinstance(refused, Refused)
+        assert "more than 0% of a core" in refused.refusal.message
+        assert not eve.line("WHERE").ok
+        ada.lines(*(f"x = {number}" for number in range(50)))
+        assert eve.ask(Abort).ok  # type: ignore[attr-defined]
 
 
 def waited_for(true: Callable[[], object]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from vrs_cli.errors import LimitReached, RequestRefused
-from vrs_cli.net.limits import WRONG_TOKENS, Allowance, Crowd, Meter, Rate, check_growth
+from vrs_cli.net.limits import WRONG_TOKENS, Allowance, Crowd, Meter, Rate, Share, check_growth
 
 
 def test_a_rate_in_the_long_run_and_at_once() -> None:
@@ -79,3 +79,15 @@ def test_a_run_in_real_time_may_go_on_for_ever() -> None:
     assert run.max_disk == 5
     assert "server" in str(run.reached("max_steps", "too long"))
     assert "KILL, then ZERO" in str(run.reached("max_elements", "too much"))
+
+
+def test_who_looks_has_a_share_of_the_machine() -> None:
+    share = Share(Allowance(client_cpu=0.1, cpu_window=20.0), 0.0)
+    for t in range(1000):
+        share.check(float(t))
+        share.spend(0.1)
+    share.check(2000.0)
+    share.spend(2.0)
+    with pytest.raises(LimitReached, match="more than 10% of a core for 20 s"):
+        share.check(2000.0)
+    share.check(2001.0)

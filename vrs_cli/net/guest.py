@@ -6,6 +6,7 @@ robot said it. Nothing here waits.
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -39,7 +40,7 @@ from vrs_cli.net import locker, messages
 from vrs_cli.net.broadcast import Broadcast, Listener, Sink
 from vrs_cli.net.driving import Driving
 from vrs_cli.net.ledger import Ledger
-from vrs_cli.net.limits import Allowance
+from vrs_cli.net.limits import Allowance, Share
 from vrs_cli.net.pace import Pace
 from vrs_cli.net.packets import Form
 from vrs_cli.net.places import without
@@ -143,7 +144,7 @@ class Guest:
         )
         self.conversation = Conversation(hall.session, desk)
         self.link: Link | None = None
-        self.pace = Pace()
+        self.pace, self.share = Pace(), Share(hall.allowance, wall())
         self.address = ""
         self.console = False
         self.heard_at = wall()
@@ -199,12 +200,21 @@ class Guest:
     def take(self, message: messages.ClientMessage) -> None:
         """Do what a client asks for. What cannot be done is told."""
         self.beat()
+        begun = time.thread_time()
         try:
+            if isinstance(message, messages.Request) and not isinstance(message, messages.Abort):
+                self._check_share()
             _TAKEN[type(message)](self, message)
         except Exception as error:
             if what := _deed(message):
                 self._hall.note(self, what, f"refused: {error}")
             self.refuse(message, error)
+        self.share.spend(time.thread_time() - begun)
+
+    def _check_share(self) -> None:
+        """Who drives does not wait for all that others look for. Raises LimitReached."""
+        if self._hall.driving.lease.holder not in ("", self.name):
+            self.share.check(self._wall())
 
     def refuse(self, message: messages.ClientMessage, error: Exception) -> None:
         """It is not done."""

@@ -21,7 +21,8 @@ class Allowance(Struct, frozen=True):
     """What a server allows. Of one connection: bytes of one message, messages a second (so many at once). Connections:
     of one token, and in all. Of one robot: variables and programs, what its arrays and
     strings hold (elements and characters), segments of its timeline, bytes and files in its folder,
-    the share of a core that its programs may have on average over `cpu_window` [s], and steps of one program.
+    the share of a core that its programs may have on average over `cpu_window` [s], and steps of one program;
+    `client_cpu`: the same share, of who looks while another one drives.
     """
 
     message: int = 2_000_000
@@ -36,6 +37,7 @@ class Allowance(Struct, frozen=True):
     files: int = 10_000
     cpu: float = 0.5
     cpu_window: float = 20.0
+    client_cpu: float = 0.1
     steps: int | None = None
 
     def of_run(self, *, realtime: bool) -> Limits:
@@ -70,6 +72,27 @@ class Rate:
         may = self.left(now)
         self._left -= may
         return may
+
+
+class Share:
+    """CPU time of one client: a share of a core in the long run, and some seconds of it at once. Any thread may count
+    what was spent.
+    """
+
+    def __init__(self, allowance: Allowance, now: float) -> None:
+        self._share, self._most = allowance.client_cpu, allowance.client_cpu * allowance.cpu_window
+        self._window, self._left, self._since = allowance.cpu_window, self._most, now
+
+    def spend(self, seconds: float) -> None:
+        self._left -= seconds
+
+    def check(self, now: float) -> None:
+        """Raises LimitReached where it is used up."""
+        self._left = min(self._most, self._left + (now - self._since) * self._share)
+        self._since = now
+        if self._left <= 0.0:
+            what = f"what you ask for took more than {self._share:.0%} of a core for {self._window:g} s"
+            raise LimitReached(what, f"ask for less, or wait a little; {OURS}")
 
 
 class Crowd:

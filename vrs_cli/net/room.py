@@ -53,7 +53,7 @@ from vrs_cli.net.limits import USUAL, Allowance, Meter, check_growth
 from vrs_cli.net.locker import check_room
 from vrs_cli.net.memory import Memory
 from vrs_cli.net.outbox import BESIDE
-from vrs_cli.net.pace import MUCH, Pace
+from vrs_cli.net.pace import MUCH
 from vrs_cli.net.places import prefixes_of
 from vrs_cli.net.tokens import TEACHER, Grant
 from vrs_cli.trajectory.motion import Kind
@@ -180,8 +180,8 @@ class Room:
         self._woken = False
         self._pending: dict[Ticket[Any], tuple[Guest, Pending]] = {}
         self._ledgers: dict[str, Guest] = {}
-        self._paces: dict[object, Pace] = {}  # of desks
-        self._hears: Pace | None = None  # what was TYPEd last
+        self._desks: dict[object, Guest] = {}
+        self._hears: Guest | None = None  # what was TYPEd last
         self._typed_bytes = self._given_bytes = 0  # counted in the robot's thread, and in that of the connections
         self._seated: dict[Guest, None] = {}  # at a prompt
         self._away: dict[Guest, None] = {}  # whose connection is cut, in the order in which it was
@@ -210,7 +210,7 @@ class Room:
         self._clock: messages.Clock | None = None
         self._activity: messages.Activity | None = None
         self._told_now = 0.0  # of the clock
-        self.session.driver.lags = self._lags
+        self.session.driver.lags, self.session.actor.spent = self._lags, self._spent
         self._pulled = messages.Pulled(self.grip.pulled)
         self._pulled_at = wall()
         self.session.actor.serve()
@@ -290,7 +290,7 @@ class Room:
             self, self._free(grant.name or hello.name or "guest"), grant, Ledger(token_urlsafe()), hello, self._wall
         )
         self.guests[guest.name] = self._ledgers[guest.ledger.key] = guest
-        self._paces[guest.holder.desk] = guest.pace
+        self._desks[guest.holder.desk] = guest
         if hello.attended:
             self._seated[guest] = None
         return guest
@@ -343,7 +343,7 @@ class Room:
         self._seated.pop(guest, None)
         if self.guests.pop(guest.name, None) is None:
             return
-        del self._ledgers[guest.ledger.key], self._paces[guest.holder.desk]
+        del self._ledgers[guest.ledger.key], self._desks[guest.holder.desk]
         drove = self.driving.lease.drives(guest.name)
         guest.holder.desk.left = self.plan.when_gone is not WhenGone.ABORT
         guest.leave()
@@ -430,14 +430,20 @@ class Room:
 
     def _typed(self, desk: object, text: str, newline: bool) -> None:
         typed = _Typed(desk, text, newline)
-        self._hears, self._typed_bytes = self._paces.get(desk), self._typed_bytes + typed.size
+        self._hears, self._typed_bytes = self._desks.get(desk), self._typed_bytes + typed.size
         self.session.actor.tell(lambda: self._put(typed))
 
     def _lags(self) -> bool:
         """Whether time waits until what programs have TYPEd is given on; virtual time also for who hears it."""
         if self._typed_bytes - self._given_bytes > MUCH:
             return True
-        return self._hears is not None and not self.session.engine.realtime and self._hears.lags(self._wall())
+        return self._hears is not None and not self.session.engine.realtime and self._hears.pace.lags(self._wall())
+
+    def _spent(self, desk: object, seconds: float) -> None:
+        """Somebody has cost CPU time [s]. In any thread."""
+        guest = self._desks.get(desk)
+        if guest is not None:
+            guest.share.spend(seconds)
 
     def _driven(self, lease: Lease, notice: Notice | None) -> None:
         self.session.lease = lease

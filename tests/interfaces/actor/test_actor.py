@@ -50,6 +50,44 @@ def test_requests_are_carried_out_in_the_order_of_their_arrival(actor: Actor) ->
     assert [ticket.result() for ticket in tickets] == ["a", "b", "c"]
 
 
+def test_who_asks_for_much_does_not_keep_others_waiting(actor: Actor) -> None:
+    done: list[str] = []
+    for number in range(4):
+        actor.submit(noting(done, f"a{number}."), by="ada")
+    withdrawn = actor.submit(noting(done, "gone"), by="bob")
+    for number in range(2):
+        actor.submit(noting(done, f"b{number}."), by="bob")
+    actor.submit(noting(done, "c0."), by="carl")
+    withdrawn.withdraw()
+    stepped(actor)
+    assert sorted(done[:3]) == ["a0.0", "b0.0", "c0.0"]
+    assert sorted(done[3:5]) == ["a1.0", "b1.0"]
+    assert done[5:] == ["a2.0", "a3.0"]
+    with pytest.raises(RequestRefused, match="withdrawn"):
+        withdrawn.result()
+
+
+def test_what_is_done_costs_who_asks_for_it(served: Session) -> None:
+    spent: dict[object, float] = {}
+    served.actor.spent = lambda by, seconds: spent.update({by: spent.get(by, 0.0) + seconds})
+
+    def busy() -> float:
+        until = time.thread_time() + 0.02
+        while time.thread_time() < until:
+            pass
+        return until
+
+    def talk() -> Talk[float]:
+        yield Slice.MORE
+        return busy()
+
+    served.actor.submit(talk(), by="ada").result()
+    served.actor.submit(beside(busy), by="bob").result()
+    served.actor.call(lambda: None).result()
+    assert spent["ada"] >= 0.02
+    assert spent["bob"] >= 0.02
+
+
 def test_nothing_is_due_before_somebody_asks(actor: Actor) -> None:
     assert actor.peek() == inf
     actor.call(lambda: None)

@@ -1,8 +1,9 @@
 """An actor: one robot that many ask at once. Requests come from any thread, and one thing is done at a time.
 
-A request is a talk: a generator of replies and questions. Requests are begun in the order in which they came; what is
-urgent overtakes them, and then those that have not begun are refused. A request that waits, for an answer or until a
-program stops, lets others go first.
+A request is a talk: a generator of replies and questions. What one holder asks for is begun in the order in which it
+came, and several have their turns, so that nobody waits for all that another one wants. What is urgent overtakes them,
+and then those that have not begun are refused. A request that waits, for an answer or until a program stops, lets
+others go first.
 
 `peek` tells when the next thing is due, `step` does it, and nothing happens between two steps. A shell, a batch run and
 a test let `finish` step until their request is over; for a server `serve` steps in a thread of its own.
@@ -11,7 +12,6 @@ a test let `finish` step until their request is over; for a server `serve` steps
 from __future__ import annotations
 
 import time
-from collections import deque
 from collections.abc import Callable
 from itertools import count
 from math import inf
@@ -28,6 +28,7 @@ from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.inbox import Inbox
 from vrs_cli.errors import FileError, RequestRefused, VrsError
 from vrs_cli.interfaces.actor.ticket import Outlet, Reaction, Ticket
+from vrs_cli.interfaces.actor.turns import Turns
 from vrs_cli.interfaces.tasks.driver import Driver
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE
 
@@ -107,7 +108,7 @@ class Actor:
         self._driver = driver
         self._inbox: Inbox[_Request | _Reacted | _Withdrawn | _Worked | _Closed] = Inbox()
         self._present: list[_Request] = []  # in the middle of what they do: the last goes on first
-        self._waiting: deque[_Request] = deque()  # to begin
+        self._waiting: Turns[_Request] = Turns()  # to begin
         self._running: list[_Request] = []  # until a program has stopped
         self._asking: list[_Request] = []
         self._beside: list[_Request] = []  # another thread works for them
@@ -120,6 +121,9 @@ class Actor:
         self._since = inf  # [s] of real time: when the first of them was made
         self.mishaps: list[Exception] = []  # errors of the program itself, while it was served
         self.worked = 0.0  # [s] of CPU, while it was served
+        self.spent: Callable[[object, float], None] = lambda _by, _seconds: (
+            None
+        )  # who has cost CPU time [s]; any thread
         self._stepping = Lock()
         self._server: Thread | None = None
         self._closed = False
@@ -255,7 +259,7 @@ class Actor:
         came = self._take()
         if self._present:
             self._look = True
-            self._go_on(self._present.pop())
+            self._work(self._present.pop())
         elif self._running and self._look:
             self._look = False
             self._go_on_all()
@@ -263,8 +267,8 @@ class Actor:
             self._go_on_by_itself()
         elif (ready := self._ready) and not (self._running and (self._time_first or self._line_runs())):
             self._time_first = self._look = bool(self._running)
-            self._waiting.remove(ready)
-            self._go_on(ready)
+            self._waiting.begin(ready, ready.by)
+            self._work(ready)
         elif self._running:
             self._time_first = False
             self._happen()
@@ -275,11 +279,8 @@ class Actor:
 
     @property
     def _ready(self) -> _Request | None:
-        """Who begins next: the first of those whose former request no other thread still works for."""
-        if not self._beside:
-            return self._waiting[0] if self._waiting else None
-        busy = [request.by for request in self._beside if request.by is not None]
-        return next((request for request in self._waiting if request.by not in busy), None)
+        """Who begins next: whose turn it is, of those whose former request no other thread still works for."""
+        return self._waiting.next([request.by for request in self._beside if request.by is not None])
 
     def _line_runs(self) -> bool:
         """Whether a line of the prompt is being carried out, which others wait for."""
@@ -323,6 +324,12 @@ class Actor:
             request.reaction = request.reaction if error is None else error
             self._go_on(request)
 
+    def _work(self, request: _Request) -> None:
+        """Let a request do its next part, at the cost of who asks."""
+        begun = time.thread_time()
+        self._go_on(request)
+        self.spent(request.by, time.thread_time() - begun)
+
     def _go_on(self, request: _Request) -> None:
         """Let a request do its next part."""
         ticket = request.ticket
@@ -343,7 +350,7 @@ class Actor:
             self._present.append(request)
             return
         if isinstance(said, Work):
-            self._work(request, said)
+            self._work_beside(request, said)
             return
         if isinstance(said, Question):
             request.asked = next(self._questions)
@@ -353,7 +360,7 @@ class Actor:
             self._present.append(request)
         self._answers.append(_Answer(request.ticket, said=said))
 
-    def _work(self, request: _Request, it: Work) -> None:
+    def _work_beside(self, request: _Request, it: Work) -> None:
         """In another thread where many are served. Elsewhere there is nothing else to do meanwhile."""
         if self._server is None:
             it.run()
@@ -363,6 +370,7 @@ class Actor:
 
         def work() -> None:
             it.run()
+            self.spent(request.by, time.thread_time())
             self._inbox.put(_Worked(request.ticket))
 
         Thread(target=work, name="beside", daemon=True).start()
@@ -403,7 +411,7 @@ class Actor:
                 case _Request(urgent=True):
                     self._overtake(message)
                 case _Request():
-                    self._waiting.append(message)
+                    self._waiting.put(message, message.by)
                 case _Reacted():
                     self._react(message)
                 case _Worked():
@@ -418,8 +426,8 @@ class Actor:
 
     def _overtake(self, request: _Request) -> None:
         """It comes before all others; those that have not begun are not begun after it."""
-        while self._waiting:
-            self._end(self._waiting.popleft(), RequestRefused("the robot was stopped before it began", "give it again"))
+        for waiting in self._waiting.taken():
+            self._end(waiting, RequestRefused("the robot was stopped before it began", "give it again"))
         self._present.append(request)
 
     def _react(self, message: _Reacted) -> None:
@@ -440,14 +448,21 @@ class Actor:
 
     def _withdraw(self, ticket: Ticket[Any]) -> None:
         found, place = self._found(ticket)
-        if found is not None:
+        if found is None:
+            return
+        if place is None:
+            self._waiting.begin(found, found.by)
+        else:
             place.remove(found)
-            self._end(found, RequestRefused("it was withdrawn"))
+        self._end(found, RequestRefused("it was withdrawn"))
 
     def _end_all(self) -> None:
+        left = self._waiting.taken()
         for place in self._places:
             while place:
-                self._end(place.pop(), RequestRefused("the robot is not driven any more"))
+                left.append(place.pop())
+        for request in left:
+            self._end(request, RequestRefused("the robot is not driven any more"))
 
     def _end(self, request: _Request, why: VrsError) -> None:
         """It goes on no more. What it leaves in order is in its talk."""
@@ -459,13 +474,14 @@ class Actor:
             request.ticket.refuse(why)
 
     @property
-    def _places(self) -> tuple[list[_Request] | deque[_Request], ...]:
-        return self._present, self._waiting, self._running, self._asking, self._beside
+    def _places(self) -> tuple[list[_Request], ...]:
+        """Of those that have begun."""
+        return self._present, self._running, self._asking, self._beside
 
-    def _found(self, ticket: Ticket[Any]) -> tuple[_Request | None, list[_Request] | deque[_Request]]:
-        """The request of a ticket that has not ended, and where it is."""
-        for place in self._places:
-            for request in place:
+    def _found(self, ticket: Ticket[Any]) -> tuple[_Request | None, list[_Request] | None]:
+        """The request of a ticket that has not ended, and where it is; None for one that waits to begin."""
+        for place in (*self._places, None):
+            for request in self._waiting if place is None else place:
                 if request.ticket is ticket:
                     return request, place
-        return None, self._asking
+        return None, None
