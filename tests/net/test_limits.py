@@ -82,12 +82,11 @@ def test_a_run_in_real_time_may_go_on_for_ever() -> None:
 
 
 def test_who_looks_has_a_share_of_the_machine() -> None:
-    share = Share(Allowance(client_cpu=0.1, cpu_window=20.0), 0.0)
+    share = Share(Allowance(looking=0.1, looking_window=20.0), 0.0)
     for t in range(1000):
-        share.check(float(t))
+        assert share.wait(float(t)) == 0.0
         share.spend(0.1)
-    share.check(2000.0)
-    share.spend(2.0)
-    with pytest.raises(LimitReached, match="more than 10% of a core for 20 s"):
-        share.check(2000.0)
-    share.check(2001.0)
+    assert share.wait(2000.0) == 0.0
+    share.spend(2.5)
+    assert share.wait(2000.0) == pytest.approx(5.0)
+    assert share.wait(2005.0) == pytest.approx(0.0)

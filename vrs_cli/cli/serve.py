@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import ipaddress
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 OK = 0
 USUAL_PORT = 8765
 USUAL_ROBOT = "puma560"
+TURN = 0.0005  # [s] after which one thread lets the next one go on: with Python's 5 ms many who look delay each line
 LOCAL = ("localhost",)
 WARM = ("WHERE", "MOVE #PPOINT(10, -80, 80, 5, 5, 5)", "x = 1", "TYPE x", "LISTR", "STATUS")
 
@@ -70,6 +72,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
         try:
             _warm()
             hub.open_all()
+            sys.setswitchinterval(TURN)
             return asyncio.run(_served(prog, options, server, hub, tell))
         finally:
             hub.close()

@@ -6,7 +6,6 @@ robot said it. Nothing here waits.
 
 from __future__ import annotations
 
-import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -200,21 +199,16 @@ class Guest:
     def take(self, message: messages.ClientMessage) -> None:
         """Do what a client asks for. What cannot be done is told."""
         self.beat()
-        begun = time.thread_time()
         try:
-            if isinstance(message, messages.Request) and not isinstance(message, messages.Abort):
-                self._check_share()
             _TAKEN[type(message)](self, message)
         except Exception as error:
             if what := _deed(message):
                 self._hall.note(self, what, f"refused: {error}")
             self.refuse(message, error)
-        self.share.spend(time.thread_time() - begun)
 
-    def _check_share(self) -> None:
-        """Who drives does not wait for all that others look for. Raises LimitReached."""
-        if self._hall.driving.lease.holder not in ("", self.name):
-            self.share.check(self._wall())
+    def wait(self) -> float:
+        """How long what it asks for next is to wait [s], so that who drives does not wait for all that others want."""
+        return 0.0 if self._hall.driving.lease.holder in ("", self.name) else self.share.wait(self._wall())
 
     def refuse(self, message: messages.ClientMessage, error: Exception) -> None:
         """It is not done."""
@@ -369,8 +363,9 @@ class Guest:
         self._look(message, talk, partial(messages.Located, message.id, timeline.version))
 
     def _window(self, message: messages.Window) -> None:
-        part = self._hall.broadcast.stream.part(message.begin, message.end)
-        self.say(messages.Shown(message.id, snapshot_record(part)))
+        stream = self._hall.broadcast.stream
+        talk = beside(lambda: snapshot_record(stream.part(message.begin, message.end)))
+        self._look(message, talk, partial(messages.Shown, message.id))
 
     def _who(self, message: messages.Who) -> None:
         robots, holders = self._hall.present(self)

@@ -22,7 +22,7 @@ class Allowance(Struct, frozen=True):
     of one token, and in all. Of one robot: variables and programs, what its arrays and
     strings hold (elements and characters), segments of its timeline, bytes and files in its folder,
     the share of a core that its programs may have on average over `cpu_window` [s], and steps of one program;
-    `client_cpu`: the same share, of who looks while another one drives.
+    `looking`: the same, on average over `looking_window` [s], of one who looks while another one drives.
     """
 
     message: int = 2_000_000
@@ -37,7 +37,8 @@ class Allowance(Struct, frozen=True):
     files: int = 10_000
     cpu: float = 0.5
     cpu_window: float = 20.0
-    client_cpu: float = 0.1
+    looking: float = 0.1
+    looking_window: float = 2.0
     steps: int | None = None
 
     def of_run(self, *, realtime: bool) -> Limits:
@@ -80,19 +81,17 @@ class Share:
     """
 
     def __init__(self, allowance: Allowance, now: float) -> None:
-        self._share, self._most = allowance.client_cpu, allowance.client_cpu * allowance.cpu_window
-        self._window, self._left, self._since = allowance.cpu_window, self._most, now
+        self._share, self._most = allowance.looking, allowance.looking * allowance.looking_window
+        self._left, self._since = self._most, now
 
     def spend(self, seconds: float) -> None:
         self._left -= seconds
 
-    def check(self, now: float) -> None:
-        """Raises LimitReached where it is used up."""
+    def wait(self, now: float) -> float:
+        """How long it is until there is some again [s]."""
         self._left = min(self._most, self._left + (now - self._since) * self._share)
         self._since = now
-        if self._left <= 0.0:
-            what = f"what you ask for took more than {self._share:.0%} of a core for {self._window:g} s"
-            raise LimitReached(what, f"ask for less, or wait a little; {OURS}")
+        return max(0.0, -self._left / self._share)
 
 
 class Crowd:

@@ -41,6 +41,7 @@ PINGS, PATIENCE = 20.0, 20.0  # [s] between two questions whether a client is th
 MISHAPS = 20  # errors of vrs itself that are told, each with a file
 PAUSE = 1.0  # [s] after one, where it might come again at once
 FLOOD = 10.0  # [s] of messages that come too fast, after which a connection is closed
+LONGEST_WAIT = 0.25  # [s] that what comes next is not read of who asks for too much: it may be ABORT
 SHORT = 2.0  # [s] in which a client takes leave
 ROBOTS = "/robots/"
 
@@ -222,7 +223,7 @@ class Server:
         self._strangers.add(link)
         try:
             async for frame in socket:
-                now = time.monotonic()
+                now, begun = time.monotonic(), time.thread_time()
                 link.fast = 0 if link.rate.take(now) else link.fast + 1
                 for message in link.connection.receive(frame, now):
                     await self._taken(link, message)
@@ -231,6 +232,9 @@ class Server:
                 link.flush()
                 if link.connection.closing:
                     break
+                if link.guest is not None:
+                    link.guest.share.spend(time.thread_time() - begun)
+                    await asyncio.sleep(min(link.guest.wait(), LONGEST_WAIT))
         except ConnectionClosed:
             pass
         finally:

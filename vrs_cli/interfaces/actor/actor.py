@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable
 from itertools import count
 from math import inf
+from queue import SimpleQueue
 from threading import Lock, Thread
 from typing import Any, TypeVar
 
@@ -34,6 +35,7 @@ from vrs_cli.interfaces.tasks.track import PROMPT_LINE
 
 MOST_WAITING = 10_000  # requests
 TOGETHER = 0.02  # [s] for which answers may wait for others, that go to the disk with them
+MOST_BESIDE = 3  # threads that work for those who look: more would keep the robot's own from its turn
 LAG = 0.01  # [s] between two looks whether who hears of a program has caught up
 T = TypeVar("T")
 
@@ -125,6 +127,8 @@ class Actor:
             None
         )  # who has cost CPU time [s]; any thread
         self._stepping = Lock()
+        self._works: SimpleQueue[tuple[_Request, Work] | None] = SimpleQueue()  # to be done beside; None ends it
+        self._workers = 0
         self._server: Thread | None = None
         self._closed = False
         clock = driver.engine.clock
@@ -251,6 +255,8 @@ class Actor:
         if self._server is not None:
             self._server.join()
             self._server = None
+            for _ in range(self._workers):
+                self._works.put(None)
         self._take()
 
     # --- one step ---
@@ -368,12 +374,19 @@ class Actor:
             return
         self._beside.append(request)
 
-        def work() -> None:
-            it.run()
-            self.spent(request.by, time.thread_time())
-            self._inbox.put(_Worked(request.ticket))
+        self._works.put((request, it))
+        if self._workers < min(len(self._beside), MOST_BESIDE):
+            self._workers += 1
+            Thread(target=self._work_on, name="beside", daemon=True).start()
 
-        Thread(target=work, name="beside", daemon=True).start()
+    def _work_on(self) -> None:
+        """What there is to be done beside, in a thread of its own."""
+        while (one := self._works.get()) is not None:
+            request, it = one
+            begun = time.thread_time()
+            it.run()
+            self.spent(request.by, time.thread_time() - begun)
+            self._inbox.put(_Worked(request.ticket))
 
     def _give_answers(self) -> None:
         """The changes that were made are on the disk, then who commanded them is answered, then all others hear of it.
