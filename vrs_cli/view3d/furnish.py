@@ -8,6 +8,7 @@ import numpy as np
 
 from vrs_cli.view3d.bar import Bar
 from vrs_cli.view3d.delays import Delays
+from vrs_cli.view3d.limits import Limits
 from vrs_cli.view3d.looks import all_of
 from vrs_cli.view3d.panel import Panel
 from vrs_cli.view3d.plots import Plots
@@ -51,7 +52,11 @@ def furnish(window: Window, title: str) -> None:
     window.parts.append(Edges(window))
     bar = Bar(window)
     window.parts.append(bar)
+    limits = Limits(window.client.scene, "/robot", model)
+    window.parts.append(limits)
     with choices.add_tab("Show"):
+        ranges = gui.add_checkbox("Joint ranges", initial_value=False)
+        ranges.on_update(window.doing(lambda: setattr(limits, "visible", ranges.value)))
         window.parts.append(Plots(window, bar))
     choices.float(x=-EDGE, y=EDGE, width=CHOICES)
     choices.minimize()
