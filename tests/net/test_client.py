@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections import deque
+from itertools import pairwise
 from random import Random
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from vrs_cli.cli.serve import USUAL_PORT
 from vrs_cli.errors import UsageError
-from vrs_cli.net.client import LATEST, SOONEST, address_of, waits
+from vrs_cli.net import messages
+from vrs_cli.net.client import LATEST, SOONEST, Even, address_of, waits
+from vrs_cli.net.delay_line import DelayLine, Gamma
 from vrs_cli.net.messages import PORT
 
 
@@ -45,3 +51,28 @@ def test_attempts_come_later_and_later_and_never_together() -> None:
 
 def test_the_usual_port_is_that_of_the_server() -> None:
     assert PORT == USUAL_PORT
+
+
+@pytest.mark.parametrize("rate", [1.0, 2.0])
+def test_samples_with_jitter_are_shown_evenly(rate: float) -> None:
+    """After a moment nearly every look shows the next sample; as they come it is every other look at most."""
+    tick, wall = 0.04, [0.0]
+    far: Any = SimpleNamespace(rate=rate)
+    even, line = Even(far, 95.0, lambda: wall[0]), DelayLine(Gamma(0.2, 0.08), "1")
+    coming = deque((line.arrival(k * tick), k) for k in range(1500))
+    shown, plain = list[int](), list[int]()
+    last = -1
+    for look in range(1500):
+        now = look * tick
+        while coming and coming[0][0] <= now:
+            wall[0], last = coming.popleft()
+            even.hear(messages.Sample(float(last), (0.0,), clock=rate * last * tick))
+        sample = even.playout.take(now)
+        shown.append(-1 if sample is None else int(sample.t))
+        plain.append(last)
+    steps = [[b - a for a, b in pairwise(row[200:])] for row in (shown, plain)]
+    evenly = [sum(step == 1 for step in row) / len(row) for row in steps]
+    assert evenly[0] > 0.9 > 0.6 > evenly[1]
+    before = even.playout
+    even.hear(messages.Clock(0.0, rate=3.0, realtime=True))
+    assert even.playout is not before, "another clock is another measure"

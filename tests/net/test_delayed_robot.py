@@ -6,7 +6,8 @@ import asyncio
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import aclosing, contextmanager, suppress
+from itertools import pairwise
 from math import inf
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -20,11 +21,11 @@ from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import TooLate
 from vrs_cli.interfaces.session.acts import Go, Goal
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED
-from vrs_cli.net.client import hello_of
-from vrs_cli.net.delay_line import Constant, Ways
+from vrs_cli.net.client import Client, hello_of
+from vrs_cli.net.delay_line import Constant, Delays, Gamma, Ways
 from vrs_cli.net.delay_proxy import Address, DelayProxy
 from vrs_cli.net.far_end import Ahead
-from vrs_cli.net.messages import Delta, Done, Hello, Line, Ping, Pong, Subscribe
+from vrs_cli.net.messages import Delta, Done, Hello, Line, Ping, Pong, Sample, Subscribe
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.net.timesync import TimeSync
 from vrs_cli.trajectory.instant import on_grid
@@ -40,15 +41,16 @@ def robot(tmp_path: Path) -> Iterator[Serving]:
 
 
 @contextmanager
-def behind(it: Serving, forward: float, backward: float) -> Iterator[Serving]:
+def behind(it: Serving, forward: float, backward: float | Delays) -> Iterator[Serving]:
     """The same server, over a line."""
+    ways = Ways(Constant(forward), Constant(backward) if isinstance(backward, float) else backward)
     where, there = urlsplit(it.address), it.address
     assert where.hostname is not None
     assert where.port is not None
     target, listens, stop = Address(where.hostname, where.port), threading.Event(), threading.Event()
 
     async def run() -> None:
-        proxy = DelayProxy(target, Ways(Constant(forward), Constant(backward)), lambda _text: None)
+        proxy = DelayProxy(target, ways, lambda _text: None)
         it.address = f"ws://{await proxy.listen(Address('127.0.0.1', 0))}"
         listens.set()
         await asyncio.get_running_loop().run_in_executor(None, stop.wait)
@@ -150,8 +152,9 @@ def test_who_looks_ahead_is_shown_where_a_command_of_now_finds_the_robot(robot: 
         far = RemoteRobot.connect(it.address, hello_of())
         try:
             end = far.client.far
-            while end.sync.estimate is None:
+            while not end.round_trip:
                 time.sleep(0.01)
+            assert end.sync.estimate is not None
             for end.ahead, after in ((Ahead.AUTO, 0.3), (0.0, -0.1), (0.1, 0.0)):
                 before, shown, later = engine.clock.reached, end.shown, engine.clock.reached
                 slack = end.sync.estimate.round_trip - 0.4 + 0.005
@@ -162,6 +165,8 @@ def test_who_looks_ahead_is_shown_where_a_command_of_now_finds_the_robot(robot: 
 
 def test_in_python_motions_are_sent_ahead_and_previewed(robot: Serving) -> None:
     with behind(robot, 0.4, 0.4) as it, vrs.connect(it.address) as far:
+        while not far.preview().round_trip:
+            time.sleep(0.01)
         begin, began = round(far.now + 3.0), time.monotonic()
         with far.without_waiting():
             far.move(30, -90, 90, 0, 0, 0, at=begin)
@@ -183,6 +188,46 @@ def test_in_python_motions_are_sent_ahead_and_previewed(robot: Serving) -> None:
             (late,) = far.preview().commands
         assert isinstance(late.refused, TooLate)
         assert late.begin is None
+
+
+async def sampled(client: Client, count: int) -> list[tuple[float, Sample]]:
+    """So many samples at 50 Hz, with the time at which each is to be shown."""
+    found: list[tuple[float, Sample]] = []
+    async with aclosing(client.samples(50.0)) as samples:
+        async for sample in samples:
+            found.append((time.monotonic(), sample))
+            if len(found) == count:
+                break
+    return found
+
+
+def test_samples_over_a_line_with_jitter_come_in_order_and_no_sooner_than_most(robot: Serving) -> None:
+    async def watch(address: str) -> None:
+        client, arrived = Client(address, hello_of()), dict[float, float]()
+        await client.open()
+        client.far.news.append(lambda it: arrived.update({it.t: time.monotonic()}) if isinstance(it, Sample) else None)
+        shown = await sampled(client, 60)
+        await client.close()
+        assert all(a.t < b.t for (_, a), (_, b) in pairwise(shown))
+        assert all(at >= arrived[it.t] for at, it in shown)
+        held = [at - arrived[it.t] for at, it in shown]
+        assert max(held) > 0.05, "what came soon has waited"
+
+    with behind(robot, 0.0, Gamma(0.12, 0.08)) as it:
+        asyncio.run(watch(it.address))
+
+
+def test_samples_of_a_robot_in_virtual_time_come_as_they_are_sent(tmp_path: Path) -> None:
+    async def watch(address: str) -> None:
+        client = Client(address, hello_of())
+        await client.open()
+        assert len(await sampled(client, 5)) == 5
+        mirror = await client.follow()
+        assert mirror.timeline.version == 0, "and then the timeline"
+        await client.close()
+
+    with serving(tmp_path, journal=False) as it:
+        asyncio.run(watch(it.address))
 
 
 def test_who_commands_with_the_delay_as_offset_is_never_too_late(robot: Serving) -> None:

@@ -50,6 +50,7 @@ def test_what_is_shown_goes_on_evenly_and_never_back() -> None:
 
 def test_clocks_that_differ_do_no_harm() -> None:
     playout = Playout[str]()
+    assert playout.take(1e6) is None, "nothing is known of the clocks so far"
     playout.put(1000.0, "a", 3.0)
     playout.put(1000.5, "b", 3.5)
     assert [playout.take(now) for now in (2.9, 3.0, 3.4, 3.5)] == [None, "a", "a", "b"]

@@ -17,7 +17,7 @@ import re
 import ssl
 import time
 from asyncio import Event, Future, Task
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
 from math import inf
 from pathlib import Path
@@ -35,6 +35,7 @@ from vrs_cli.net import messages
 from vrs_cli.net.far_end import FarEnd
 from vrs_cli.net.messages import PORT, Done, Request, ServerMessage
 from vrs_cli.net.mirror import WINDOW, Mirror
+from vrs_cli.net.playout import USUAL_PERCENTILE, Playout
 from vrs_cli.net.protocol import SERVER_BYTES
 from vrs_cli.wire.codec import Encoding
 
@@ -91,6 +92,22 @@ def _tls(url: str, ca: Path | None) -> ssl.SSLContext | None:
         raise FileError(f"{ca} holds no certificate", "a file in PEM: -----BEGIN CERTIFICATE-----") from None
     except OSError as error:
         raise FileError(f"{ca} cannot be read: {reason(error)}") from None
+
+
+class Even:
+    """Samples of a robot in real time, to be taken as evenly as they were sent; in virtual time as they come."""
+
+    def __init__(self, far: FarEnd, percentile: float, wall: Callable[[], float]) -> None:
+        self._far, self._percentile, self._wall = far, percentile, wall
+        self.playout: Playout[messages.Sample] = Playout(percentile)
+
+    def hear(self, message: ServerMessage) -> None:
+        match message:
+            case messages.Clock():  # it goes otherwise from now on: what was measured says nothing any more
+                self.playout = Playout(self._percentile)
+            case messages.Sample(clock=clock):
+                arrived, rate = self._wall(), self._far.rate
+                self.playout.put(arrived if rate is None else clock / rate, message, arrived)
 
 
 class Client:
@@ -170,6 +187,30 @@ class Client:
             raise RequestRefused(f"{self.url} does not show the robot within {OPENING:g} s") from None
         assert self.far.mirror is not None, "it is there with the first snapshot"
         return self.far.mirror
+
+    async def samples(
+        self, rate: float, *, ahead: float = 0.0, percentile: float = USUAL_PERCENTILE
+    ) -> AsyncIterator[messages.Sample]:
+        """Where the robot is, `rate` times a second, in place of the timeline: for who cannot hold that. In real time
+        they come as evenly as they were sent, so much later that `percentile` of a hundred are there in time. `ahead`:
+        of positions so much later [s]. Raises RequestRefused, IllegalValue.
+        """
+        even = Even(self.far, percentile, time.monotonic)
+        self.far.news.append(even.hear)
+        try:
+            await self.ask(lambda id: messages.Subscribe(id, rate=rate, ahead=ahead))
+            due, last = time.monotonic(), None
+            while True:
+                due = max(due + 1.0 / rate, time.monotonic())
+                await asyncio.sleep(due - time.monotonic())
+                sample = even.playout.take(time.monotonic())
+                if sample is not None and sample is not last:
+                    last = sample
+                    yield sample
+        finally:
+            self.far.news.remove(even.hear)
+            with suppress(RequestRefused):
+                self.begin(messages.Subscribe, lambda _end: None)
 
     def _see(self, message: ServerMessage) -> None:
         """A snapshot of a long timeline is of its last part. UNDO may set the clock back to before what is kept."""

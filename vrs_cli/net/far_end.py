@@ -199,8 +199,8 @@ class FarEnd:
                 self._set_clock(message)
             case messages.Pong():
                 self.sync.heard(message.sent, message.came, message.left, self._wall())
-                self._round_trip = self.sync.round_trip(0.5)
                 self._set_clock(self._clock)
+                self._round_trip = self.sync.round_trip(0.5)
             case messages.Closing(refusal=Refusal() as refusal):
                 self.refusal = refusal.error()
 
@@ -277,8 +277,7 @@ class FarEnd:
             return
         estimate = self.sync.estimate
         since = self._wall() if estimate is None else estimate.here(clock.wall)
-        goes = clock.realtime and not clock.paused
-        self.mirror.clock = ClockReading(clock.now, clock.rate if goes else None, since)
+        self.mirror.clock = ClockReading(clock.now, self.rate, since)
 
     def _moves_to(self, now: float) -> None:
         """In virtual time the clock stands but for what is commanded."""
@@ -293,6 +292,11 @@ class FarEnd:
         return self._clock.realtime and self.mirror is not None
 
     @property
+    def rate(self) -> float | None:
+        """How many seconds of the robot pass in one; None where time does not pass by itself."""
+        return self._clock.rate if self._clock.realtime and not self._clock.paused else None
+
+    @property
     def now(self) -> float:
         """The robot's clock, as well as that is known here [s]: wrong by half of what D_f and D_b differ in."""
         return 0.0 if self.mirror is None else self.mirror.now
@@ -300,8 +304,7 @@ class FarEnd:
     @property
     def round_trip(self) -> float:
         """D_f + D_b, the median of those measured, in seconds of the robot."""
-        goes = self._clock.realtime and not self._clock.paused
-        return self._clock.rate * self._round_trip if goes else 0.0
+        return (self.rate or 0.0) * self._round_trip
 
     @property
     def heard(self) -> float:

@@ -51,6 +51,8 @@ class Playout(Generic[T]):
         """What is to be shown now: the last that is due. The same as before where no other is; None before the first.
         Time that is shown never goes back, also when the delay grows.
         """
+        if not self._transits:
+            return None
         self._shown_at = max(self._shown_at, now - self.delay)
         while self._waiting and self._waiting[0][0] <= self._shown_at:
             self._shown = self._waiting.popleft()[1]
