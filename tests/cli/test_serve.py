@@ -10,7 +10,7 @@ import ssl
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -21,7 +21,7 @@ from tests.net.serving import Caller
 from vrs_cli.cli.main import run
 from vrs_cli.cli.serve import USUAL_PORT
 from vrs_cli.errors import RequestRefused
-from vrs_cli.net.messages import PORT, Closing, Hello
+from vrs_cli.net.messages import PORT, Closing, Hello, Sample, Subscribe
 from vrs_cli.net.tokens import Wanted, add_tokens
 
 WRONG = (
@@ -102,6 +102,92 @@ def test_a_second_one_on_the_same_journal_is_refused(tmp_path: Path) -> None:
         assert second.wait(20) == 2
         assert second.stderr is not None
         assert "is being written by another vrs" in second.stderr.read()
+
+
+@contextmanager
+def on_small_disk(folder: Path, options: str = "") -> Iterator[tuple[subprocess.Popen[str], str, Path]]:
+    """A server whose journal has a file system of its own; and where that is to be seen from here."""
+    journal = folder / "journal"
+    journal.mkdir()
+    mount = f"mount -t tmpfs -o size=400k{options} tmpfs {journal}"
+    if subprocess.run(["unshare", "-m", "sh", "-c", mount], capture_output=True, check=False).returncode:
+        pytest.skip("file systems may not be mounted here")
+    serve = f"{sys.executable} -m vrs_cli serve --port 0 --journal {journal} --folder {folder / 'files'}"
+    command = ["unshare", "-m", "sh", "-c", f"{mount} && exec {serve}"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    try:
+        yield process, process.stdout.readline(), Path(f"/proc/{process.pid}/root{journal}")
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="file systems of one process are Linux' own")
+def test_a_disk_that_is_full_keeps_what_was_answered(tmp_path: Path) -> None:
+    with on_small_disk(tmp_path) as (process, line, disk):
+        ada, bob = Caller(address(line), Hello((1,))), Caller(address(line), Hello((1,)))
+        ada.lines("x = 1", "DRIVE 1, 5")
+        filler = disk / "filler"
+        with filler.open("wb", buffering=0) as file, suppress(OSError):
+            while True:
+                file.write(bytes(512))
+        driven = 1
+        while ada.line(f"DRIVE 1, {-5 if driven % 2 else 5}").ok:
+            driven += 1
+        assert "no space left on device" in ada.said[-1]
+        assert ada.line("WHERE").ok
+        assert ada.line("ABORT").ok
+        assert bob.ask(lambda id: Subscribe(id, rate=50.0))
+        assert isinstance(bob.until(lambda one: isinstance(one, Sample)), Sample)
+        filler.unlink()
+        ada.lines("DRIVE 1, 5", "x = 2")
+        version = ada.line("WHERE").version
+        kept = {one.name: one.read_bytes() for one in disk.iterdir()}
+        process.kill()
+        process.wait()
+        ada.close()
+        bob.close()
+    after = tmp_path / "after"
+    after.mkdir()
+    for name in ("puma560.vrst", "puma560.v2"):
+        (after / name).write_bytes(kept[name])
+    with server("--journal", str(after)) as (_, line):
+        again = Caller(address(line), Hello((1,)))
+        assert again.line("TYPE x").version == version
+        assert again.said[-1] == " 2"
+        again.leave()
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="file systems of one process are Linux' own")
+def test_a_disk_that_is_read_only_is_told_in_one_message(tmp_path: Path) -> None:
+    with on_small_disk(tmp_path, ",ro") as (process, line, _):
+        assert line == ""
+        assert process.wait(20) == 2
+        assert process.stderr is not None
+        said = process.stderr.read()
+    assert said.count("\n") == 1
+    assert "read-only file system (name another place)" in said
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux limits what another process may write")
+def test_files_that_may_not_grow_refuse_commands_until_they_may(tmp_path: Path) -> None:
+    import resource
+
+    with server("--journal", str(tmp_path)) as (process, line):
+        ada = Caller(address(line), Hello((1,)))
+        ada.lines("x = 1", "DRIVE 1, 5")
+        unlimited = resource.prlimit(process.pid, resource.RLIMIT_FSIZE)
+        resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (10, unlimited[1]))
+        for text in ("x = 2", "DRIVE 1, 5"):
+            assert not ada.line(text).ok
+            assert "file too large" in ada.said[-1]
+        assert ada.line("WHERE").ok
+        assert ada.line("ABORT").ok
+        resource.prlimit(process.pid, resource.RLIMIT_FSIZE, unlimited)
+        ada.lines("x = 3", "DRIVE 1, 5", "TYPE x")
+        assert ada.said[-1] == " 3"
+        ada.leave()
 
 
 def test_a_port_that_is_taken(tmp_path: Path) -> None:

@@ -18,7 +18,8 @@ class Cable:
     def __init__(self, target: str) -> None:
         parts = urlsplit(target)
         self._target, self._path = (str(parts.hostname), parts.port or 0), parts.path
-        self._loop, self._listening = asyncio.new_event_loop(), Event()
+        self._loop, self._listening, self._flows = asyncio.new_event_loop(), Event(), asyncio.Event()
+        self._flows.set()
         self._writers: set[asyncio.StreamWriter] = set()
         self.carried, self.pulled, self.url = 0, 0, ""
         self._thread = Thread(target=self._run, daemon=True)
@@ -30,12 +31,17 @@ class Cable:
         self.pulled += 1
         asyncio.run_coroutine_threadsafe(self._pull(), self._loop).result(PATIENCE)
 
+    def freeze(self) -> None:
+        """Nothing comes through any more, and nobody is told."""
+        self._loop.call_soon_threadsafe(self._flows.clear)
+
     def close(self) -> None:
         self.pull()
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join(PATIENCE)
 
     async def _pull(self) -> None:
+        self._flows.set()
         for writer in tuple(self._writers):
             writer.transport.abort()
         self._writers.clear()
@@ -54,10 +60,10 @@ class Cable:
             self._writers |= {writer, there_writer}
             await asyncio.gather(self._copy(reader, there_writer), self._copy(there_reader, writer))
 
-    @staticmethod
-    async def _copy(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def _copy(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         with suppress(OSError):
             while data := await reader.read(CHUNK):
+                await self._flows.wait()
                 writer.write(data)
                 await writer.drain()
         writer.close()

@@ -4,13 +4,21 @@ and nothing that was answered is lost or done twice.
 
 from __future__ import annotations
 
+import json
 import random
+import re
 import socket as sockets
 import time
 from collections.abc import Callable
+from datetime import datetime
 from pathlib import Path
 
-from tests.net.serving import Serving, serving
+import pytest
+
+import vrs_cli as vrs
+from tests.net.cable import cable
+from tests.net.serving import Caller, Serving, serving
+from vrs_cli.interfaces.station.lease import Lease
 from vrs_cli.net.limits import Allowance
 from vrs_cli.net.messages import (
     Abort,
@@ -125,6 +133,82 @@ def test_who_looks_too_much_waits_and_who_drives_does_not(tmp_path: Path) -> Non
         ada.lines(*(f"x = {number}" for number in range(10)))
         assert time.monotonic() - begun < 1.0
         assert eve.ask(Abort).ok  # type: ignore[attr-defined]
+
+
+def test_a_peer_that_vanishes_is_cut_and_another_drives(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vrs_cli.net.server.PINGS", 0.5)
+    monkeypatch.setattr("vrs_cli.net.server.PATIENCE", 0.5)
+    monkeypatch.setattr("vrs_cli.net.room.ALIVE", 0.1)
+    with serving(tmp_path, journal=False) as server, cable(server.address) as wire, server.call() as bob:
+        room = server.hub.rooms["cell1"]
+        room.driving.lease = Lease(length=1.0)
+        ada = Caller(wire.url, Hello((1,), name="ada"))
+        assert ada.line("x = 1").ok
+        begun = time.monotonic()
+        while time.monotonic() < begun + 2.0:
+            assert not bob.line("x = 2").ok, "she is there, and says nothing: a ping tells it"
+            time.sleep(0.1)
+        wire.freeze()
+        waited_for(lambda: bob.line("x = 2").ok)
+        waited_for(lambda: room.guests["ada"].link is None)
+        wire.pull()
+        ada.protocol.cut()
+        ada._address = server.address
+        ada.connect()
+        welcome = ada.until(lambda one: isinstance(one, Welcome))
+        assert isinstance(welcome, Welcome)
+        assert welcome.resumed
+        assert not ada.line("x = 3").ok
+        ada.leave()
+
+
+@pytest.mark.parametrize("jump", [3600.0, -3600.0])
+def test_a_jump_of_the_wall_clock_moves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jump: float) -> None:
+    real, ahead = time.time, [0.0]
+    monkeypatch.setattr(time, "time", lambda: real() + ahead[0])
+    with serving(tmp_path, realtime=1.0) as server, server.call() as bob:
+        room, clock = server.hub.rooms["cell1"], server.hub.rooms["cell1"].session.engine.clock
+        ada = server.call(hello=Hello((1,), name="ada"))
+        ada.lines("x = 1", "DRIVE 1, 5")
+        with vrs.connect(server.address) as robot:
+            assert abs(robot.now - clock.reached) < 0.5
+            before, ahead[0] = clock.reached, jump
+            ada.cut()
+            ada.connect()
+            welcome = ada.until(lambda one: isinstance(one, Welcome))
+            assert isinstance(welcome, Welcome)
+            assert welcome.resumed
+            assert not bob.line("x = 2").ok, "the lease is hers"
+            ada.lines("x = 3", "DRIVE 1, -5")
+            for _ in range(8):
+                robot.do("WHERE")  # pings go on meanwhile
+            assert abs(robot.now - clock.reached) < 0.5
+            assert 0.0 < clock.reached - before < 20.0
+            waited_for(lambda: room.guests["ada"].link is not None)
+        rows = (tmp_path / "audit.jsonl").read_text().splitlines()
+        assert datetime.fromisoformat(json.loads(rows[-1])["when"]).timestamp() == pytest.approx(
+            real() + jump, abs=20.0
+        )
+        ada.leave()
+
+
+ON_THE_WALL = {
+    "cli/serve.py": "the audit says when",
+    "files/recovery.py": "how old a file is",
+    "net/server.py": "tokens end at a time of the calendar",
+    "view3d/hosted.py": "the audit of its own server",
+}
+
+
+def test_the_wall_clock_is_asked_for_the_calendar_alone() -> None:
+    """All else goes by a clock that nobody sets."""
+    package = Path(vrs.__file__).parent
+    found = {
+        path.relative_to(package).as_posix()
+        for path in package.rglob("*.py")
+        if re.search(r"\btime\.time(_ns)?\b", path.read_text(encoding="utf-8"))
+    }
+    assert found == ON_THE_WALL.keys()
 
 
 def waited_for(true: Callable[[], object]) -> None:
