@@ -17,7 +17,7 @@ from vrs_cli.errors import LocationOutOfRange, MotionError
 from vrs_cli.kinematics.arm import RobotArm, Solution
 from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.joints import Joints, joints_outside
-from vrs_cli.kinematics.transform import Transform, compose, inverse, position
+from vrs_cli.kinematics.transform import Transform, Vector, compose, inverse, position
 
 
 class Overrun(Struct, frozen=True):
@@ -48,6 +48,7 @@ class Reach(Struct, frozen=True):
     """What WHY says. `options` is empty for a precision point, which has one set of joints: `goal`.
 
     `chosen`: what MOVE would take, and `reason` why; where it is refused `chosen` is None and `reason` says why not.
+    `begin`, `end`: the tool tip now and at the location, in the world [m].
     """
 
     options: tuple[Option, ...]
@@ -55,6 +56,8 @@ class Reach(Struct, frozen=True):
     chosen: Configuration | None
     reason: str
     line: LineCheck
+    begin: Vector
+    end: Vector
 
 
 def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
@@ -76,7 +79,9 @@ def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
     except MotionError as error:  # no line goes there, wherever it begins
         far = dist(position(stand.tool(stand.here)), position(pose))
         line = LineCheck(far, None, str(error), None, (WayOut(),) if chosen is not None else ())
-    return Reach(options, goal, chosen, reason, line)
+    T_world_robot = inverse(stand.frames.base)
+    begin, end = (position(compose(T_world_robot, T)) for T in (stand.tool(stand.here), pose))
+    return Reach(options, goal, chosen, reason, line, begin, end)
 
 
 def _option(stand: Standpoint, T_robot_flange: Transform, solution: Solution) -> Option:

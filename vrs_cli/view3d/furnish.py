@@ -6,6 +6,7 @@ from math import tan
 
 import numpy as np
 
+from vrs_cli.view3d.at_will import AtWill
 from vrs_cli.view3d.bar import Bar
 from vrs_cli.view3d.delays import Delays
 from vrs_cli.view3d.limits import Limits
@@ -57,6 +58,7 @@ def furnish(window: Window, title: str) -> None:
     with choices.add_tab("Show"):
         ranges = gui.add_checkbox("Joint ranges", initial_value=False)
         ranges.on_update(window.doing(lambda: setattr(limits, "visible", ranges.value)))
+        at_will = AtWill(window)
         window.parts.append(Plots(window, bar))
     choices.float(x=-EDGE, y=EDGE, width=CHOICES)
     choices.minimize()
@@ -65,6 +67,7 @@ def furnish(window: Window, title: str) -> None:
         window.parts += panel.parts
         window.closing.append(panel.close)
         window.parts.append(Delays(window, window.robot))
+        at_will.explain(panel.seat)
 
 
 def _look(window: Window) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from vrs_cli.dialogue.questions import Answer, OnScreen
-from vrs_cli.dialogue.replies import refusal
+from vrs_cli.dialogue.replies import ReachReport, refusal
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.acts import Attend
 from vrs_cli.interfaces.conversation.complete import Suggestion
@@ -36,7 +36,7 @@ class Lease(NamedTuple):
 
 class PanelSeat:
     """`question`: what is asked of whoever sits here; `waiting`: commands that have not ended, by their ids; `happened`
-    is called when one has.
+    is called when one has, `explained` hears what WHY says, `refused` the lines that were not done.
     """
 
     def __init__(self, robot: Afar, happened: Callable[[], None] = lambda: None) -> None:
@@ -47,6 +47,8 @@ class PanelSeat:
         self.running: tuple[str, ...] = ()
         self.waiting: dict[int, str] = {}
         self.history: list[str] = []
+        self.explained: Callable[[ReachReport], None] = lambda _report: None
+        self.refused: Callable[[str], None] = lambda _text: None
         self._questions: dict[int, Asked] = {}
         self._attends = False
         robot.listen(self._hear)
@@ -164,6 +166,8 @@ class PanelSeat:
         match message:
             case messages.Told(reply):
                 self.transcript.reply(reply)
+                if isinstance(reply, ReachReport):
+                    self.explained(reply)
             case messages.Typed(text, newline):
                 self.transcript.type(text, newline)
             case Asked():
@@ -199,6 +203,8 @@ class PanelSeat:
         text = self.waiting.get(end.id, "") if end.id is not None else ""
         self.waiting = {id: one for id, one in self.waiting.items() if id != end.id}
         self._happened()
+        if isinstance(end, Refused) or not end.ok:
+            self.refused(text)
         if isinstance(end, Done) and end.status is not None:
             self._attends = False
             self._see(end.status)

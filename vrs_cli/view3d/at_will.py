@@ -1,0 +1,61 @@
+"""What is seen around a robot as somebody wants it: a box for each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from vrs_cli.view3d.ghosts import BranchGhosts, GoalGhost
+from vrs_cli.view3d.panel_seat import PanelSeat
+from vrs_cli.view3d.paths import Path
+from vrs_cli.view3d.places import Places
+from vrs_cli.view3d.reasons import Asking, Reasons
+from vrs_cli.view3d.window import Window
+
+
+class Choice(NamedTuple):
+    """`choose` shows it or hides it."""
+
+    label: str
+    hint: str
+    at_first: bool
+    choose: Callable[[bool], None]
+
+
+class AtWill:
+    """Adds its parts to a window, and their boxes where the panel is that is open now."""
+
+    def __init__(self, window: Window) -> None:
+        scene, arm = window.client.scene, window.watched.arm
+        path = next(part for part in window.parts if isinstance(part, Path))
+        goal = GoalGhost(scene, arm.model)
+        choices = [
+            Choice("Path", "Past blue, planned orange, lighter where motions blend", True, _setter(path, "visible")),
+            Choice("Commands", "The text of each command where its motion begins", False, _setter(path, "commands")),
+            Choice("Goal", "The arm as it will stand when the motion ends", True, _setter(goal, "visible")),
+        ]
+        window.parts.append(goal)
+        self.reasons = Reasons(scene, arm.model)
+        window.parts.append(self.reasons)
+        if window.robot is not None:
+            places, branches = Places(scene, arm.model), BranchGhosts(scene, arm, window.robot)
+            window.parts += (places, branches)
+            choices += (
+                Choice("Places", "The locations that have names", True, _setter(places, "visible")),
+                Choice("Branches", "The arm as other branches move it", True, _setter(branches, "visible")),
+            )
+        for choice in choices:
+            _add_box(window, choice)
+
+    def explain(self, seat: PanelSeat) -> None:
+        """What is typed at a panel, and refused, is shown with its reason."""
+        seat.explained, seat.refused = self.reasons.explain, Asking(seat.robot, self.reasons.explain).refused
+
+
+def _add_box(window: Window, choice: Choice) -> None:
+    box = window.client.gui.add_checkbox(choice.label, choice.at_first, hint=choice.hint)
+    box.on_update(lambda _event: choice.choose(box.value))
+
+
+def _setter(part: object, name: str) -> Callable[[bool], None]:
+    return lambda value: setattr(part, name, value)

@@ -1,0 +1,143 @@
+"""Arms that are not there yet, or would be: where the motion under way ends, and what other branches do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+
+from viser import LabelHandle, SceneApi
+
+from vrs_cli.engine.position import Position, destination_at, position_at
+from vrs_cli.errors import RequestRefused
+from vrs_cli.interfaces.session.survey import BranchSeen, BranchShown, ShowBranch
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.transform import position
+from vrs_cli.net.messages import At, Done, ServerMessage
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.view3d.afar import Afar
+from vrs_cli.view3d.figure import Figure
+from vrs_cli.view3d.shown import Shown
+from vrs_cli.wire.records import Form, RecordError
+from vrs_cli.wire.snapshots import snapshot_of
+
+GOAL, GOAL_OPACITY = (236, 150, 70), 0.28
+BRANCHES, BRANCH_OPACITY = ((140, 96, 200), (60, 150, 150), (190, 90, 130)), 0.3  # of so many at most
+COINCIDE = 0.02  # [rad, m] of a joint: a ghost that stands nearer would only tint the arm
+
+
+def coincides(a: Position, b: Position) -> bool:
+    return max(abs(x - y) for x, y in zip(a.joints, b.joints, strict=True)) < COINCIDE
+
+
+class Ghost:
+    """One arm that is seen through. It is made when it is first seen."""
+
+    def __init__(
+        self, scene: SceneApi, root: str, model: RobotModel, colour: tuple[int, int, int], opacity: float
+    ) -> None:
+        self._scene, self._root, self._model = scene, root, model
+        self._colour, self._opacity = colour, opacity
+        self._figure: Figure | None = None
+
+    def hide(self) -> None:
+        if self._figure is not None and self._figure.visible:
+            self._figure.visible = False
+
+    def stand(self, at: Position, shown: Shown) -> None:
+        if self._figure is None:
+            self._figure = Figure(self._scene, self._root, self._model, colour=self._colour, opacity=self._opacity)
+        self._figure.pose(at.joints, at.hand, shown.frames.base)
+        if not self._figure.visible:
+            self._figure.visible = True
+
+    def remove(self) -> None:
+        if self._figure is not None:
+            self._figure.remove()
+            self._figure = None
+
+
+class GoalGhost:
+    """Where the motion under way ends; hidden at rest, and where the arm is there already."""
+
+    def __init__(self, scene: SceneApi, model: RobotModel) -> None:
+        self._ghost = Ghost(scene, "/goal", model, GOAL, GOAL_OPACITY)
+        self.visible = True
+
+    def show(self, shown: Shown) -> None:
+        if not (self.visible and shown.position.moving):
+            self._ghost.hide()
+            return
+        goal = destination_at(shown.arm, shown.timeline, shown.t)
+        if coincides(goal, shown.position):
+            self._ghost.hide()
+        else:
+            self._ghost.stand(goal, shown)
+
+
+class BranchGhosts:
+    """What the other branches would have the arm do at the time that is shown, each with how much later it ends. Their
+    timelines come from the robot, once for each version.
+    """
+
+    def __init__(self, scene: SceneApi, arm: RobotArm, robot: Afar) -> None:
+        self._scene, self._arm, self._robot = scene, arm, robot
+        self._asked: dict[str, int] = {}  # the version that was asked for
+        self._found: dict[str, Timeline] = {}
+        self._drawn: dict[str, tuple[Ghost, LabelHandle]] = {}
+        self.visible = True
+
+    def show(self, shown: Shown) -> None:
+        found = shown.surveyed
+        others = [one for one in found.branches if not one.row.present] if found is not None and self.visible else []
+        others = others[: len(BRANCHES)]
+        for seen in others:
+            self._fetch(seen)
+        self._forget([seen.row.name for seen in others])
+        for number, seen in enumerate(others):
+            timeline = self._found.get(seen.row.name)
+            if timeline is not None:
+                self._show(number, seen, timeline, shown)
+
+    def _fetch(self, seen: BranchSeen) -> None:
+        name = seen.row.name
+        if self._asked.get(name) == seen.version:
+            return
+
+        def hear(message: ServerMessage) -> None:
+            if isinstance(message, Done) and isinstance(message.found, BranchShown):
+                with suppress(RecordError):
+                    self._found[name] = snapshot_of(message.found.snapshot, Form.of(self._arm)).timeline()
+            elif isinstance(message, Done):  # it is gone, or will be asked for again
+                self._asked.pop(name, None)
+
+        with suppress(RequestRefused):  # there is no connection now
+            self._robot.begin(lambda id: At(id, ShowBranch(name)), hear)
+            self._asked[name] = seen.version
+
+    def _forget(self, names: Sequence[str]) -> None:
+        for name in [name for name in self._drawn if name not in names]:
+            ghost, label = self._drawn.pop(name)
+            ghost.remove()
+            label.remove()
+        for name in [name for name in self._asked if name not in names]:
+            del self._asked[name]
+            self._found.pop(name, None)
+
+    def _show(self, number: int, seen: BranchSeen, timeline: Timeline, shown: Shown) -> None:
+        name, at = seen.row.name, position_at(self._arm, timeline, shown.t)
+        if name not in self._drawn:
+            ghost = Ghost(self._scene, f"/branches/{name}", self._arm.model, BRANCHES[number], BRANCH_OPACITY)
+            self._drawn[name] = ghost, self._scene.add_label(f"/branches/{name}-name", "", visible=False)
+        ghost, label = self._drawn[name]
+        apart = not coincides(at, shown.position)
+        if apart:
+            ghost.stand(at, shown)
+            label.position = position(at.T_world_tool)
+        else:
+            ghost.hide()
+        text = f"{name}: {seen.row.end - shown.timeline.end:+.1f} s"
+        if label.text != text:
+            label.text = text
+        if label.visible != apart:
+            label.visible = apart

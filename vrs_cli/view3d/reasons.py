@@ -1,0 +1,159 @@
+"""WHY as a picture: the straight line to a place, as far as the arm can follow it, and what stops it there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from textwrap import fill
+
+import numpy as np
+from viser import SceneApi
+
+from vrs_cli.dialogue.replies import ReachReport
+from vrs_cli.engine.commands import JointTarget, PoseTarget
+from vrs_cli.engine.reach import Reach
+from vrs_cli.errors import RequestRefused, VrsError
+from vrs_cli.interfaces.session.acts import Evaluate, Explain, Goal, Valued
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.model import RobotModel, levers
+from vrs_cli.kinematics.transform import Transform, Vector, along, subtracted
+from vrs_cli.language.text.ast import DoInstruction, Expression, Instruction
+from vrs_cli.language.text.parser import parse_prompt
+from vrs_cli.language.text.printer import expression_text
+from vrs_cli.net.messages import At, Done, ServerMessage
+from vrs_cli.view3d.afar import Afar
+from vrs_cli.view3d.shown import Shown
+
+GOOD, BAD, STOP = (52, 150, 82), (214, 48, 49), (140, 20, 20)
+THICK, BALL = 0.007, 0.02  # of the reach
+DASH = 0.02  # of the reach: a dash of what cannot be, and the gap behind it
+WIDTH = 44  # characters of a line of the label
+LONGEST_WORD = 200  # characters of a reason
+MOTIONS = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST", "APPRO", "APPROS"})
+
+
+class Reasons:
+    """Nodes /why ...: of the report that came last, until the robot does something else."""
+
+    def __init__(self, scene: SceneApi, model: RobotModel) -> None:
+        self._scene = scene
+        _, (self._reach, *_) = levers(model)
+        self._root = scene.add_frame("/why", show_axes=False)
+        self.report: ReachReport | None = None
+        self._drawn: ReachReport | None = None
+        self._since: object = None  # the timeline on which it was asked
+
+    def explain(self, report: ReachReport) -> None:
+        """Show it from now on."""
+        self.report = report
+
+    def show(self, shown: Shown) -> None:
+        if self.report is not self._drawn:
+            self._drawn, self._since = self.report, shown.timeline
+            self._draw()
+        elif self._drawn is not None and shown.timeline is not self._since:
+            self.report = self._drawn = None
+            self._draw()
+
+    def _draw(self) -> None:
+        self._root.remove()
+        self._root = self._scene.add_frame("/why", show_axes=False)
+        if self._drawn is None:
+            return
+        reach = self._drawn.reach
+        stop = stopping_place(reach)
+        self._line("followed", [(reach.begin, stop)], GOOD)
+        self._line("refused", list(dashes(stop, reach.end, DASH * self._reach)), BAD)
+        possible = reach.line.duration is not None
+        self._scene.add_icosphere(
+            "/why/stop", BALL * self._reach, GOOD if possible else STOP, subdivisions=2, position=stop
+        )
+        text = fill(said(self._drawn)[:LONGEST_WORD], WIDTH)
+        self._scene.add_label("/why/reason", text, position=stop, anchor="bottom-left")
+
+    def _line(self, name: str, parts: list[tuple[Vector, Vector]], colour: tuple[int, int, int]) -> None:
+        points = np.array(parts, dtype=np.float32).reshape(-1, 2, 3)
+        if len(points):
+            self._scene.add_line_segments(f"/why/{name}", points, colour, thickness=THICK * self._reach)
+
+
+def stopping_place(reach: Reach) -> Vector:
+    """How far the tool tip comes on the straight line [m]."""
+    line = reach.line
+    if line.duration is not None or line.length <= 0.0:
+        return reach.end if line.duration is not None else reach.begin
+    way = subtracted(reach.end, reach.begin)
+    return along(reach.begin, way, min((line.at or 0.0) / line.length, 1.0))
+
+
+def dashes(a: Vector, b: Vector, long: float) -> list[tuple[Vector, Vector]]:
+    """The dashes of a line, with gaps as long as they are."""
+    way = subtracted(b, a)
+    count = round(float(np.linalg.norm(way)) / long)
+    marks = [along(a, way, k / count) for k in range(count + 1)] if count else []
+    return list(zip(marks[1::2], marks[2::2], strict=False))
+
+
+def said(report: ReachReport) -> str:
+    """The name of the place, and what there is to say of the line to it."""
+    line = report.reach.line
+    if line.duration is None:
+        return f"{report.name}: {line.trouble}"
+    way = "MOVE and MOVES" if report.reach.chosen is not None else "MOVES"
+    return f"{report.name}: {way} go there, {1e3 * line.length:.0f} mm in {line.duration:.1f} s"
+
+
+class Asking:
+    """Asks the robot why a motion that somebody typed was refused; the report goes to `told`."""
+
+    def __init__(self, robot: Afar, told: Callable[[ReachReport], None]) -> None:
+        self._robot, self._told = robot, told
+
+    def refused(self, text: str) -> None:
+        """A line that was not done; others than motions to a place have no picture."""
+        asked = place_of(text)
+        if asked is not None:
+            self._begin(lambda id: At(id, Evaluate(asked)), lambda found: self._valued(asked, found))
+
+    def _valued(self, name: str, found: object) -> None:
+        value = found.location or found.joints if isinstance(found, Valued) else None
+        if value is not None:
+            goal = Goal.of(target_of(value))
+            self._begin(lambda id: At(id, Explain(goal, name)), self._explained)
+
+    def _explained(self, found: object) -> None:
+        if isinstance(found, ReachReport):
+            self._told(found)
+
+    def _begin(self, make: Callable[[int], At], heard: Callable[[object], None]) -> None:
+        def hear(message: ServerMessage) -> None:
+            if isinstance(message, Done):
+                heard(message.found)
+
+        with suppress(RequestRefused):
+            self._robot.begin(make, hear)
+
+
+def target_of(value: Transform | Joints) -> PoseTarget | JointTarget:
+    return PoseTarget(value) if isinstance(value, Transform) else JointTarget(value)
+
+
+def place_of(text: str) -> str | None:
+    """Where a typed motion was to go, as an expression; None for what is no motion to a place."""
+    try:
+        statement = parse_prompt(text)
+    except VrsError:
+        return None
+    it = statement.statement if isinstance(statement, DoInstruction) else statement
+    if not isinstance(it, Instruction) or it.word not in MOTIONS or not it.arguments:
+        return None
+    place, *others = it.arguments
+    if place is None:
+        return None
+    return _approached(place, others[0]) if it.word.startswith("APPRO") and others else expression_text(place)
+
+
+def _approached(place: Expression, distance: Expression | None) -> str:
+    """Back along the tool's axis."""
+    back = "0" if distance is None else expression_text(distance)
+    return f"{expression_text(place)}:TRANS(0, 0, -({back}))"
