@@ -63,6 +63,14 @@ def test_the_goal_is_where_the_motion_ends_and_is_hidden_where_the_arm_is_there(
     assert stands(server, "/goal", of) is None
 
 
+def test_links_that_stand_where_those_of_the_arm_do_are_not_seen(server: viser.ViserServer) -> None:
+    of = session("DRIVE 3, 60 AT 1")
+    goal = GoalGhost(server.scene, of.engine.model)
+    goal.show(seen(of.engine, 1.2))
+    nodes = [server.scene.get_handle_by_name(f"/goal/{i}") for i in range(7)]
+    assert [node is not None and node.visible for node in nodes] == [False, False, False, True, True, True, True]
+
+
 def test_nothing_is_sent_of_a_goal_that_stays(server: viser.ViserServer, monkeypatch: pytest.MonkeyPatch) -> None:
     of = session("DRIVE 1, 60 AT 1")
     goal = GoalGhost(server.scene, of.engine.model)

@@ -11,7 +11,7 @@ from vrs_cli.engine.position import Position, destination_at, position_at
 from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.session.survey import BranchSeen, BranchShown, ShowBranch
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.transform import position
 from vrs_cli.net.messages import At, Done, ServerMessage
 from vrs_cli.trajectory.timeline import Timeline
@@ -23,6 +23,7 @@ from vrs_cli.wire.snapshots import snapshot_of
 
 GOAL, GOAL_OPACITY = (236, 150, 70), 0.28
 BRANCHES, BRANCH_OPACITY = ((140, 96, 200), (60, 150, 150), (190, 90, 130)), 0.3  # of so many at most
+BESIDE = 0.004  # [m, rad] of a link: one that stands nearer is not seen either, as that of the base never is
 COINCIDE = 0.02  # [rad, m] of a joint: a ghost that stands nearer would only tint the arm
 
 
@@ -48,6 +49,11 @@ class Ghost:
         if self._figure is None:
             self._figure = Figure(self._scene, self._root, self._model, colour=self._colour, opacity=self._opacity)
         self._figure.pose(at.joints, at.hand, shown.frames.base)
+        here, there = (link_frames(self._model, one.joints) for one in (shown.position, at))
+        for node, ours, its in zip(self._figure.links, here, there, strict=True):
+            apart = max(abs(a - b) for a, b in zip(ours, its, strict=True)) > BESIDE
+            if node.visible != apart:
+                node.visible = apart
         if not self._figure.visible:
             self._figure.visible = True
 

@@ -25,8 +25,9 @@ ERROR = 0.0005  # [m] between the way and its lines, at most
 BEFORE, AFTER, STEP = 60.0, 60.0, 20.0  # [s] of the way that are shown, and after which others are
 MOST = 6000  # lines; of a way with more the part around the present is shown
 UNDER_WAY = 24  # lines of the segment under way, which are sent for each picture
-PAST, PLANNED = (74, 96, 190), (232, 122, 34)
-BLENDS = {PAST: (150, 165, 232), PLANNED: (246, 190, 120)}  # where one motion turns into the next
+# viser takes the colours of single lines as linear light: these are seen as a blue, an orange, and lighter ones
+PAST, PLANNED = (11, 26, 147), (205, 49, 4)
+BLENDS = {PAST: (57, 77, 212), PLANNED: (244, 123, 36)}  # where one motion turns into the next
 THICK = 0.007  # of the reach
 DOT = 0.014  # of the reach: between two segments
 MARK = 0.026  # of the reach: where a command takes over
