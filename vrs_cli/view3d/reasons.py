@@ -41,7 +41,7 @@ class Reasons:
         self._root = scene.add_frame("/why", show_axes=False)
         self.report: ReachReport | None = None
         self._drawn: ReachReport | None = None
-        self._since: object = None  # the timeline on which it was asked
+        self._since = -1  # the version of the timeline for which it was asked
 
     def explain(self, report: ReachReport) -> None:
         """Show it from now on."""
@@ -49,9 +49,9 @@ class Reasons:
 
     def show(self, shown: Shown) -> None:
         if self.report is not self._drawn:
-            self._drawn, self._since = self.report, shown.timeline
+            self._drawn, self._since = self.report, shown.timeline.version
             self._draw()
-        elif self._drawn is not None and shown.timeline is not self._since:
+        elif self._drawn is not None and shown.timeline.version != self._since:
             self.report = self._drawn = None
             self._draw()
 
