@@ -50,6 +50,7 @@ class Figure:
         self._joints: list[float | None] = [None] * model.joint_count
         self._base, self._hand = IDENTITY, -1.0
         self.fingers: list[Finger] = []
+        self._bodies: list[list[MeshHandle]] = [[] for _ in self._links]
         for k, group in enumerate(_groups(looks_of(model), one_colour=colour is not None)):
             self._add(f"{link_node(root, group[0].shape.link)}/body{k}", group)
 
@@ -65,6 +66,7 @@ class Figure:
             side="double" if isinstance(first.body, MeshFile) else "front",  # files may have holes
             cast_shadow=self._opacity is None,
         )
+        self._bodies[first.link].append(node)
         if first.opens is not None:
             self.fingers.append(Finger(node, first.opens))
 
@@ -80,6 +82,12 @@ class Figure:
     @visible.setter
     def visible(self, visible: bool) -> None:
         self._root.visible = visible
+
+    def show_link(self, i: int, visible: bool) -> None:
+        """Whether the bodies of a link are seen, 0 the base; the links after it stay as they are."""
+        for node in self._bodies[i]:
+            if node.visible != visible:
+                node.visible = visible
 
     def pose(self, joints: Joints, hand: float, base: Transform = IDENTITY) -> None:
         """Stand at these joints, the hand open (1), closed (0) or between; `base` is BASE, T_robot_world.

@@ -50,10 +50,8 @@ class Ghost:
             self._figure = Figure(self._scene, self._root, self._model, colour=self._colour, opacity=self._opacity)
         self._figure.pose(at.joints, at.hand, shown.frames.base)
         here, there = (link_frames(self._model, one.joints) for one in (shown.position, at))
-        for node, ours, its in zip(self._figure.links, here, there, strict=True):
-            apart = max(abs(a - b) for a, b in zip(ours, its, strict=True)) > BESIDE
-            if node.visible != apart:
-                node.visible = apart
+        for i, (ours, its) in enumerate(zip(here, there, strict=True)):
+            self._figure.show_link(i, max(abs(a - b) for a, b in zip(ours, its, strict=True)) > BESIDE)
         if not self._figure.visible:
             self._figure.visible = True
 
