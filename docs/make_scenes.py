@@ -2,8 +2,8 @@
 
     python docs/make_scenes.py [NAME ...]
 
-drive.webp is an arm beside the prompt that moves it, puma.png the joints of the PUMA 560, oat.png the angles O, A
-and T, configurations.png one place reached in four ways. Needs the extra `view`, and Chromium.
+drive.webp is an arm beside the prompt that moves it, puma.webp the joints of the PUMA 560, oat.webp the angles O, A
+and T, configurations.webp one place reached in four ways. Needs the extra `view`, and Chromium.
 """
 
 from __future__ import annotations
@@ -55,6 +55,11 @@ class Place:
         self.eye, self.aim = eye, aim
         self.client.camera.position, self.client.camera.look_at, self.client.camera.fov = eye, aim, FIELD
 
+    def hide(self, node: str) -> None:
+        handle = self.client.scene.get_handle_by_name(node)
+        assert handle is not None
+        handle.visible = False
+
     def picture(self) -> Image.Image:
         return Image.fromarray(self._take())
 
@@ -79,13 +84,15 @@ def row(pictures: Sequence[Image.Image]) -> Image.Image:
 
 
 def titled(picture: Image.Image, title: str) -> Image.Image:
-    ImageDraw.Draw(picture).text((12, 10), title, INK, ImageFont.truetype(MONO, 15))
-    return picture
+    """With a line of text above it."""
+    whole = Image.new("RGB", (picture.width, picture.height + 28), "white")
+    whole.paste(picture, (0, 28))
+    ImageDraw.Draw(whole).text((10, 5), title, INK, ImageFont.truetype(MONO, 15))
+    return whole
 
 
 def save(picture: Image.Image, name: str) -> None:
-    few = picture.quantize(128, dither=Image.Dither.FLOYDSTEINBERG)
-    few.save(IMAGES / f"{name}.png", optimize=True)
+    picture.save(IMAGES / f"{name}.webp", quality=82, method=6)
 
 
 # --- the arm beside the prompt ---------------------------------------------------------------------------------------
@@ -113,7 +120,8 @@ def drive() -> None:
     times = np.append(np.arange(0.0, timeline.end, 1.0 / RATE), [timeline.end] * 10)
     with photographing(SCENE) as (client, take):
         place = Place(client, take, SCENE, arm)
-        place.look((2.35, 1.65, 0.75), (0.0, 0.12, 0.02))
+        place.hide("/tool/name")
+        place.look((2.75, 1.95, 0.85), (0.0, 0.12, 0.14))
         frames = []
         for t in times.tolist():
             position = position_at(arm, timeline, t)
@@ -157,7 +165,8 @@ def puma() -> None:
     ready, zero = arm.model.poses["ready"], (0.0,) * 6
     with photographing(PANEL) as (client, take):
         place = Place(client, take, PANEL, arm)
-        place.look((2.1, 1.9, 0.8), (0.2, 0.05, 0.0))
+        place.hide("/tool/name")
+        place.look((2.9, 2.6, 1.15), (0.0, 0.05, 0.2))
         pictures = [
             axes(place, q, title) for q, title in ((zero, "all joints 0"), (ready, "READY: 0, -90, 90, 0, 0, 0"))
         ]
@@ -167,7 +176,7 @@ def puma() -> None:
 def axes(place: Place, q: Joints, title: str) -> Image.Image:
     """The arm at these joints, with the axis of each and the way it turns."""
     place.pose(q)
-    picture = titled(place.picture(), title)
+    picture = place.picture()
     drawing, font = ImageDraw.Draw(picture), ImageFont.truetype(MONO, 15)
     model = place.arm.model
     zero, now = link_frames(model, (0.0,) * 6), link_frames(model, q)
@@ -182,7 +191,7 @@ def axes(place: Place, q: Joints, title: str) -> Image.Image:
         x, y = place.seen(tip)
         drawing.ellipse((x - 4, y - 4, x + 4, y + 4), ORANGE)
         drawing.text((x + 7, y - 9), f"JT{k + 1}", ORANGE, font, stroke_width=3, stroke_fill="white")
-    return picture
+    return titled(picture, title)
 
 
 def whole(T: Sequence[float]) -> Points:
@@ -200,6 +209,8 @@ def oat() -> None:
     size = (300, 320)
     with photographing(size) as (client, take):
         place = Place(client, take, size, arm)
+        place.hide("/world")
+        place.hide("/tool/name")
         x, y, z = (0.001 * number for number in AT)
         place.look((x + 0.75, y + 0.75, z + 0.35), (x - 0.02, y - 0.02, z + 0.02))
         pictures = []
@@ -210,14 +221,17 @@ def oat() -> None:
 
 
 def reached(robot: vrs.Robot, location: vrs.Location, words: str = "") -> Joints:
-    """The joints [rad] of a way to a location: the first that is usable, or of a configuration the first."""
+    """The joints [rad] of a way to a location in a configuration: a usable one where there is one."""
     ways = robot.ik(location)
-    found = [q for name, q in zip(ways.configurations, ways.joints, strict=True) if words in name]
-    usable = [q for q, use in zip(ways.joints, ways.usable, strict=True) if use]
-    return tuple(np.radians((found if words else usable)[0]).tolist())
+    rows = list(zip(ways.configurations, ways.joints, ways.usable, strict=True))
+    fitting = [(not use, k) for k, (name, _, use) in enumerate(rows) if words in name]
+    return tuple(np.radians(rows[min(fitting)[1]][1]).tolist())
 
 
 # --- configurations --------------------------------------------------------------------------------------------------
+
+
+PART = vrs.trans(350, 450, 100, 90, 90, 0)
 
 
 def configurations() -> None:
@@ -225,11 +239,15 @@ def configurations() -> None:
     size = (320, 340)
     with photographing(size) as (client, take):
         place = Place(client, take, size, arm)
+        place.hide("/world")
+        place.hide("/tool/name")
         place.look((2.3, 1.5, 0.9), (0.1, 0.15, 0.05))
         pictures = []
         for words in ("RIGHTY ABOVE", "RIGHTY BELOW", "LEFTY ABOVE", "LEFTY BELOW"):
-            place.pose(reached(robot, vrs.trans(350, 450, 100, 90, 90, 0), words))
-            pictures.append(titled(place.picture(), words))
+            ways = robot.ik(PART)
+            usable = any(use for name, use in zip(ways.configurations, ways.usable, strict=True) if words in name)
+            place.pose(reached(robot, PART, words))
+            pictures.append(titled(place.picture(), words if usable else f"{words} (out of range)"))
     save(row(pictures), "configurations")
 
 

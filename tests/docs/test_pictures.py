@@ -14,6 +14,7 @@ import pytest
 from tests.docs.examples import ROOT
 
 IMAGES = ROOT / "docs" / "images"
+LARGEST = 1_000_000  # [bytes]
 TEXT = "{http://www.w3.org/2000/svg}text"
 REMAKE = "python docs/make_pictures.py makes the pictures anew"
 
@@ -65,6 +66,13 @@ def test_a_picture_is_whole_and_fetches_nothing(picture: Path) -> None:
     svg = picture.read_text(encoding="utf-8")
     assert ElementTree.fromstring(svg).tag.endswith("svg")
     assert not _FETCHED.search(svg)
+
+
+@pytest.mark.parametrize("picture", sorted(IMAGES.iterdir()), ids=lambda picture: picture.name)
+def test_a_picture_is_small_and_on_a_page(picture: Path) -> None:
+    assert picture.stat().st_size < LARGEST
+    pages = [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
+    assert any(f"images/{picture.name})" in page.read_text(encoding="utf-8") for page in pages)
 
 
 def test_what_would_be_fetched_is_noticed() -> None:
