@@ -57,7 +57,10 @@ def _open(prog: str, options: argparse.Namespace, stack: ExitStack, hold: Hold, 
     """The page is there, until the stack is left."""
     from vrs_cli.view3d.app import App
 
-    app = App(hold, host=options.host, port=options.port, rate=options.rate, first=first, tell=teller(prog))
+    title = Path(options.url).name if is_recording(options.url or "") else ""
+    app = App(
+        hold, title=title, host=options.host, port=options.port, rate=options.rate, first=first, tell=teller(prog)
+    )
     stack.callback(app.close)
     print(f"{prog}: {app.address}", flush=True)
     if not options.no_open:
@@ -116,7 +119,6 @@ def _program(prog: str, options: argparse.Namespace, stack: ExitStack) -> tuple[
     """A new robot with the programs of a file; the first browser executes the first of them. Raises FileError, and what
     is wrong with the file.
     """
-    from vrs_cli.interfaces.roles.held import no_answer
     from vrs_cli.interfaces.session.acts import Define
     from vrs_cli.view3d.hosted import SHELL
 
@@ -129,8 +131,7 @@ def _program(prog: str, options: argparse.Namespace, stack: ExitStack) -> tuple[
         loading.close()
 
     def execute(window: Window) -> None:
-        if window.robot is not None:
-            window.robot.say(f"EXECUTE {names[0]}", no_answer)
+        window.type(f"EXECUTE {names[0]}")
 
     return hosted.hold_for_browser, execute if names and not options.no_run else nothing
 

@@ -38,15 +38,16 @@ class _Viser(viser.ViserServer):
 
 class App:
     """`hold`: takes hold of the robot for one more browser; what becomes of the connection is told to what it is given.
-    `rate`: seconds of a trajectory in one second, at first. `first`: what is done with the first window, once.
-    Raises UsageError where the address is taken, or is one that others reach.
+    `title`: of the page, that of the robot where it is empty. `rate`: seconds of a trajectory in one second, at first.
+    `first`: what is done with the first window, once. Raises UsageError where the address is taken, or is one that
+    others reach.
     """
 
     def __init__(
         self,
         hold: Callable[[Told], Watched],
         *,
-        title: str = TITLE,
+        title: str = "",
         host: str = HOST,
         port: int = 0,
         rate: float = 1.0,
@@ -92,10 +93,10 @@ class App:
                 return
             window = Window(client, watched, self._wall, self._rate)
             _hear(window)
-            furnish(window, self._title)
+            furnish(window, self._title or watched.arm.model.title)
         except Exception as error:
             said = str(error) if isinstance(error, VrsError) else internal_error(error).text
-            client.add_notification(self._title, said, color="red")
+            client.add_notification(TITLE, said, color="red")
             self._tell(said)
             return
         with self._lock:
@@ -118,7 +119,7 @@ class App:
                 watched = self._hold(lambda text: self._cut(client.client_id, text))
             except RequestRefused as refused:
                 if waiting is None:
-                    waiting = client.add_notification(self._title, "", loading=True, with_close_button=False)
+                    waiting = client.add_notification(TITLE, "", loading=True, with_close_button=False)
                 waiting.body = str(refused)
                 self._ended.wait(AGAIN)
                 continue

@@ -66,6 +66,7 @@ def furnish(window: Window, title: str) -> None:
         panel = Panel(window)
         window.parts += panel.parts
         window.closing.append(panel.close)
+        window.type = panel.seat.type
         window.parts.append(Delays(window, window.robot))
         at_will.explain(panel.seat)
 

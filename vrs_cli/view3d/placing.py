@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from math import inf, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 from viser import SceneNodeHandle
 
 from vrs_cli.kinematics.transform import Transform, position
@@ -23,12 +22,12 @@ def place(node: SceneNodeHandle, T: Transform) -> None:
     go in steps. So what it remembers of the node is forgotten first.
     """
     at, turned = _grained(position(T)), _grained(wxyz(T))
-    if (node.position != at).any():
+    if node.position.tolist() != at:
         node.position.fill(inf)
-        node.position = at
-    if (node.wxyz != turned).any():
+        node.position = np.array(at)
+    if node.wxyz.tolist() != turned:
         node.wxyz.fill(inf)
-        node.wxyz = turned
+        node.wxyz = np.array(turned)
 
 
 def transform_of(node: SceneNodeHandle) -> Transform:
@@ -43,8 +42,8 @@ def transform_of(node: SceneNodeHandle) -> Transform:
     )  # fmt: skip
 
 
-def _grained(values: Sequence[float]) -> NDArray[np.float64]:
-    return np.round(np.array(values) / GRAIN) * GRAIN
+def _grained(values: Sequence[float]) -> list[float]:
+    return [GRAIN * round(value / GRAIN) for value in values]
 
 
 def wxyz(T: Transform) -> Quaternion:

@@ -32,8 +32,8 @@ Change = Callable[[Playback, float], Playback]
 
 class Window:
     """`robot`: what is watched, where it is one that can be asked and driven; None for a trajectory of a file. `parts`
-    are shown whatever of them has changed, in their order; `closing`: what is to be done when the browser goes. Any
-    thread may call any method.
+    are shown whatever of them has changed, in their order; `closing`: what is to be done when the browser goes. `type`
+    has a line carried out as one that the user types. Any thread may call any method.
     """
 
     def __init__(
@@ -43,6 +43,7 @@ class Window:
         self.robot = watched if isinstance(watched, RemoteRobot) else None
         self.surveying = None if self.robot is None else Surveying(self.robot)
         self.parts: list[Part] = []
+        self.type: Callable[[str], object] = lambda _line: None
         self.closing: list[Callable[[], object]] = []
         self.playback = self._begin(wall(), rate)
         self._changing = Lock()
