@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import subprocess
+import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from socket import create_server
 
 import pytest
 from prompt_toolkit.application import create_app_session
@@ -11,11 +17,14 @@ from prompt_toolkit.input import PipeInput, create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from tests.cli.conftest import Vrs
-from tests.net.serving import serving
-from vrs_cli.cli import view
+from tests.net.serving import PATIENCE, serving
+from tests.view3d.pages import Page
+from vrs_cli.cli import browser, view
 from vrs_cli.cli.view import News
 from vrs_cli.net.messages import Activity, Clock, Hello, Line
 from vrs_cli.repl.player import Player
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
@@ -111,3 +120,100 @@ def test_who_drives_what_runs_and_that_the_line_is_cut() -> None:
     assert news.line() == "ann drives; pick, place run"
     news.cut("the connection was cut; it is tried again")
     assert news.line() == "the connection was cut; it is tried again"
+
+
+# --- in a browser ----------------------------------------------------------------------------------------------------
+
+
+def test_a_page_that_others_reach_is_refused(vrs: Vrs) -> None:
+    ended = vrs("view", "--host", "0.0.0.0", "--no-open")
+    assert ended.status == 2
+    assert ended.err.startswith("vrs view: --host 0.0.0.0: the page is for this machine alone")
+    assert ended.err.count("\n") == 1
+
+
+def test_a_port_that_is_taken_is_said(vrs: Vrs) -> None:
+    with create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        ended = vrs("view", "--port", str(port), "--no-open")
+    assert ended.status == 2
+    assert f"127.0.0.1:{port}: address already in use" in ended.err
+
+
+def test_without_viser_it_is_said_how_to_install_it(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(browser, "find_spec", lambda name: None if name == "viser" else object())
+    ended = vrs("view")
+    assert ended.status == 2
+    assert ended.err.startswith("vrs view: a view in the browser needs viser (")
+    assert "-m pip install viser" in ended.err
+
+
+@pytest.mark.parametrize(
+    ("target", "said"),
+    [
+        ("gone.vrst", "vrs view: *Nonexistent file* gone.vrst"),
+        ("gone.v2", "vrs view: *Nonexistent file* gone.v2"),
+        ("ws://127.0.0.1:1", "vrs view: *Request refused* ws://127.0.0.1:1 does not answer"),
+        ("http://here", "vrs view: http://here is no address of a robot"),
+    ],
+)
+def test_what_is_not_there_has_no_page(vrs: Vrs, target: str, said: str) -> None:
+    ended = vrs("view", "--no-open", target)
+    assert ended.err.startswith(said)
+    assert (ended.status in (1, 2), ended.out, ended.err.count("\n")) == (True, "", 1)
+
+
+def test_what_is_wrong_with_a_program_is_said_before_there_is_a_page(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "bad.v2").write_text(".PROGRAM bad\nMOVE\n.END\n")
+    ended = vrs("view", "--no-open", "bad.v2")
+    assert ended.status == 1
+    assert "bad.v2:2" in ended.err
+
+
+@contextmanager
+def started(folder: Path, *arguments: str, stdin: str = "") -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """The command in a process of its own, and the address that it tells."""
+    command = [sys.executable, "-m", "vrs_cli", "view", "--no-open", *arguments]
+    process = subprocess.Popen(
+        command, cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    try:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdin.write(stdin)
+        process.stdin.close()
+        yield process, process.stdout.readline().split()[-1]
+    finally:
+        process.kill()
+        process.wait()
+        for stream in (process.stdout, process.stderr):
+            if stream is not None:
+                stream.close()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_program_is_executed_for_the_first_browser_and_a_signal_ends_it(tmp_path: Path, number: int) -> None:
+    (tmp_path / "spin.v2").write_text(".PROGRAM spin\nDO\nDRIVE 1, 20, 100\nDRIVE 1, -20, 100\nUNTIL FALSE\n.END\n")
+    with started(tmp_path, "spin.v2") as (process, address):
+        with Page(address) as page:
+            page.until(lambda: "DRIVE 1, 20, 100" in page.html())
+            process.send_signal(number)
+            assert process.wait(PATIENCE) == 0
+        assert process.stderr is not None
+        assert process.stderr.read() == ""
+
+
+def test_on_a_pipe_lines_are_carried_out_and_the_page_stays(tmp_path: Path) -> None:
+    with started(tmp_path, stdin="MOVE #PPOINT(33, -80, 80, 0, 0, 0)\n") as (process, address):
+        with Page(address) as page:
+            page.until(lambda: "MOVE #PPOINT(33" in page.html())
+        process.terminate()
+        assert process.wait(PATIENCE) == 0
+
+
+@pytest.mark.usefixtures("saved")
+def test_a_trajectory_is_on_a_page(tmp_path: Path) -> None:
+    with started(tmp_path, "t.vrst", "--rate", "0.5") as (_process, address), Page(address) as page:
+        page.until(lambda: "t.vrst" in str(page.of("SetGuiPanelLabelMessage")))
+        page.until(lambda: "0.5 x" in page.told_of_time())

@@ -16,7 +16,7 @@ from tests.repl.afar import seat_afar
 
 README = ROOT / "README.md"
 PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
-WITHOUT_EXAMPLES = {"CONTRIBUTING.md", "design.md", "editors.md", "messages.md", "words.md"}
+WITHOUT_EXAMPLES = {"CONTRIBUTING.md", "design.md", "editors.md", "messages.md", "view.md", "words.md"}
 AT_A_SEAT = ("vrs", "val2", "toml", "xml")  # sessions, and the files that they have
 CI = ROOT / ".ci" / "run"
 

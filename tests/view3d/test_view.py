@@ -1,0 +1,75 @@
+"""The view in a real browser: the arm stands where g says, time can be played with, two look at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from tests.view3d.browser import Browser, browser, needs_browser
+from vrs_cli.api.robot import Robot
+from vrs_cli.engine.position import position_at
+from vrs_cli.interfaces.roles.observer import Recorded
+from vrs_cli.interfaces.roles.playback import Playback
+from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.model import link_frames
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.transform import Transform
+from vrs_cli.view3d.app import App
+
+pytestmark = needs_browser
+
+__all__ = ["browser"]
+
+PLAYED = "MOVE #PPOINT(70, -60, 60, 20, 30, 40)\nMOVES TRANS(300, 400, -200, 90, 90, 0)\nREADY"
+
+
+@pytest.fixture(scope="module")
+def recorded() -> Recorded:
+    robot = Robot()
+    robot.prompt(PLAYED)
+    return Recorded(arm_for(load_robot("puma560")), robot.timeline)
+
+
+@pytest.fixture
+def app(recorded: Recorded) -> Iterator[App]:
+    app = App(lambda _told: recorded)
+    yield app
+    app.close()
+
+
+def matrix(T: Transform) -> np.ndarray:
+    return np.array([[T.nx, T.sx, T.ax, T.px], [T.ny, T.sy, T.ay, T.py], [T.nz, T.sz, T.az, T.pz], [0, 0, 0, 1]])
+
+
+def test_the_page_shows_what_g_says_at_every_time_that_is_sought(
+    app: App, browser: Browser, recorded: Recorded
+) -> None:
+    arm, timeline = recorded
+    browser.open(app.address, "/robot", "/tool", "/path")
+    window = app.windows[0]
+    window.change(Playback.pause)
+    for share in (0.0, 0.21, 0.5, 0.83, 1.0):
+        t = share * timeline.end
+        window.change(lambda playback, wall, t=t: playback.seek(t, wall))
+        there = position_at(arm, timeline, t)
+        expected = matrix(there.T_world_tool)
+        browser.until(lambda expected=expected: np.abs(browser.pose("/tool") - expected).max() < 1e-6)
+        for number, T in enumerate(link_frames(arm.model, there.joints)):
+            np.testing.assert_allclose(browser.pose(f"/robot/{number}"), matrix(T), atol=1e-6)
+    assert not browser.errors()
+
+
+def test_keys_play_and_two_windows_have_a_time_of_their_own(app: App, browser: Browser) -> None:
+    browser.open(app.address, "/tool")
+    first = browser.driver.current_window_handle
+    browser.another()
+    browser.open(app.address, "/tool")
+    browser.until(lambda: len(app.windows) == 2)
+    browser.driver.find_element("tag name", "body").send_keys(" ")
+    browser.until(lambda: [window.playback.playing for window in app.windows].count(False) == 1)
+    browser.back(first)
+    browser.driver.close()
+    browser.until(lambda: len(app.windows) == 1)
+    assert app.windows[0].playback.playing is False
