@@ -67,8 +67,6 @@ def furnish(window: Window, title: str) -> None:
         window.parts += panel.parts
         window.closing.append(panel.close)
         window.type = panel.seat.type
-        if window.width < PHONE:
-            panel.panel.minimize()  # it would hide the arm
         window.parts.append(Delays(window, window.robot))
         at_will.explain(panel.seat)
 

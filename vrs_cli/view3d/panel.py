@@ -57,7 +57,6 @@ class Panel:
             self._add_tabs(window, gui)
         panel.dock_left()
         panel.set_width(WIDTH)
-        panel.expand()  # on a phone too
         self.stop.on_click(lambda _event: self.seat.abort())  # waits for nothing that was clicked before
         self.hands.on(self.lease, self._lease)
 
