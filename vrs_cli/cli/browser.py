@@ -58,9 +58,11 @@ def _open(prog: str, options: argparse.Namespace, stack: ExitStack, hold: Hold, 
     from vrs_cli.view3d.app import App
 
     title = Path(options.url).name if is_recording(options.url or "") else ""
-    app = App(
-        hold, title=title, host=options.host, port=options.port, rate=options.rate, first=first, tell=teller(prog)
-    )
+    place = {"host": options.host, "port": options.port}
+    try:
+        app = App(hold, title=title, **place, rate=options.rate, first=first, tell=teller(prog))
+    except UsageError as error:
+        raise CommandLineError(error.detail, error.hint) from None
     stack.callback(app.close)
     print(f"{prog}: {app.address}", flush=True)
     if not options.no_open:
