@@ -173,6 +173,22 @@ def test_the_gizmo_turns_about_its_own_place(app: App) -> None:
         hand.let_go()
 
 
+def test_of_two_pages_one_drags_and_both_see_what_holds_it(app: App) -> None:
+    with opened(app) as page:
+        hand = Dragged(page)
+        with opened(app):
+            other, begin = gizmo(app, 1), tool(app)
+            until(lambda: other.node.visible)
+            hand.take()
+            hand.to(at_position(begin, begin.px - 2.0, begin.py, begin.pz - 1.0))
+            until(lambda: "too far" in other.label.text)
+            until(lambda: not other.node.visible)
+            hand.to(begin)
+            until(lambda: "Somebody else drags" in other.why.content)
+            hand.let_go()
+            until(lambda: not other.pulled.by)
+
+
 @needs_browser
 def test_a_mouse_drags_the_tool_in_a_real_browser(app: App) -> None:
     from selenium.webdriver.common.action_chains import ActionChains
