@@ -165,8 +165,6 @@ def test_who_looks_ahead_is_shown_where_a_command_of_now_finds_the_robot(robot: 
 
 def test_in_python_motions_are_sent_ahead_and_previewed(robot: Serving) -> None:
     with behind(robot, 0.4, 0.4) as it, vrs.connect(it.address) as far:
-        while not far.preview().round_trip:
-            time.sleep(0.01)
         begin, began = round(far.now + 3.0), time.monotonic()
         with far.without_waiting():
             far.move(30, -90, 90, 0, 0, 0, at=begin)

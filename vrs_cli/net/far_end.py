@@ -119,9 +119,12 @@ class FarEnd:
         if now >= self._cut_at + PATIENCE:
             self.give_up()
         if self.open and now >= self._next_ping:
-            self._pings += 1
-            self._next_ping = now + (QUICKLY if self._pings < FIRST_PINGS else USUALLY)
-            self.connection.send(messages.Ping(now))
+            self._ping(now)
+
+    def _ping(self, now: float) -> None:
+        self._pings += 1
+        self._next_ping = now + (QUICKLY if self._pings < FIRST_PINGS else USUALLY)
+        self.connection.send(messages.Ping(now))
 
     def give_up(self, why: VrsError | None = None) -> None:
         """The robot does not come back: all who wait are told why, or that nobody knows what has become of it."""
@@ -206,8 +209,9 @@ class FarEnd:
 
     def _welcomed(self, welcome: messages.Welcome) -> None:
         now = self._wall()
-        self.welcome, self._cut_at, self._pings, self._next_ping = welcome, inf, 0, now
-        self._resyncs = False
+        self.welcome, self._cut_at, self._pings, self._resyncs = welcome, inf, 0, False
+        if self.open:
+            self._ping(now)  # before all else is asked: whoever has an answer knows how far the robot is
         self._find_again(full=False)
         if self._arm is None:
             try:
