@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
@@ -473,18 +474,17 @@ def looks_and_pictures(seconds: float, monkeypatch: pytest.MonkeyPatch, *typed: 
     shell = run(lines(*typed, "EXIT"), clock=wall.clock())
     ends = wall.seconds + seconds
 
-    async def sleep(pause: float) -> None:
-        wall.seconds += pause
+    async def rested(_woken: object, seconds: float) -> None:
+        wall.seconds += seconds
         looks.append(wall.seconds)
         if wall.seconds > ends:
             raise Over
 
-    monkeypatch.setattr("asyncio.sleep", sleep)
+    monkeypatch.setattr(interactive, "rested", rested)
     monkeypatch.setattr(interactive, "monotonic", lambda: wall.seconds)
     monkeypatch.setattr(shell, "_redraw", lambda: drawn.append(wall.seconds))
-    coroutine = shell._keep_up(shell.prompts)
     with pytest.raises(Over):
-        coroutine.send(None)
+        asyncio.run(shell._keep_up(shell.prompts))
     return len(looks), len(drawn)
 
 

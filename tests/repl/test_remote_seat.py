@@ -17,6 +17,7 @@ from prompt_toolkit.output import DummyOutput
 from tests.engine.wall import ManualWall
 from tests.repl.afar import Line
 from vrs_cli.dialogue.questions import Answer, Question
+from vrs_cli.dialogue.replies import Message
 from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.net import messages
@@ -24,6 +25,7 @@ from vrs_cli.repl import plain
 from vrs_cli.repl.interactive import Shell
 from vrs_cli.repl.place import Afar, Local, Place
 from vrs_cli.repl.remote_seat import Outlet, RemoteSeat
+from vrs_cli.repl.seat import KEEPING_UP, RESTING
 from vrs_cli.repl.terminal import PlainTerminal
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.wire.refusal import Refusal
@@ -271,3 +273,15 @@ def test_the_clock_of_a_robot_in_real_time_goes_on_between_two_looks(monkeypatch
     seat.take("CLOCK PAUSE")
     now[0] += 1.5
     assert seat.status().clock == 2.0
+
+
+def test_who_waits_at_a_prompt_is_woken_and_looks_at_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("time.monotonic", lambda: 100.0)
+    line, woken = Line(attended=True, clock=ManualWall().clock()), list[str]()
+    seat, _ = attended(line, [], [])
+    assert seat.rest() == RESTING
+    seat.woken_by(lambda: woken.append("woken"))
+    line._tell(messages.Told(Message("something was said")))
+    assert woken == ["woken"]
+    seat.take("DRIVE 1, 40")
+    assert seat.rest() == KEEPING_UP, "the clock goes on while the arm moves"

@@ -8,7 +8,8 @@ from __future__ import annotations
 import asyncio
 import os
 from collections.abc import Callable, Container, Iterable
-from functools import cache
+from contextlib import suppress
+from functools import cache, partial
 from math import inf
 from textwrap import fill
 from time import monotonic
@@ -216,10 +217,12 @@ class Shell:
 
     async def _keep_up(self, prompts: PromptSession[str]) -> None:
         """Show what changes as it does; at rest that is the time, once in a while."""
-        shown, drawn = "", -inf
+        shown, drawn, woken, loop = "", -inf, asyncio.Event(), asyncio.get_running_loop()
         while True:
             work = self.backstage.ready
-            await asyncio.sleep(KEEPING_UP if work is None else work.seat.rest())
+            if work is not None:
+                work.seat.woken_by(partial(_soon, loop, woken.set))
+            await rested(woken, KEEPING_UP if work is None else work.seat.rest())
             if work is not None:
                 work.seat.keep_up()
                 self._turn_to_question(work.seat, prompts)
@@ -293,6 +296,19 @@ class Shell:
         if self._answers is None:
             self._answers = PromptSession(history=InMemoryHistory(), style=STYLE, color_depth=colour_depth())
         return self._prompt(self._answers, question)
+
+
+async def rested(woken: asyncio.Event, seconds: float) -> None:
+    """So long [s], or until something has woken."""
+    with suppress(TimeoutError):
+        await asyncio.wait_for(woken.wait(), seconds)
+    woken.clear()
+
+
+def _soon(loop: asyncio.AbstractEventLoop, act: Callable[[], None]) -> None:
+    """From any thread, in the loop of a prompt, which may be over."""
+    with suppress(RuntimeError):
+        loop.call_soon_threadsafe(act)
 
 
 def unfold_mistakes(layout: Layout) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import cast
 
@@ -89,6 +90,9 @@ class LocalSeat:
         clock, seen = engine.clock, RESTING if engine.now >= engine.end else KEEPING_UP
         due = clock.until(self.session.driver.peek()) if isinstance(clock, WallClock) else seen
         return min(max(due, SHORTEST), seen)
+
+    def woken_by(self, wake: Callable[[], object]) -> None:
+        """What happens here happens by the clock."""
 
     def keep_up(self) -> None:
         try:

@@ -36,13 +36,14 @@ from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.net import messages
 from vrs_cli.net.messages import Asked, At, Done, Drive, How, LeaseAct, Line, Refused, Request, ServerMessage
+from vrs_cli.repl.seat import KEEPING_UP, RESTING
 
 AT_ONCE = 1.0  # [s] that the answer to a look is waited for: a key does not wait longer
 COMING_BACK = 60.0  # [s] that a line of a pipe waits for a connection that was cut
 LONGEST = 50_000  # characters of one message
 SLASH = "/"  # no line of VAL-II begins with it
 WORDS = "/who is there and drives, /ask to drive, /give NAME lets another drive, /release lets anybody; all may ABORT"
-LOOKING = 0.05  # [s] between two looks at what has come
+LOOKING = 0.05  # [s] between two looks whether there is a connection again
 M = TypeVar("M", bound=ServerMessage)
 Outlet = Callable[[ServerMessage], None]
 
@@ -85,7 +86,8 @@ class RemoteSeat:
         self._waits = self._asks = False
         self._withdrawn: set[int] = set()
         self._question = 0  # that is before the user
-        far.listen(self._heard.put)
+        self._wake: Callable[[], object] = int  # nobody waits
+        far.listen(self._come)
 
     # --- what is done ---
 
@@ -176,7 +178,7 @@ class RemoteSeat:
         waited = 0.0
         while True:
             try:
-                return self._far.begin(make, self._heard.put)
+                return self._far.begin(make, self._come)
             except RequestRefused:
                 if self._terminal.attended or self._far.lost or waited >= COMING_BACK:
                     raise
@@ -242,7 +244,7 @@ class RemoteSeat:
         self._told("connected again")
         if self._terminal.attended:
             with suppress(RequestRefused):
-                self._far.begin(lambda id: At(id, Attend()), self._heard.put)
+                self._far.begin(lambda id: At(id, Attend()), self._come)
 
     def _noticed(self, holder: str, notice: Notice | None) -> str:
         me = self._far.name
@@ -318,7 +320,17 @@ class RemoteSeat:
         return self._question in self._withdrawn
 
     def rest(self) -> float:
-        return LOOKING
+        """As long as the clock on the wall is to be seen to go on; what comes wakes."""
+        now = self.status()
+        return KEEPING_UP if now.clock < now.end else RESTING
+
+    def woken_by(self, wake: Callable[[], object]) -> None:
+        self._wake = wake
+
+    def _come(self, message: ServerMessage) -> None:
+        """Something is there to be looked at, in the thread of the connection."""
+        self._heard.put(message)
+        self._wake()
 
     def keep_up(self) -> None:
         """What belongs to a command whose question is before the user comes after it."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
@@ -84,4 +85,7 @@ class Seat(Screens, Protocol):
         """Whether the question that is before the user waits for no answer any more."""
 
     def rest(self) -> float:
-        """How long nothing happens that somebody would see [s]."""
+        """How long nothing happens that somebody would see [s], unless something comes from elsewhere."""
+
+    def woken_by(self, wake: Callable[[], object]) -> None:
+        """Have it called, from any thread, when something has come from elsewhere: `keep_up` is to be called."""
