@@ -6,9 +6,11 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from vrs_cli.view3d.ghosts import BranchGhosts, GoalGhost
+from vrs_cli.view3d.limits import Limits
 from vrs_cli.view3d.panel_seat import PanelSeat
 from vrs_cli.view3d.paths import Path
 from vrs_cli.view3d.places import Places
+from vrs_cli.view3d.reach import Reach
 from vrs_cli.view3d.reasons import Asking, Reasons
 from vrs_cli.view3d.window import Window
 
@@ -34,7 +36,14 @@ class AtWill:
             Choice("Commands", "The text of each command where its motion begins", False, _setter(path, "commands")),
             Choice("Goal", "The arm as it will stand when the motion ends", True, _setter(goal, "visible")),
         ]
-        window.parts.append(goal)
+        limits, reach = Limits(scene, "/robot", arm.model), Reach(scene, "/robot", arm)
+        choices.append(
+            Choice("Joint ranges", "How far each joint goes, and where it is", False, _setter(limits, "visible"))
+        )
+        if reach.known:
+            hint = "How far the tool gets in this configuration"
+            choices.append(Choice("Reach", hint, False, _setter(reach, "visible")))
+        window.parts += (goal, limits, reach)
         self.reasons = Reasons(scene, arm.model)
         window.parts.append(self.reasons)
         if window.robot is not None:

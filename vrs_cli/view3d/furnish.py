@@ -9,11 +9,9 @@ import numpy as np
 from vrs_cli.view3d.at_will import AtWill
 from vrs_cli.view3d.bar import Bar
 from vrs_cli.view3d.delays import Delays
-from vrs_cli.view3d.limits import Limits
 from vrs_cli.view3d.looks import all_of
 from vrs_cli.view3d.panel import Panel
 from vrs_cli.view3d.plots import Plots
-from vrs_cli.view3d.reach import Reach
 from vrs_cli.view3d.scenery import scenery
 from vrs_cli.view3d.shown import Shown
 from vrs_cli.view3d.stage import FIELD, camera_for
@@ -54,14 +52,7 @@ def furnish(window: Window, title: str) -> None:
     window.parts.append(Edges(window))
     bar = Bar(window)
     window.parts.append(bar)
-    limits = Limits(window.client.scene, "/robot", model)
-    reach = Reach(window.client.scene, "/robot", window.watched.arm)
-    window.parts.extend((limits, reach))
     with choices.add_tab("Show"):
-        ranges = gui.add_checkbox("Joint ranges", initial_value=False)
-        ranges.on_update(window.doing(lambda: setattr(limits, "visible", ranges.value)))
-        room = gui.add_checkbox("Reach", initial_value=False, visible=reach.known)
-        room.on_update(window.doing(lambda: setattr(reach, "visible", room.value)))
         at_will = AtWill(window)
         window.parts.append(Plots(window, bar))
     choices.float(x=-EDGE, y=EDGE, width=CHOICES)
