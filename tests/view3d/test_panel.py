@@ -147,6 +147,14 @@ def test_lines_of_before_come_again(app: App, ada: Sat) -> None:
     ada.until(lambda: ada.now("GuiTextMessage", label="VAL-II")["value"] == "x = 2")
 
 
+def test_the_prompt_of_a_program_stands_before_its_lines(ada: Sat) -> None:
+    field = "GuiTextMessage"
+    ada.type(".PROGRAM a()")
+    ada.until(lambda: ada.now(field, label="VAL-II")["label"].startswith("1"))
+    ada.type(".END")
+    ada.until(lambda: ada.now(field, label="VAL-II")["label"] == "VAL-II")
+
+
 def test_undo_is_a_button(app: App, ada: Sat) -> None:
     ada.type("JOG 1, 20")
     ada.until(lambda: window(app).watched.timeline.end > 0.1)

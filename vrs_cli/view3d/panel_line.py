@@ -24,6 +24,7 @@ SUGGESTED = 8  # words at most
 PATIENCE = 1.0  # [s] that a line waits to be looked at for mistakes before it is sent
 EARLIER, LATER, UNDO, REDO = "\N{UPWARDS ARROW} line", "\N{DOWNWARDS ARROW} line", "Undo", "Redo"
 YES, NO = "Yes", "No"
+LABEL = "VAL-II"
 SAID_HEIGHT = "17em"
 
 
@@ -53,7 +54,7 @@ class CommandLine:
         self.asked = gui.add_html("", visible=False)
         self.yes_no = gui.add_button_group("Answer", (YES, NO), visible=False)
         self.answer = gui.add_text("Answer", "", multiline=True, visible=False, hint="Enter gives the answer")
-        self.field = gui.add_text("VAL-II", "", multiline=True, hint="Enter carries it out")
+        self.field = gui.add_text(LABEL, "", multiline=True, hint="Enter carries it out")
         self.words = gui.add_button_group("Words", ("",), visible=False)
         self.mistake = gui.add_html("", visible=False)
         self.recall = gui.add_button_group("Go back", (EARLIER, LATER, UNDO, REDO))
@@ -180,6 +181,8 @@ class CommandLine:
             checking = self._checking
             self._hands.do(lambda: self._checked(checking, None))  # the robot has enough to do
         self._show_question()
+        status = self._seat.status
+        put(self.field, label=status.prompt.strip() if status.in_program else LABEL)
         transcript = self._seat.transcript
         if transcript.version != self._version:
             self._version = transcript.version
