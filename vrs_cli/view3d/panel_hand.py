@@ -31,7 +31,7 @@ AXES = {WORLD: ("X", "Y", "Z", "RX", "RY", "RZ"), TOOL: ("TX", "TY", "TZ", "TRX"
 USUAL_STEP = "10"
 
 
-class _Slider:
+class Slider:
     """One joint, or the speed: `wanted` is what its user has set, since the time `at` of the day [s]."""
 
     def __init__(self, handle: viser.GuiSliderHandle[float]) -> None:
@@ -64,8 +64,8 @@ class HandPanel:
         self._frame = WORLD
         self.leading = gui.add_folder(None)
         with self.leading:
-            self.speed = _Slider(gui.add_slider("SPEED %", 1.0, 100.0, 1.0, 100.0))
-            self.joints = [_Slider(self._add_joint(gui, number)) for number in range(1, arm.model.joint_count + 1)]
+            self.speed = Slider(gui.add_slider("SPEED %", 1.0, 100.0, 1.0, 100.0))
+            self.joints = [Slider(self._add_joint(gui, number)) for number in range(1, arm.model.joint_count + 1)]
             self.frame = gui.add_button_group(JOG, (WORLD, TOOL, JOINTS))
             steps = tuple(plain(step) for step in STEPS)
             self.step = gui.add_dropdown("Step mm, deg", steps, initial_value=USUAL_STEP)
@@ -87,7 +87,7 @@ class HandPanel:
 
     # --- what is done ---
 
-    def _move(self, slider: _Slider, value: float) -> None:
+    def _move(self, slider: Slider, value: float) -> None:
         slider.moved(value, self._wall())
 
     def _choose(self, frame: str) -> None:
