@@ -58,8 +58,8 @@ class Wire:
 
     waiting = 0
 
-    def send(self, packet: Packet) -> None:
-        self.on_its_way.append(packet.data.decode() if packet.text else packet.data)
+    def send(self, *packets: Packet) -> None:
+        self.on_its_way += [packet.data.decode() if packet.text else packet.data for packet in packets]
 
     # --- who hears ---
 

@@ -28,7 +28,7 @@ from vrs_cli.trajectory.timeline import TimelineDelta
 
 HIGHEST_RATE = 200.0  # samples a second
 MOST_WAITING = 256 * 1024  # bytes that one connection holds of changes
-SLICE = 100  # packets of one step: a millisecond
+SLICE = 50  # packets of one step: half a millisecond
 HOLD = 0.02  # [s] that sending waits at most for an answer
 AGAIN = 0.05  # [s] after which a connection that took nothing is looked at again
 
