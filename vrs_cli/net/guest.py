@@ -363,9 +363,8 @@ class Guest:
         self._look(message, talk, partial(messages.Located, message.id, timeline.version))
 
     def _window(self, message: messages.Window) -> None:
-        stream = self._hall.broadcast.stream
-        talk = beside(lambda: snapshot_record(stream.part(message.begin, message.end)))
-        self._look(message, talk, partial(messages.Shown, message.id))
+        part = self._hall.broadcast.stream.part(message.begin, message.end)  # at once: later it would be out of date
+        self.say(messages.Shown(message.id, snapshot_record(part)))
 
     def _who(self, message: messages.Who) -> None:
         robots, holders = self._hall.present(self)

@@ -126,21 +126,21 @@ class Stream:
     def _snapshot(self, listening: Listening, now: float) -> Packet:
         window, count = listening.window, len(self.timeline)
         first = 0 if window is None else self.timeline.index_at(now - window)
-        _, packet = self._last_part(self.timeline, first, count, listening.form)
+        _, packet = self._last_part(first, count, listening.form)
         return Context().deflated(packet) if listening.deflates else packet
 
     def part(self, begin: float, end: float | None = None) -> Snapshot:
-        """The timeline from `begin` to `end` [s]; where that is too much, its last part. In any thread."""
+        """The timeline from `begin` to `end` [s]; where that is too much, its last part."""
         timeline = self.timeline
         after = len(timeline) if end is None else timeline.index_at(end) + 1
-        return self._last_part(timeline, timeline.index_at(begin), after, TEXT)[0]
+        return self._last_part(timeline.index_at(begin), after, TEXT)[0]
 
-    def _last_part(self, timeline: Timeline, first: int, after: int, form: Form) -> tuple[Snapshot, Packet]:
+    def _last_part(self, first: int, after: int, form: Form) -> tuple[Snapshot, Packet]:
         """The segments from one number to before another: so many of the last ones as a snapshot may have."""
         first = max(first, after - SEGMENTS)
         while True:
-            segments = tuple([timeline[index] for index in range(first, after)])
-            snapshot = Snapshot(timeline.version, segments, self.settings, first)
+            segments = tuple([self.timeline[index] for index in range(first, after)])
+            snapshot = Snapshot(self.timeline.version, segments, self.settings, first)
             packet = self._replaced_by(snapshot).packet(form)
             if len(packet.data) <= SNAPSHOT_BYTES or len(segments) <= 1:
                 return snapshot, packet
