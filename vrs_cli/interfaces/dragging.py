@@ -29,7 +29,7 @@ from vrs_cli.interfaces.steering import SHORTEST
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Arm, Configuration
 from vrs_cli.kinematics.joints import Joints, largest_change
-from vrs_cli.kinematics.model import RobotModel, levers
+from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.nearest import Aim, Nearest, Side
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.state import Target
@@ -140,7 +140,7 @@ class Pursuit:
         self.range = _range_of(arm, q, self.kept)
         self.goal = self.range.put(q)
         self._side = _side_of(arm, q, self.kept)
-        self._near = NEAR * levers(arm.model)[1][0]
+        self._near = NEAR * arm.length
         self.steady = True
         self._closed = arm.hand is not None  # there is a closed form
         self.roundabout = False  # going there another way than downhill
@@ -281,7 +281,7 @@ def _side_of(arm: RobotArm, q: Joints, kept: Configuration) -> Side | None:
     if outward == inf:
         return None
     sign = -1.0 if kept.arm is Arm.RIGHTY else 1.0
-    return Side(arm, sign, min(SIDE * levers(arm.model)[1][0], max(sign * outward, 0.0)))
+    return Side(arm, sign, min(SIDE * arm.length, max(sign * outward, 0.0)))
 
 
 def _ticks(a: Joints, b: Joints, step: Joints) -> float:

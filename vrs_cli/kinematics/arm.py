@@ -124,6 +124,11 @@ class RobotArm:
         return tuple([None if q is None else self._best_turns(q) for q in found])
 
     @cached_property
+    def length(self) -> float:
+        """Of all links in one line, from the axis of joint 1 [m]."""
+        return levers(self.model)[1][0]
+
+    @cached_property
     def _middle(self) -> Joints:
         return tuple((low + high) / 2 for low, high in self._limits)
 

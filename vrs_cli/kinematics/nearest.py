@@ -16,7 +16,6 @@ from typing import NamedTuple
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.elimination import gram, positive
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import levers
 from vrs_cli.kinematics.numeric.search import missing
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose
 
@@ -81,7 +80,7 @@ class Aim:
         self.pose = compose(T_base_flange, T_flange_tool)
         self.task = arm.model.task
         self.places = sum(self.task.counts[:3])
-        self.lever = LEVER * levers(arm.model)[1][0]
+        self.lever = LEVER * arm.length
 
     def miss(self, q: Joints) -> Miss:
         have = compose(self.arm.forward(q), self.tool)

@@ -15,7 +15,6 @@ from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.dragging import Limit
 from vrs_cli.interfaces.recording import Tolerance, recorded_program
 from vrs_cli.interfaces.session.grip import Pulled
-from vrs_cli.kinematics.model import levers
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, inverse, position
 from vrs_cli.net import messages
 from vrs_cli.net.remote import RemoteRobot
@@ -50,7 +49,7 @@ class Gizmo:
 
     def __init__(self, window: Window, robot: RemoteRobot, seat: PanelSeat, hands: Hands) -> None:
         self._window, self._robot, self._seat = window, robot, seat
-        scene, reach = window.client.scene, levers(robot.arm.model)[1][0]
+        scene, reach = window.client.scene, robot.arm.length
         self.node = scene.add_transform_controls("/drag", scale=SIZE * reach, depth_test=False, visible=False)
         self.label = scene.add_label("/held", "", visible=False)
         self.ball = scene.add_icosphere("/limit", radius=LIT * reach, color=RED, opacity=0.45, visible=False)
