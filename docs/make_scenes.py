@@ -106,7 +106,7 @@ LESSON = (
     "MOVE #PPOINT(60, -110, 120, 0, 60, 0)",
     "READY",
 )
-RATE = 12.0  # [1/s]
+RATE = 10.0  # [1/s]
 PROMPT, SCENE = (400, 380), (440, 380)  # [px]
 
 
