@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Iterator
 from math import floor
 from pathlib import Path
 
 import numpy as np
 import pytest
+import zstandard
 
 import vrs_cli as product
 from tests.view3d.browser import Browser, changed, chromium, needs_browser
@@ -76,6 +78,19 @@ def test_a_long_trajectory_has_fewer_frames_a_second(monkeypatch: pytest.MonkeyP
     assert usual_rate(timeline) == RATE
     monkeypatch.setattr("vrs_cli.view3d.page.MOST_FRAMES", 20)
     assert len(list(frame_times(timeline, usual_rate(timeline)))) <= 20 + len(timeline)
+
+
+def nodes_of(html: str) -> str:
+    """What a page records, as text: the names of its nodes are in it."""
+    data = html.partition('__VISER_EMBED_DATA__="')[2].partition('"')[0]
+    return zstandard.ZstdDecompressor().decompress(base64.b64decode(data)[8:]).decode("latin-1")
+
+
+def test_the_way_of_many_segments_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    robot = ran("hello.v2")
+    assert "/path/lines" in nodes_of(page_of(robot))
+    monkeypatch.setattr("vrs_cli.view3d.studio.MOST_SEGMENTS", len(robot.timeline) - 1)
+    assert "/path/lines" not in nodes_of(page_of(robot))
 
 
 def test_more_frames_than_a_page_holds_are_refused() -> None:
