@@ -138,6 +138,16 @@ def test_only_who_drives_may(served: Served) -> None:
         served.pull(TABLE)
 
 
+def test_who_drives_no_longer_lets_go_at_once(served: Served) -> None:
+    served.pull(moved(0.3, 0.0, 0.3))
+    served.session.lease = Lease("carl", 1e9)
+    with pytest.raises(LeaseHeld):
+        served.pull(moved(0.3, 0.0, 0.3))
+    assert "carl drives" in served.grip.pulled.why
+    served.pass_time(0.3)
+    assert served.stands
+
+
 def test_it_waits_for_no_program(served: Served) -> None:
     served.session.load_text(".PROGRAM go\n10 GOTO 10\n.END\n")
     served.session.begin("go", cycles=1)

@@ -60,7 +60,12 @@ class Grip:
             return
         if self._spent is session.desk:
             return
-        session.check_may(SAID, Role.SUPERVISOR)
+        try:
+            session.check_may(SAID, Role.SUPERVISOR)
+        except VrsError as error:
+            if self._desk is session.desk:
+                self._break_off(str(error))
+            raise
         self._wish, self._heard = rotating(wish), self._wall()
         if self._dragging is None or self._desk is not session.desk:
             yield from session.on_branch(Role.SUPERVISOR, self._take())
