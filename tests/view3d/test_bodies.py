@@ -124,3 +124,16 @@ def test_no_two_colours_in_one_plane(name: str) -> None:
                     for b in other[plane]:
                         assert not inside(a.mean(axis=0), b), f"{colour} and {other_colour} at {a.mean(axis=0)}"
                         assert not inside(b.mean(axis=0), a), f"{colour} and {other_colour} at {b.mean(axis=0)}"
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_the_arm_ends_where_the_tool_is(name: str) -> None:
+    """The last link without its hand ends at the flange, which is the tool where TOOL is not set."""
+    model = load_robot(name)
+    last = [
+        look.mesh.vertices
+        for look in looks_of(model)
+        if look.shape.link == model.joint_count and look.shape.opens is None and look.shape.colour == "steel"
+    ]
+    ends = [end for points in last for end in (points[:, 2].min(), points[:, 2].max())]
+    assert min(map(abs, ends)) < 1e-9

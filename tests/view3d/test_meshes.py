@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from math import pi
 
 import numpy as np
 import pytest
 
 from vrs_cli.kinematics.shapes import Body, Box, Capsule, Cylinder, Slab
-from vrs_cli.kinematics.transform import compose, rotation_x, rotation_z, translation
+from vrs_cli.kinematics.transform import Vector, compose, rotation_x, rotation_z, translation
 from vrs_cli.view3d.meshes import Mesh, Points, mesh_of
 
 SLAB = Slab((0.0, 0.0, 0.0), (0.4, 0.0, 0.0), (0.0, 0.0, 1.0), (0.1, 0.06), (0.09, 0.05))
@@ -59,3 +60,21 @@ def test_closed_and_outside_out(body: Body) -> None:
     centre = mesh.vertices.mean(axis=0)
     outward = np.einsum("ij,ij->i", np.cross(b - a, c - a), (a + b + c) / 3 - centre)
     assert (outward > 0.0).all(), "all bodies are convex"
+
+
+@pytest.mark.parametrize("end", [(0.0, 0.0, 0.5), (0.3, -0.2, 0.1)])
+def test_bodies_are_as_large_as_they_say(end: Vector) -> None:
+    high = float(np.linalg.norm(end))
+    for body, expected in (
+        (Cylinder((0.0, 0.0, 0.0), end, (0.1, 0.1)), pi * 0.1**2 * high),
+        (Capsule((0.0, 0.0, 0.0), end, (0.1, 0.1)), pi * 0.1**2 * high + 4 / 3 * pi * 0.1**3),
+        (Slab((0.0, 0.0, 0.0), end, (0.0, 1.0, 0.0), (0.1, 0.1), (0.05, 0.05)), (pi * 0.1**2 + 0.2 * high) * 0.05),
+    ):
+        assert volume(mesh_of(body)) == pytest.approx(expected, rel=0.02)
+
+
+def test_the_same_body_has_the_same_mesh() -> None:
+    for body in BODIES:
+        one, other = mesh_of(body), mesh_of(body)
+        assert one.vertices.tobytes() == other.vertices.tobytes()
+        assert one.faces.tobytes() == other.faces.tobytes()

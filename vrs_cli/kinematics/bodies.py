@@ -5,19 +5,19 @@ from __future__ import annotations
 import tomllib
 from math import dist, inf
 
-from vrs_cli.kinematics.axes import link_transform
 from vrs_cli.kinematics.joints import JointKind
-from vrs_cli.kinematics.model import RobotModel, levers, link_frames
+from vrs_cli.kinematics.model import RobotModel, levers, link_frames, link_pose
 from vrs_cli.kinematics.model_data import NEEDED_POSES
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
 from vrs_cli.kinematics.shape_data import ShapeReader
 from vrs_cli.kinematics.shapes import Body, Box, Capsule, Cylinder, Shape
-from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, along, compose, inverse, position, rotate
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, along, inverse, position, rotate
 
 SHAPES = ROBOTS / "shapes"  # of the built-in robots: files of their own, for who runs a program reads none
 ORIGIN, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 THICK, THIN = 0.055, 0.03  # radius of the first link and of the last, for an arm that reaches 1
 UPRIGHT = 0.9  # cosine of the angle between the first axis and the vertical
+LEAST = 0.05  # [m] an arm is drawn as one that reaches so far at least
 SHORT = 1e-6  # [m] no distance to draw
 
 
@@ -36,13 +36,18 @@ def _built_in(model: RobotModel) -> tuple[Shape, ...]:
     return ()
 
 
+def size_of(model: RobotModel) -> float:
+    """How far an arm reaches, for the size of what is drawn [m]."""
+    _, (reach, *_) = levers(model)
+    return max(reach, LEAST)
+
+
 # --- capsules ------------------------------------------------------------------------------------------------------
 
 
 def capsules(model: RobotModel) -> tuple[Shape, ...]:
     """A body for each link out of link data alone: along the joint's axis, then across to the next one."""
-    _, (reach, *_) = levers(model)
-    n = model.joint_count
+    reach, n = size_of(model), model.joint_count
     radii = [reach * (THICK + (THIN - THICK) * i / n) for i in range(n + 1)]
     found = _foot(model, radii[0])
     for i in range(1, n + 1):
@@ -72,11 +77,10 @@ def _lowest(model: RobotModel) -> float:
 
 def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[Shape]:
     """Of joint i, counted from 1: its hub, and the way to the next joint, or to the flange behind the last one."""
-    link, last = model.links[i - 1], i == model.joint_count
+    link = model.links[i - 1]
     slides = link.kind is JointKind.PRISMATIC
     upper = model.upper[i - 1]
-    step = link_transform(link, upper if slides else 0.0)
-    here = inverse(compose(step, model.flange) if last else step)  # T_i_previous, seen from the link's own frame
+    here = inverse(link_pose(model, i, upper if slides else 0.0))  # T_i_previous, seen from the link's own frame
     axis, start = rotate(here, Z), position(here)
     run = link.d + (upper if slides else 0.0)
     corner = along(start, axis, run)
@@ -84,7 +88,7 @@ def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[Shape]:
     found: list[Shape] = []
     if slides:
         found.append(_sleeve(i, thick))
-        found.append(_rod(i, corner, axis, (0.0, -run, model.upper[i - 1] - model.lower[i - 1] - run), 0.6 * thin))
+        found.append(_rod(i, corner, axis, (0.0, -run, upper - model.lower[i - 1] - run), 0.6 * thin))
     else:
         found.append(_hub(i, start, axis, thick))
         if abs(run) > SHORT:

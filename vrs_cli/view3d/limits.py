@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from viser import LabelHandle, MeshHandle, SceneApi, SceneNodeHandle
 
-from vrs_cli.kinematics.model import RobotModel, levers, link_pose
+from vrs_cli.kinematics.bodies import size_of
+from vrs_cli.kinematics.model import RobotModel, link_pose
 from vrs_cli.kinematics.transform import Transform, compose, inverse, rotation_z, translation
 from vrs_cli.view3d.figure import link_node
 from vrs_cli.view3d.looks import looks_of
@@ -70,8 +71,7 @@ class Limits:
 
     def _add(self, joint: int) -> None:
         model, slides = self._model, self._model.units.slides(joint)
-        _, (reach, *_) = levers(model)
-        size = reach * (LARGEST + (SMALLEST - LARGEST) * (joint - 1) / max(model.joint_count - 1, 1))
+        size = size_of(model) * (LARGEST + (SMALLEST - LARGEST) * (joint - 1) / max(model.joint_count - 1, 1))
         meshes = (_rail if slides else _arc)(model, joint, size)
         fixed, moving = link_node(self._root, joint - 1), link_node(self._root, joint)
         for name, mesh, colour in (("range", meshes.free, FREE), ("ends", meshes.ends, END)):

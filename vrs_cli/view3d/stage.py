@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from viser import FrameHandle, SceneApi
 
+from vrs_cli.kinematics.bodies import size_of
 from vrs_cli.kinematics.joints import JointKind, Joints
-from vrs_cli.kinematics.model import RobotModel, levers
+from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, inverse, position, translation
 from vrs_cli.view3d.lettering import lettered
 from vrs_cli.view3d.looks import floor_height, room_of
@@ -37,8 +38,7 @@ class Stage:
     """The scene around an arm. Nodes /floor, /light, /world, /base, /tool."""
 
     def __init__(self, scene: SceneApi, model: RobotModel) -> None:
-        self._scene, self._model = scene, model
-        _, (reach, *_) = levers(model)
+        reach = size_of(model)
         scene.set_up_direction("+z")
         _light(scene)
         _background(scene)
@@ -136,9 +136,9 @@ def camera_for(model: RobotModel, aspect: float, base: Transform = IDENTITY) -> 
     half = min(0.5 * FIELD, atan(tan(0.5 * FIELD) * aspect))
     away = MARGIN * radius / sin(half)
     towards = np.array(TOWARDS) / np.linalg.norm(TOWARDS)
-    place = centre + away * towards
     T_world_robot = inverse(base)
-    eye, aim = (position(compose(T_world_robot, translation(*map(float, point)))) for point in (place, centre))
+    points = (centre + away * towards, centre)
+    eye, aim = (position(compose(T_world_robot, translation(*map(float, point)))) for point in points)
     return Camera(eye, aim)
 
 
