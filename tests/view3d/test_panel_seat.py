@@ -180,8 +180,8 @@ def test_steps_are_looked_at_while_a_program_runs(tmp_path: Path) -> None:
                 and 151 in [row.number for row in surveying.found.text.rows]
             )
         )
-        asked, begin = [], seat.robot.begin
-        seat.robot.begin = lambda make, outlet: asked.append(1) or begin(make, outlet)  # type: ignore[method-assign]
+        asked, look = [], seat.robot.look
+        seat.robot.look = lambda make, outlet: asked.append(1) or look(make, outlet)  # type: ignore[method-assign]
         for tick in range(100):  # two seconds at 50 Hz
             surveying.look(1e6 + tick * 0.02)
             until(lambda: not surveying._under_way)

@@ -232,6 +232,16 @@ class RemoteRobot:
         """Send a request, made for an id, and do not wait: all that comes of it goes to the outlet, its end last."""
         return self._loop.do(lambda: self.client.begin(make, outlet))
 
+    def look(self, make: Callable[[int], Request], outlet: Callable[[ServerMessage], None]) -> None:
+        """The same of what is asked again anyway: not even its sending is waited for, and no connection, no answer."""
+
+        def begin() -> None:
+            with suppress(RequestRefused):
+                self.client.begin(make, outlet)
+
+        with suppress(RuntimeError):  # it was let go meanwhile
+            self._loop.soon(begin)
+
     def tell(self, message: messages.ClientMessage) -> None:
         """What has no answer; what does not come to the robot any more is missed by nobody."""
         self._loop.do(lambda: self._send_now(message))

@@ -28,6 +28,9 @@ class Afar(Protocol):
         no connection.
         """
 
+    def look(self, make: Callable[[int], Request], outlet: Outlet) -> None:
+        """The same of what is asked again anyway: not even its sending is waited for, and no connection, no answer."""
+
     def tell(self, message: ClientMessage) -> None:
         """What has no answer; lost where there is no connection."""
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, TypeVar
+from contextlib import suppress
+from typing import Any
 
 import viser
 
-T = TypeVar("T")
 Act = Callable[[], object]
 STYLE = (
     "<style>.vrs pre{margin:0;white-space:pre-wrap;font:inherit}.vrs table{font:inherit;border-spacing:0}"
@@ -32,7 +32,8 @@ class Hands:
             except Exception as error:
                 self._refused(error)
 
-        self._thread.submit(guarded)
+        with suppress(RuntimeError):  # the browser has gone
+            self._thread.submit(guarded)
 
     def on(self, handle: Any, act: Callable[[Any], object]) -> None:
         """Have what a user does with an input done: `act` is given its value. What the program itself puts there is

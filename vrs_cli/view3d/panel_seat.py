@@ -90,16 +90,12 @@ class PanelSeat:
         except UnicodeDecodeError:
             self.note(f"{name} is no text", Ink.ERROR)
             return
-        self.note(f"{name} is loaded")
+        self.note(f"Loading {name}")
         self._do(lambda id: At(id, Define(text, f"{name}:")), "")
 
     def abort(self) -> None:
         """The emergency stop."""
         self._do(Abort, "ABORT")
-
-    def interrupt(self) -> None:
-        """Stop what is waited for."""
-        self.robot.tell(messages.Interrupt())
 
     def drive(self, act: LeaseAct, to: str = "") -> None:
         self._do(lambda id: Drive(id, act, to), "")

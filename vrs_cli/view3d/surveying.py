@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
-
 from msgspec.structs import replace
 
-from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.session.survey import MOST_STEPS, Survey, Surveyed, TaskRow
 from vrs_cli.net import messages
 from vrs_cli.net.messages import At, Done, ServerMessage
@@ -57,8 +54,7 @@ class Surveying:
         self._happened, self._under_way, self._asked_at = False, True, wall
         self._asked, self._version = asked, self._robot.timeline.version
         known = () if self.found is None else self.found.marks
-        with suppress(RequestRefused):  # there is no connection: Welcome tells when there is
-            self._robot.begin(lambda id: At(id, replace(asked, known=known)), self._heard)
+        self._robot.look(lambda id: At(id, replace(asked, known=known)), self._heard)
 
     def _wanted(self) -> Survey:
         """The steps around the present one; those that are known, where it is among them."""
@@ -78,6 +74,8 @@ class Surveying:
             self.found = _merged(self.found, message.found)
 
     def _hear(self, message: ServerMessage) -> None:
+        if isinstance(message, messages.Welcome):
+            self._under_way = False
         if isinstance(message, HAPPENED):
             self._happened = True
 
