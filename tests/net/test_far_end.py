@@ -280,6 +280,22 @@ def test_a_lost_mirror_asks_once_for_a_snapshot() -> None:
     assert wires.shown == bits(wires.engine.timeline)
 
 
+def test_a_part_of_the_past_that_was_overtaken_is_asked_for_again() -> None:
+    wires = Wires()
+    for turn in (0.1, -0.1, 0.1):
+        wires.engine.perform(Move(JointOffsetTarget(1, turn), False))
+    wires.tell_changes()
+    whole, (first, *_) = wires.engine.snapshot(), wires.engine.timeline
+    window = structs.replace(whole, segments=whole.segments[2:], first=2)
+    wires.number += 1
+    wires.say(messages.Replaced(snapshot_record(window)))
+    older = snapshot_record(structs.replace(whole, segments=whole.segments[:3]))
+    assert not wires.far.extend(messages.Shown(1, older, wires.number - 1))
+    assert wires.far.extend(messages.Shown(2, older, wires.number))
+    assert wires.far.mirror is not None
+    assert wires.far.mirror.timeline[0] == first
+
+
 def test_a_robot_that_cannot_be_is_refused() -> None:
     wires = Wires(follows=False)
     wires.far = FarEnd(HELLO, lambda: wires.now)

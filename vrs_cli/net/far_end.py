@@ -163,8 +163,8 @@ class FarEnd:
         self.connection.send(message)
 
     def extend(self, part: messages.Shown) -> bool:
-        """More of the past, as far as it fits; False where it has to be asked for again."""
-        if self.mirror is None:
+        """More of the past, as far as it fits; False where it has to be asked for again: changes may overtake it."""
+        if self.mirror is None or part.number < self.mirror.seq:
             return False
         try:
             return self.mirror.extend(snapshot_of(part.snapshot, Form.of(self.mirror.arm)))

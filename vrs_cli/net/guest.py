@@ -363,8 +363,9 @@ class Guest:
         self._look(message, talk, partial(messages.Located, message.id, timeline.version))
 
     def _window(self, message: messages.Window) -> None:
-        part = self._hall.broadcast.stream.part(message.begin, message.end)  # at once: later it would be out of date
-        self.say(messages.Shown(message.id, snapshot_record(part)))
+        stream = self._hall.broadcast.stream
+        part = stream.part(message.begin, message.end)  # at once: later it would be out of date
+        self.say(messages.Shown(message.id, snapshot_record(part), stream.number))
 
     def _who(self, message: messages.Who) -> None:
         robots, holders = self._hall.present(self)

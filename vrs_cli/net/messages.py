@@ -517,9 +517,10 @@ class Located(Result, frozen=True):
 
 
 class Shown(Result, frozen=True):
-    """For `Window`."""
+    """For `Window`. `number`: of the last change that is in it; who knows a later one asks again."""
 
     snapshot: SnapshotRecord
+    number: Count = 0
 
 
 class Completed(Result, frozen=True):
