@@ -81,10 +81,13 @@ def test_values_show_themselves(shell: Any) -> None:
 def test_the_lesson_runs_as_it_stands() -> None:
     nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
     pytest.importorskip("ipykernel")
+    pytest.importorskip("viser")
     lesson = nbformat.read(LESSON, as_version=4)
     assert not any(cell.get("outputs") for cell in lesson.cells)
     nbclient.NotebookClient(lesson, timeout=60, resources={"metadata": {"path": str(ROOT)}}).execute()
-    text = unescape(re.sub("<[^>]*>", "", str([cell.get("outputs") for cell in lesson.cells])))
+    *said, scene = [cell.get("outputs") for cell in lesson.cells]
+    assert scene[0]["data"]["text/html"].startswith("<iframe srcdoc=")
+    text = unescape(re.sub("<[^>]*>", "", str(said)))
     for wanted in (
         "Unimation PUMA 560",
         "JT6",
