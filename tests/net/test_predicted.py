@@ -12,11 +12,12 @@ from tests.net.test_far_end import Wires
 from vrs_cli.engine.commands import JointTarget, Move, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at
+from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.session.acts import Execute, Go, Goal, ListMotions, Say, Undo
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.net import messages
-from vrs_cli.net.far_end import Ahead
+from vrs_cli.net.far_end import PATIENCE, Ahead
 from vrs_cli.net.flags import Flags
 from vrs_cli.net.in_flight import CHANGING, changing
 from vrs_cli.net.messages import Abort, At, Clock, Done, Line, Pong, Progress
@@ -24,6 +25,7 @@ from vrs_cli.net.mirror import Mirror, parting
 from vrs_cli.net.predicted import Predicted
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.wire.records import Motions, delta_record
+from vrs_cli.wire.refusal import Refusal
 from vrs_cli.wire.snapshots import snapshot_record
 from vrs_cli.wire.steered import steered_record
 
@@ -205,12 +207,25 @@ def test_what_is_on_its_way_is_named_until_it_is_confirmed() -> None:
     assert far.unconfirmed == inf
 
 
+def test_what_is_no_place_is_sent_and_not_previewed() -> None:
+    wires = Behind()
+    id = wires.ask(lambda id: At(id, Go(Goal())))
+    wires.carry()
+    assert wires.far.previewed().expected == ()
+    wires.end(wires.came[-1], ok=False, refusal=Refusal.of(IllegalValue("a motion to nowhere")))
+    assert isinstance(wires.ends[-1], Done)
+    assert wires.ends[-1].id == id, "who has asked is told"
+
+
 def test_what_is_not_heard_is_not_confirmed() -> None:
     wires = Behind()
     wires.cut()
     heard = wires.far.heard
     wires.pass_by(5.0)
     assert wires.far.heard == wires.far.unconfirmed == heard
+    wires.now += PATIENCE
+    wires.far.look()
+    assert wires.far.heard == heard, "also when nobody waits for it any more"
     assert wires.lines(heard + 1.0) == [f"unconfirmed from {heard:.3f} s on: the robot is not heard"]
     wires.connect(wires.clock())
     assert wires.far.unconfirmed == inf

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from math import dist, inf, radians
 from pathlib import Path
 from types import SimpleNamespace
@@ -35,6 +36,7 @@ from vrs_cli.net.far_end import Ahead
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.delays import ERROR, FLAGGED, HEARD, PRESENT, REDRAWN, Delays
+from vrs_cli.view3d.figure import link_node
 from vrs_cli.view3d.shown import Shown
 
 MODEL = load_robot("puma560")
@@ -94,8 +96,10 @@ def looking(server: viser.ViserServer) -> Looking:
 def test_the_robot_that_is_predicted_stands_where_it_will_be(looking: Looking) -> None:
     looking.show(heard=1.0, shown=1.5)
     joints = joints_at(looking.engine.arm, looking.seen.timeline, 1.5)
+    drawn = np.eye(4)
     for i, T in enumerate(link_frames(MODEL, joints)):
-        assert np.abs(matrix(looking.node(f"/predicted/{i}")) - np.array(T).reshape(3, 4)).max() < 1e-7
+        drawn = drawn @ np.vstack([matrix(looking.node(link_node("/predicted", i))), (0.0, 0.0, 0.0, 1.0)])
+        assert np.abs(drawn[:3] - np.array(T).reshape(3, 4)).max() < 1e-7
     assert looking.node("/predicted").visible
 
 
@@ -180,47 +184,44 @@ def until(condition: Callable[[], object]) -> None:
         time.sleep(0.01)
 
 
-def test_over_a_line_both_robots_are_shown_and_the_user_chooses(tmp_path: Path) -> None:
+@contextmanager
+def looked_at(folder: Path, delay: float, ahead: float | Ahead) -> Iterator[tuple[vrs.Robot, App]]:
+    """A robot that somebody near moves, and who looks at it is so far away [s], each way."""
     with (
-        serving(tmp_path, realtime=1.0, journal=False) as served,
+        serving(folder, realtime=1.0, journal=False) as served,
         vrs.connect(served.address) as near,
-        behind(served, 0.3, 0.3) as far,
+        behind(served, delay, delay) as far,
     ):
-        app = App(held(far.address, Ahead.PRESENT))
+        app = App(held(far.address, ahead))
         try:
-            with Page(app.address) as page:
-                choice = page.gui("GuiDropdownMessage", label="The robot is shown")
-                assert choice["value"] == PRESENT
-                page.set(choice["uuid"], HEARD)
-                until(lambda: app.windows[0].robot.ahead is Ahead.AUTO)  # type: ignore[union-attr]
-                near.move(60, -90, 90, 0, 0, 0, at=near.now + 1.5)
-                page.until(lambda: any(it.get("name") == "/predicted/1" for it in page.told))
-                assert not [text for text in page.said() if "Internal" in text]
+            yield near, app
         finally:
             app.close()
+
+
+def test_over_a_line_both_robots_are_shown_and_the_user_chooses(tmp_path: Path) -> None:
+    with looked_at(tmp_path, 0.3, Ahead.PRESENT) as (near, app), Page(app.address) as page:
+        choice = page.gui("GuiDropdownMessage", label="The robot is shown")
+        assert choice["value"] == PRESENT
+        page.set(choice["uuid"], HEARD)
+        until(lambda: app.windows[0].robot.ahead is Ahead.AUTO)  # type: ignore[union-attr]
+        near.move(60, -90, 90, 0, 0, 0, at=near.now + 1.5)
+        page.until(lambda: any(it.get("name") == link_node("/predicted", 1) for it in page.told))
+        assert not [text for text in page.said() if "Internal" in text]
 
 
 @needs_browser
 def test_in_a_browser(tmp_path: Path) -> None:
     """Somebody else commands, 0.6 s away each way: the prediction goes first, and what was wrong is red."""
-    with (
-        serving(tmp_path, realtime=1.0, journal=False) as served,
-        vrs.connect(served.address) as near,
-        behind(served, 0.6, 0.6) as far,
-    ):
-        app = App(held(far.address, Ahead.AUTO))
-        try:
-            with chromium() as browser:
-                browser.open(app.address, "/robot")
-                near.move(60, -60, 60, 0, 30, 0, speed=4)
-                browser.until(lambda: "/predicted" in browser.nodes() and browser.nodes()["/predicted"].visible)
-                browser.until(lambda: "/flagged" in browser.nodes() and browser.nodes()["/flagged"].visible)
-                browser.drawn()
-                assert coloured(browser.canvas(), FLAGGED)
-                robot, predicted = (browser.pose(f"{root}/1") for root in ("/robot", "/predicted"))
-                assert np.abs(robot - predicted).max() > 1e-3
-                near.abort()
-                browser.until(lambda: not browser.nodes()["/predicted"].visible)
-                assert browser.errors() == ()
-        finally:
-            app.close()
+    with looked_at(tmp_path, 0.6, Ahead.AUTO) as (near, app), chromium() as browser:
+        browser.open(app.address, "/robot")
+        near.move(60, -60, 60, 0, 30, 0, speed=4)
+        browser.until(lambda: "/predicted" in browser.nodes() and browser.nodes()["/predicted"].visible)
+        browser.until(lambda: "/flagged" in browser.nodes() and browser.nodes()["/flagged"].visible)
+        browser.drawn()
+        assert coloured(browser.canvas(), FLAGGED)
+        robot, predicted = (browser.pose(link_node(root, 1)) for root in ("/robot", "/predicted"))
+        assert np.abs(robot - predicted).max() > 1e-3
+        near.abort()
+        browser.until(lambda: not browser.nodes()["/predicted"].visible)
+        assert browser.errors() == ()

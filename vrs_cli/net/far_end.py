@@ -8,6 +8,7 @@ argument.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from enum import Enum
 from math import inf
 from typing import NamedTuple
@@ -84,7 +85,7 @@ class FarEnd:
         self._ended: dict[int, _Ended] = {}
         self._clock = messages.Clock(0.0)
         self._resyncs = False  # the mirror is lost, and a snapshot was asked for
-        self._cut_at = inf
+        self._cut_at = self._silent_since = inf
         self._pings, self._next_ping = 0, 0.0
 
     # --- sockets ---
@@ -100,7 +101,8 @@ class FarEnd:
     def cut(self) -> None:
         """The socket is gone."""
         self.connection.cut()
-        self._cut_at = min(self._cut_at, self._wall())
+        now = self._wall()
+        self._cut_at, self._silent_since = min(self._cut_at, now), min(self._silent_since, now)
 
     @property
     def open(self) -> bool:
@@ -144,9 +146,9 @@ class FarEnd:
         if isinstance(request, messages.At) and isinstance(request.act, Go) and request.issued is None and self._passes:
             request = structs.replace(request, issued=self.now)
         self.connection.send(request)
+        self._outlets[request.id] = outlet
         if self._passes and self.preview is not None:
             self._preview(self.preview, request)
-        self._outlets[request.id] = outlet
         return request.id
 
     def _preview(self, preview: Preview, request: Request) -> None:
@@ -154,7 +156,8 @@ class FarEnd:
         preview.forward = self.round_trip / 2.0
         match request:
             case messages.At(act=Go() as go, issued=issued):
-                preview.sent(request.id, move_of(go, self._times), self.now if issued is None else issued, go.text)
+                with suppress(VrsError):  # what is no place: the robot says so
+                    preview.sent(request.id, move_of(go, self._times), self.now if issued is None else issued, go.text)
             case _ if (text := changing(request)) is not None:
                 preview.sent(request.id, None, self.now, text)
 
@@ -209,7 +212,8 @@ class FarEnd:
 
     def _welcomed(self, welcome: messages.Welcome) -> None:
         now = self._wall()
-        self.welcome, self._cut_at, self._pings, self._resyncs = welcome, inf, 0, False
+        self.welcome, self._pings, self._resyncs = welcome, 0, False
+        self._cut_at = self._silent_since = inf
         if self.open:
             self._ping(now)  # before all else is asked: whoever has an answer knows how far the robot is
         self._find_again(full=False)
@@ -317,7 +321,7 @@ class FarEnd:
         """
         if self.mirror is None:
             return 0.0
-        return self.mirror.clock.at(min(self._wall(), self._cut_at)) - self.round_trip / 2.0
+        return self.mirror.clock.at(min(self._wall(), self._silent_since)) - self.round_trip / 2.0
 
     @property
     def shown(self) -> float:

@@ -12,20 +12,20 @@ from math import inf
 import numpy as np
 from viser import GuiHtmlHandle, LineSegmentsHandle, SceneApi
 
-from vrs_cli.engine.position import joints_at, position_at
+from vrs_cli.engine.position import position_at
 from vrs_cli.engine.tool_path import ToolLine, ToolPath
 from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.kinematics.transform import Vector, position
 from vrs_cli.net.far_end import Ahead
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.view3d.figure import Colour, Figure
+from vrs_cli.view3d.figure import Colour
+from vrs_cli.view3d.ghosts import Ghost, coincides
 from vrs_cli.view3d.shown import Shown
 from vrs_cli.view3d.window import Window
 
 PREDICTED, UNCONFIRMED, FLAGGED = (58, 124, 214), (232, 150, 36), (210, 69, 60)
 OPACITY = 0.35  # of the robot that is predicted
-APART = 2e-3  # [rad, m] of a joint: two robots that are nearer to each other are one in the picture
 REDRAWN = 0.2  # [s] between two looks at ways and numbers
 ERROR = 1e-3  # [m] that a way may be beside the tool's
 THICK = 4.0  # [px] of a way
@@ -42,7 +42,7 @@ class Delays:
         self._window, self._robot = window, robot
         scene, self._arm = window.client.scene, robot.arm
         self._ahead = Ahead.AUTO if robot.ahead is Ahead.PRESENT else robot.ahead  # what is predicted, if anything is
-        self._ghost: Figure | None = None
+        self._ghost = Ghost(scene, "/predicted", robot.arm.model, PREDICTED, OPACITY)
         self._path = ToolPath(robot.arm, ERROR)
         self._unconfirmed = Way(scene, "/unconfirmed", UNCONFIRMED)
         self._flagged = Way(scene, "/flagged", FLAGGED)
@@ -77,22 +77,12 @@ class Delays:
 
     def _show_ghost(self, shown: Shown, seen: Previewed) -> None:
         """While the robot is followed, and where it is not in the same place."""
-        playback, joints = self._window.playback, joints_at(self._arm, seen.timeline, seen.shown)
+        playback, there = self._window.playback, position_at(self._arm, seen.timeline, seen.shown)
         follows = seen.predicts and playback.follows and playback.playing
-        apart = max(abs(a - b) for a, b in zip(joints, shown.position.joints, strict=True))
-        visible = follows and apart > APART
-        if visible:
-            motion = seen.timeline.locate(seen.shown)[0].motion
-            self._figure().pose(joints, motion.hand, motion.frames.base)
-        if self._ghost is not None:
-            self._ghost.visible = visible
-
-    def _figure(self) -> Figure:
-        """Made when it is first seen: most robots are not far."""
-        if self._ghost is None:
-            scene, model = self._window.client.scene, self._arm.model
-            self._ghost = Figure(scene, "/predicted", model, colour=PREDICTED, opacity=OPACITY)
-        return self._ghost
+        if follows and not coincides(there, shown.position):
+            self._ghost.stand(there, shown)
+        else:
+            self._ghost.hide()
 
     # --- ways in colours ---
 
