@@ -1,0 +1,112 @@
+"""A robot driven from a real browser: keys are pressed, buttons clicked, and what a user sees is looked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.view3d.browser import Browser, browser, needs_browser
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.view3d.app import App
+from vrs_cli.view3d.hosted import Hosted
+
+__all__ = ["browser"]  # a fixture
+pytestmark = needs_browser
+
+PATIENCE = 60.0  # [s]: all of the picture is drawn by software
+BACKSPACE = "\ue003"
+PROGRAM = '.PROGRAM ask()\n  PROMPT "How many? ", n\n  TYPE "got", 2*n\n  WAIT SIG(1001)\n.END\n'
+
+
+@pytest.fixture
+def app(tmp_path: Path) -> Iterator[App]:
+    hosted = Hosted(load_robot("puma560"), folder=tmp_path)
+    app = App(hosted.hold_for_browser)
+    yield app
+    app.close()
+    hosted.close()
+
+
+class User:
+    """Somebody before the page that is shown."""
+
+    def __init__(self, browser: Browser, address: str) -> None:
+        self.browser = browser
+        browser.driver.set_script_timeout(120)
+        browser.size(820, 300)
+        browser.open(address)
+        self.sees("VAL-II")
+        browser.hide_notices()
+
+    def types(self, keys: str, field: str = "VAL-II") -> None:
+        """Into the field with that label."""
+        xpath = f"//label[.='{field}']/ancestor::div[contains(@class, 'Flex')][1]//textarea"
+        self.browser.until(lambda: self.browser.driver.find_elements("xpath", xpath), what=field)
+        self.browser.driver.find_element("xpath", xpath).send_keys(keys)
+
+    def clicks(self, label: str) -> None:
+        def found() -> bool:
+            for one in self.browser.driver.find_elements("css selector", "button,[role=tab]"):
+                if one.text.strip() == label and one.is_displayed():
+                    one.click()
+                    return True
+            return False
+
+        self.browser.until(found, what=f"a button {label}")
+
+    def sees(self, text: str) -> None:
+        self.browser.until_page("document.body.textContent.includes(arguments[0])", text, patience=PATIENCE)
+
+    def sees_no(self, text: str) -> None:
+        self.browser.until_page("!document.body.textContent.includes(arguments[0])", text, patience=PATIENCE)
+
+
+def test_a_robot_is_driven_from_a_browser(browser: Browser, app: App) -> None:
+    user = User(browser, app.address)
+    user.types("MOVE #PPOINT(20,-45,180)\n")
+    browser.until(lambda: app.windows[0].watched.timeline.end > 0.5)
+    user.sees("You drive")
+    for k in (1, 2, 3):  # as fast as a browser can be typed into: nothing is lost, and nothing comes twice
+        user.types(f"x = {k}\nTYPE 900+x\n")
+    user.sees("903")
+    said = browser.run("return document.body.innerText")
+    assert [said.count(f"{900 + k}") for k in (1, 2, 3)] == [1] * 3
+    user.types("MOVEE a\n")
+    user.sees("did you mean MOVE?")
+    user.sees("^^^^^")
+    user.types(BACKSPACE * 7)
+    user.sees_no("did you mean MOVE?")
+    user.types(PROGRAM)
+    user.sees("Program ask: 3 steps")
+    user.clicks("Run")
+    user.sees("How many?")
+    user.types("21\n", "Answer")
+    user.sees("got 42")
+    user.sees("running, step 3")
+    user.clicks("STOP")
+    user.sees("aborted, step 3")
+    assert not browser.errors()
+
+
+def test_two_browsers_and_one_lease(browser: Browser, app: App) -> None:
+    ada = User(browser, app.address)
+    first = browser.driver.current_window_handle
+    ada.types("x = 1\n")
+    ada.sees("You drive")
+    second = browser.another()
+    bo = User(browser, app.address)
+    bo.sees("browser drives")
+    bo.types("MOVE #PPOINT(20,-45,180)\n")
+    bo.sees("browser drives")
+    bo.clicks("Ask to drive")
+    browser.back(first)
+    ada.sees("browser-2 would like to drive")
+    ada.clicks("Give to browser-2")
+    ada.sees("browser-2 drives")
+    browser.back(second)
+    bo.sees("You drive")
+    bo.types("MOVE #PPOINT(20,-45,180)\n")
+    for window in app.windows:
+        browser.until(lambda window=window: window.watched.timeline.end > 0.5)
