@@ -17,6 +17,7 @@ from vrs_cli.kinematics.model import link_frames
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.view3d.app import App
+from vrs_cli.view3d.figure import link_node
 
 pytestmark = needs_browser
 
@@ -57,7 +58,7 @@ def test_the_page_shows_what_g_says_at_every_time_that_is_sought(
         expected = matrix(there.T_world_tool)
         browser.until(lambda expected=expected: np.abs(browser.pose("/tool") - expected).max() < 1e-6)
         for number, T in enumerate(link_frames(arm.model, there.joints)):
-            np.testing.assert_allclose(browser.pose(f"/robot/{number}"), matrix(T), atol=1e-6)
+            np.testing.assert_allclose(browser.pose(link_node("/robot", number)), matrix(T), atol=1e-6)
     assert not browser.errors()
 
 
