@@ -53,6 +53,7 @@ class Allowance(Struct, frozen=True):
 
 
 USUAL = Allowance()
+UNMEASURED = 2**62  # bytes of a folder that is its user's own, however much is in it
 
 
 class Rate:

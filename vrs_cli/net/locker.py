@@ -13,7 +13,7 @@ from vrs_cli.files.bounds import Folder
 from vrs_cli.files.disk import BLOCK
 from vrs_cli.files.folder import existing
 from vrs_cli.files.opening import unreadable
-from vrs_cli.net.limits import Allowance
+from vrs_cli.net.limits import UNMEASURED, Allowance
 from vrs_cli.net.messages import StoredFile
 
 LARGEST = 50_000_000  # bytes of a file that is fetched
@@ -59,6 +59,8 @@ def listed(folder: Folder) -> tuple[StoredFile, ...]:
 
 def check_room(folder: Folder, allowance: Allowance, new: Sequence[int] = ()) -> None:
     """Raises LimitReached for a folder that holds too much, beside `new` files of these sizes."""
+    if allowance.folder >= UNMEASURED:
+        return
     there = (found.st_size for _, found in _files(folder))
     sizes = [*islice(there, allowance.files + 1), *new]
     held = sum(max(size, BLOCK) for size in sizes)

@@ -9,11 +9,13 @@ from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from msgspec.structs import replace
+
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.hub import Hub, Places
-from vrs_cli.net.limits import USUAL
+from vrs_cli.net.limits import UNMEASURED, Allowance
 from vrs_cli.net.remote import Loop, RemoteRobot
 from vrs_cli.net.room import Plan
 from vrs_cli.net.server import Place, Server
@@ -21,6 +23,13 @@ from vrs_cli.net.tokens import TokenFile, Wanted, add_tokens
 
 BROWSER, SHELL = "browser", "shell"  # who holds it, as all see them called
 OPENING = 10.0  # [s] until it listens
+
+
+class _Here(Places, frozen=True):
+    """The one robot that there is has the folder itself, not one of its own in it."""
+
+    def plan(self, name: str, model: RobotModel, usual: Plan) -> Plan:
+        return replace(super().plan(name, model, usual), folder=self.folder)
 
 
 class Hosted:
@@ -40,10 +49,13 @@ class Hosted:
         try:
             here = Path(self._left.enter_context(TemporaryDirectory(prefix="vrs-")))
             self.tokens = add_tokens(here / "tokens.toml", (Wanted(BROWSER), Wanted(SHELL)))
+            allowance = Allowance(folder=UNMEASURED)
             audit = Audit(None, time.time, tell)
-            server = Server(Place("127.0.0.1", 0), USUAL, audit, TokenFile(here / "tokens.toml", (model.name,)), tell)
-            plan = Plan(model, folder or here, realtime=rate)
-            hub = Hub({model.name: model}, Places(None, folder or here), plan, audit, server.wake, tell)
+            server = Server(
+                Place("127.0.0.1", 0), allowance, audit, TokenFile(here / "tokens.toml", (model.name,)), tell
+            )
+            plan = Plan(model, folder or here, realtime=rate, allowance=allowance)
+            hub = Hub({model.name: model}, _Here(None, folder or here), plan, audit, server.wake, tell)
             hub.open_all()
             self._left.callback(hub.close)
             self.url = self._served(server, hub)
