@@ -59,11 +59,11 @@ def furnish(window: Window, title: str) -> None:
     choices.minimize()
     if window.robot is not None:
         panel = Panel(window)
+        at_will.explain(panel.seat)
         window.parts += panel.parts
         window.closing.append(panel.close)
         window.type = panel.seat.type
         window.parts.append(Delays(window, window.robot))
-        at_will.explain(panel.seat)
 
 
 def _look(window: Window) -> None:
