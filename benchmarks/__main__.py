@@ -12,7 +12,7 @@ ALL = (
 
 
 def main() -> None:
-    for name in sys.argv[1:] or ALL:
+    for name in [one for one in sys.argv[1:] if not one.replace(".", "").isdigit()] or ALL:
         if name not in ALL:
             raise SystemExit(f"there is no benchmark {name}: {', '.join(ALL)}")
         print(f"== {name}", flush=True)
