@@ -3,7 +3,8 @@
     python docs/make_scenes.py [NAME ...]
 
 drive.webp is an arm beside the prompt that moves it, puma.webp the joints of the PUMA 560, oat.webp the angles O, A
-and T, configurations.webp one place reached in four ways. Needs the extra `view`, and Chromium.
+and T, configurations.webp one place reached in four ways, ways.webp
+a cut, and a line that is refused. Needs the extra `view`, and Chromium.
 """
 
 from __future__ import annotations
@@ -26,6 +27,9 @@ from vrs_cli.kinematics.model import joint_axes, link_frames
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Vector
 from vrs_cli.view3d.figure import Figure
+from vrs_cli.view3d.paths import Path as Way
+from vrs_cli.view3d.reasons import Reasons
+from vrs_cli.view3d.shown import Part, Shown
 from vrs_cli.view3d.stage import FIELD, Stage
 from vrs_cli.view3d.still import Pixels, photographing
 
@@ -251,7 +255,58 @@ def configurations() -> None:
     save(row(pictures), "configurations")
 
 
-SCENES = {scene.__name__: scene for scene in (drive, puma, oat, configurations)}
+# --- a timeline with a blend and a cut, and a line that is refused ----------------------------------------------------
+
+DEMO = """.PROGRAM demo()
+    MOVE start
+    MOVES mid
+    MOVES finish
+    MOVE #away AT 2.2
+.END
+.LOCATIONS
+start     -300 450 -200 90 90 0
+mid        200 450 -200 90 90 0
+finish     200 650 100 90 90 0
+#away      40 -60 120 0 45 0
+.END
+"""
+LARGE = (640, 460)  # [px]
+
+
+def ways() -> None:
+    """The arm where the motion to `mid` is cut; and why a line through the robot is refused."""
+    robot, arm = vrs.Robot(), arm_for(load_robot("puma560"))
+    robot.define(DEMO)
+    robot.execute("demo")
+    with photographing(LARGE) as (client, take):
+        scene = client.scene
+        place = Place(client, take, LARGE, arm)
+        place.hide("/world")
+        place.hide("/tool/name")
+        place.look((1.5, 2.55, 0.75), (-0.05, 0.3, 0.0))
+        path, reasons = Way(scene, arm.model), Reasons(scene, arm.model)
+        path.commands = True
+        cut = titled(shot(place, robot, 2.2, path), "MOVES mid is cut at 2.2 s by MOVE #away AT 2.2")
+        path.visible = False
+        place.look((1.9, -0.7, 1.5), (0.1, 0.12, 0.0))
+        start = vrs.Robot().move(vrs.trans(400, 450, -100, 90, 90, 0))
+        (report,) = start.why(vrs.trans(-350, -450, -100, 90, 90, 0))
+        reasons.explain(report)
+        refused = titled(shot(place, start, start.end, reasons), "WHY: how far the straight line can be followed")
+    save(row((cut, refused)), "ways")
+
+
+def shot(place: Place, robot: vrs.Robot, t: float, part: Part) -> Image.Image:
+    """A moment of a robot with one more part of the scene; labels come some pictures later."""
+    position = position_at(place.arm, robot.timeline, t)
+    place.pose(position.joints, position.hand)
+    part.show(Shown(place.arm, robot.timeline, t, position, t))
+    for _ in range(4):
+        place.picture()
+    return place.picture()
+
+
+SCENES = {scene.__name__: scene for scene in (drive, puma, oat, configurations, ways)}
 
 
 def main(names: Sequence[str]) -> int:
