@@ -22,7 +22,7 @@ RATE = 30.0  # [1/s] frames while the robot moves
 REST_RATE = 1.0  # [1/s] while it stands still: the caption goes on
 MOST_FRAMES = 18_000  # 10 minutes at 30 frames a second: about 5 MB, and what a browser still holds with ease
 HOLD = 1.0  # [s] the end is seen before a page begins again
-ASPECT = 1.2  # of the picture: width to height; narrow enough for a notebook and a window
+ASPECT = 0.8  # of the picture, width to height: all of the arm is seen below a cell, and nearly all of it on a phone
 TITLE = "<title>Viser</title>"  # of viser's client
 
 
