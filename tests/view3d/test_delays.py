@@ -215,7 +215,7 @@ def test_in_a_browser(tmp_path: Path) -> None:
     """Somebody else commands, 0.6 s away each way: the prediction goes first, and what was wrong is red."""
     with looked_at(tmp_path, 0.6, Ahead.AUTO) as (near, app), chromium() as browser:
         browser.open(app.address, "/robot")
-        near.move(60, -60, 60, 0, 30, 0, speed=4)
+        near.move(150, -60, 60, 0, 30, 0, speed=2)  # a page is slow where many work
         browser.until(lambda: "/predicted" in browser.nodes() and browser.nodes()["/predicted"].visible)
         browser.until(lambda: "/flagged" in browser.nodes() and browser.nodes()["/flagged"].visible)
         browser.drawn()
