@@ -60,7 +60,7 @@ def test_at_rest_there_is_no_target() -> None:
 
 
 def test_the_way_has_no_gap_but_where_the_tool_is_changed() -> None:
-    of = session("DRIVE 1, 60 AT 1", "DRIVE 2, 20 AT 1.3", "TOOL TRANS(0,0,300)", "DRIVE 1, -60 AT 20")
+    of = session("DRIVE 1, 60 AT 1", "DRIVE 2, 20 AT 1.3", "TOOL TRANS(0,0,300)", "DRIVE 1, -60 AT 6")
     lines = shown(of, "SHOW AT 0").planned
     gaps = [dist(a[-1], b[0]) for a, b in pairwise(lines)]
     assert sorted(gaps)[-1] == pytest.approx(0.3)
