@@ -23,7 +23,7 @@ pytestmark = needs_browser
 
 __all__ = ["browser"]
 
-PLAYED = "MOVE #PPOINT(70, -60, 60, 20, 30, 40)\nMOVES TRANS(300, 400, -200, 90, 90, 0)\nREADY"
+PLAYED = "MOVE #PPOINT(70, -60, 60, 20, 30, 40)\nMOVES TRANS(300, 400, -200, 90, 90, 0)\nREADY\nDELAY 600"
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +52,7 @@ def test_the_page_shows_what_g_says_at_every_time_that_is_sought(
     window = app.windows[0]
     window.change(Playback.pause)
     for share in (0.0, 0.21, 0.5, 0.83, 1.0):
-        t = share * timeline.end
+        t = share * timeline[-1].start
         window.change(lambda playback, wall, t=t: playback.seek(t, wall))
         there = position_at(arm, timeline, t)
         expected = matrix(there.T_world_tool)
@@ -68,6 +68,7 @@ def test_keys_play_and_two_windows_have_a_time_of_their_own(app: App, browser: B
     browser.another()
     browser.open(app.address, "/tool")
     browser.until(lambda: len(app.windows) == 2)
+    browser.until_page("document.body.textContent.includes('playing, 1 x')")  # what is told of time comes last
     browser.driver.find_element("tag name", "body").send_keys(" ")
     browser.until(lambda: [window.playback.playing for window in app.windows].count(False) == 1)
     browser.back(first)
