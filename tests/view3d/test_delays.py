@@ -39,6 +39,7 @@ from vrs_cli.view3d.delays import ERROR, FLAGGED, HEARD, PRESENT, REDRAWN, Delay
 from vrs_cli.view3d.figure import link_node
 from vrs_cli.view3d.shown import Shown
 
+SLOW = 60.0  # [s] that a page may take to draw by software where many work
 MODEL = load_robot("puma560")
 READY = MODEL.poses["ready"]
 
@@ -216,12 +217,12 @@ def test_in_a_browser(tmp_path: Path) -> None:
     with looked_at(tmp_path, 0.6, Ahead.AUTO) as (near, app), chromium() as browser:
         browser.open(app.address, "/robot")
         near.move(150, -60, 60, 0, 30, 0, speed=2)  # a page is slow where many work
-        browser.until(lambda: "/predicted" in browser.nodes() and browser.nodes()["/predicted"].visible)
-        browser.until(lambda: "/flagged" in browser.nodes() and browser.nodes()["/flagged"].visible)
+        browser.until(lambda: "/predicted" in browser.nodes() and browser.nodes()["/predicted"].visible, SLOW)
+        browser.until(lambda: "/flagged" in browser.nodes() and browser.nodes()["/flagged"].visible, SLOW)
         browser.drawn()
         assert coloured(browser.canvas(), FLAGGED)
         robot, predicted = (browser.pose(link_node(root, 1)) for root in ("/robot", "/predicted"))
         assert np.abs(robot - predicted).max() > 1e-3
         near.abort()
-        browser.until(lambda: not browser.nodes()["/predicted"].visible)
+        browser.until(lambda: not browser.nodes()["/predicted"].visible, SLOW)
         assert browser.errors() == ()
