@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -27,27 +26,33 @@ LONG = ("UNDO {0}", "REDO {0}", "MERGE b", "LOAD brought", "STORE all", "LISTR",
 MEANWHILE = ("DRIVE 4, 5", "x = 5", "p = 3", "DELETER x", "WHERE", "UNDO", "LISTR", "ABORT", "STOP")
 
 
-@dataclass
 class Beside:
-    """Threads that work when the test says so."""
+    """What is to be done by threads is done when the test says so."""
 
-    due: list[Callable[[], object]] = field(default_factory=list)
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self.due: list[Any] = []
+        self.put = self.due.append
 
-    def thread(self, target: Callable[[], object], **_: object) -> Beside:
-        self._new = target
+    def thread(self, **_: object) -> Beside:
         return self
 
     def start(self) -> None:
-        self.due.append(self._new)
+        """Nothing is done by itself."""
+
+    def do(self) -> None:
+        """The last that was given."""
+        self._session.actor._do_beside(*self.due.pop())
 
 
 @contextmanager
 def served(session: Session, at_once: int) -> Iterator[Beside]:
     """As in a server, but for who lets the threads run; and with small parts."""
-    beside = Beside()
+    beside = Beside(session)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(actor, "Thread", beside.thread)
         patch.setattr(book, "AT_ONCE", at_once)
+        patch.setattr(session.actor, "_works", beside)
         session.actor._server = beside  # type: ignore[assignment]
         yield beside
         session.actor._server = None
@@ -143,7 +148,7 @@ def test_what_comes_meanwhile_comes_before_or_after(
                 if session.actor.peek() < inf:
                     session.actor.step()
                 else:
-                    beside.due.pop()()
+                    beside.do()
         stopped = isinstance(work.error(0.0), RequestRefused)
         here = ended(work), ended(between), state(session, holder)
     if stopped and meanwhile in ("ABORT", "STOP"):  # nothing of it is done
@@ -175,7 +180,7 @@ def test_what_a_holder_asks_for_waits_for_the_work_beside_before_it(
         assert (load.done(), run.done()) == (False, False)
         while not run.done():
             if beside.due:
-                beside.due.pop()()
+                beside.do()
             session.actor.step()
     assert (load.error(0.0), run.error(0.0)) == (None, None)
     assert [record.text for record in session.engine.records()] == ["DRIVE 2, 5", "DRIVE 1, 5"]

@@ -382,11 +382,13 @@ class Actor:
     def _work_on(self) -> None:
         """What there is to be done beside, in a thread of its own."""
         while (one := self._works.get()) is not None:
-            request, it = one
-            begun = time.thread_time()
-            it.run()
-            self.spent(request.by, time.thread_time() - begun)
-            self._inbox.put(_Worked(request.ticket))
+            self._do_beside(*one)
+
+    def _do_beside(self, request: _Request, it: Work) -> None:
+        begun = time.thread_time()
+        it.run()
+        self.spent(request.by, time.thread_time() - begun)
+        self._inbox.put(_Worked(request.ticket))
 
     def _give_answers(self) -> None:
         """The changes that were made are on the disk, then who commanded them is answered, then all others hear of it.
