@@ -219,6 +219,16 @@ def test_abort_never_waits_for_room() -> None:
     assert [type(message) for message in pair.to_server()] == [Line, Line, Abort]
 
 
+def test_more_than_a_server_takes_is_not_sent() -> None:
+    """It would cut the connection, each time that it is given again."""
+    pair = Pair()
+    with pytest.raises(RequestRefused, match=r"bytes at once, 2000000 at most .*in parts"):
+        pair.line("x" * 2_000_000)
+    assert pair.to_server() == []
+    line = pair.line("TYPE 1")
+    assert pair.to_server() == [line]
+
+
 def test_what_a_later_client_sends_is_refused_and_the_connection_stays() -> None:
     pair = Pair()
     for frame in ('{"type":"hologram","id":7}', '{"type":"line","id":7,"text":"MOVE a","colour":"red"}'):

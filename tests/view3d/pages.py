@@ -32,14 +32,16 @@ Message = dict[str, Any]
 
 
 class Page:
-    """`address`: that of the page. `told`: all that the server has said, oldest first."""
+    """`address`: that of the page; `camera`: what is otherwise than in CAMERA. `told`: all that the server has said,
+    oldest first.
+    """
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, **camera: object) -> None:
         origin = "http://" + address.removeprefix("http://").split("/")[0]
         where = address.replace("http://", "ws://").rstrip("/")
         self._socket = connect(where, origin=origin, subprotocols=[PROTOCOL], compression=None, max_size=None)  # type: ignore[arg-type, list-item]
         self.told: list[Message] = []
-        self._send(CAMERA)
+        self._send(CAMERA | camera)
 
     def __enter__(self) -> Page:
         return self

@@ -121,3 +121,23 @@ def test_a_viser_that_opens_its_server_in_another_way_is_not_served(monkeypatch:
     monkeypatch.setattr(guard, "sockets", SimpleNamespace())
     with pytest.raises(RuntimeError, match="nobody would guard it"):
         App(lambda _told: pytest.fail("nobody comes"))
+
+
+def test_what_no_page_sends_is_told_in_a_line(capfd: pytest.CaptureFixture[str]) -> None:
+    told: list[str] = []
+    recorded = Recorded(arm_for(load_robot("puma560")), Robot().timeline)
+    app = App(lambda _told: recorded, tell=told.append)
+    with Page(app.address) as page:
+        slider = page.gui("GuiSliderMessage")
+        page.set(slider["uuid"], None)
+        page.key("Play or pause")
+        page.until(lambda: told or not page.quiet(0.1))
+    app.close()
+    assert "internal error: TypeError" in told[0]
+    assert "Traceback" not in capfd.readouterr().err
+
+
+def test_a_page_that_nobody_sees_is_furnished_too(app: App) -> None:
+    with Page(app.address, image_width=0, image_height=0) as page:
+        page.until(lambda: page.told_of_time() or page.said())
+        assert page.said() == []

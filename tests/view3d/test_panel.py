@@ -130,6 +130,15 @@ def test_a_mistake_stands_under_the_line_and_the_line_stays(ada: Sat) -> None:
     ada.until(lambda: not any("did you mean" in one for one in ada.html()))
 
 
+def test_a_file_that_is_too_long_is_refused_and_the_connection_stays(app: App, ada: Sat) -> None:
+    ada.sees("Programs are typed")
+    panel(app).seat.load("long.v2", b"; much\n" * 400_000)
+    ada.sees("at most")
+    ada.type("TYPE 6*7")
+    ada.sees("42")
+    assert not ada.page.said(), "nothing was cut"
+
+
 def test_words_are_suggested_and_taken(ada: Sat) -> None:
     field = ada.now("GuiTextMessage", label="VAL-II")["uuid"]
     ada.page.set(field, "DEPA")

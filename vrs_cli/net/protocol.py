@@ -21,6 +21,7 @@ from msgspec.structs import replace
 
 from vrs_cli.errors import RequestRefused
 from vrs_cli.net.ledger import Ledger
+from vrs_cli.net.limits import USUAL
 from vrs_cli.net.messages import (
     VERSION,
     Abort,
@@ -52,7 +53,7 @@ from vrs_cli.net.messages import (
     Withdrawn,
 )
 from vrs_cli.net.outbox import Outbox
-from vrs_cli.wire.codec import Frame, Reader, UnknownType, marks_of
+from vrs_cli.wire.codec import Frame, Reader, UnknownType, encode, marks_of
 from vrs_cli.wire.records import RecordError
 from vrs_cli.wire.refusal import Refusal
 
@@ -293,9 +294,14 @@ class ClientConnection:
         return self._id
 
     def send(self, message: ClientMessage) -> None:
-        """Raises RequestRefused where there is no connection, or too much waits for an answer; ABORT need not wait."""
+        """Raises RequestRefused where there is no connection, for more than a server takes at once, and where too much
+        waits for an answer; ABORT need not wait.
+        """
         if self.state is not State.OPEN:
             raise RequestRefused("there is no connection", "connect again")
+        frame = encode(message, self._outbox.encoding)
+        if len(frame) > USUAL.message:  # the server would cut the connection, and nobody would know why
+            raise RequestRefused(f"{len(frame)} bytes at once, {USUAL.message} at most", "give it in parts")
         if isinstance(message, Request):
             if len(self._unanswered) + len(self.unseen) >= MOST_WAITING and not isinstance(message, Abort):
                 raise RequestRefused(f"{MOST_WAITING} requests wait already", "wait for some answers first")
@@ -304,7 +310,7 @@ class ClientConnection:
             self._followed, self._change = message, message.after
         elif isinstance(message, Answer) and message.question in self._questions:
             self._questions[message.question] = True
-        self._outbox.send(message)
+        self._outbox.put(frame)
 
     def repeat(self, id: int) -> None:
         """Give a command again that was never seen. Raises RequestRefused as `send` does."""

@@ -61,7 +61,7 @@ class App:
         self._gone: set[int] = set()  # browsers that went before there was a window
         self._lock, self._open, self._ended = Lock(), Event(), Event()
         self._came = False  # whether there was a window
-        guard = Guard()
+        guard = Guard(lambda error: self._tell(internal_error(error).text))
         self._viser, bound = _serve(guard, host, port)
         self.address = f"http://{_shown(host)}:{bound}/{guard.secret}/"
         self._viser.on_client_connect(self._come)

@@ -30,12 +30,16 @@ class Edges:
 
     def __init__(self, window: Window) -> None:
         self._window, self._panel, self._width = window, window.client.gui.main_panel, window.width
-        self._panel.float(x=EDGE, y=-EDGE, width=self._width - 2.0 * EDGE, height=HEIGHT)
+        self._panel.float(x=EDGE, y=-EDGE, width=self._wide, height=HEIGHT)
 
     def show(self, _shown: Shown) -> None:
         if self._width != self._window.width:
             self._width = self._window.width
-            self._panel.set_width(max(self._width - 2.0 * EDGE, CHOICES))
+            self._panel.set_width(self._wide)
+
+    @property
+    def _wide(self) -> float:
+        return max(self._width - 2.0 * EDGE, CHOICES)
 
 
 def furnish(window: Window, title: str) -> None:
@@ -70,8 +74,8 @@ def _look(window: Window) -> None:
     """So that all of the robot is seen, above the bar."""
     camera, base = window.client.camera, window.watched.timeline[-1].motion.frames.base
     covers = SHEET if window.width < PHONE else HEIGHT + EDGE
-    hidden = min(covers / camera.image_height, 0.5)
-    seen = camera_for(window.watched.arm.model, camera.aspect / (1.0 - hidden), base)
+    hidden = min(covers / window.height, 0.5)
+    seen = camera_for(window.watched.arm.model, window.width / window.height / (1.0 - hidden), base)
     eye, aim = np.array(seen.position), np.array(seen.look_at)
     away = (eye - aim) / (1.0 - hidden)
     lower = np.array((0.0, 0.0, hidden * np.linalg.norm(away) * tan(0.5 * FIELD)))

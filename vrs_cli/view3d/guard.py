@@ -6,6 +6,7 @@ from no page, and knows the secret of the address.
 
 from __future__ import annotations
 
+import asyncio
 import hmac
 import secrets
 import socket
@@ -28,9 +29,12 @@ Asked = Callable[[ServerConnection, Request], Response | None]
 
 
 class Guard:
-    """Lets in who knows the secret, which is the first part of the path of an address."""
+    """Lets in who knows the secret, which is the first part of the path of an address. `failed` is told what goes wrong
+    with what a page sends: viser lets it lie.
+    """
 
-    def __init__(self) -> None:
+    def __init__(self, failed: Callable[[BaseException], object] = lambda _error: None) -> None:
+        self._failed = failed
         self.secret = secrets.token_urlsafe(BYTES)
         self.stands = False
 
@@ -69,6 +73,7 @@ class Guard:
                 return self.admit(connection, request, process_request)
 
             self.stands = True
+            asyncio.get_running_loop().set_exception_handler(self._hear_of_failure)
             return serve(handler, sock=listening, process_request=asked, **options)
 
         with _replacing:
@@ -77,6 +82,11 @@ class Guard:
                 yield
             finally:
                 vars(sockets)["serve"] = serve
+
+    def _hear_of_failure(self, _loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        error = context.get("exception")
+        if error is not None:
+            self._failed(error)
 
 
 def _secret_of(path: str) -> str:

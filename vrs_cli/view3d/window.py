@@ -117,8 +117,13 @@ class Window:
 
     @property
     def width(self) -> float:
-        """Of the picture [px]."""
-        return float(self.client.camera.image_width)
+        """Of the picture [px]; a page that nobody sees may have none."""
+        return max(float(self.client.camera.image_width), 1.0)
+
+    @property
+    def height(self) -> float:
+        """As `width`."""
+        return max(float(self.client.camera.image_height), 1.0)
 
     # --- what is said ---
 

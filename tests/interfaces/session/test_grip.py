@@ -11,8 +11,8 @@ import pytest
 from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.clock import Clock
-from vrs_cli.errors import LeaseHeld, RoleWanted, UsageError
-from vrs_cli.interfaces.dragging import Held, Hold, Limit
+from vrs_cli.errors import IllegalValue, LeaseHeld, RoleWanted, UsageError
+from vrs_cli.interfaces.dragging import Dragging, Held, Hold, Limit
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.session.grip import SILENCE, Grip, Pulled
 from vrs_cli.interfaces.session.session import Session
@@ -190,3 +190,24 @@ def test_over_a_line_of_uneven_delay_it_goes_on_without_a_stop(served: Served) -
             assert not served.stands
             squares, count = squares + distance(served.tool, hand(since - 0.3)) ** 2, count + 1
     assert sqrt(squares / count) < 0.02
+
+
+def test_a_wish_beyond_all_numbers_is_refused(served: Served) -> None:
+    """Its square is none that a computer has."""
+    served.pull(TABLE)
+    with pytest.raises(IllegalValue):
+        served.pull(at_position(TABLE, 1e160, 1e160, 0.0))
+    assert served.grip.pulled.by == "ann"
+
+
+def test_a_tool_that_cannot_be_moved_is_held_by_nobody(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+    served.pull(moved(0.1, 0.0, 0.0))
+
+    def fail(*_it: object) -> Held:
+        raise OverflowError
+
+    monkeypatch.setattr(Dragging, "to", fail)
+    with pytest.raises(OverflowError):
+        served.pass_time(0.1)
+    assert served.grip.pulled.by == ""
+    assert "internal error" in served.grip.pulled.why

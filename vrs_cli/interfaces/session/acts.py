@@ -31,7 +31,7 @@ from vrs_cli.language.run.prompt import arguments_of, evaluate
 from vrs_cli.language.text.ast import DoInstruction, Expression, Instruction, Variable
 from vrs_cli.language.text.diagnostics import Severity
 from vrs_cli.language.text.parser import parse_prompt
-from vrs_cli.language.words.values import Value
+from vrs_cli.language.words.values import LIMIT, Value
 from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
 
@@ -127,8 +127,9 @@ def _finite(numbers: Joints) -> Joints:
 
 
 def rotating(T: Transform) -> Transform:
-    """Raises IllegalValue for a matrix that is no location."""
-    _finite(T)
+    """Raises IllegalValue for a matrix that is no location, or a place that no line could name."""
+    if max(map(abs, _finite(T))) > LIMIT:
+        raise IllegalValue("a location beyond all numbers", "reals go to about 3E38")
     rows = T[0:3], T[4:7], T[8:11]
     for i, a in enumerate(rows):
         for b in rows[: i + 1]:

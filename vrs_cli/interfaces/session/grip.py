@@ -99,6 +99,9 @@ class Grip:
             self._follow()
         except VrsError as error:
             self._break_off(str(error))
+        except Exception:  # nobody holds what nobody moves
+            self._break_off("the robot cannot follow: an internal error")
+            raise
         return None if self._dragging is None else max(due + TICK, engine.now)
 
     def _follow(self) -> None:
