@@ -197,3 +197,23 @@ def test_the_folder_of_a_user_may_be_as_full_as_it_is(tmp_path: Path) -> None:
     robot.say("STORE there", no_answer)
     assert (tmp_path / "there.v2").exists()
     hosted.close()
+
+
+def test_a_page_that_cannot_be_furnished_lets_its_robot_go(hosted: Hosted, monkeypatch: pytest.MonkeyPatch) -> None:
+    held: list[RemoteRobot] = []
+
+    def hold(told: Callable[[str], None]) -> RemoteRobot:
+        held.append(hosted.hold_for_browser(told))
+        return held[-1]
+
+    def fail(*_it: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr("vrs_cli.view3d.app.furnish", fail)
+    app = App(hold)
+    try:
+        with Page(app.address) as page:
+            assert "internal error: ZeroDivisionError" in page.until(page.said)[0]
+            until(lambda: not held[0].open)
+    finally:
+        app.close()

@@ -91,9 +91,7 @@ class App:
             watched = self._held(client)
             if watched is None:
                 return
-            window = Window(client, watched, self._wall, self._rate)
-            _hear(window)
-            furnish(window, self._title or watched.arm.model.title)
+            window = self._furnished(client, watched)
         except Exception as error:
             said = str(error) if isinstance(error, VrsError) else internal_error(error).text
             client.add_notification(TITLE, said, color="red")
@@ -110,6 +108,16 @@ class App:
         self._open.set()
         if first:
             window.doing(lambda: self._first(window))(None)
+
+    def _furnished(self, client: viser.ClientHandle, watched: Watched) -> Window:
+        window = Window(client, watched, self._wall, self._rate)
+        try:
+            _hear(window)
+            furnish(window, self._title or watched.arm.model.title)
+        except BaseException:
+            window.close()  # nobody else knows of it
+            raise
+        return window
 
     def _held(self, client: viser.ClientHandle) -> Watched | None:
         """The robot; it is asked for again as long as it does not answer and the browser is there."""
