@@ -11,6 +11,7 @@ import pytest
 import vrs_cli as vrs
 from tests.view3d.browser import chromium, needs_browser
 from vrs_cli.view3d import needs
+from vrs_cli.view3d.figure import link_node
 
 MOST = 2_000_000  # [bytes] that a short lesson's scene adds to a notebook
 
@@ -65,9 +66,9 @@ def test_a_notebook_plays_it_below_the_cell(tmp_path: Path) -> None:
         browser.size(320, 260)
         browser.open(page.as_uri())
         browser.driver.switch_to.frame(0)
-        browser.has("/robot/6", "/caption")
-        place = browser.pose("/robot/3")
-        browser.until(lambda: bool(np.abs(browser.pose("/robot/3") - place).max() > 0.05))
+        browser.has(link_node("/robot", 6), "/caption")
+        place = browser.pose(link_node("/robot", 3))
+        browser.until(lambda: bool(np.abs(browser.pose(link_node("/robot", 3)) - place).max() > 0.05))
         assert np.ptp(browser.canvas()) > 100
         assert browser.errors() == ()
     assert browser.requests == ()
