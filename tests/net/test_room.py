@@ -140,6 +140,19 @@ def test_who_is_there_keeps_the_lease_and_who_is_cut_loses_it(tmp_path: Path) ->
         assert list(it.room.guests) == ["bob"], "nobody resumes ada's connection any more"
 
 
+def test_where_all_are_one_user_a_command_takes_no_lease_and_who_asks_has_it(tmp_path: Path) -> None:
+    with served(tmp_path, one_user=True) as it:
+        browser, shell = it.call("browser"), it.call("shell")
+        for wire in (browser, shell, browser):
+            assert wire.line("DRIVE 1, 1").ok
+        assert it.room.driving.lease.holder == ""
+        it.room.driving.ask("browser")
+        assert not shell.line("DRIVE 1, 1").ok
+        assert browser.line("DRIVE 1, 1").ok
+        it.room.driving.give("browser", "")
+        assert shell.line("DRIVE 1, 1").ok
+
+
 def test_a_connection_that_is_half_open_does_not_keep_the_lease(tmp_path: Path) -> None:
     with served(tmp_path) as it:
         ada, bob = it.call("ada"), it.call("bob")
@@ -201,8 +214,11 @@ def test_what_becomes_of_a_program_when_its_driver_goes(
         assert not it.room.session.running
 
 
-def test_a_program_of_who_has_gone_goes_on_in_virtual_time_and_asks_who_drives_next(tmp_path: Path) -> None:
-    with served(tmp_path) as it:
+@pytest.mark.parametrize("one_user", [False, True])
+def test_a_program_of_who_has_gone_goes_on_in_virtual_time_and_asks_who_drives_next(
+    tmp_path: Path, one_user: bool
+) -> None:
+    with served(tmp_path, one_user=one_user) as it:
         ada, bob = it.call("ada"), it.call("bob")
         for line in (".PROGRAM ask", 'PROMPT "how many?", n', "DELAY 1", "DRIVE 1, n, 50", ".END"):
             assert ada.line(line).ok

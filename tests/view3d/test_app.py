@@ -72,6 +72,17 @@ def test_two_browsers_see_the_same_and_have_a_time_of_their_own(app: App, hosted
     until(lambda: not app.windows)
 
 
+def test_the_shell_and_the_browser_of_one_user_do_not_keep_each_other_out(app: App, hosted: Hosted) -> None:
+    shell = hosted.hold(SHELL)
+    with Page(app.address):
+        until(lambda: app.windows)
+        robot = app.windows[0].robot
+        assert robot is not None
+        for holder in (robot, shell, robot):
+            holder.say("DRIVE 1, 5", no_answer)
+    shell.close()
+
+
 def test_what_is_shown_is_where_g_puts_the_arm(app: App) -> None:
     with Page(app.address) as page:
         until(lambda: app.windows)

@@ -93,7 +93,8 @@ def test_a_robot_is_driven_from_a_browser(browser: Browser, app: App) -> None:
 def test_two_browsers_and_one_lease(browser: Browser, app: App) -> None:
     ada = User(browser, app.address)
     first = browser.driver.current_window_handle
-    ada.types("x = 1\n")
+    ada.sees("Nobody drives")
+    ada.clicks("Drive")
     ada.sees("You drive")
     second = browser.another()
     bo = User(browser, app.address)

@@ -114,7 +114,6 @@ def panel(app: App) -> Panel:
 def test_a_line_moves_the_arm(app: App, ada: Sat) -> None:
     ada.type("JOG 1, 20")
     ada.until(lambda: window(app).watched.timeline.end > 0.1)
-    ada.drives("You drive")
     ada.sees("JOG")
     ada.type("TYPE 6*7")
     ada.sees("42")
@@ -265,7 +264,7 @@ def test_speed_is_a_slider(ada: Sat) -> None:
 
 
 def test_two_browsers_and_one_lease(app: App, ada: Sat) -> None:
-    ada.type("x = 1")
+    ada.press("Nobody drives", "Drive")
     ada.drives("You drive")
     with sat(app) as bo:
         bo.drives("browser drives")

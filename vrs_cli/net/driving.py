@@ -20,15 +20,21 @@ class WhenGone(Enum):
 
 
 class Driving:
-    """The lease of one robot. Every method may be called by any thread; `told` hears of each change, in that thread."""
+    """The lease of one robot. Every method may be called by any thread; `told` hears of each change, in that thread.
+    `by_asking`: who commands something does not take it, only who asks for it.
+    """
 
-    def __init__(self, wall: Callable[[], float], told: Callable[[Lease, Notice | None], None]) -> None:
-        self._wall, self._told = wall, told
+    def __init__(
+        self, wall: Callable[[], float], told: Callable[[Lease, Notice | None], None], *, by_asking: bool = False
+    ) -> None:
+        self._wall, self._told, self._by_asking = wall, told, by_asking
         self._lock = Lock()
         self.lease = Lease()
 
     def may(self, who: str) -> None:
-        """Somebody commands something: who comes first, where nobody drives, drives from then on. Raises LeaseHeld."""
+        """Somebody commands something: who comes first, where nobody drives, drives from then on, unless that has
+        to be asked for. Raises LeaseHeld.
+        """
         with self._lock:
             now = self._wall()
             if self.lease.drives(who):
@@ -36,6 +42,8 @@ class Driving:
                 return
             if not self.lease.expired(now):
                 self.lease.check(who)
+            if self._by_asking and not self.lease.holder:
+                return
             self._take(self.lease.acquire(who, now))
 
     def ask(self, who: str) -> None:

@@ -70,7 +70,8 @@ FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXI
 
 class Plan(Struct, frozen=True):
     """How a robot is served. `journal`, `folder`: where what it does, and its files, are; None: nowhere, and in a
-    folder of its own that goes with the server.
+    folder of its own that goes with the server. `one_user`: all who hold it are the same one, so that the lease is
+    taken by who asks for it alone.
     """
 
     model: RobotModel
@@ -80,6 +81,7 @@ class Plan(Struct, frozen=True):
     causality: str = ""
     when_gone: WhenGone = WhenGone.GO_ON
     allowance: Allowance = USUAL
+    one_user: bool = False
 
 
 class _Typed(NamedTuple):
@@ -145,7 +147,7 @@ class _Console:
 
 
 class _Served(Session):
-    """A session whose lease is taken by who comes first."""
+    """A session that asks the lease who may command."""
 
     driving: Driving
 
@@ -185,7 +187,7 @@ class Room:
         self._typed_bytes = self._given_bytes = 0  # counted in the robot's thread, and in that of the connections
         self._seated: dict[Guest, None] = {}  # at a prompt
         self._away: dict[Guest, None] = {}  # whose connection is cut, in the order in which it was
-        self.driving = Driving(wall, self._driven)
+        self.driving = Driving(wall, self._driven, by_asking=plan.one_user)
         self.folder = Folder(plan.folder, closed=True)
         self.prefixes = prefixes_of((plan.folder, plan.journal and plan.journal.parent))
         self.session = self._session()
@@ -222,7 +224,8 @@ class Room:
         console = _Console(self._by_itself, self._typed)
         limits = plan.allowance.of_run(realtime=clock is not None)
         session = _Served(console, plan.model, clock=clock, limits=limits, folder=self.folder)
-        console.session, session.driving, session.lease = session, self.driving, self.driving.lease
+        console.session, session.driving = session, self.driving
+        session.lease = self._binding(self.driving.lease)
         return session
 
     def _chronicle(self) -> Chronicle:
@@ -446,8 +449,12 @@ class Room:
             guest.share.spend(seconds)
 
     def _driven(self, lease: Lease, notice: Notice | None) -> None:
-        self.session.lease = lease
+        self.session.lease = self._binding(lease)
         self._put(_Told(notice))
+
+    def _binding(self, lease: Lease) -> Lease | None:
+        """Whoever holds the robot of one user may drive it, as long as nobody has asked to do so alone."""
+        return None if self.plan.one_user and not lease.holder else lease
 
     def _put(self, it: _Said | _Typed | _Shown | _Told) -> None:
         self._said.append(it)

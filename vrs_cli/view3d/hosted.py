@@ -34,7 +34,8 @@ class _Here(Places, frozen=True):
 
 class Hosted:
     """Serves one robot on a free port of this machine. `url` and `tokens`, by who they are for, are what it takes to
-    hold it. `folder`: its files; `rate`: seconds of its time in one second, None for virtual time.
+    hold it; who does is one user, and does not have to let himself drive. `folder`: its files; `rate`: seconds of its
+    time in one second, None for virtual time.
     """
 
     def __init__(
@@ -54,7 +55,7 @@ class Hosted:
             server = Server(
                 Place("127.0.0.1", 0), allowance, audit, TokenFile(here / "tokens.toml", (model.name,)), tell
             )
-            plan = Plan(model, folder or here, realtime=rate, allowance=allowance)
+            plan = Plan(model, folder or here, realtime=rate, allowance=allowance, one_user=True)
             hub = Hub({model.name: model}, _Here(None, folder or here), plan, audit, server.wake, tell)
             hub.open_all()
             self._left.callback(hub.close)

@@ -405,10 +405,11 @@ class Station:
             self.lease.check(self.desk.name)
 
     def _answers(self, track: Track) -> bool:
-        """Whether what a task asks is for who is served: who drives, or who let it go on last."""
+        """Whether what a task asks is for who is served: who drives, or who let it go on last, and is there."""
         if self.lease is not None:
             return self.lease.drives(self.desk.name)
-        return track.driven_by in (None, self.desk)
+        driver = track.driven_by
+        return driver in (None, self.desk) or (isinstance(driver, Desk) and driver.left)
 
     def at(self, desk: Desk, talk: Talk[R]) -> Talk[R]:
         """A talk with somebody else, at whose desk it is done."""
