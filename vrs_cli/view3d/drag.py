@@ -125,7 +125,7 @@ class Gizmo:
         self._tell()
         live, dragged = self._window.playback.follows, self._grip is not None
         tool = self._tool = shown.position.T_world_tool
-        may = self._robot.open and self._seat.may_drive
+        may = self._robot.open and self._seat.may_drive and self.pulled.by in ("", self._seat.name)
         put(self.node, visible=bool(self.on.value) and may and (live or dragged))
         if not dragged:
             along_tool = self._along == TOOL
