@@ -264,6 +264,7 @@ def test_speed_is_a_slider(ada: Sat) -> None:
 
 
 def test_two_browsers_and_one_lease(app: App, ada: Sat) -> None:
+    ada.until(lambda: ada.now("GuiButtonGroupMessage", label="Nobody drives")["visible"])
     ada.press("Nobody drives", "Drive")
     ada.drives("You drive")
     with sat(app) as bo:
