@@ -25,7 +25,7 @@ from vrs_cli.engine.commands import Move
 from vrs_cli.errors import JointOutOfRange, NonexistentFile, ProgramNotExecutable, RequestRefused, UndefinedValue
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.net.messages import LeaseAct
-from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.remote import Loop, RemoteRobot
 from vrs_cli.net.stream import SEGMENTS
 from vrs_cli.trajectory.motion import JointOffsetTarget
 
@@ -396,3 +396,31 @@ def test_ctrl_c_stops_what_is_waited_for_and_a_second_one_waits_no_longer(tmp_pa
         with pytest.raises(KeyboardInterrupt):
             robot.execute("slow")
         robot.leave()
+
+
+def test_who_asks_while_a_loop_ends_does_not_wait_for_ever() -> None:
+    loop, begun, held, done = Loop(), threading.Event(), threading.Event(), list[str]()
+
+    def hold() -> None:
+        begun.set()
+        held.wait()
+
+    def ask() -> None:
+        with suppress(RequestRefused):  # either is right: it has asked while the loop was there
+            loop.do(lambda: done.append("done"))
+
+    loop.soon(hold)
+    begun.wait()
+    there = len(loop._loop._ready)  # type: ignore[attr-defined]
+    asking, ending = (threading.Thread(target=act, daemon=True) for act in (ask, loop.close))
+    for count, thread in enumerate((asking, ending), there + 1):
+        thread.start()
+        while len(loop._loop._ready) < count:  # type: ignore[attr-defined]
+            time.sleep(0.0)
+    held.set()
+    asking.join(5.0)
+    ending.join(5.0)
+    assert (asking.is_alive(), ending.is_alive()) == (False, False)
+    with pytest.raises(RequestRefused, match="let go"):
+        loop.do(lambda: done.append("too late"))
+    assert done in ([], ["done"])

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine, Iterator, Sequence
-from concurrent.futures import Future
+from collections.abc import Callable, Coroutine, Iterator, Sequence, Set
+from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Lock, Thread, current_thread
@@ -35,6 +35,7 @@ from vrs_cli.net.mirror import WINDOW, Mirror
 from vrs_cli.trajectory.timeline import Timeline
 
 LEAVING = 5.0  # [s] that the end of a connection takes at most
+LET_GO = "it was let go", "connect again"
 T = TypeVar("T")
 
 
@@ -43,24 +44,30 @@ class Loop:
 
     def __init__(self) -> None:
         self._loop = asyncio.new_event_loop()
+        self._lock, self._ends = Lock(), False
         self._thread = Thread(target=self._loop.run_forever, name="vrs connection", daemon=True)
         self._thread.start()
 
     def wait(self, work: Coroutine[Any, Any, T], seconds: float | None = None) -> T:
-        """What comes of it. Raises TimeoutError where that takes longer, RequestRefused where the loop is closed."""
-        if self._loop.is_closed():
-            work.close()
-            raise RequestRefused("it was let go", "connect again")
+        """What comes of it. Raises TimeoutError where that takes longer, RequestRefused where the loop is closed, also
+        before it comes to an end.
+        """
         future = self.begin(work)
         try:
             return future.result(seconds)
+        except CancelledError:
+            raise RequestRefused(*LET_GO) from None
         except BaseException:
             future.cancel()
             raise
 
     def begin(self, work: Coroutine[Any, Any, T]) -> Future[T]:
-        """Something that goes on."""
-        return asyncio.run_coroutine_threadsafe(work, self._loop)
+        """Something that goes on. Raises RequestRefused where the loop is closed."""
+        with self._lock:
+            if not self._ends:
+                return asyncio.run_coroutine_threadsafe(work, self._loop)
+        work.close()
+        raise RequestRefused(*LET_GO)
 
     def soon(self, act: Callable[[], object]) -> None:
         """Something that nobody waits for. Safe in a signal handler."""
@@ -77,9 +84,21 @@ class Loop:
         return self.wait(once())
 
     def close(self) -> None:
+        """Whoever still waits for something waits no longer."""
+        with self._lock:
+            self._ends = True
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
+        with suppress(TimeoutError):
+            self._loop.run_until_complete(_stopped(asyncio.all_tasks(self._loop)))
         self._loop.close()
+
+
+async def _stopped(tasks: Set[asyncio.Task[Any]]) -> None:
+    """What is under way is given up. Raises TimeoutError where it does not stop."""
+    for task in tasks:
+        task.cancel()
+    await asyncio.wait_for(asyncio.gather(*tasks, return_exceptions=True), LEAVING)
 
 
 class _Ear:
