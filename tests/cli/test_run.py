@@ -497,17 +497,19 @@ def test_a_limit_of_a_system_that_has_none_is_refused(
 
 
 def test_the_memory_of_programs_is_linear_in_their_number() -> None:
-    sizes = []
-    for count in (250, 1000):
+    def taken(count: int) -> int:
         programs = "".join(f".PROGRAM p{i}\n  x{i} = {i}\n.END\n" for i in range(count))
         calls = "".join(f"  CALL p{i}\n" for i in range(count))
         session = Session(RecordingTerminal())
         tracemalloc.start()
         session.load_text(f".PROGRAM main\n{calls}.END\n{programs}")
         assert session.execute("main").fault is None
-        sizes.append(tracemalloc.get_traced_memory()[1])
+        most = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
-    assert sizes[1] < 5.0 * sizes[0]
+        return most
+
+    few, many = (min(taken(count) for _ in range(3)) for count in (250, 1000))  # other threads take memory too
+    assert many < 5.0 * few
 
 
 # --- a program of somebody else ------------------------------------------------------------------------------
