@@ -1,5 +1,50 @@
 """The view is an extra: where viser is not installed, its tests are left out."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator
 from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from vrs_cli.kinematics.robot_file import load_robot
+
+if TYPE_CHECKING:
+    import viser
+
+    from vrs_cli.view3d.app import App
+    from vrs_cli.view3d.hosted import Hosted
 
 collect_ignore_glob = [] if find_spec("viser") else ["test_*.py"]
+
+
+@pytest.fixture
+def server() -> Iterator[viser.ViserServer]:
+    """A page that no browser looks at."""
+    import viser
+
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    yield server
+    server.stop()
+
+
+@pytest.fixture
+def hosted(tmp_path: Path) -> Iterator[Hosted]:
+    """A robot of this process."""
+    from vrs_cli.view3d.hosted import Hosted
+
+    hosted = Hosted(load_robot("puma560"), folder=tmp_path)
+    yield hosted
+    hosted.close()
+
+
+@pytest.fixture
+def app(hosted: Hosted) -> Iterator[App]:
+    """The view of it."""
+    from vrs_cli.view3d.app import App
+
+    app = App(hosted.hold_for_browser)
+    yield app
+    app.close()

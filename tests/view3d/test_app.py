@@ -40,13 +40,6 @@ def hosted() -> Iterator[Hosted]:
     hosted.close()
 
 
-@pytest.fixture
-def app(hosted: Hosted) -> Iterator[App]:
-    app = App(hosted.hold_for_browser)
-    yield app
-    app.close()
-
-
 @contextmanager
 def viewing(address: str) -> Iterator[App]:
     """A robot afar."""

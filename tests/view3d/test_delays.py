@@ -44,13 +44,6 @@ MODEL = load_robot("puma560")
 READY = MODEL.poses["ready"]
 
 
-@pytest.fixture(scope="module")
-def server() -> Iterator[viser.ViserServer]:
-    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    yield server
-    server.stop()
-
-
 class Looking:
     """A window at a robot that goes to and fro, without a browser; what is known of it is what a test says."""
 

@@ -5,15 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
-
-import pytest
 
 from tests.view3d.browser import Browser, chromium, needs_browser
 from tests.view3d.pages import PATIENCE, Page
 from vrs_cli.engine.position import position_at
-from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import (
     Transform,
     at_position,
@@ -27,18 +23,8 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.drag import END, RECORD, Gizmo
-from vrs_cli.view3d.hosted import Hosted
 from vrs_cli.view3d.placing import wxyz
 from vrs_cli.view3d.window import Window
-
-
-@pytest.fixture
-def app(tmp_path: Path) -> Iterator[App]:
-    hosted = Hosted(load_robot("puma560"), folder=tmp_path)
-    app = App(hosted.hold_for_browser)
-    yield app
-    app.close()
-    hosted.close()
 
 
 @contextmanager

@@ -2,15 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
-
-import pytest
-
 from tests.view3d.browser import Browser, browser, needs_browser
-from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.view3d.app import App
-from vrs_cli.view3d.hosted import Hosted
 
 __all__ = ["browser"]  # a fixture
 pytestmark = needs_browser
@@ -18,15 +11,6 @@ pytestmark = needs_browser
 PATIENCE = 60.0  # [s]: all of the picture is drawn by software
 BACKSPACE = "\ue003"
 PROGRAM = '.PROGRAM ask()\n  PROMPT "How many? ", n\n  TYPE "got", 2*n\n  WAIT SIG(1001)\n.END\n'
-
-
-@pytest.fixture
-def app(tmp_path: Path) -> Iterator[App]:
-    hosted = Hosted(load_robot("puma560"), folder=tmp_path)
-    app = App(hosted.hold_for_browser)
-    yield app
-    app.close()
-    hosted.close()
 
 
 class User:

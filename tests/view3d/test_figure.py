@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from random import Random
 
 import numpy as np
@@ -16,13 +15,6 @@ from vrs_cli.kinematics.transform import IDENTITY, compose, inverse, rotation_z,
 from vrs_cli.view3d.figure import Figure, link_node
 
 BASE = compose(translation(0.1, -0.2, 0.3), rotation_z(0.7))
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[viser.ViserServer]:
-    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    yield server
-    server.stop()
 
 
 def at_random(model: RobotModel, random: Random) -> Joints:

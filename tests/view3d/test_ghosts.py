@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -25,13 +25,6 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.afar import Outlet
 from vrs_cli.view3d.figure import link_node
 from vrs_cli.view3d.ghosts import BranchGhosts, GoalGhost
-
-
-@pytest.fixture
-def server() -> Iterator[viser.ViserServer]:
-    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    yield server
-    server.stop()
 
 
 def stands(server: viser.ViserServer, root: str, of: Session) -> np.ndarray | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from math import atan2, pi
 from random import Random
 
@@ -17,13 +16,6 @@ from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.view3d.figure import Figure, link_node
 from vrs_cli.view3d.limits import END, HAND, Limits
 from vrs_cli.view3d.shown import Shown
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[viser.ViserServer]:
-    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    yield server
-    server.stop()
 
 
 def shown_at(model: RobotModel, q: Joints) -> Shown:

@@ -19,12 +19,10 @@ from tests.view3d.pages import PATIENCE, Page
 from vrs_cli.engine.position import position_at
 from vrs_cli.interfaces.session.acts import Define, Say
 from vrs_cli.interfaces.session.survey import Survey
-from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.client import hello_of
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.net.tokens import Wanted, add_tokens
 from vrs_cli.view3d.app import App
-from vrs_cli.view3d.hosted import Hosted
 from vrs_cli.view3d.panel import Panel
 from vrs_cli.view3d.panel_hand import HELD, RESTS, Slider
 from vrs_cli.view3d.panel_line import EARLIER, LATER
@@ -71,20 +69,6 @@ class Sat:
 
     def until(self, found: Callable[[], object]) -> None:
         self.page.until(lambda: bool(found()))
-
-
-@pytest.fixture
-def hosted(tmp_path: Path) -> Iterator[Hosted]:
-    hosted = Hosted(load_robot("puma560"), folder=tmp_path)
-    yield hosted
-    hosted.close()
-
-
-@pytest.fixture
-def app(hosted: Hosted) -> Iterator[App]:
-    app = App(hosted.hold_for_browser)
-    yield app
-    app.close()
 
 
 @contextmanager

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from math import cos, sin
 
 import numpy as np
@@ -21,13 +20,6 @@ from vrs_cli.view3d.paths import BLENDS, ERROR, LABELS, MOST, PAST, PLANNED, UND
 from vrs_cli.view3d.shown import Shown
 
 LINES = ("DRIVE 3, 60 AT 0", "DRIVE 1, 90 AT 0.5", "DRIVE 2, 30 AT 1.6", "OPENI", "DRIVE 1, -60 AT 5")
-
-
-@pytest.fixture
-def server() -> Iterator[viser.ViserServer]:
-    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    yield server
-    server.stop()
 
 
 def seen(engine: Engine, t: float, now: float | None = None) -> Shown:

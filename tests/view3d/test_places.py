@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 import viser
@@ -17,13 +15,6 @@ from vrs_cli.interfaces.session.survey import Survey, survey
 from vrs_cli.kinematics.transform import position
 from vrs_cli.view3d.places import Places
 from vrs_cli.view3d.shown import Shown
-
-
-@pytest.fixture
-def server() -> Iterator[viser.ViserServer]:
-    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    yield server
-    server.stop()
 
 
 def surveyed(of: Session) -> Shown:

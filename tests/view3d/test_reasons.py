@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from math import dist
 
 import numpy as np
@@ -17,13 +16,6 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.view3d.reasons import Reasons, dashes, place_of, stopping_place
 
 BENT = ("MOVE #PPOINT(0,-45,180,0,45,0)",)
-
-
-@pytest.fixture
-def server() -> Iterator[viser.ViserServer]:
-    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    yield server
-    server.stop()
 
 
 def why(of: Session, place: str) -> ReachReport:

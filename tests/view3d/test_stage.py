@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from math import tan
 
 import numpy as np
@@ -18,13 +17,6 @@ from vrs_cli.view3d.placing import wxyz
 from vrs_cli.view3d.stage import FIELD, Stage, camera_for
 
 BASE = compose(translation(0.1, -0.2, 0.3), rotation_z(0.7))
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[viser.ViserServer]:
-    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    yield server
-    server.stop()
 
 
 def test_frames_stand_where_base_and_tool_say(server: viser.ViserServer) -> None:
