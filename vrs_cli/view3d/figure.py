@@ -13,7 +13,7 @@ from vrs_cli.kinematics.shapes import MeshFile, rgb
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, inverse
 from vrs_cli.view3d.looks import Look, looks_of
 from vrs_cli.view3d.meshes import joined
-from vrs_cli.view3d.placing import place
+from vrs_cli.view3d.placing import Rooted, place
 
 Colour = tuple[int, int, int]
 
@@ -25,7 +25,7 @@ class Finger(NamedTuple):
     opens: Vector
 
 
-class Figure:
+class Figure(Rooted):
     """An arm, as often as there are roots: node ROOT, in it the frames of the links, each in that of the link before
     (`link_node`), and their meshes.
 
@@ -74,14 +74,6 @@ class Figure:
     def links(self) -> tuple[FrameHandle, ...]:
         """The nodes of the links, that of the base first."""
         return tuple(self._links)
-
-    @property
-    def visible(self) -> bool:
-        return self._root.visible
-
-    @visible.setter
-    def visible(self, visible: bool) -> None:
-        self._root.visible = visible
 
     def show_link(self, i: int, visible: bool) -> None:
         """Whether the bodies of a link are seen, 0 the base; the links after it stay as they are."""

@@ -18,6 +18,7 @@ from vrs_cli.kinematics.transform import Vector, position
 from vrs_cli.trajectory.motion import Kind
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.view3d.placing import Rooted
 from vrs_cli.view3d.redrawing import Redrawing
 from vrs_cli.view3d.shown import Shown
 
@@ -37,7 +38,7 @@ Colour = tuple[int, int, int]
 Points = NDArray[np.float32]
 
 
-class Path:
+class Path(Rooted):
     """Nodes /path ...: lines, past and planned in two colours, blends lighter; dots between segments; marks where the
     motion of a command begins, with its text if wanted (`commands`). `wall` tells the time of the day [s].
     """
@@ -54,14 +55,6 @@ class Path:
         )
         self._drawn: tuple[object, ...] = ()
         self.commands = False
-
-    @property
-    def visible(self) -> bool:
-        return self._root.visible
-
-    @visible.setter
-    def visible(self, visible: bool) -> None:
-        self._root.visible = visible
 
     def show(self, shown: Shown) -> None:
         if not self.visible:

@@ -12,14 +12,14 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
 from vrs_cli.kinematics.transform import Transform, Vector, position
 from vrs_cli.trajectory.motion import Frames
-from vrs_cli.view3d.placing import wxyz
+from vrs_cli.view3d.placing import Rooted, wxyz
 from vrs_cli.view3d.shown import Shown
 
 LONG = 0.055  # of the reach: the axes
 NEAR = 0.01  # of the reach: names of places so near to each other stand in one label
 
 
-class Places:
+class Places(Rooted):
     """Nodes /places ...; a precision point is where its joints bring the tool."""
 
     def __init__(self, scene: SceneApi, model: RobotModel) -> None:
@@ -27,14 +27,6 @@ class Places:
         _, (self._reach, *_) = levers(model)
         self._root = scene.add_frame("/places", show_axes=False)
         self._drawn: tuple[tuple[str, Transform], ...] = ()
-
-    @property
-    def visible(self) -> bool:
-        return self._root.visible
-
-    @visible.setter
-    def visible(self, visible: bool) -> None:
-        self._root.visible = visible
 
     def show(self, shown: Shown) -> None:
         found = shown.surveyed

@@ -1,4 +1,4 @@
-"""Transformations as the scene takes them, finer than anybody sees."""
+"""Where nodes of a scene stand, finer than anybody sees, and whether they are seen."""
 
 from __future__ import annotations
 
@@ -6,13 +6,27 @@ from collections.abc import Sequence
 from math import inf, sqrt
 
 import numpy as np
-from viser import SceneNodeHandle
+from viser import FrameHandle, SceneNodeHandle
 
 from vrs_cli.kinematics.transform import Transform, position
 
 GRAIN = 2.0**-26  # of metres (15 nm) and of quaternions: numbers of few bits make recordings nearly half as large
 
 Quaternion = tuple[float, float, float, float]  # w, x, y, z
+
+
+class Rooted:
+    """What hangs in one node, and is seen and hidden with it."""
+
+    _root: FrameHandle
+
+    @property
+    def visible(self) -> bool:
+        return self._root.visible
+
+    @visible.setter
+    def visible(self, visible: bool) -> None:
+        self._root.visible = visible
 
 
 def place(node: SceneNodeHandle, T: Transform) -> None:

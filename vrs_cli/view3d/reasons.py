@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from textwrap import fill
 
 import numpy as np
@@ -12,7 +11,7 @@ from viser import SceneApi
 from vrs_cli.dialogue.replies import ReachReport
 from vrs_cli.engine.commands import JointTarget, PoseTarget
 from vrs_cli.engine.reach import Reach
-from vrs_cli.errors import RequestRefused, VrsError
+from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.session.acts import Evaluate, Explain, Goal, Valued
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
@@ -130,8 +129,7 @@ class Asking:
             if isinstance(message, Done):
                 heard(message.found)
 
-        with suppress(RequestRefused):
-            self._robot.begin(make, hear)
+        self._robot.look(make, hear)
 
 
 def target_of(value: Transform | Joints) -> PoseTarget | JointTarget:
