@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from tests.view3d.test_panel import Sat, ada, app, hosted, window
+from tests.view3d.test_panel import Sat, ada, window
 from vrs_cli.view3d.app import App
 
-__all__ = ["ada", "app", "hosted"]
+__all__ = ["ada"]
 
 
 def labels(sat: Sat) -> dict[str, str]:
