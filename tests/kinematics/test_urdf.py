@@ -240,4 +240,4 @@ def test_a_task_that_is_not_the_usual_one_is_kept_in_plain_data() -> None:
 
 def test_every_sample_file_loads() -> None:
     counts = {path.stem: load_robot(path).joint_count for path in URDF.glob("*.urdf")}
-    assert counts == {"seven": 7, "crooked": 6, "five": 5, "gantry": 4}
+    assert counts == {"seven": 7, "crooked": 6, "five": 5, "short": 5, "gantry": 4}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cached_property
 from itertools import islice
-from math import degrees, hypot, inf, sqrt
+from math import degrees, dist, hypot, inf, sqrt
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
@@ -14,10 +14,9 @@ from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.elimination import determinant, gram, solve, square
 from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model import RobotModel, levers
 from vrs_cli.kinematics.numeric.search import (
     CONVERGED,
-    ENOUGH,
     HOPELESS,
     LARGEST_STEP,
     LEAST_DAMPING,
@@ -26,9 +25,8 @@ from vrs_cli.kinematics.numeric.search import (
     STEPS,
     missing,
     some_joints,
-    starts,
 )
-from vrs_cli.kinematics.transform import Transform
+from vrs_cli.kinematics.transform import Transform, position
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT
 
 if TYPE_CHECKING:
@@ -88,9 +86,6 @@ class NumericArm(RobotArm):
         return q
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
-        q, _ = self._search(T, self._middle, self._all, bounded=True)
-        if q is not None:
-            return (q,)
         found = self._solutions(T, self._middle)
         if found:
             return (min(found, key=lambda q: self._duration(self._middle, q)),)
@@ -107,23 +102,27 @@ class NumericArm(RobotArm):
         wrist: Wrist | None = None,  # noqa: ARG002
     ) -> Joints:
         self.check_task(T)
-        q, _ = self._search(T, near, self._all, bounded=True)
-        if q is not None:
-            return q
         found = self._solutions(T, near)
         if not found:
             raise self._nowhere(T, near)
         return min(found, key=lambda q: self._duration(near, q))
 
     def _solutions(self, T: Transform, near: Joints) -> list[Joints]:
-        """Inside the limits: the first that are found, from all starts at once."""
-        import numpy as np
+        """Inside the limits: what is found from `near`, where that is one of many; else from the first starts that
+        find any.
+        """
+        if not self.unchanging.allows(T) or self._beyond(T):
+            return []
+        if self.model.joint_count > self.model.task.size:
+            q, _ = self._search(T, near, self._all, bounded=True)
+            if q is not None:
+                return [q]
+        return self._batch.solutions(T, near, self._inside)
 
-        begin = np.array(list(starts(self.model)))
-        poses = np.broadcast_to(np.reshape(T, (3, 4)), (len(begin), 3, 4))
-        found = self._batch.search(poses, begin, bounded=True, enough=ENOUGH)
-        turned = (self._inside(tuple(q), near) for q in found[~np.isnan(found[:, 0])].tolist())
-        return [q for q in turned if q is not None]
+    def _beyond(self, T: Transform) -> bool:
+        """Whether all links in one line are too short."""
+        start, (most, *_) = levers(self.model)
+        return self.model.task.counts[:3] == (True,) * 3 and dist(position(T), start) > most + LEVEL
 
     def _nowhere(self, T: Transform, near: Joints) -> LocationOutOfRange | JointOutOfRange:
         q, _ = self._search(T, near, self._all, bounded=False)

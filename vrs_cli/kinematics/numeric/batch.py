@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.configuration import NONE, Configuration
+from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.numeric.search import CONVERGED, LARGEST_STEP, LEAST_DAMPING, STEPS, starts
+from vrs_cli.kinematics.numeric.search import CONVERGED, LARGEST_STEP, LEAST_DAMPING, STEPS, rounds
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.transform import Transform
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT, Unchanging
 
 
@@ -22,14 +26,27 @@ class NumericBatch(SerialBatch):
         self.counts = np.array(model.task.counts)
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
-        """One way: from the middle of the ranges, and for the rows that fail from one start after the other."""
-        q = np.full((len(T), self.joints), np.nan)
-        for start in starts(self.model):
-            missing = np.flatnonzero(np.isnan(q[:, 0]))
-            if not len(missing):
-                break
-            q[missing] = self.search(T[missing], np.array(start), bounded=True)
+        """One way: what is found for each row from the first start that finds any."""
+        q, middle = np.full((len(T), self.joints), np.nan), (self.lower + self.upper) / 2
+        for start in next(rounds(self.model, tuple(middle))):
+            for bounded in (False, True):
+                missing = np.flatnonzero(np.isnan(q[:, 0]))
+                if not len(missing):
+                    break
+                found = self.turned_near(self.search(T[missing], np.array(start), bounded=bounded), middle)
+                q[missing] = np.where(self.inside(found)[:, None], found, np.nan)
         return q[:, None], self.inside(q)[:, None]
+
+    def solutions(self, T: Transform, near: Joints, inside: Callable[[Joints, Joints], Joints | None]) -> list[Joints]:
+        """Of one pose, inside the limits on the turns nearest to `near`: from the first starts that find any."""
+        for begin in rounds(self.model, near):
+            poses = np.broadcast_to(np.reshape(T, (3, 4)), (len(begin), 3, 4))
+            for bounded in (False, True):
+                q = self.search(poses, np.array(begin), bounded=bounded)
+                turned = [inside(tuple(row), near) for row in q[~np.isnan(q[:, 0])].tolist()]
+                if found := [joints for joints in turned if joints is not None]:
+                    return found
+        return []
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:  # noqa: ARG002
         return self.search(T, near, fixed=np.isin(np.arange(self.joints), self.held), bounded=False)

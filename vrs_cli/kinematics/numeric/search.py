@@ -1,8 +1,10 @@
 """Any serial arm, without a closed form: damped least squares, within the limits of the joints.
 
 Levenberg and Marquardt with the damping of Sugihara (2011), half the squared error: far from the goal a step follows
-the gradient, near it it is Newton's. Joints at a limit that would leave it are held. Starts: the joints that are near,
-then a fixed sequence of others in the joints' ranges, so that the same question always has the same answer.
+the gradient, near it it is Newton's. A search within the limits holds the joints at a limit that would leave it, and
+may be caught there; one without limits passes, and three in four of what it finds are within the limits on another
+turn. So both are made. Starts: the joints that are near, then a fixed sequence of others in the joints' ranges, so that
+the same question always has the same answer: some first, and more where these find nothing.
 
 An arm with fewer joints than six reaches a pose or does not; what misses by less than three decimals tell is reached.
 
@@ -30,16 +32,18 @@ LARGEST_STEP = 0.5  # [rad, m] of a joint
 LEAST_DAMPING = 1e-13
 HOPELESS = 1e-3  # a step, as a part of the error, from which steps that do not grow lead nowhere
 NEWTON = 1e-3  # [m2, rad2] with less damping the step is Newton's, which costs half
-STARTS = 40  # beside the middle of the ranges
-ENOUGH = 3  # solutions among which the nearest is taken
+ROUNDS = (40, 160, 640)  # starts, of which later ones are tried where earlier ones found nothing
 SEED = 560
 MEASURED = 16  # poses of a range over which freedoms are measured
 
 
-def starts(model: RobotModel) -> Iterator[Joints]:
-    """Where a search begins that has no joints near: the middle of the ranges, then a fixed sequence."""
-    yield tuple((low + high) / 2 for low, high in zip(model.lower, model.upper, strict=True))
-    yield from islice(some_joints(model), STARTS)
+def rounds(model: RobotModel, near: Joints) -> Iterator[list[Joints]]:
+    """Where searches begin: `near`, the middle of the ranges and some of a fixed sequence; then more of it."""
+    others = some_joints(model)
+    middle = tuple((low + high) / 2 for low, high in zip(model.lower, model.upper, strict=True))
+    first, *later = ROUNDS
+    yield [near, middle, *islice(others, first)]
+    yield from (list(islice(others, count)) for count in later)
 
 
 def some_joints(model: RobotModel) -> Iterator[Joints]:

@@ -1,0 +1,36 @@
+"""The law of taught places, on a few poses of a few arms; `python -m tests.laws.taught_places` has more."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from random import Random
+
+import numpy as np
+import pytest
+
+from tests.kinematics.random_arms import draw_arm
+from tests.laws.taught_places import check_way_back, refused
+from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.robot_file import load_robot, robot_names
+
+SHORT = Path(__file__).parents[1] / "kinematics" / "urdf" / "short.urdf"
+CAUGHT = ((-70.8, 20.2, 146.4, 103.9, 2.9), (-18.7, 35.0, 54.9, 132.3, -59.1), (-66.2, 92.8, 116.3, 122.2, 183.9))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_random_arm_goes_back_to_taught_places(seed: int, tmp_path: Path) -> None:
+    drawn = draw_arm(Random(seed), 4 + seed % 4)
+    assert not list(refused(drawn.model(tmp_path), drawn.forward, 8, Random(seed)))
+
+
+@pytest.mark.parametrize("robot", robot_names())
+def test_a_robot_goes_back_to_taught_places(robot: str) -> None:
+    model = load_robot(robot)
+    forward = arm_for(model).forward
+    assert not list(refused(model, lambda q: np.reshape(forward(q), (3, 4)), 200, Random(560)))
+
+
+@pytest.mark.parametrize("degrees", CAUGHT)
+def test_places_around_which_searches_are_caught_by_limits(degrees: tuple[float, ...]) -> None:
+    arm = arm_for(load_robot(SHORT))
+    check_way_back(arm, arm.model.units.read(degrees), lambda q: np.reshape(arm.forward(q), (3, 4)))
