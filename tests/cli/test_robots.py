@@ -81,3 +81,32 @@ def test_a_plot_and_a_table_of_four_joints(vrs: Vrs, tmp_path: Path) -> None:
     assert "joints [deg, mm]" in drawn
     assert "joint velocities [deg/s, mm/s]" in drawn
     assert (tmp_path / "go.csv").read_text().startswith("t,jt1,jt2,jt3,jt4,x,y,z,")
+
+
+TWO = """<robot name="two">
+  <joint name="a" type="revolute"><parent link="base"/><child link="a"/><axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1" velocity="1"/></joint>
+  <joint name="b" type="revolute"><parent link="a"/><child link="b"/><origin xyz="0.3 0 0"/><axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1" velocity="1"/></joint>
+  <joint name="c" type="fixed"><parent link="b"/><child link="nose"/><origin xyz="0.3 0 0"/></joint>
+  <joint name="jaw" type="revolute"><parent link="b"/><child link="jaw"/><origin xyz="0.2 0 0"/><axis xyz="0 0 1"/>
+    <limit lower="0" upper="1" velocity="1"/></joint>
+</robot>
+"""
+
+
+def test_base_and_tip_of_a_urdf_file(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "two.urdf").write_text(TWO)
+    (tmp_path / "go.v2").write_text(".PROGRAM go\nDRIVE 1, 30, 100\n.END\n")
+    ended = vrs("run", "go.v2", "--robot", "two.urdf", "--json")
+    assert "vrs run: note: joint jaw at the end of the chain moves the hand" in ended.err
+    assert len(json.loads(ended.out)["final"]["joints_deg"]) == 2
+    for command in ("run", "check"):
+        asked = vrs(command, "go.v2", "--robot", "two.urdf", "--tip", "nose")
+        assert (asked.status, asked.err) == (0, "")
+    shown = vrs("robots", "two.urdf", "--tip", "jaw")
+    assert "two (two), 3 joints" in shown.out
+    wrong = vrs("robots", "two.urdf", "--tip", "ear")
+    assert (wrong.status, "no joint has a link 'ear' (links are a, b, base, jaw, nose)" in wrong.err) == (1, True)
+    assert "the links of puma560 have no names" in vrs("robots", "puma560", "--base", "ear").err
+    assert "--base and --tip are links of a robot's file (give --robot FILE too)" in vrs("shell", "--tip", "a").err

@@ -13,7 +13,7 @@ from vrs_cli.kinematics.bodies import SHAPES, shapes_of
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot, robot_names
 from vrs_cli.kinematics.shape_data import KINDS
-from vrs_cli.kinematics.shapes import COLOURS, Box, Capsule, Cylinder, MeshFile, Shape, Slab, rgb
+from vrs_cli.kinematics.shapes import COLOURS, Box, Capsule, Cylinder, MeshFile, Opening, Shape, Slab, rgb
 from vrs_cli.kinematics.transform import from_oat, translation
 
 ALL_KINDS = """
@@ -49,7 +49,7 @@ def test_what_tables_say(tmp_path: Path) -> None:
         Shape(2, Capsule((0.0, 0.0, 0.007), (0.0, 0.0, 0.007), (0.04, 0.04))),
         Shape(2, Slab((0.0, 0.0, 0.0), (0.4, 0.0, 0.0), (0.0, 0.0, 1.0), (0.08, 0.05), (0.006, 0.006))),
         Shape(2, MeshFile(str(tmp_path / "meshes/tip.stl"), scale=(0.001, 0.001, 0.001))),
-        Shape(2, Box((0.001, 0.001, 0.001)), opens=(0.02, 0.0, 0.0)),
+        Shape(2, Box((0.001, 0.001, 0.001)), opens=(Opening((0.02, 0.0, 0.0)),)),
     )
 
 

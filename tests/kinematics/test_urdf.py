@@ -174,7 +174,7 @@ def test_axes_that_lie_like_those_of_a_ur_are_too(tmp_path: Path) -> None:
         (
             '<joint name="camera" type="fixed"><parent link="three"/>',
             '<joint name="camera" type="continuous"><parent link="two"/>',
-            r"it has several arms, with the ends tool0, lens \(choose by urdf_tip",
+            r"it has several arms, with the ends tool0, lens \(choose one: --tip tool0, or urdf_tip",
         ),
         (
             'name="grip" type="fixed"><parent link="three"/>',

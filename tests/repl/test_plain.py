@@ -194,7 +194,7 @@ def test_another_robot(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: py
     source = (Path(shell.__file__).parents[1] / "kinematics" / "robots" / "puma560.toml").read_text()
     (folder / "mine.toml").write_text(source.replace('name = "puma560"', 'name = "mine"'))
     monkeypatch.setattr("sys.stdin", StringIO("ID\n"))
-    assert shell.main(robot="mine.toml") == 0
+    assert shell.main(load_robot("mine.toml")) == 0
     assert "(mine)" in capsys.readouterr().out
 
 

@@ -133,7 +133,7 @@ def test_the_arm_ends_where_the_tool_is(name: str) -> None:
     last = [
         look.mesh.vertices
         for look in looks_of(model)
-        if look.shape.link == model.joint_count and look.shape.opens is None and look.shape.colour == "steel"
+        if look.shape.link == model.joint_count and not look.shape.opens and look.shape.colour == "steel"
     ]
     ends = [end for points in last for end in (points[:, 2].min(), points[:, 2].max())]
     assert min(map(abs, ends)) < 1e-9

@@ -12,7 +12,7 @@ from pathlib import Path
 from threading import Thread
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import CommandLineError, teller
+from vrs_cli.cli.command_line import CommandLineError, chosen_robot, teller
 from vrs_cli.cli.connections import token_of
 from vrs_cli.cli.recordings import is_recording, read_recording
 from vrs_cli.cli.signals import signal_comes
@@ -109,10 +109,9 @@ def _afar(options: argparse.Namespace) -> Hold:
 
 def _hosted(prog: str, options: argparse.Namespace, stack: ExitStack) -> Hosted:
     """A new robot, in real time."""
-    from vrs_cli.kinematics.robot_file import load_robot
     from vrs_cli.view3d.hosted import Hosted
 
-    hosted = Hosted(load_robot(options.robot), rate=options.rate, folder=Path.cwd(), tell=teller(prog))
+    hosted = Hosted(chosen_robot(prog, options), rate=options.rate, folder=Path.cwd(), tell=teller(prog))
     stack.callback(hosted.close)
     return hosted
 

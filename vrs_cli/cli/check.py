@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
-from vrs_cli.cli.command_line import Parser
+from vrs_cli.cli.command_line import Parser, chosen_robot
 from vrs_cli.cli.main import FAILED, OK, status_of
 from vrs_cli.cli.sources import Source, has_errors, read_source
 from vrs_cli.dialogue.numbers import count
@@ -37,10 +37,9 @@ class Finding(Struct, frozen=True):
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Print all diagnostics of all files."""
     from vrs_cli.interfaces.inspection import inspect
-    from vrs_cli.kinematics.robot_file import load_robot
 
     options = _parser(prog).parse(arguments)
-    model = load_robot(options.robot)
+    model = chosen_robot(prog, options)
     findings, status = [], OK
     for path in options.files:
         try:

@@ -14,6 +14,7 @@ from vrs_cli.errors import did_you_mean as suggestion
 
 if TYPE_CHECKING:
     from vrs_cli.engine.clock import WallClock
+    from vrs_cli.kinematics.model import RobotModel
 
 STANDARD_STREAM = "-"
 DEFAULT_RATE = 100.0  # [Hz]
@@ -41,9 +42,15 @@ class Parser(argparse.ArgumentParser):
         )
 
     def add_robot(self, default: str | None = "puma560") -> None:
-        """The option `--robot`."""
+        """The options of `chosen_robot`."""
         told = "a robot's name (vrs robots), or its TOML or URDF file"
         self.add_argument("--robot", metavar="NAME|FILE", default=default, help=told)
+        self.add_ends()
+
+    def add_ends(self) -> None:
+        """The options that choose an arm of a URDF file."""
+        self.add_argument("--base", metavar="LINK", help="of a URDF file: the link that the arm stands on")
+        self.add_argument("--tip", metavar="LINK", help="of a URDF file: the link that the arm moves, its flange")
 
     def format_help(self) -> str:
         """Return the help, as wide as the terminal: `shutil`, which knows how wide, loads compressors too."""
@@ -84,6 +91,17 @@ def _words(arguments: Iterable[str]) -> Iterable[str]:
 def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
     """A hint: the known word that is near, or where all are listed."""
     return suggestion(word, known, f"see {prog} --help")
+
+
+def chosen_robot(prog: str, options: argparse.Namespace) -> RobotModel:
+    """The robot of the options of `add_robot`; what was decided though its file does not say it is told on standard
+    error. Raises VrsError."""
+    from vrs_cli.kinematics.robot_file import Ends, load_robot
+
+    model = load_robot(options.robot, Ends(options.base, options.tip))
+    for note in model.origin.notes if model.origin is not None else ():
+        teller(prog)(f"note: {note}")
+    return model
 
 
 # --- kinds of values: a wrong one becomes one line that names its option ---------------------------------

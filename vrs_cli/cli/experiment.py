@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct, structs
 
-from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, positive, size
+from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, chosen_robot, positive, size
 from vrs_cli.cli.delay_options import KINDS, add_line_options, duration
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
         from vrs_cli.render.plots import check_plot
 
         check_plot(picture)
-    rows = _rows(options)
+    rows = _rows(prog, options)
     if options.json:
         print(json.dumps(_object(options, rows), indent=2))
     else:
@@ -129,23 +129,22 @@ class Row(Struct, frozen=True):
         return self.outcome.aborted < self.outcome.commands
 
 
-def _rows(options: argparse.Namespace) -> list[Row]:
+def _rows(prog: str, options: argparse.Namespace) -> list[Row]:
     """Try each case with all seeds."""
     from vrs_cli.net.experiment import together
 
-    cases = list(_cases(options))
+    cases = list(_cases(prog, options))
     trials = [_with_seed(trial, number) for _, trial in cases for number in range(options.seeds)]
     found = _outcomes(trials, min(options.jobs or _cores(), len(trials)))
     parts = (found[first : first + options.seeds] for first in range(0, len(found), options.seeds))
     return [Row(name, trial, together(part)) for (name, trial), part in zip(cases, parts, strict=True)]
 
 
-def _cases(options: argparse.Namespace) -> Iterator[tuple[str, Trial]]:
-    from vrs_cli.kinematics.robot_file import load_robot
+def _cases(prog: str, options: argparse.Namespace) -> Iterator[tuple[str, Trial]]:
     from vrs_cli.net.delay_line import Ways
     from vrs_cli.net.experiment import Trial
 
-    robot = load_robot(options.robot)
+    robot = chosen_robot(prog, options)
     for (name, forward, backward), policy, lead in product(_lines(options), options.policy, options.lead):
         ways = Ways(forward, backward, options.seed)
         yield name, Trial(robot, ways, lead, policy, options.seconds, options.rate)

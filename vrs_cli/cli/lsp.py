@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from importlib.util import find_spec
 
-from vrs_cli.cli.command_line import CommandLineError, Parser
+from vrs_cli.cli.command_line import CommandLineError, Parser, chosen_robot
 from vrs_cli.extras import how_to_install
 
 EPILOG = """\
@@ -24,9 +24,8 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     options = parser.parse(arguments)
     if find_spec("pygls") is None:
         raise CommandLineError("the language server needs pygls, which is not installed", how_to_install("pygls"))
-    from vrs_cli.kinematics.robot_file import load_robot
     from vrs_cli.lsp.server import server
 
     output = os.fdopen(os.dup(sys.stdout.fileno()), "wb")  # pygls closes what it writes to
-    server(load_robot(options.robot)).start_io(sys.stdin.buffer, output)
+    server(chosen_robot(prog, options)).start_io(sys.stdin.buffer, output)
     return 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import Parser
+from vrs_cli.cli.command_line import Parser, chosen_robot
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arm import RobotArm
@@ -24,13 +24,13 @@ With the name of one of them, or with a TOML or URDF file: its joints, its poses
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Print the list, or one robot."""
     from vrs_cli.kinematics.forms import arm_for
-    from vrs_cli.kinematics.robot_file import load_robot
     from vrs_cli.render.text import text_of
 
     parser = Parser(prog, "The robots that are built in, or all about one robot.", EPILOG)
     parser.add_argument("robot", metavar="NAME|FILE", nargs="?", help="a robot's name, or its TOML or URDF file")
-    robot = parser.parse(arguments).robot
-    shown = _list() if robot is None else _one(arm_for(load_robot(robot)))
+    parser.add_ends()
+    options = parser.parse(arguments)
+    shown = _list() if options.robot is None else _one(arm_for(chosen_robot(prog, options)))
     print(text_of(shown), end="")
     return 0
 

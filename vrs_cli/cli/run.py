@@ -19,6 +19,7 @@ from vrs_cli.cli.command_line import (
     CommandLineError,
     Parser,
     add_realtime_option,
+    chosen_robot,
     clock_of,
     positive,
     size,
@@ -188,9 +189,8 @@ class _Batch(Struct, frozen=True):
     def _station(self, terminal: BatchTerminal) -> Station:
         from vrs_cli.files.bounds import FREE, Folder
         from vrs_cli.interfaces.station.station import Station
-        from vrs_cli.kinematics.robot_file import load_robot
 
-        model = load_robot(self.options.robot)
+        model = chosen_robot("vrs run", self.options)
         box, clock = self.options.sandbox, clock_of(self.options.realtime)
         folder = FREE if box is None else Folder(Path(box), closed=True)
         station = Station(terminal, model, clock=clock, limits=self._limits(), folder=folder)

@@ -2,9 +2,21 @@
 
 from __future__ import annotations
 
+from argparse import Namespace
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import Parser, add_realtime_option, clock_of, with_rate
+from vrs_cli.cli.command_line import (
+    CommandLineError,
+    Parser,
+    add_realtime_option,
+    chosen_robot,
+    clock_of,
+    with_rate,
+)
+
+if TYPE_CHECKING:
+    from vrs_cli.kinematics.model import RobotModel
 
 EPILOG = """\
 Without a terminal on standard input its lines are executed one after another:
@@ -32,4 +44,13 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     options = parser.parse(list(with_rate(arguments)))
     from vrs_cli.repl.shell import main as shell
 
-    return shell(robot=options.robot, file=options.file, save=options.save, clock=clock_of(options.realtime))
+    return shell(_robot(prog, options), file=options.file, save=options.save, clock=clock_of(options.realtime))
+
+
+def _robot(prog: str, options: Namespace) -> RobotModel | None:
+    """The one that is asked for; None leaves it to the file that is written on."""
+    if options.robot is not None:
+        return chosen_robot(prog, options)
+    if options.base is not None or options.tip is not None:
+        raise CommandLineError("--base and --tip are links of a robot's file", "give --robot FILE too")
+    return None

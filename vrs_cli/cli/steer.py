@@ -19,6 +19,7 @@ from vrs_cli.cli.command_line import (
     CommandLineError,
     Parser,
     add_realtime_option,
+    chosen_robot,
     clock_of,
     positive,
     with_rate,
@@ -151,10 +152,9 @@ class _Run:
 
     def run(self) -> int:
         """Follow, and tell how it went, whatever ended it; the exit status."""
-        from vrs_cli.kinematics.robot_file import load_robot
         from vrs_cli.repl.interrupt import Stoppable
 
-        model, stop = load_robot(self.options.robot), Stoppable(lambda: True)
+        model, stop = chosen_robot(self.prog, self.options), Stoppable(lambda: True)
         with _lines(self.options.file) as lines:
             targets = self._targets(lines, model)
             steering = self._begin(model, first := self._first(targets))

@@ -10,7 +10,7 @@ from vrs_cli.kinematics.model import RobotModel, levers, link_frames, link_pose
 from vrs_cli.kinematics.model_data import NEEDED_POSES
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
 from vrs_cli.kinematics.shape_data import ShapeReader
-from vrs_cli.kinematics.shapes import Body, Box, Capsule, Cylinder, Shape
+from vrs_cli.kinematics.shapes import Body, Box, Capsule, Cylinder, Opening, Shape
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, along, inverse, position, rotate
 
 SHAPES = ROBOTS / "shapes"  # of the built-in robots: files of their own, for who runs a program reads none
@@ -123,7 +123,7 @@ def _gripper(n: int, r: float) -> list[Shape]:
     ]
     for side in (-1.0, 1.0):
         finger: Body = Box((0.3 * r, 0.7 * r, 2.0 * r), _shifted(side * 0.15 * r, 0.0, 1.7 * r))
-        found.append(Shape(n, finger, "orange", (side * 0.9 * r, 0.0, 0.0)))
+        found.append(Shape(n, finger, "orange", (Opening((side * 0.9 * r, 0.0, 0.0)),)))
     return found
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate
 from math import dist
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.errors import JointOutOfRange
 from vrs_cli.kinematics.axes import EXACT, Line, Link, axis_of, link_transform
@@ -23,6 +23,17 @@ PROFILES = tuple(Profile.__members__)  # the first is that of a robot that names
 SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # of a joint's range: poses that show what an arm cannot change
 
 
+class Origin(NamedTuple):
+    """Where a model comes from, for people: the links of its file that it is an arm between, the names of its joints
+    and of those of its hand, and what was decided though the file does not say it."""
+
+    base: str
+    tip: str
+    joints: tuple[str, ...]
+    fingers: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True)
 class RobotModel:
     """One robot. Joint by joint: limits [rad, m], velocity [rad/s, m/s], acceleration and jerk likewise.
@@ -30,7 +41,8 @@ class RobotModel:
     T_base_flange = base . links . flange; `task` is the part of a pose that counts. The tool's linear [m/s, m/s2,
     m/s3] and angular [rad/s, rad/s2, rad/s3] figures are those of a straight line at SPEED 100. `profile`: what
     PARAMETER PROFILE is at the start. `shapes`: how it looks, where its file says so (`bodies.shapes_of` knows it
-    of any robot).
+    of any robot). `hand_width`: how wide its hand opens [m], 0 where nobody says it. `origin`: of one out of a file
+    with names; it is no part of what a robot is.
     """
 
     name: str
@@ -53,6 +65,8 @@ class RobotModel:
     task: Task = Task.POSE
     profile: str = PROFILES[0]
     shapes: tuple[Shape, ...] = ()
+    hand_width: float = 0.0
+    origin: Origin | None = field(default=None, compare=False)
 
     @property
     def joint_count(self) -> int:

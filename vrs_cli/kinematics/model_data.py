@@ -46,8 +46,12 @@ TOOL_KEYS: Mapping[str, Quantity] = {
 }
 NEEDED_LINK_KEYS = ("a", "d", "alpha")
 MODEL_KEYS = ("name", "title", "joints", "tool", "poses")
-MODEL_OPTIONS = ("task", "base", "flange", "profile", "shapes")
-URDF_OPTIONS = ("name", "title", "urdf_base", "urdf_tip", "joints", "tool", "poses", "task", "profile", "shapes")
+HAND_KEYS: Mapping[str, Quantity] = {"width": Quantity("mm", positive=True)}
+MODEL_OPTIONS = ("task", "base", "flange", "profile", "shapes", "hand")
+URDF_OPTIONS = (
+    *("name", "title", "urdf_base", "urdf_tip", "joints", "tool", "poses", "task", "profile", "shapes", "hand"),
+)
+CLOSED = ("lower", "upper")  # at which end of its joints a hand is closed
 TURN, SLIDE = (kind.value for kind in JointKind)
 
 
@@ -66,6 +70,7 @@ def to_dict(model: RobotModel) -> dict[str, Any]:
         "tool": {key: getattr(model, key) for key in TOOL_KEYS},
         "poses": {name: list(q) for name, q in model.poses.items()},
         **({} if model.profile == PROFILES[0] else {"profile": model.profile}),
+        **({"hand": {"width": model.hand_width}} if model.hand_width else {}),
         **_looks(model),
     }
 
@@ -108,6 +113,7 @@ class ModelReader(DataReader):
             **figures,
             profile=self.profile(table.get("profile", PROFILES[0])),
             shapes=self.shapes(table.get("shapes"), len(joints)),
+            hand_width=self.numbers(table.get("hand", {}), "hand", HAND_KEYS).get("width", 0.0),
         )
         return replace(model, task=self.task(table.get("task"), model))
 
@@ -151,21 +157,32 @@ class ModelReader(DataReader):
             raise self.wrong(key, f"kind is {brief(value)}", f'write "{TURN}" or "{SLIDE}"')
         return JointKind(value)
 
-    def own_joints(self, data: object, names: Sequence[str]) -> list[dict[str, float]]:
+    def hand(self, data: object) -> tuple[float | None, str | None]:
+        """What a TOML file says of the hand of a URDF file: how wide it opens [m], and where its joints are closed."""
+        table = self.table(data, "hand", (), (*HAND_KEYS, "closed"))
+        closed = table.get("closed")
+        if closed is not None and closed not in CLOSED:
+            raise self.wrong("hand.closed", f"{brief(closed)} is none", f"give one of {', '.join(CLOSED)}")
+        width = {key: value for key, value in table.items() if key in HAND_KEYS}
+        return self.numbers(width, "hand", HAND_KEYS).get("width"), None if closed is None else str(closed)
+
+    def own_joints(self, data: object, kinds: Mapping[str, JointKind]) -> list[dict[str, float]]:
         """For each joint of a URDF file, in its order, what a TOML file says beside it."""
         tables = data if isinstance(data, list) else [data]
-        own: dict[str, dict[str, float]] = {name: {} for name in names}
+        own: dict[str, dict[str, float]] = {name: {} for name in kinds}
         for i, table in enumerate(tables, 1):
             key = f"joint {i}"
             checked = self.table(table, key, ("name",), (*JOINT_KEYS, "kind"))
             name = self.word(checked["name"], f"{key}: name")
             if name not in own:
                 raise self.wrong(
-                    key, f"the URDF file has no joint {brief(name)} that moves", f"it has {', '.join(names)}"
+                    key, f"the URDF file has no joint {brief(name)} that moves", f"it has {', '.join(kinds)}"
                 )
-            kind = self.kind(checked.get("kind", TURN), key)
+            kind = kinds[name]
+            if self.kind(checked.get("kind", kind.value), key) is not kind:
+                raise self.wrong(key, f"joint {name} is {kind.value} in the URDF file", "leave out its kind")
             own[name] = {k: self.of_joint(checked[k], f"{key}: {k}", k, kind) for k in JOINT_KEYS if k in checked}
-        return [own[name] for name in names]
+        return list(own.values())
 
     def numbers(self, data: object, key: str, quantities: Mapping[str, Quantity]) -> dict[str, float]:
         """Some of these numbers."""

@@ -6,29 +6,47 @@ import tomllib
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
-from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
+from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, NotAvailable
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import URDF_OPTIONS, ModelReader
 
 ROBOTS = Path(__file__).parent / "robots"
 
 
-def load_robot(name_or_path: str | Path) -> RobotModel:
+class Ends(NamedTuple):
+    """The links between which a URDF file is to be an arm; None where the file or a TOML file beside it decides."""
+
+    base: str | None = None
+    tip: str | None = None
+
+
+NO_ENDS = Ends()
+
+
+def load_robot(name_or_path: str | Path, ends: Ends = NO_ENDS) -> RobotModel:
     """The built-in robot of that name, or the one in a .toml or .urdf file.
 
-    Raises NonexistentFile, FileError (unreadable) or FileDamaged (with file, key and what would be right).
+    Raises NonexistentFile, FileError (unreadable) or FileDamaged (with file, key and what would be right), NotAvailable
+    for `ends` of a robot whose links have no names.
     """
     text = str(name_or_path)
     if text.lower() in robot_names():
-        return _built_in(text.lower())
+        return _without_ends(_built_in(text.lower()), ends)
     read = _READERS.get(Path(text).suffix.lower())
     if read is None:
         raise NonexistentFile(
             f"no robot is called {text!r}",
             f"there is {', '.join(robot_names())}; or give a path that ends in .toml or .urdf",
         )
-    return read(Path(text))
+    return read(Path(text), ends)
+
+
+def _without_ends(model: RobotModel, ends: Ends) -> RobotModel:
+    if ends != NO_ENDS:
+        raise NotAvailable(f"the links of {model.name} have no names", "a base and a tip are chosen of a URDF file")
+    return model
 
 
 def robot_names() -> tuple[str, ...]:
@@ -38,10 +56,10 @@ def robot_names() -> tuple[str, ...]:
 
 @lru_cache
 def _built_in(name: str) -> RobotModel:
-    return _read_toml(ROBOTS / f"{name}.toml")
+    return _read_toml(ROBOTS / f"{name}.toml", NO_ENDS)
 
 
-def _read_toml(path: Path) -> RobotModel:
+def _read_toml(path: Path, ends: Ends) -> RobotModel:
     try:
         data = tomllib.loads(_text(path, "TOML"))
     except tomllib.TOMLDecodeError as error:
@@ -49,24 +67,22 @@ def _read_toml(path: Path) -> RobotModel:
     except RecursionError:
         raise FileDamaged(f"{path}: lists or tables in one another without end", "a robot is a TOML file") from None
     if "urdf" not in data:
-        return ModelReader(str(path), human=True).model(data)
+        return _without_ends(ModelReader(str(path), human=True).model(data), ends)
     reader = ModelReader(str(path), human=True)
     file = path.parent / reader.word(data.pop("urdf"), "urdf")
     table = reader.table(data, "the file", (), URDF_OPTIONS)
-    ends = (reader.word(table[key], key) if key in table else None for key in ("urdf_base", "urdf_tip"))
-    return _from_urdf(reader, file, table, *ends)
+    own = Ends(*(reader.word(table[key], key) if key in table else None for key in ("urdf_base", "urdf_tip")))
+    return _from_urdf(reader, file, table, Ends(ends.base or own.base, ends.tip or own.tip))
 
 
-def _read_urdf(path: Path) -> RobotModel:
-    return _from_urdf(ModelReader(str(path), human=True), path, {})
+def _read_urdf(path: Path, ends: Ends) -> RobotModel:
+    return _from_urdf(ModelReader(str(path), human=True), path, {}, ends)
 
 
-def _from_urdf(
-    reader: ModelReader, path: Path, table: Mapping[str, object], base: str | None = None, tip: str | None = None
-) -> RobotModel:
-    from vrs_cli.kinematics.urdf import model_of, read  # here: it brings an XML parser, which few robots need
+def _from_urdf(reader: ModelReader, path: Path, table: Mapping[str, object], ends: Ends) -> RobotModel:
+    from vrs_cli.kinematics.urdf.robot import robot_of  # here: it brings an XML parser, which few robots need
 
-    return model_of(read(str(path), _text(path, "URDF"), base, tip), reader, table)
+    return robot_of(str(path), _text(path, "URDF"), reader, table, ends.base, ends.tip)
 
 
 _READERS = {".toml": _read_toml, ".urdf": _read_urdf, ".xml": _read_urdf, ".xacro": _read_urdf}

@@ -9,8 +9,8 @@ from re import fullmatch
 from reprlib import repr as brief
 from typing import Any, NamedTuple
 
-from vrs_cli.kinematics.data_reader import LENGTH, TINY, DataReader, Quantity
-from vrs_cli.kinematics.shapes import COLOURS, MOST_SHAPES, Body, Box, Capsule, Cylinder, MeshFile, Shape, Slab
+from vrs_cli.kinematics.data_reader import ANGLE, LENGTH, TINY, DataReader, Quantity
+from vrs_cli.kinematics.shapes import COLOURS, MOST_SHAPES, Body, Box, Capsule, Cylinder, MeshFile, Opening, Shape, Slab
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, cross, length, subtracted, translation
 
 SIZE, PLAIN = Quantity("mm", positive=True), Quantity("")
@@ -30,6 +30,7 @@ KINDS: Mapping[str, Keys] = {
     "slab": Keys(("from", "to", "across", "radius", "thickness")),
     "mesh": Keys(("file",), ("at", "scale")),
 }
+OPENING_KEYS: Mapping[str, Quantity] = {"slide": LENGTH, "turn": ANGLE, "point": LENGTH}
 ALL_NEED, ALL_MAY = ("link", "kind"), ("colour", "opens")
 
 
@@ -46,8 +47,15 @@ def _table(shape: Shape) -> dict[str, Any]:
         "link": shape.link,
         **_body_table(shape.body),
         "colour": shape.colour,
-        **({} if shape.opens is None else {"opens": list(shape.opens)}),
+        **({"opens": _opens(shape.opens)} if shape.opens else {}),
     }
+
+
+def _opens(openings: tuple[Opening, ...]) -> list[Any]:
+    first, *others = openings
+    if not others and not any(first.turn):
+        return list(first.slide)
+    return [{key: list(value) for key, value in one._asdict().items() if any(value)} for one in openings]
 
 
 def _body_table(body: Body) -> dict[str, Any]:
@@ -87,10 +95,23 @@ class ShapeReader(DataReader):
         kind = self.kind(data, key)
         keys = KINDS[kind]
         table = self.table(data, key, (*ALL_NEED, *keys.needed), (*keys.options, *ALL_MAY))
-        opens = self.point(table["opens"], f"{key}: opens") if "opens" in table else None
+        opens = self.openings(table["opens"], f"{key}: opens") if "opens" in table else ()
         link = self.link(table["link"], f"{key}: link", joints)
         colour = self.colour(table.get("colour", next(iter(COLOURS))), f"{key}: colour")
         return Shape(link, self.body(kind, table, key), colour, opens)
+
+    def openings(self, data: object, key: str) -> tuple[Opening, ...]:
+        """Of a part that one joint slides, [x, y, z]; of others a table for each joint."""
+        if isinstance(data, list | tuple) and data and all(isinstance(one, Mapping) for one in data):
+            return tuple(self.opening(table, f"{key} {i}") for i, table in enumerate(data, 1))
+        return (Opening(self.point(data, key)),)
+
+    def opening(self, data: object, key: str) -> Opening:
+        """A slide and a turn, of which the vector is the axis, as long as the angle."""
+        table = self.table(data, key, (), OPENING_KEYS)
+        return Opening(
+            **{name: self.three(value, f"{key}: {name}", OPENING_KEYS[name]) for name, value in table.items()}
+        )
 
     def kind(self, data: object, key: str) -> str:
         kind = data.get("kind") if isinstance(data, Mapping) else None

@@ -5,9 +5,12 @@ Link 0 is the base, link i is what joint i moves; its frame is `model.link_frame
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from functools import reduce
+from math import hypot
 from typing import NamedTuple
 
-from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, rotation_about, scaled, translation
 
 MOST_SHAPES = 1000  # of a robot
 BEVEL = 0.06  # of the smallest size of a body: how far its edges are broken
@@ -57,16 +60,40 @@ class MeshFile(NamedTuple):
 Body = Box | Cylinder | Capsule | Slab | MeshFile
 
 
+class Opening(NamedTuple):
+    """How a part moves while the hand goes from closed to open, in the frame of its link: it slides, and turns about
+    a line through `point` [rad], as far as these vectors are long."""
+
+    slide: Vector = (0.0, 0.0, 0.0)
+    turn: Vector = (0.0, 0.0, 0.0)
+    point: Vector = (0.0, 0.0, 0.0)
+
+    def at(self, hand: float) -> Transform:
+        """The motion so far, of a hand that is open (1), closed (0) or between."""
+        x, y, z = self.turn
+        if not any(self.turn):
+            return translation(*scaled(self.slide, hand))
+        turned = rotation_about(self.turn, hand * hypot(x, y, z))
+        about = compose(compose(translation(*self.point), turned), translation(*scaled(self.point, -1.0)))
+        return compose(translation(*scaled(self.slide, hand)), about)
+
+
 class Shape(NamedTuple):
     """A body of a link.
 
-    `opens`: how far it moves while the hand goes from closed to open, in its frame; None for all but fingers.
+    `opens`: of a part of the hand, what the joints between the link and it do, the first one first, as seen while the
+    hand is closed; none of all others.
     """
 
     link: int
     body: Body
     colour: str = "cream"
-    opens: Vector | None = None
+    opens: tuple[Opening, ...] = ()
+
+
+def opened(openings: Iterable[Opening], hand: float) -> Transform:
+    """How far a part of a hand has moved that is open (1), closed (0) or between, in the frame of its link."""
+    return reduce(compose, (opening.at(hand) for opening in openings), IDENTITY)
 
 
 COLOURS = {

@@ -16,23 +16,24 @@ if TYPE_CHECKING:
 FAILED = 1
 
 
-def main(robot: str | None = None, file: str | None = None, save: str | None = None, clock: Clock | None = None) -> int:
-    """Run the shell until the user leaves; returns the exit status. Raises VrsError for a robot that is not there.
+def main(
+    model: RobotModel | None = None, file: str | None = None, save: str | None = None, clock: Clock | None = None
+) -> int:
+    """Run the shell until the user leaves; returns the exit status.
 
-    `save`: a trajectory file that is written on, or begun; without `robot` its robot is taken. The status is 1 when not
+    `save`: a trajectory file that is written on, or begun; without `model` its robot is taken. The status is 1 when not
     all is in that file, and on a pipe when a line could not be carried out.
     """
     recorder, sound = _recorder(save), True
     try:
-        status = _run(robot, file, recorder, clock)
+        status = _run(model, file, recorder, clock)
     finally:
         if recorder is not None:
             sound = recorder.close()
     return status if sound else FAILED
 
 
-def _run(robot: str | None, file: str | None, recorder: Recorder | None, clock: Clock | None) -> int:
-    model = None if robot is None else _load(robot)
+def _run(model: RobotModel | None, file: str | None, recorder: Recorder | None, clock: Clock | None) -> int:
     if recorder is not None and model is None:
         model = recorder.model
     place = Local(model, file, recorder, clock)
@@ -65,9 +66,3 @@ def _recorder(path: str | None) -> Recorder | None:
     from vrs_cli.repl.recorder import Recorder
 
     return Recorder(path)
-
-
-def _load(robot: str) -> RobotModel:
-    from vrs_cli.kinematics.robot_file import load_robot  # the first prompt does not wait for the usual robot
-
-    return load_robot(robot)

@@ -9,8 +9,8 @@ from viser import FrameHandle, MeshHandle, SceneApi
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, link_pose
-from vrs_cli.kinematics.shapes import MeshFile, rgb
-from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, inverse
+from vrs_cli.kinematics.shapes import MeshFile, Opening, opened, rgb
+from vrs_cli.kinematics.transform import IDENTITY, Transform, inverse
 from vrs_cli.view3d.looks import Look, looks_of
 from vrs_cli.view3d.meshes import joined
 from vrs_cli.view3d.placing import Rooted, place
@@ -22,7 +22,7 @@ class Finger(NamedTuple):
     """A part that the hand moves: `opens` from closed to open, in the frame of its link."""
 
     node: MeshHandle
-    opens: Vector
+    opens: tuple[Opening, ...]
 
 
 class Figure(Rooted):
@@ -67,7 +67,7 @@ class Figure(Rooted):
             cast_shadow=self._opacity is None,
         )
         self._bodies[first.link].append(node)
-        if first.opens is not None:
+        if first.opens:
             self.fingers.append(Finger(node, first.opens))
 
     @property
@@ -96,8 +96,7 @@ class Figure(Rooted):
         if hand != self._hand:
             self._hand = hand
             for finger in self.fingers:
-                x, y, z = finger.opens
-                finger.node.position = (hand * x, hand * y, hand * z)
+                place(finger.node, opened(finger.opens, hand))
 
     def remove(self) -> None:
         """Take it out of the scene."""

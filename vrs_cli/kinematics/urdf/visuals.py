@@ -1,13 +1,13 @@
 """What a URDF file says that its links look like: boxes, cylinders, spheres and files of meshes, each fixed in a body.
 
-A body is what one joint of the arm moves: all links that hang on it by fixed joints, and those that other joints move,
-as they are at zero. What cannot be understood is left out, for an arm moves without looks. Format:
-http://wiki.ros.org/urdf/XML/link.
+A body is what one joint of the arm moves: all links that hang on it by fixed joints, those that the joints of its hand
+move, as they are while it is closed, and those that other joints move, as they are at zero. What cannot be understood
+is left out, for an arm moves without looks. Format: http://wiki.ros.org/urdf/XML/link.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
@@ -16,28 +16,28 @@ from xml.etree.ElementTree import Element
 
 from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.data_reader import TINY
-from vrs_cli.kinematics.shapes import MOST_SHAPES, Body, Box, Capsule, Cylinder, MeshFile, Shape
+from vrs_cli.kinematics.shapes import MOST_SHAPES, Body, Box, Capsule, Cylinder, MeshFile, Opening, Shape
 from vrs_cli.kinematics.transform import Transform, compose, position, translation
-
-Numbers = Callable[[Element, str, str, int], tuple[float, ...]]
+from vrs_cli.kinematics.urdf.document import named
+from vrs_cli.kinematics.urdf.tree import Tree
 
 USUAL_COLOUR = "grey"
 
 
 class Place(NamedTuple):
-    """Where a link is: in which body (0 is the base), and T_body_link."""
+    """Where a link is: in which body (0 is the base), T_body_link, and how it moves as the hand opens."""
 
     body: int
     T: Transform
+    opens: tuple[Opening, ...] = ()
 
 
-class Visuals(NamedTuple):
-    """Reads the looks of links. `numbers` and `origin` read attributes as the rest of the file is read."""
+class Visuals:
+    """Reads the looks of links; files of meshes are seen from `folder`."""
 
-    folder: Path
-    root: Element
-    numbers: Numbers
-    origin: Callable[[Element], Transform]
+    def __init__(self, folder: Path, tree: Tree) -> None:
+        self.folder, self.root = folder, tree.document.root
+        self.numbers, self.origin = tree.document.numbers, tree.origin
 
     def shapes(self, places: Mapping[str, Place]) -> tuple[Shape, ...]:
         """Of the links that have a place."""
@@ -45,7 +45,7 @@ class Visuals(NamedTuple):
         shapes = (
             self._shape(visual, place, colours)
             for link in self.root.findall("link")
-            if (place := places.get(link.get("name", ""))) is not None
+            if (place := places.get(named(link))) is not None
             for visual in link.findall("visual")
         )
         return tuple(islice(filter(None, shapes), MOST_SHAPES))
@@ -55,7 +55,8 @@ class Visuals(NamedTuple):
             body = self._body(visual, compose(place.T, self.origin(visual)))
         except FileDamaged:
             return None
-        return None if body is None else Shape(place.body, body, self._colour(visual.find("material"), colours))
+        colour = self._colour(visual.find("material"), colours)
+        return None if body is None else Shape(place.body, body, colour, place.opens)
 
     def _body(self, visual: Element, T: Transform) -> Body | None:
         for form in visual.iterfind("geometry/*"):

@@ -1,0 +1,188 @@
+"""Which joints of a tree of links are the arm, which are the fingers of its hand, and where its tip is.
+
+An arm goes from the root to where its fingers part, or to the end. Two long branches are two arms. What is decided here
+though the file does not say it is told in `notes`: whoever names base and tip decides for himself.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import takewhile
+
+from vrs_cli.errors import FileDamaged
+from vrs_cli.kinematics.joints import JointKind
+from vrs_cli.kinematics.urdf.tree import LOOSE, MOVING, Joint, Tree
+
+TIPS = ("tool0", "tcp", "flange", "ee_link")  # names of a tip, the most likely first
+GRASPS = ("tcp", "tool_frame", "gripper_frame_link", "grasp_center_link", "grasping_frame", "ee_link", "tool0")
+ARM, FINGER = 4, 4  # an arm that fingers may hang on has so many joints at least, a finger so many at most
+MOST_NAMED = 10  # ends that a message names
+
+_FINGER_LINK = re.compile(r"finger|fngr|thumb|knuckle|jaw|claw", re.IGNORECASE)
+_FINGER_JOINT = re.compile(rf"{_FINGER_LINK.pattern}|grip", re.IGNORECASE)
+_WRIST_JOINT = re.compile(r"rotat|(?<!t)roll|yaw|pitch|wrist|twist", re.IGNORECASE)  # as gripper_roll is one
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The joints from base to tip, those that are fixed too, and all joints that move the hand."""
+
+    base: str
+    tip: str
+    way: tuple[Joint, ...]
+    fingers: tuple[Joint, ...]
+    notes: tuple[str, ...] = ()
+
+
+def choice(tree: Tree, base: str | None, tip: str | None) -> Choice:
+    """The arm of a file between two links; where one is not named, the one that the tree of links suggests.
+
+    Raises FileDamaged where there are several.
+    """
+    start = tree.root() if base is None else tree.known(base)
+    notes: list[str] = []
+    if tip is None:
+        tip, *notes = _one_of(tree, _arms(tree, start, 0))
+    way = tree.way(start, tree.known(tip))
+    if base is None:
+        way, left = _without_vehicle(tree, way)
+        if left:
+            start = left[-1].child
+            notes.insert(0, _left_out(left))
+    moving = [joint for joint in way if joint.moves]
+    if not moving:
+        raise FileDamaged(
+            f"{tree.file}: no joint moves between base and tip",
+            "give --base and --tip, or urdf_base and urdf_tip in a TOML",
+        )
+    return Choice(start, tip, tuple(way), tuple(_fingers(tree, moving)), tuple(notes))
+
+
+# --- one arm or several ------------------------------------------------------------------------------------------
+
+
+def _arms(tree: Tree, link: str, joints: int) -> list[tuple[str, ...]]:
+    """The tips of all arms below a link that is moved by so many joints, each with what is to be said of it."""
+    nexts = tree.nearest(link)
+    if not nexts:
+        return [(_end(tree, link),)]
+    if _is_hand(tree, nexts, joints):
+        tip = _parting(tree, link, nexts)
+        return [(tip, _jaw_note(nexts[0], tip)) if len(nexts) == 1 else (tip,)]
+    depths = [_depth(tree, joint) for joint in nexts]
+    long = [joint for joint, depth in zip(nexts, depths, strict=True) if 2 * depth > max(depths)]
+    return [arm for joint in long for arm in _arms(tree, joint.child, joints + _counts(joint))]
+
+
+def _one_of(tree: Tree, arms: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
+    """The only one. Raises FileDamaged, naming the tips to choose from."""
+    if len(arms) == 1:
+        return arms[0]
+    tips = [tip for tip, *_ in arms][:MOST_NAMED]
+    raise FileDamaged(
+        f"{tree.file}: it has several arms, with the ends {', '.join(tips)}",
+        f"choose one: --tip {tips[0]}, or urdf_tip in a TOML",
+    )
+
+
+def _counts(joint: Joint) -> bool:
+    return not joint.mimics and joint.type not in LOOSE
+
+
+def _depth(tree: Tree, joint: Joint) -> int:
+    """How many joints the longest chain has that begins with this one."""
+    return _counts(joint) + max((_depth(tree, after) for after in tree.nearest(joint.child)), default=0)
+
+
+def _is_hand(tree: Tree, nexts: Sequence[Joint], joints: int) -> bool:
+    """Whether branches are fingers: by their names, as all but one mimic it, or as short ones at the end of an arm."""
+    if not joints:
+        return False
+    if len(nexts) == 1:
+        return _is_finger(nexts[0]) and not any(map(_counts, _behind(tree, nexts))) and not _is_in_hand(tree, nexts[0])
+    if all(map(_is_finger, nexts)) or sum(map(_counts, nexts)) < 2:
+        return True
+    return joints >= ARM and (
+        all("hand" in joint.name.lower() for joint in nexts) or max(_depth(tree, joint) for joint in nexts) <= FINGER
+    )
+
+
+def _is_in_hand(tree: Tree, joint: Joint) -> bool:
+    """Whether the joint before is a finger's too, as in a file that describes one alone."""
+    link = joint.parent
+    while (before := tree.by_child.get(link)) is not None and not before.moves:
+        link = before.parent
+    return before is not None and _is_finger(before)
+
+
+def _is_finger(joint: Joint) -> bool:
+    if _FINGER_LINK.search(joint.child):
+        return True
+    return bool(_FINGER_JOINT.search(joint.name)) and not _WRIST_JOINT.search(joint.name)
+
+
+def _behind(tree: Tree, joints: Iterable[Joint]) -> list[Joint]:
+    return [after for joint in joints for after in tree.moving_below(joint) if after is not joint]
+
+
+def _fingers(tree: Tree, moving: Sequence[Joint]) -> list[Joint]:
+    """All joints of the hand that the last joint of an arm carries."""
+    nexts = [joint for joint in tree.nearest(moving[-1].child) if joint not in moving]
+    if not nexts or not _is_hand(tree, nexts, len(moving)):
+        return []
+    return [joint for first in nexts for joint in tree.moving_below(first)]
+
+
+def _jaw_note(jaw: Joint, tip: str) -> str:
+    return (
+        f"joint {jaw.name} at the end of the chain moves the hand and is no joint of the arm: the tip is {tip}, "
+        f"which it does not move (--tip {jaw.child} takes it for one)"
+    )
+
+
+# --- where the tip is --------------------------------------------------------------------------------------------
+
+
+def _end(tree: Tree, link: str) -> str:
+    """Of the ends of what a chain moves last the one with the most usual name."""
+    ends = [held for held in tree.together(link) if not tree.below.get(held)]
+    return min(ends, key=lambda end: _rank(end, TIPS))
+
+
+def _parting(tree: Tree, link: str, fingers: Sequence[Joint]) -> str:
+    """The link where fingers part; where one that it holds is named as the place between them, that."""
+    ways = [[link, *(joint.child for joint in tree.way(link, finger.parent))] for finger in fingers]
+    common = [links[0] for links in zip(*ways, strict=False) if len(set(links)) == 1]
+    held = tree.together(common[-1])
+    return min(held, key=lambda end: _rank(end, GRASPS))
+
+
+def _rank(link: str, names: Sequence[str]) -> int:
+    """How usual the name of a tip is; a name may have something before it."""
+    return next((i for i, name in enumerate(names) if link == name or link.endswith(f"_{name}")), len(names))
+
+
+# --- what an arm stands on ---------------------------------------------------------------------------------------
+
+
+def _without_vehicle(tree: Tree, way: Sequence[Joint]) -> tuple[list[Joint], list[Joint]]:
+    """A chain without the joints that it begins with and that drive or float, and these. What slides without end both
+    ways may turn without end then."""
+    moving = [joint for joint in way if joint.moves]
+    leading = list(takewhile(lambda joint: _drives(tree, joint), moving))
+    behind = moving[len(leading) :]
+    if leading and leading[-1].type not in LOOSE and behind and tree.range(behind[0]).endless:
+        leading.append(behind[0])
+    cut = way.index(leading[-1]) + 1 if leading else 0
+    return list(way[cut:]), list(way[:cut])
+
+
+def _drives(tree: Tree, joint: Joint) -> bool:
+    return joint.type in LOOSE or (MOVING.get(joint.type) is JointKind.PRISMATIC and tree.range(joint).endless)
+
+
+def _left_out(left: Sequence[Joint]) -> str:
+    names = ", ".join(joint.name for joint in left if joint.moves)
+    return f"left out, as what has no end is no joint of an arm: {names}; the base is {left[-1].child}"

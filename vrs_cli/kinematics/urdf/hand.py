@@ -1,0 +1,141 @@
+"""How the fingers of an arm open: which end of each joint is closed, and how wide the hand is open."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+from math import dist, inf
+from typing import NamedTuple
+
+from vrs_cli.errors import FileDamaged
+from vrs_cli.kinematics.joints import JointKind
+from vrs_cli.kinematics.transform import (
+    IDENTITY,
+    Transform,
+    Vector,
+    compose,
+    position,
+    rotation_about,
+    scaled,
+    translation,
+)
+from vrs_cli.kinematics.urdf.document import named
+from vrs_cli.kinematics.urdf.tree import MOVING, Joint, Tree
+
+NEARER = 1e-4  # [m] fingers that come nearer to each other by less do not
+
+
+class Travel(NamedTuple):
+    """A joint of the hand, closed and open [rad, m]."""
+
+    closed: float
+    open: float
+
+
+class Fingers(NamedTuple):
+    """The joints of a hand by their names; how much farther apart their tips are while it is open [m], 0 where the file
+    does not tell."""
+
+    travels: Mapping[str, Travel]
+    width: float
+
+    @property
+    def closed(self) -> dict[str, float]:
+        return {name: travel.closed for name, travel in self.travels.items()}
+
+
+def fingers_of(tree: Tree, link: str, joints: Sequence[Joint], closed: str | None = None) -> Fingers:
+    """The fingers that these joints move, as seen from the link that carries them.
+
+    A joint is closed at the end where the tips are nearer to each other; where that makes no difference, at the end
+    nearer to zero. `closed`, "lower" or "upper", says it for all.
+    """
+    own = {joint.name: ends for joint in joints if not joint.mimics and (ends := _ends(tree, joint)) is not None}
+    gauge = _Gauge(tree, link, joints)
+    values = {name: min(ends, key=abs) for name, ends in own.items()}
+    for name, ends in own.items():
+        here, there = (gauge.spread({**values, name: end}) for end in ends)
+        if closed is not None:
+            values[name] = ends[closed == "upper"]
+        elif abs(here - there) > NEARER:
+            values[name] = ends[there < here]
+    opposite = {name: ends[ends[0] == values[name]] for name, ends in own.items()}
+    shut, apart = gauge.all_values(values), gauge.all_values(opposite)
+    travels = {name: Travel(shut[name], apart[name]) for name in shut}
+    width = gauge.spread(opposite) - gauge.spread(values)
+    return Fingers(travels, width if width > NEARER else 0.0)
+
+
+def _ends(tree: Tree, joint: Joint) -> tuple[float, float] | None:
+    """The limits of a joint; None for one that has no such ends, which stays at zero."""
+    found = tree.range(joint)
+    if joint.type not in MOVING or found.lower is None or found.upper is None or found.endless:
+        return None
+    return (found.lower, found.upper) if found.lower < found.upper else None
+
+
+def moved(tree: Tree, joint: Joint, value: float) -> Transform:
+    """What a joint at a value does to its child link, before which its origin comes."""
+    if not value:
+        return IDENTITY
+    if MOVING[joint.type] is JointKind.PRISMATIC:
+        return translation(*scaled(tree.axis(joint), value))
+    return rotation_about(tree.axis(joint), value)
+
+
+class _Gauge:
+    """Where the tips of fingers are, as their joints stand."""
+
+    def __init__(self, tree: Tree, link: str, joints: Sequence[Joint]) -> None:
+        self.tree, self.link, self.joints = tree, link, joints
+        carrying = {parent for joint in joints for parent in self._up(joint.parent)}
+        lasts = [joint for joint in joints if joint.child not in carrying]
+        self.tips = [self._tip(joint) for joint in lasts]
+
+    def _up(self, link: str) -> list[str]:
+        found = [link]
+        while found[-1] != self.link:
+            found.append(self.tree.by_child[found[-1]].parent)
+        return found
+
+    def _tip(self, joint: Joint) -> str:
+        """The farthest link that a joint holds: files often have one at the end of a finger."""
+        held = self.tree.together(joint.child)
+        return max(held, key=lambda link: dist(position(self._step(joint.child, link, {})), (0.0, 0.0, 0.0)))
+
+    def all_values(self, own: Mapping[str, float]) -> dict[str, float]:
+        """Of all joints that have one, those that mimic others too."""
+        values, left = dict(own), [joint for joint in self.joints if joint.mimics]
+        for _ in self.joints:  # one that mimics may be mimicked itself
+            left = [joint for joint in left if joint.name not in values]
+            values |= {joint.name: value for joint in left if (value := self._followed(joint, values)) is not None}
+        return values
+
+    def _followed(self, joint: Joint, values: Mapping[str, float]) -> float | None:
+        mimic = joint.element.find("mimic")
+        assert mimic is not None
+        leader = values.get(named(mimic, "joint"))
+        numbers = self.tree.document.numbers
+        try:
+            (factor,) = numbers(joint.element, "mimic multiplier", mimic.get("multiplier", "1"), 1)
+            (offset,) = numbers(joint.element, "mimic offset", mimic.get("offset", "0"), 1)
+        except FileDamaged:  # an arm moves without this finger
+            return None
+        return None if leader is None or joint.type not in MOVING else factor * leader + offset
+
+    def spread(self, own: Mapping[str, float]) -> float:
+        """The greatest distance between two tips [m]; that of one finger alone is infinite."""
+        values = self.all_values(own)
+        try:
+            places: list[Vector] = [position(self._step(self.link, tip, values)) for tip in self.tips]
+        except FileDamaged:
+            return inf
+        return max((dist(a, b) for a, b in combinations(places, 2)), default=0.0)
+
+    def _step(self, link: str, below: str, values: Mapping[str, float]) -> Transform:
+        T = IDENTITY
+        for joint in self.tree.way(link, below):
+            T = compose(T, self.tree.origin(joint.element))
+            if joint.moves:
+                T = compose(T, moved(self.tree, joint, values.get(joint.name, 0.0)))
+        return T

@@ -1,0 +1,201 @@
+"""A robot out of a URDF file: the serial chain of its joints from a base link to a tip link, and usual figures beside.
+
+Read are joints with their origins, axes and limits, and what links look like (`visuals`). Collision bodies, inertias
+and transmissions are left aside, nothing is fetched. Metres, radians, seconds, as URDF has them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import accumulate
+from math import pi
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from vrs_cli.kinematics.axes import Chain, Line, chain_of, link_transform
+from vrs_cli.kinematics.joints import JointKind
+from vrs_cli.kinematics.model import Origin, RobotModel
+from vrs_cli.kinematics.model_data import NEEDED_POSES, TOOL_KEYS, ModelReader
+from vrs_cli.kinematics.shapes import Opening
+from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position, rotate, scaled
+from vrs_cli.kinematics.urdf.chain import Choice, choice
+from vrs_cli.kinematics.urdf.document import HUGE, document
+from vrs_cli.kinematics.urdf.hand import Fingers, fingers_of, moved
+from vrs_cli.kinematics.urdf.tree import MOVING, Joint, Range, Tree
+from vrs_cli.kinematics.urdf.visuals import Place, Visuals
+
+WHOLE_TURNS = 2 * pi  # [rad] a joint that turns without end is given one turn each way
+
+# what a URDF file need not say
+USUAL_VELOCITY = {JointKind.REVOLUTE: pi / 2, JointKind.PRISMATIC: 0.25}  # [rad/s, m/s] where none is given
+FULL_SPEED_IN = 0.3  # [s] accelerations: full velocity in this time
+FULL_ACCELERATION_IN = 0.1  # [s] jerks: full acceleration in this time
+USUAL_TOOL_SPEEDS = {"linear_speed": 500.0, "angular_speed": 90.0}  # [mm/s, deg/s]
+
+
+class Arm(NamedTuple):
+    """What is chosen of a file: the joints that move, the links that have their axes (T_base_tip(q) = base . links .
+    flange), and all that hangs on them."""
+
+    choice: Choice
+    joints: tuple[Joint, ...]
+    chain: Chain
+    fingers: Fingers
+    places: Mapping[str, Place]
+
+
+def robot_of(
+    file: str, text: str, reader: ModelReader, table: Mapping[str, object], base: str | None, tip: str | None
+) -> RobotModel:
+    """The robot of a URDF file between two links, with the figures that such a file has not: those of a TOML file's
+    table, else usual ones.
+
+    Raises FileDamaged, with the file and the element.
+    """
+    tree = Tree(document(file, text))
+    width, closed = reader.hand(table.get("hand", {}))
+    arm = arm_of(tree, choice(tree, base, tip), closed)
+    joints = _joints(tree, arm.joints, reader, table)
+    model = _model(tree.name, arm.chain, joints, reader, table)
+    own = reader.shapes(table.get("shapes"), model.joint_count)
+    return replace(
+        model,
+        shapes=own or Visuals(Path(file).absolute().parent, tree).shapes(arm.places),
+        hand_width=arm.fingers.width if width is None else width,
+        origin=_origin(arm),
+    )
+
+
+# --- its geometry --------------------------------------------------------------------------------------------------
+
+
+def arm_of(tree: Tree, chosen: Choice, closed: str | None = None) -> Arm:
+    """The links of a chain. Raises FileDamaged for a joint that no arm has."""
+    joints, axes, T = [], [], IDENTITY
+    for joint in chosen.way:
+        T = compose(T, tree.origin(joint.element))
+        if joint.moves:
+            _check(tree, joint)
+            joints.append(joint)
+            axes.append(Line(position(T), rotate(T, tree.axis(joint))))
+    chain = chain_of(axes, [tree.kind(joint) for joint in joints], T)
+    assert chain is not None  # without angles to meet every chain has links
+    fingers = fingers_of(tree, joints[-1].child, chosen.fingers, closed)
+    return Arm(chosen, tuple(joints), chain, fingers, _places(tree, chosen.base, joints, chain, fingers))
+
+
+def _check(tree: Tree, joint: Joint) -> None:
+    tree.kind(joint)
+    if joint.mimics:
+        raise tree.wrong(joint, "mimics another joint", "every joint of an arm moves by itself")
+
+
+def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, fingers: Fingers) -> dict[str, Place]:
+    """Where the links are that hang on the base, in the frames of the chain.
+
+    T_body_link = T_base_body^-1 T_base_link while all joints are 0 and the hand is closed, and ever after.
+    """
+    steps = [link_transform(link, 0.0) for link in chain.links]
+    steps[-1] = compose(steps[-1], chain.flange)
+    bodies = [inverse(T) for T in accumulate(steps, compose, initial=chain.base)]
+    found, left = {base: Place(0, bodies[0])}, [(base, IDENTITY)]
+    while left:
+        parent, T_base_parent = left.pop()
+        for joint, T_parent_joint in tree.steps_below(parent):
+            before, T_base_joint = found[parent], compose(T_base_parent, T_parent_joint)
+            body = before.body + (joint in joints[before.body : before.body + 1])
+            opens = before.opens
+            T = T_base_joint
+            if (travel := fingers.travels.get(joint.name)) is not None and joint.moves:
+                opens += (_opening(tree, joint, compose(bodies[body], T_base_joint), travel.open - travel.closed),)
+                T = compose(T_base_joint, moved(tree, joint, travel.closed))
+            found[joint.child] = Place(body, compose(bodies[body], T), opens)
+            left.append((joint.child, T))
+    return found
+
+
+def _opening(tree: Tree, joint: Joint, T_body_joint: Transform, travel: float) -> Opening:
+    along = scaled(rotate(T_body_joint, tree.axis(joint)), travel)
+    if MOVING[joint.type] is JointKind.PRISMATIC:
+        return Opening(slide=along)
+    return Opening(turn=along, point=position(T_body_joint))
+
+
+def _origin(arm: Arm) -> Origin:
+    chosen = arm.choice
+    names = tuple(joint.name for joint in arm.joints)
+    return Origin(chosen.base, chosen.tip, names, tuple(joint.name for joint in chosen.fingers), chosen.notes)
+
+
+# --- its figures ---------------------------------------------------------------------------------------------------
+
+
+def _joints(
+    tree: Tree, joints: Sequence[Joint], reader: ModelReader, table: Mapping[str, object]
+) -> list[dict[str, float]]:
+    """Limits and rates: what a TOML file says of a joint goes before what the URDF file does."""
+    more = reader.own_joints(table.get("joints", []), {joint.name: tree.kind(joint) for joint in joints})
+    return [_with_rates({**_ranges(tree, joint, own), **own}) for joint, own in zip(joints, more, strict=True)]
+
+
+def _ranges(tree: Tree, joint: Joint, own: Mapping[str, float]) -> dict[str, float]:
+    said, kind = tree.range(joint), tree.kind(joint)
+    if kind is JointKind.REVOLUTE and said.endless:
+        said = said._replace(lower=-WHOLE_TURNS, upper=WHOLE_TURNS)
+    lower, upper = (own.get(key, getattr(said, key)) for key in ("lower", "upper"))
+    for key, end in (("lower", lower), ("upper", upper)):
+        if end is None or not abs(end) < HUGE:
+            what = f"limit has no {key}" if end is None else f"limit {key} is {end:g}"
+            hint = f'give <limit lower="..." upper="..." velocity="..."/>, or {key} in a TOML file beside it'
+            raise tree.wrong(joint, what, hint)
+    if not lower < upper:
+        what = f"limit: lower {lower:g} is not below upper {upper:g}"
+        raise tree.wrong(joint, what, "swap or mend the two limits")
+    return {"lower": lower, "upper": upper, "max_velocity": _velocity(tree, joint, said, own)}
+
+
+def _velocity(tree: Tree, joint: Joint, said: Range, own: Mapping[str, float]) -> float:
+    velocity = own.get("max_velocity", said.velocity or 0.0)
+    if velocity < 0.0:
+        raise tree.wrong(joint, f"limit: velocity {velocity:g} is below zero", "give it without a sign")
+    return velocity if 0.0 < velocity < HUGE else USUAL_VELOCITY[tree.kind(joint)]
+
+
+def _with_rates(joint: dict[str, float]) -> dict[str, float]:
+    joint.setdefault("max_acceleration", joint["max_velocity"] / FULL_SPEED_IN)
+    joint.setdefault("max_jerk", joint["max_acceleration"] / FULL_ACCELERATION_IN)
+    return joint
+
+
+def _model(
+    name: str, chain: Chain, joints: Sequence[Mapping[str, float]], reader: ModelReader, table: Mapping[str, object]
+) -> RobotModel:
+    rows = [{**link._asdict(), **joint} for link, joint in zip(chain.links, joints, strict=True)]
+    middle = [_rest(joint["lower"], joint["upper"]) for joint in joints]
+    data: dict[str, Any] = {
+        "name": table.get("name", name),
+        "title": table.get("title", name),
+        "base": list(chain.base),
+        "flange": list(chain.flange),
+        "joints": [{**row, "kind": row["kind"].value} for row in rows],
+        "tool": {**_usual_tool(), **reader.numbers(table.get("tool", {}), "tool", TOOL_KEYS)},
+        "poses": {**dict.fromkeys(NEEDED_POSES, middle), **reader.some_poses(table.get("poses", {}), rows)},
+    }
+    options = {key: table[key] for key in ("task", "profile") if key in table}
+    return ModelReader(reader.file, human=False).model({**data, **options})
+
+
+def _usual_tool() -> dict[str, float]:
+    figures: dict[str, float] = {}
+    for key, human in USUAL_TOOL_SPEEDS.items():
+        speed = TOOL_KEYS[key].to_si(human)
+        word = key.removesuffix("speed")
+        figures |= {key: speed, f"{word}acceleration": speed / FULL_SPEED_IN}
+        figures[f"{word}jerk"] = speed / FULL_SPEED_IN / FULL_ACCELERATION_IN
+    return figures
+
+
+def _rest(lower: float, upper: float) -> float:
+    """Zero where the joint can be there, otherwise the middle of its range."""
+    return 0.0 if lower <= 0.0 <= upper else (lower + upper) / 2

@@ -1,0 +1,234 @@
+"""The joints of a URDF file as a tree of links, and what each of them says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from math import inf, isnan, pi, sqrt
+from typing import NamedTuple
+from xml.etree.ElementTree import Element
+
+from vrs_cli.errors import FileDamaged
+from vrs_cli.kinematics.joints import JointKind
+from vrs_cli.kinematics.transform import (
+    Transform,
+    Vector,
+    at_position,
+    compose,
+    rotation_x,
+    rotation_y,
+    rotation_z,
+)
+from vrs_cli.kinematics.urdf.document import EXPRESSION, Document, expanding, named
+
+MOST_JOINTS = 1000  # of a file, and of the way from base to tip
+ENDLESS = 1e3  # [rad, m] files print 999999 where a joint has no end
+STEP, ROUNDED = pi / 12, 1e-5  # [rad] files say 1.5708 for a right angle: so near to a multiple of 15 deg it is one
+
+MOVING = {"revolute": JointKind.REVOLUTE, "continuous": JointKind.REVOLUTE, "prismatic": JointKind.PRISMATIC}
+FIXED = "fixed"
+LOOSE = ("floating", "planar")  # what a whole robot stands on
+_CHAIN = "an arm is a chain without loops"
+
+
+class Range(NamedTuple):
+    """Limits [rad, m] and velocity [rad/s, m/s] of a joint, as the file has them: `None` where it says nothing,
+    infinite where there is no end."""
+
+    lower: float | None
+    upper: float | None
+    velocity: float | None
+
+    @property
+    def endless(self) -> bool:
+        """Whether an end is said to be where no joint comes to."""
+        return any(end is not None and abs(end) >= ENDLESS for end in (self.lower, self.upper))
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A joint between two links; what its element says is read when it is asked for."""
+
+    element: Element
+    name: str
+    type: str
+    parent: str
+    child: str
+
+    @property
+    def moves(self) -> bool:
+        return self.type != FIXED
+
+    @property
+    def mimics(self) -> bool:
+        return self.element.find("mimic") is not None
+
+
+class Tree:
+    """Joints by their child link, which has one parent."""
+
+    def __init__(self, document: Document) -> None:
+        self.document, self.file = document, document.file
+        self.name = named(document.root) or "robot"
+        self.by_child: dict[str, Joint] = {}
+        self.below: dict[str, list[Joint]] = {}
+        for element in document.root.findall("joint")[: MOST_JOINTS + 1]:
+            self._add(self._joint(element))
+        if not self.by_child or len(self.by_child) > MOST_JOINTS:
+            raise FileDamaged(
+                f"{self.file}: {len(self.by_child)} joints", f"1 to {MOST_JOINTS} <joint> elements make an arm"
+            )
+        self._named_once()
+        self._without_loops()
+
+    def _joint(self, element: Element) -> Joint:
+        parent, child = self._end(element, "parent"), self._end(element, "child")
+        return Joint(element, named(element) or "joint", element.get("type", ""), parent, child)
+
+    def _end(self, element: Element, which: str) -> str:
+        found = element.find(which)
+        link = "" if found is None else named(found, "link")
+        if not link:
+            raise self.document.wrong(element, f"has no {which} link", f'give <{which} link="..."/>')
+        if EXPRESSION.search(link):
+            raise self.document.wrong(element, f"its {which} link is {link!r}", expanding(self.file))
+        return link
+
+    def _add(self, joint: Joint) -> None:
+        if joint.child in self.by_child:
+            raise self.wrong(joint, f"link {joint.child!r} has two parents", _CHAIN)
+        if joint.child == joint.parent:
+            raise self.wrong(joint, f"leads from link {joint.parent!r} to itself", _CHAIN)
+        self.by_child[joint.child] = joint
+        self.below.setdefault(joint.parent, []).append(joint)
+
+    def _named_once(self) -> None:
+        names = [joint.name for joint in self.by_child.values() if joint.moves]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise FileDamaged(f"{self.file}: two joints that move are called {twice!r}", "give each its own name")
+
+    def _without_loops(self) -> None:
+        left = [link for link in self.below if link not in self.by_child]
+        if not left:
+            raise FileDamaged(f"{self.file}: no link is without a parent", _CHAIN)
+        seen = set(left)
+        while left:
+            children = [joint.child for joint in self.below.get(left.pop(), ())]
+            seen.update(children)
+            left += children
+        for joint in self.by_child.values():
+            if joint.child not in seen:
+                raise self.wrong(joint, f"is in a loop with link {joint.parent!r}", _CHAIN)
+
+    # --- links ---
+
+    @property
+    def links(self) -> list[str]:
+        return sorted({*self.by_child, *self.below})
+
+    def known(self, link: str) -> str:
+        if link not in self.by_child and link not in self.below:
+            raise FileDamaged(f"{self.file}: no joint has a link {link!r}", f"links are {', '.join(self.links[:20])}")
+        return link
+
+    def root(self) -> str:
+        roots = [link for link in self.below if link not in self.by_child]
+        if len(roots) != 1:
+            hint = "a chain has one root; name it by --base LINK, or urdf_base in a TOML"
+            raise FileDamaged(f"{self.file}: {', '.join(roots)} are without a parent", hint)
+        return roots[0]
+
+    def way(self, base: str, tip: str) -> list[Joint]:
+        """The joints from base to tip."""
+        way: list[Joint] = []
+        link = tip
+        while link != base:
+            if link not in self.by_child or len(way) > MOST_JOINTS:
+                raise FileDamaged(
+                    f"{self.file}: no chain of joints leads from {base} to {tip}", "name two links of one arm"
+                )
+            way.append(self.by_child[link])
+            link = self.by_child[link].parent
+        return way[::-1]
+
+    def together(self, link: str) -> list[str]:
+        """The links that fixed joints hold to a link, below it, itself first."""
+        found = [link]
+        for parent in found:
+            found += [joint.child for joint in self.below.get(parent, ()) if not joint.moves]
+        return found
+
+    def nearest(self, link: str) -> list[Joint]:
+        """The next joints below a link that move."""
+        return [joint for held in self.together(link) for joint in self.below.get(held, ()) if joint.moves]
+
+    def moving_below(self, joint: Joint) -> Iterator[Joint]:
+        """All joints that move behind a joint, itself first."""
+        left = [joint]
+        while left:
+            joint = left.pop()
+            yield joint
+            left += self.nearest(joint.child)
+
+    def steps_below(self, parent: str) -> Iterator[tuple[Joint, Transform]]:
+        """The joints on a link, and T_parent_child while they are 0; without those whose place is not to be understood,
+        for the arm itself does without."""
+        for joint in self.below.get(parent, ()):
+            with suppress(FileDamaged):
+                yield joint, self.origin(joint.element)
+
+    # --- what they say ---
+
+    def kind(self, joint: Joint) -> JointKind:
+        kind = MOVING.get(joint.type)
+        if kind is None:
+            right = f"an arm has joints of the types {', '.join(MOVING)} and {FIXED}"
+            raise self.wrong(joint, f"is of type {joint.type!r}", right)
+        return kind
+
+    def range(self, joint: Joint) -> Range:
+        limit = joint.element.find("limit")
+        values: Mapping[str, str] = {} if limit is None else limit.attrib
+        lower, upper, velocity = (self._limit(joint, values, key) for key in ("lower", "upper", "velocity"))
+        if joint.type == "continuous":
+            lower, upper = -inf, inf
+        return Range(lower, upper, velocity)
+
+    def _limit(self, joint: Joint, values: Mapping[str, str], key: str) -> float | None:
+        """A number that may be infinite; None where there is none."""
+        if key not in values:
+            return None
+        with suppress(ValueError):
+            if not isnan(value := float(values[key])):
+                return value
+        return self.document.numbers(joint.element, f"limit {key}", values[key], 1)[0]
+
+    def origin(self, element: Element) -> Transform:
+        """T_parent_child while the joint is 0: fixed axes, roll about x first (URDF)."""
+        origin = element.find("origin")
+        values: Mapping[str, str] = {} if origin is None else origin.attrib
+        x, y, z = self.document.numbers(element, "origin xyz", values.get("xyz", "0 0 0"), 3)
+        angles = self.document.numbers(element, "origin rpy", values.get("rpy", "0 0 0"), 3)
+        roll, pitch, yaw = map(_exact, angles)
+        turned = compose(compose(rotation_z(yaw), rotation_y(pitch)), rotation_x(roll))
+        return at_position(turned, x, y, z)
+
+    def axis(self, joint: Joint) -> Vector:
+        """In the frame of its child link."""
+        axis = joint.element.find("axis")
+        text = "1 0 0" if axis is None else axis.get("xyz", "1 0 0")
+        x, y, z = self.document.numbers(joint.element, "axis xyz", text, 3)
+        length = sqrt(x * x + y * y + z * z)
+        if not length > 0.0:
+            raise self.wrong(joint, "axis xyz is 0 0 0", "give its direction")
+        return x / length, y / length, z / length
+
+    def wrong(self, joint: Joint, what: str, right: str) -> FileDamaged:
+        return self.document.wrong(joint.element, what, right)
+
+
+def _exact(angle: float) -> float:
+    steps = round(angle / STEP)
+    return steps * STEP if abs(angle - steps * STEP) < ROUNDED else angle
