@@ -316,6 +316,32 @@ def test_the_hand_works_at_once_or_with_the_next_motion(engine: Engine) -> None:
     assert engine.position(0.05).hand == 0.0
 
 
+def test_a_hand_of_a_known_width_opens_as_wide_as_it_is_told() -> None:
+    engine = Engine(replace(load_robot("puma560"), hand_width=0.08))
+    for width, opening in ((0.02, 0.25), (0.08, 1.0), (0.0, 0.0), (None, 1.0)):
+        engine.perform(OperateHand(1.0, immediate=True, width=width))
+        assert engine.position().hand == pytest.approx(opening)
+    engine.perform(OperateHand(0.0, immediate=False, width=0.04))
+    engine.perform(Move(A, straight=False))
+    assert engine.position().hand == pytest.approx(0.5)
+    for width in (0.081, -0.001):
+        with pytest.raises(IllegalValue, match=r"a hand .* mm wide \(it opens from 0 to 80 mm"):
+            engine.perform(OperateHand(1.0, immediate=True, width=width))
+
+
+def test_a_hand_of_a_known_width_closes_on_what_is_in_it() -> None:
+    engine = Engine(replace(load_robot("puma560"), hand_width=0.08))
+    engine.perform(SetParameter("GRASP.WIDTH", 30.0))
+    for closing in (OperateHand(0.0, True), OperateHand(None, True), OperateHand(0.0, True, width=0.01)):
+        engine.perform(closing)
+        assert engine.position().hand == pytest.approx(30.0 / 80.0)
+    engine.perform(Move(A, straight=False, hand=0.0))
+    assert engine.position().hand == pytest.approx(30.0 / 80.0)
+    engine.perform(SetParameter("GRASP.WIDTH", 900.0))
+    engine.perform(OperateHand(0.0, True))
+    assert engine.position().hand == 1.0
+
+
 def test_hand_time_is_a_parameter(engine: Engine) -> None:
     engine.perform(SetParameter("HAND.TIME", 0.5))
     engine.perform(OperateHand(1.0, immediate=True))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from math import cos, pi, sin
 from pathlib import Path
 
 import pytest
@@ -13,8 +14,8 @@ from vrs_cli.kinematics.bodies import SHAPES, shapes_of
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot, robot_names
 from vrs_cli.kinematics.shape_data import KINDS
-from vrs_cli.kinematics.shapes import COLOURS, Box, Capsule, Cylinder, MeshFile, Opening, Shape, Slab, rgb
-from vrs_cli.kinematics.transform import from_oat, translation
+from vrs_cli.kinematics.shapes import COLOURS, Box, Capsule, Cylinder, MeshFile, Opening, Shape, Slab, opened, rgb
+from vrs_cli.kinematics.transform import IDENTITY, from_oat, position, translation
 
 ALL_KINDS = """
 shapes = [
@@ -27,6 +28,8 @@ shapes = [
   { link = 2, kind = "slab", from = [0, 0, 0], to = [400, 0, 0], across = [0, 0, 1], radius = [80, 50], thickness = 6 },
   { link = 2, kind = "mesh", file = "meshes/tip.stl", scale = [0.001, 0.001, 0.001] },
   { link = 2, kind = "box", size = [1, 1, 1], opens = [20, 0, 0] },
+  { link = 2, kind = "box", size = [1, 1, 1], opens = { turn = [0, 0, 90], point = [10, 0, 0] } },
+  { link = 2, kind = "box", size = [1, 1, 1], opens = [{ slide = [5, 0, 0] }, { turn = [0, -90, 0] }] },
 ]
 """
 PLANAR = (ROBOTS / "planar2.toml").read_text(encoding="utf-8")
@@ -50,7 +53,18 @@ def test_what_tables_say(tmp_path: Path) -> None:
         Shape(2, Slab((0.0, 0.0, 0.0), (0.4, 0.0, 0.0), (0.0, 0.0, 1.0), (0.08, 0.05), (0.006, 0.006))),
         Shape(2, MeshFile(str(tmp_path / "meshes/tip.stl"), scale=(0.001, 0.001, 0.001))),
         Shape(2, Box((0.001, 0.001, 0.001)), opens=(Opening((0.02, 0.0, 0.0)),)),
+        Shape(2, Box((0.001, 0.001, 0.001)), opens=(Opening(turn=(0.0, 0.0, pi / 2), point=(0.01, 0.0, 0.0)),)),
+        Shape(2, Box((0.001, 0.001, 0.001)), opens=(Opening((0.005, 0.0, 0.0)), Opening(turn=(0.0, -pi / 2, 0.0)))),
     )
+
+
+def test_a_part_that_turns_goes_about_its_point() -> None:
+    quarter = Opening(turn=(0.0, 0.0, pi / 2), point=(0.01, 0.0, 0.0))
+    assert position(opened((quarter,), 1.0)) == pytest.approx((0.01, -0.01, 0.0))
+    assert position(opened((Opening((0.0, 0.0, 0.3)), quarter), 0.5)) == pytest.approx(
+        (0.01 - 0.01 * cos(pi / 4), -0.01 * sin(pi / 4), 0.15)
+    )
+    assert opened((), 1.0) == IDENTITY
 
 
 def test_the_way_out_and_back(tmp_path: Path) -> None:
@@ -74,6 +88,9 @@ WRONG = {
     'link = 0, kind = "box", size = [1, 0, 1]': "size: 0 is not above zero (give a number above 0 in mm)",
     'link = 0, kind = "box", size = [1, 1]': "size: is not a list of 3 numbers (give [x, y, z] in mm)",
     f"{BOX}, at = [0, 0]": "at: is not a list of 6 numbers",
+    f"{BOX}, opens = [1, 2]": "opens: is not a list of 3 numbers",
+    f"{BOX}, opens = [{{ turn = 3 }}]": "opens 1: turn: is not a list of 3 numbers",
+    f"{BOX}, opens = {{ turns = 3 }}": "opens 1: has an unknown key 'turns' (did you mean turn?)",
     f'{BOX}, colour = "creme"': "colour: 'creme' is none (give one of cream",
     'link = 0, kind = "cylinder", from = [1, 0, 0], to = [1, 0, 0], radius = 5': "from and to are one place",
     'link = 0, kind = "capsule", from = [1, 0, 0], radius = [1, 2, 3]': "radius: is a list of 3",

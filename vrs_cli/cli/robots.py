@@ -9,6 +9,7 @@ from vrs_cli.cli.command_line import Parser, chosen_robot
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arm import RobotArm
+    from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.render.blocks import Block
 
 
@@ -18,6 +19,7 @@ With the name of one of them, or with a TOML or URDF file: its joints, its poses
   vrs robots
   vrs robots cobra600
   vrs robots arm.urdf
+  vrs robots two_arms.urdf --tip left_tool
 """
 
 
@@ -55,17 +57,32 @@ def _one(arm: RobotArm) -> Iterator[Block]:
 
     model = arm.model
     yield line(f"{model.title} ({model.name}), {model.joint_count} joints")
+    if model.origin is not None:
+        yield line(f"Chain: from {model.origin.base} to {model.origin.tip}")
     yield line(f"Inverse kinematics: {arm.method}")
     yield line(f"Configurations: {_words(arm)}")
     yield line(f"What counts of a location: {model.task.value}")
+    if hand := _hand(model):
+        yield line(f"Hand: {hand}")
     yield line()
     headings = ("lower", "upper", "velocity/s", "accel/s2")
     rates = (model.lower, model.upper, model.max_velocity, model.max_acceleration)
     poses = tuple(model.poses)
     columns = tuple(map(number_column, (*headings, *(pose.upper() for pose in poses))))
     table = [model.units.shown(row) for row in (*rates, *model.poses.values())]
+    names = () if model.origin is None else tuple(map("{}, {}".format, model.origin.joints, model.origin.types))
     rows = tuple(
-        (f"JT{i}", model.units.unit(i), *(f"{row[i - 1]:.2f}" for row in table))
+        (f"JT{i}", model.units.unit(i), *(f"{row[i - 1]:.2f}" for row in table), *names[i - 1 : i])
         for i in range(1, model.joint_count + 1)
     )
-    yield Grid((Column(""), Column("", width=4), *columns), rows)
+    named = (Column("joint"),) if names else ()
+    yield Grid((Column(""), Column("", width=4), *columns, *named), rows)
+
+
+def _hand(model: RobotModel) -> str:
+    """What moves it, and how wide it opens."""
+    moved = "" if model.origin is None else ", ".join(model.origin.fingers)
+    if model.hand_width:
+        opens = f"opens {1000.0 * model.hand_width:.1f} mm"
+        return f"{moved}; {opens}" if moved else opens
+    return moved and f"{moved}; how wide it opens is not known ([hand] of a TOML file says it)"

@@ -83,12 +83,14 @@ class Brake(Struct, frozen=True):
 class OperateHand(Struct, frozen=True):
     """OPENI, CLOSEI, RELAXI (`immediate`): break, operate, wait HAND.TIME. OPEN, CLOSE, RELAX: during the next motion.
 
-    `opening`: 1 open, 0 closed; None relaxed.
+    `opening`: 1 open, 0 closed; None relaxed. `width` [m]: how far apart the fingers are to be, for a robot of which
+    that is known.
     """
 
     opening: float | None
     immediate: bool
     text: str = ""
+    width: float | None = None
 
 
 class SpeedUnit(Enum):

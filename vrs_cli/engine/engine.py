@@ -51,6 +51,7 @@ from vrs_cli.trajectory.motion import Frames, Kind, Motion, RelativeTarget, Star
 from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 
+SLACK = 1e-6  # [m] of the width of a hand: rounding
 LONGER = 1.0 + 1e-5  # a tick of steering, so that the next target comes before its end
 
 Event = TimelineDelta | Replaced  # the timeline has changed, or another has taken its place
@@ -175,10 +176,12 @@ class Engine:
             case Delay():
                 return self._until(self._stand(issued, request.text, DELAY.checked(request.seconds)), program)
             case OperateHand(immediate=True):
-                self._stand(issued, request.text, float(self.settings.parameters["HAND.TIME"]), request.opening or 0.0)
+                seconds = float(self.settings.parameters["HAND.TIME"])
+                self._stand(issued, request.text, seconds, self._opening(request.opening, request.width))
                 return self._until(self.end, program)
             case OperateHand():
-                self.settings = structs.replace(self.settings, hand=request.opening or 0.0)
+                hand = self._opening(request.opening, request.width)
+                self.settings = structs.replace(self.settings, hand=hand)
             case SetTool() | SetBase():
                 self._set_frames(request, issued)
             case Break():
@@ -273,13 +276,27 @@ class Engine:
             resolve(arm, settings, move, Situation(here, before, after.before.frames)),
             speed,
             duration=settings.duration.present,
-            hand=settings.hand if move.hand is None else move.hand,
+            hand=settings.hand if move.hand is None else self._opening(move.hand),
             text=move.text,
             relative=move.target if isinstance(move.target, RelativeTarget) else None,
         )
 
     def _after(self, t: float) -> After:
         return After(self._motion_at(t), self.book.number + 1, self.settings)
+
+    def _opening(self, opening: float | None, width: float | None = None) -> float:
+        """How far the hand is to be open (1) or closed (0); it closes on what GRASP.WIDTH says is in it.
+
+        Raises IllegalValue for fingers farther apart than they can be [m].
+        """
+        widest = self.model.hand_width
+        if not widest:
+            return opening or 0.0
+        if width is not None and not 0.0 <= width <= widest + SLACK:
+            raise IllegalValue(f"a hand {1000.0 * width:g} mm wide", f"it opens from 0 to {1000.0 * widest:g} mm")
+        wanted = (opening or 0.0) if width is None else min(width / widest, 1.0)
+        held = min(float(self.settings.parameters["GRASP.WIDTH"]) / 1000.0 / widest, 1.0)
+        return wanted if opening else max(wanted, held)
 
     # --- standing still ---
 

@@ -25,11 +25,12 @@ SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # of a joint's range: poses that show wha
 
 class Origin(NamedTuple):
     """Where a model comes from, for people: the links of its file that it is an arm between, the names of its joints
-    and of those of its hand, and what was decided though the file does not say it."""
+    with their types, those of the joints of its hand, and what was decided though the file does not say it."""
 
     base: str
     tip: str
     joints: tuple[str, ...]
+    types: tuple[str, ...]
     fingers: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 

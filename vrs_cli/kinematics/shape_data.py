@@ -102,8 +102,9 @@ class ShapeReader(DataReader):
 
     def openings(self, data: object, key: str) -> tuple[Opening, ...]:
         """Of a part that one joint slides, [x, y, z]; of others a table for each joint."""
-        if isinstance(data, list | tuple) and data and all(isinstance(one, Mapping) for one in data):
-            return tuple(self.opening(table, f"{key} {i}") for i, table in enumerate(data, 1))
+        tables = [data] if isinstance(data, Mapping) else data
+        if isinstance(tables, list | tuple) and tables and all(isinstance(one, Mapping) for one in tables):
+            return tuple(self.opening(table, f"{key} {i}") for i, table in enumerate(tables, 1))
         return (Opening(self.point(data, key)),)
 
     def opening(self, data: object, key: str) -> Opening:

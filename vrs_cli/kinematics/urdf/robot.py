@@ -124,8 +124,14 @@ def _opening(tree: Tree, joint: Joint, T_body_joint: Transform, travel: float) -
 
 def _origin(arm: Arm) -> Origin:
     chosen = arm.choice
-    names = tuple(joint.name for joint in arm.joints)
-    return Origin(chosen.base, chosen.tip, names, tuple(joint.name for joint in chosen.fingers), chosen.notes)
+    return Origin(
+        chosen.base,
+        chosen.tip,
+        joints=tuple(joint.name for joint in arm.joints),
+        types=tuple(joint.type for joint in arm.joints),
+        fingers=tuple(joint.name for joint in chosen.fingers),
+        notes=chosen.notes,
+    )
 
 
 # --- its figures ---------------------------------------------------------------------------------------------------

@@ -63,9 +63,13 @@ def _mode(mode: Mode, on: bool, _context: Context, it: Wording, tolerance: float
 
 
 def _hand(
-    opening: float | None, immediate: bool, _context: Context, it: Wording, *_operands: float | None
+    opening: float | None, immediate: bool, _context: Context, it: Wording, width: float | None = None
 ) -> Iterable[Event]:
-    return (OperateHand(opening, immediate, it.text),)
+    return (OperateHand(opening, immediate, it.text, None if width is None else width / 1000.0),)
+
+
+def _grasp(_context: Context, it: Wording, *_operands: float | None) -> Iterable[Event]:
+    return (OperateHand(0.0, True, it.text),)
 
 
 def _asks(event: Event, _context: Context, _it: Wording) -> Iterable[Event]:
@@ -118,7 +122,7 @@ SETTINGS: Mapping[str, Handler] = {
     **{word: partial(_asks, SetConfiguration(flag)) for word, flag in _CONFIGURATIONS.items()},
     **{word: partial(_hand, opening, False) for word, opening in _HANDS.items()},
     **{f"{word}I": partial(_hand, opening, True) for word, opening in _HANDS.items()},
-    "GRASP": partial(_hand, 0.0, True),
+    "GRASP": _grasp,
     "TOOL": _tool,
     "BASE": _base,
     "ENABLE": partial(_switches, True),
