@@ -57,11 +57,11 @@ def _one(arm: RobotArm) -> Iterator[Block]:
 
     model = arm.model
     yield line(f"{model.title} ({model.name}), {model.joint_count} joints")
-    if model.origin is not None:
-        yield line(f"Chain: from {model.origin.base} to {model.origin.tip}")
     yield line(f"Inverse kinematics: {arm.method}")
     yield line(f"Configurations: {_words(arm)}")
     yield line(f"What counts of a location: {model.task.value}")
+    if model.origin is not None:
+        yield line(f"Chain: from {model.origin.base} to {model.origin.tip}")
     if hand := _hand(model):
         yield line(f"Hand: {hand}")
     yield line()
