@@ -31,7 +31,7 @@ class Line:
     `cut`: nothing gets through.
     """
 
-    name, lost = "tester", False
+    name, lost, one_user = "tester", False, False
 
     def __init__(self, attended: bool = False, clock: Clock | None = None, folder: Folder = FREE) -> None:
         self.session = Session(_There(self, attended), clock=clock, folder=folder)

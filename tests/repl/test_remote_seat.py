@@ -24,7 +24,7 @@ from vrs_cli.net import messages
 from vrs_cli.repl import plain
 from vrs_cli.repl.interactive import Shell
 from vrs_cli.repl.place import Afar, Local, Place
-from vrs_cli.repl.remote_seat import Outlet, RemoteSeat
+from vrs_cli.repl.remote_seat import WORDS, Outlet, RemoteSeat
 from vrs_cli.repl.seat import KEEPING_UP, RESTING
 from vrs_cli.repl.terminal import PlainTerminal
 from vrs_cli.trajectory.timeline import TimelineDelta
@@ -214,6 +214,15 @@ def attended(line: Line, answers: list[str], told: list[str]) -> tuple[RemoteSea
     terminal = PlainTerminal(sink, iter(answers))
     terminal.attended = True
     return RemoteSeat(terminal, line, told.append), sink
+
+
+def test_who_is_alone_with_a_robot_is_not_told_how_it_is_shared() -> None:
+    line, told = Line(attended=True), list[str]()
+    attended(line, [], told)[0].begin()
+    assert told == [WORDS]
+    line.one_user = True
+    attended(line, [], told)[0].begin()
+    assert told == [WORDS]
 
 
 def test_a_long_paste_goes_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:

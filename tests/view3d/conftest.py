@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from tests.net.serving import serving
 from vrs_cli.kinematics.robot_file import load_robot
 
 if TYPE_CHECKING:
@@ -48,3 +49,16 @@ def app(hosted: Hosted) -> Iterator[App]:
     app = App(hosted.hold_for_browser)
     yield app
     app.close()
+
+
+@pytest.fixture
+def shared(tmp_path: Path) -> Iterator[App]:
+    """The view of a robot that is served to many: who commands it drives it."""
+    from vrs_cli.net.client import hello_of
+    from vrs_cli.net.remote import RemoteRobot
+    from vrs_cli.view3d.app import App
+
+    with serving(tmp_path) as it:
+        app = App(lambda told: RemoteRobot.connect(it.address, hello_of(name="browser", attended=True), told=told))
+        yield app
+        app.close()

@@ -73,14 +73,14 @@ def test_a_robot_is_driven_from_a_browser(browser: Browser, app: App) -> None:
     assert not browser.errors()
 
 
-def test_two_browsers_and_one_lease(browser: Browser, app: App) -> None:
-    ada = User(browser, app.address)
+def test_two_browsers_and_one_lease(browser: Browser, shared: App) -> None:
+    ada = User(browser, shared.address)
     first = browser.driver.current_window_handle
     ada.sees("Nobody drives")
     ada.clicks("Drive")
     ada.sees("You drive")
     second = browser.another()
-    bo = User(browser, app.address)
+    bo = User(browser, shared.address)
     bo.sees("browser drives")
     bo.types("MOVE #PPOINT(20,-45,180)\n")
     bo.sees("browser drives")
@@ -92,5 +92,5 @@ def test_two_browsers_and_one_lease(browser: Browser, app: App) -> None:
     browser.back(second)
     bo.sees("You drive")
     bo.types("MOVE #PPOINT(20,-45,180)\n")
-    for window in app.windows:
+    for window in shared.windows:
         browser.until(lambda window=window: window.watched.timeline.end > 0.5)

@@ -20,10 +20,11 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.interfaces.session.acts import Define, Say
 from vrs_cli.interfaces.session.survey import Survey
 from vrs_cli.net.client import hello_of
+from vrs_cli.net.messages import LeaseAct
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.net.tokens import Wanted, add_tokens
 from vrs_cli.view3d.app import App
-from vrs_cli.view3d.panel import Panel
+from vrs_cli.view3d.panel import DRIVE, RELEASE, Panel
 from vrs_cli.view3d.panel_hand import HELD, RESTS, Slider
 from vrs_cli.view3d.panel_line import EARLIER, LATER
 from vrs_cli.view3d.window import Window
@@ -247,11 +248,22 @@ def test_speed_is_a_slider(ada: Sat) -> None:
     ada.until(lambda: ada.now("GuiSliderMessage", label="SPEED %")["value"] == 55.0)
 
 
-def test_two_browsers_and_one_lease(app: App, ada: Sat) -> None:
-    ada.until(lambda: ada.now("GuiButtonGroupMessage", label="Nobody drives")["visible"])
-    ada.press("Nobody drives", "Drive")
+def test_at_a_robot_of_ones_own_nobody_asks_who_drives_until_somebody_has_asked(app: App, ada: Sat) -> None:
+    ada.type("TYPE 6*7")
+    ada.sees("42")
+    assert not ada.now("GuiButtonGroupMessage", label="Nobody drives")["visible"]
+    panel(app).seat.drive(LeaseAct.ASK)
     ada.drives("You drive")
-    with sat(app) as bo:
+    assert ada.now("GuiButtonGroupMessage", label="Nobody drives")["visible"]
+    ada.press("Nobody drives", RELEASE)
+    ada.until(lambda: not ada.now("GuiButtonGroupMessage", label="Nobody drives")["visible"])
+
+
+def test_two_browsers_and_one_lease(shared: App) -> None:
+    with sat(shared) as ada, sat(shared) as bo:
+        ada.until(lambda: ada.now("GuiButtonGroupMessage", label="Nobody drives")["visible"])
+        ada.press("Nobody drives", DRIVE)
+        ada.drives("You drive")
         bo.drives("browser drives")
         bo.press("Nobody drives", "Ask to drive")
         ada.sees("browser-2 would like to drive")
@@ -260,8 +272,9 @@ def test_two_browsers_and_one_lease(app: App, ada: Sat) -> None:
         bo.drives("You drive")
         ada.drives("browser-2 drives")
         bo.type("JOG 1, 20")
-        ada.until(lambda: app.windows[0].watched.timeline.end > 0.1)
-    ada.drives("Nobody drives")
+        ada.until(lambda: shared.windows[0].watched.timeline.end > 0.1)
+        bo.press("Nobody drives", RELEASE)
+        ada.drives("Nobody drives")
 
 
 def test_who_may_not_drive_sees_and_presses_nothing(tmp_path: Path) -> None:

@@ -342,7 +342,8 @@ class Welcome(ServerMessage, frozen=True):
     that was sent before this connection; `resumed`: those after the `seq` of `Resume` follow. Where it is false, the
     ends of the commands that were asked about follow, under new numbers. Questions that are open come again.
 
-    `life` names this run of the robot: another one counts its changes anew. `model`: the robot as data.
+    `life` names this run of the robot: another one counts its changes anew. `model`: the robot as data. `one_user`: all
+    who hold it are the same one, who drives without having asked for it.
     """
 
     version: Count
@@ -358,6 +359,7 @@ class Welcome(ServerMessage, frozen=True):
     seq: Count = 0
     resumed: bool = False
     fates: tuple[Fate, ...] = ()
+    one_user: bool = False
 
 
 class Refused(Numbered, frozen=True):

@@ -323,6 +323,7 @@ class Room:
             self.clock(),
             to_dict(self.plan.model),
             server=__version__,
+            one_user=self.plan.one_user,
         )
 
     def clock(self) -> messages.Clock:

@@ -32,6 +32,10 @@ class Connection:
         return self._welcome.name
 
     @property
+    def one_user(self) -> bool:
+        return self._welcome.one_user
+
+    @property
     def lost(self) -> bool:
         return self._client.far.refusal is not None
 

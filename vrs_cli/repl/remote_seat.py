@@ -17,8 +17,7 @@ from typing import Protocol, TypeVar
 
 from msgspec.structs import replace
 
-from vrs_cli.dialogue.questions import Answer as Answered
-from vrs_cli.dialogue.questions import Editing, Jogging, Playing
+from vrs_cli.dialogue.questions import Answer, Editing, Jogging, Playing, Question
 from vrs_cli.dialogue.replies import Farewell, Message, Tone, refusal
 from vrs_cli.dialogue.talk import Running, Terminal
 from vrs_cli.engine.inbox import Inbox
@@ -35,6 +34,7 @@ from vrs_cli.interfaces.station.lease import Lost, Notice, Requested
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.net import messages
+from vrs_cli.net.client import answer_to
 from vrs_cli.net.messages import Asked, At, Done, Drive, How, LeaseAct, Line, Refused, Request, ServerMessage
 from vrs_cli.repl.seat import KEEPING_UP, RESTING
 
@@ -53,6 +53,10 @@ class Far(Protocol):
 
     @property
     def name(self) -> str: ...
+    @property
+    def one_user(self) -> bool:
+        """Whether nobody else holds the robot."""
+
     @property
     def lost(self) -> bool:
         """Whether it is gone for good."""
@@ -95,7 +99,8 @@ class RemoteSeat:
         """What a prompt shows comes with the answer."""
         if self._terminal.attended:
             self._act(Attend())
-            self._told(WORDS)
+            if not self._far.one_user:
+                self._told(WORDS)
             if self._status.driver:
                 self._told(self._named(self._status.driver))
 
@@ -257,21 +262,24 @@ class RemoteSeat:
         return self._named(holder)
 
     def _ask(self, asked: Asked) -> None:
-        """Have a question answered. What cannot fill the screen is shown, and has been left."""
-        value: Answered = None
-        how, self._asks, self._question = How.ANSWERED, True, asked.number
+        """Have a question answered."""
+        self._asks, self._question = True, asked.number
         try:
-            value = self._terminal.ask(asked.question)
-        except KeyboardInterrupt:
-            how, self.interrupted = How.INTERRUPTED, True
-        except EndOfInput:
-            how = How.ENDED
-        except VrsError as error:
-            self._terminal.show(Message(str(error), Tone.ERROR))
-            value = True
+            answer = answer_to(asked, self._answered)
         finally:
             self._asks, self._question = False, 0
-        self._far.send(messages.Answer(asked.number, value, how))
+        self.interrupted |= answer.how is How.INTERRUPTED
+        self._far.send(answer)
+
+    def _answered(self, question: Question) -> Answer:
+        """What cannot fill the screen is told, and has been left."""
+        try:
+            return self._terminal.ask(question)
+        except EndOfInput:
+            raise
+        except VrsError as error:
+            self._terminal.show(Message(str(error), Tone.ERROR))
+            return True
 
     # --- Ctrl-C ---
 

@@ -101,7 +101,12 @@ class Panel:
         news = self._waited_for(wall) if self.robot.open else NO_CONNECTION
         news = news if self._drives else news or driver
         put(self.news, content=boxed(escape(news)), visible=bool(news))
-        put(self.lease, label=driver, options=self._offers(), visible=self._drives and self.robot.open)
+        put(self.lease, label=driver, options=self._offers(), visible=self._shares and self.robot.open)
+
+    @property
+    def _shares(self) -> bool:
+        """Whether it matters who drives: at a robot of one user only once that one has asked for it."""
+        return self._drives and (bool(self.seat.lease.driver) or not self.robot.welcome.one_user)
 
     def _waited_for(self, wall: float) -> str:
         """What has been under way for a while."""
