@@ -19,9 +19,8 @@ from websockets.exceptions import InvalidHandshake
 import vrs_cli as vrs
 from tests.net.serving import Caller
 from vrs_cli.cli.main import run
-from vrs_cli.cli.serve import USUAL_PORT
 from vrs_cli.errors import RequestRefused
-from vrs_cli.net.messages import PORT, Closing, Hello, Sample, Subscribe
+from vrs_cli.net.messages import Closing, Hello, Sample, Subscribe
 from vrs_cli.net.tokens import Wanted, add_tokens
 
 WRONG = (
@@ -228,7 +227,3 @@ def test_with_tls_and_tokens(tmp_path: Path) -> None:
         ):
             with pytest.raises(RequestRefused, match=re.escape(told)):
                 vrs.connect(url, token=made["ada"], ca=ca)
-
-
-def test_clients_look_for_a_server_where_it_listens() -> None:
-    assert USUAL_PORT == PORT

@@ -10,7 +10,6 @@ from typing import Any
 
 import pytest
 
-from vrs_cli.cli.serve import USUAL_PORT
 from vrs_cli.errors import UsageError
 from vrs_cli.net import messages
 from vrs_cli.net.client import LATEST, SOONEST, Even, address_of, waits
@@ -47,10 +46,6 @@ def test_attempts_come_later_and_later_and_never_together() -> None:
         found = [waits(attempt, random) for _ in range(200)]
         assert 0.0 <= min(found) < 0.2 * most
         assert 0.8 * most < max(found) <= most
-
-
-def test_the_usual_port_is_that_of_the_server() -> None:
-    assert PORT == USUAL_PORT
 
 
 @pytest.mark.parametrize("rate", [1.0, 2.0])

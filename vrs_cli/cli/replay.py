@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import CommandLineError, Parser, positive
 from vrs_cli.cli.outputs import Outputs, add_output_options
 from vrs_cli.cli.recordings import add_lenient_option, read_recording
+from vrs_cli.repl.shell import on_terminal
 
 if TYPE_CHECKING:
     from vrs_cli.engine.position import Position
@@ -38,7 +38,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     arm, timeline = arm_for(recording.model), recording.timeline
     if outputs.any:
         outputs.write(arm, timeline, options.file)
-    elif options.step is None and sys.stdin.isatty() and sys.stdout.isatty():
+    elif options.step is None and on_terminal():
         from vrs_cli.repl.player import play
 
         play(arm, timeline, options.speed)

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from vrs_cli.net.tokens import TokenFile
 
 OK = 0
-USUAL_PORT = 8765
 USUAL_ROBOT = "puma560"
 TURN = 0.0005  # [s] after which one thread lets the next one go on: with Python's 5 ms many who look delay each line
 LOCAL = ("localhost",)
@@ -124,9 +123,11 @@ def _named(options: argparse.Namespace, hub: Hub) -> str:
 
 
 def _parser(prog: str) -> Parser:
+    from vrs_cli.net.messages import PORT
+
     parser = Parser(prog, "Serve virtual robots to others: vrs connect, vrs view, vrs.connect(URL).", EPILOG)
     parser.add_argument("--host", default="127.0.0.1", help="the address to listen at (default: this machine alone)")
-    parser.add_argument("--port", type=port, default=USUAL_PORT, help=f"default: {USUAL_PORT}; 0: any that is free")
+    parser.add_argument("--port", type=port, default=PORT, help=f"default: {PORT}; 0: any that is free")
     told = "a robot that all may hold, and what it is (vrs robots, or a TOML or URDF file); may be repeated"
     parser.add_argument("--robot", metavar="NAME=ROBOT", type=_robot, action="append", default=[], help=told)
     own = parser.add_argument_group("a class")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -14,6 +13,7 @@ from vrs_cli.cli.connections import add_connection, client_of
 from vrs_cli.cli.delay_options import duration
 from vrs_cli.cli.recordings import add_lenient_option, is_recording, read_recording
 from vrs_cli.cli.serve import port
+from vrs_cli.repl.shell import on_terminal
 
 if TYPE_CHECKING:
     from vrs_cli.net.far_end import Ahead
@@ -48,7 +48,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
         from vrs_cli.cli.browser import show
 
         return show(prog, options)
-    if not is_at_terminal():
+    if not on_terminal():
         raise CommandLineError("this is no terminal", "vrs where and vrs replay tell of a saved trajectory in a pipe")
     if not options.url:
         raise CommandLineError("--terminal shows a robot that is served, or a saved trajectory", "name one")
@@ -57,10 +57,6 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     else:
         asyncio.run(_watch(prog, options))
     return 0
-
-
-def is_at_terminal() -> bool:
-    return sys.stdin.isatty() and sys.stdout.isatty()
 
 
 def _parser(prog: str) -> Parser:

@@ -29,11 +29,12 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidMessage, InvalidStatus, WebSocketException
 from websockets.http11 import Response
 
-from vrs_cli.errors import FileError, RequestRefused, UsageError, VrsError
+from vrs_cli.dialogue.questions import Answer, Question
+from vrs_cli.errors import EndOfInput, FileError, RequestRefused, UsageError, VrsError
 from vrs_cli.files.opening import reason
 from vrs_cli.net import messages
 from vrs_cli.net.far_end import FarEnd
-from vrs_cli.net.messages import PORT, Done, Request, ServerMessage
+from vrs_cli.net.messages import PORT, Done, How, Request, ServerMessage
 from vrs_cli.net.mirror import WINDOW, Mirror
 from vrs_cli.net.playout import USUAL_PERCENTILE, Playout
 from vrs_cli.net.protocol import SERVER_BYTES
@@ -342,6 +343,16 @@ def checked(end: ServerMessage) -> ServerMessage:
     if isinstance(end, Done | messages.Refused) and end.refusal is not None:
         raise end.refusal.error()
     return end
+
+
+def answer_to(asked: messages.Asked, ask: Callable[[Question], Answer]) -> messages.Answer:
+    """What somebody says to a question, or that he leaves it."""
+    try:
+        return messages.Answer(asked.number, ask(asked.question))
+    except EndOfInput:
+        return messages.Answer(asked.number, how=How.ENDED)
+    except KeyboardInterrupt:
+        return messages.Answer(asked.number, how=How.INTERRUPTED)
 
 
 def _no_answer(url: str, error: Exception) -> tuple[str, str]:

@@ -11,14 +11,13 @@ from threading import Lock, Thread, current_thread
 from typing import Any, TypeVar, cast
 from weakref import finalize
 
-from vrs_cli.dialogue.questions import Question
 from vrs_cli.dialogue.replies import Reply
 from vrs_cli.dialogue.spoken import Act
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Subscription
 from vrs_cli.engine.inbox import Inbox
 from vrs_cli.engine.position import Position
-from vrs_cli.errors import EndOfInput, RequestRefused, VrsError
+from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.files.atomic import atomically
 from vrs_cli.interfaces.conversation.acts import LeaveEntry
 from vrs_cli.interfaces.roles.held import Answers
@@ -28,9 +27,9 @@ from vrs_cli.interfaces.session.acts import Record, RobotAct, Say
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.net import messages
-from vrs_cli.net.client import Client, checked
+from vrs_cli.net.client import Client, answer_to, checked
 from vrs_cli.net.far_end import Ahead
-from vrs_cli.net.messages import Abort, At, Done, Drive, How, LeaseAct, Line, Request, ServerMessage
+from vrs_cli.net.messages import Abort, At, Done, Drive, LeaseAct, Line, Request, ServerMessage
 from vrs_cli.net.mirror import WINDOW, Mirror
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -324,16 +323,8 @@ class RemoteRobot:
                 self._notes.show(reply)
             case messages.Typed(text, newline):
                 self._notes.type(text, newline)
-            case messages.Asked(number, question):
-                self.tell(self._answer(number, question))
-
-    def _answer(self, number: int, question: Question) -> messages.Answer:
-        try:
-            return messages.Answer(number, self._notes.ask(question))
-        except EndOfInput:
-            return messages.Answer(number, how=How.ENDED)
-        except KeyboardInterrupt:
-            return messages.Answer(number, how=How.INTERRUPTED)
+            case messages.Asked():
+                self.tell(answer_to(message, self._notes.ask))
 
     def _send_now(self, message: messages.ClientMessage) -> None:
         with suppress(RequestRefused):
