@@ -61,6 +61,7 @@ LIVES_IN = {
     "msgspec": {*FLOORS[FLOORS.index("engine") :]},  # but see `test_bytes_are_made_and_read_in_one_room`
     "filelock": {"files/lock.py"},
     "mcap": {"files/mcap_log.py"},
+    "xacro": {"kinematics/urdf/macros.py"},
     "nats": {"net/nats.py"},
     "matplotlib": {"render"},
     "pygments": {"highlight"},
@@ -98,6 +99,7 @@ DEFERRED = (
     Deferred(("files/atomic.py",), ("fcntl",), "Windows has none"),
     Deferred(("files/lock.py",), ("filelock",), "most runs write nothing"),
     Deferred(("files/mcap_log.py",), ("mcap",), "mcap is an extra"),
+    Deferred(("kinematics/urdf/macros.py",), ("xacro",), "xacro is an extra"),
     Deferred(("files/store.py",), ("vrs_cli.language.text.printer",), "most runs store no program"),
     Deferred(("errors.py",), ("difflib",), "only mistakes need it"),
     Deferred(

@@ -49,7 +49,8 @@ MODEL_KEYS = ("name", "title", "joints", "tool", "poses")
 HAND_KEYS: Mapping[str, Quantity] = {"width": Quantity("mm", positive=True)}
 MODEL_OPTIONS = ("task", "base", "flange", "profile", "shapes", "hand")
 URDF_OPTIONS = (
-    *("name", "title", "urdf_base", "urdf_tip", "joints", "tool", "poses", "task", "profile", "shapes", "hand"),
+    *("name", "title", "urdf_base", "urdf_tip", "joints", "tool", "poses", "task", "profile", "shapes"),
+    *("hand", "xacro"),
 )
 CLOSED = ("lower", "upper")  # at which end of its joints a hand is closed
 TURN, SLIDE = (kind.value for kind in JointKind)
@@ -188,6 +189,14 @@ class ModelReader(DataReader):
         """Some of these numbers."""
         table = self.table(data, key, (), tuple(quantities))
         return {name: self.number(value, f"{key}.{name}", quantities[name]) for name, value in table.items()}
+
+    def words(self, data: object, key: str) -> dict[str, str]:
+        """Texts, numbers, true and false, as words."""
+        if not isinstance(data, Mapping) or not all(isinstance(value, str | int | float) for value in data.values()):
+            raise self.wrong(key, "is not a table of words and numbers", 'write it as xacro = { prefix = "left_" }')
+        return {
+            str(name): str(value).lower() if isinstance(value, bool) else str(value) for name, value in data.items()
+        }
 
     def task(self, value: object, model: RobotModel) -> Task:
         if value is None:

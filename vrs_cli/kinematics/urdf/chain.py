@@ -16,7 +16,16 @@ from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.urdf.tree import LOOSE, MOVING, Joint, Tree
 
 TIPS = ("tool0", "tcp", "flange", "ee_link")  # names of a tip, the most likely first
-GRASPS = ("tcp", "tool_frame", "gripper_frame_link", "grasp_center_link", "grasping_frame", "ee_link", "tool0")
+GRASPS = (
+    "tcp",
+    "tool_frame",
+    "gripper_frame_link",
+    "grasp_center_link",
+    "grasping_frame",
+    "ee_gripper_link",
+    "ee_link",
+    "tool0",
+)
 ARM, FINGER = 4, 4  # an arm that fingers may hang on has so many joints at least, a finger so many at most
 MOST_NAMED = 10  # ends that a message names
 
@@ -161,7 +170,9 @@ def _parting(tree: Tree, link: str, fingers: Sequence[Joint]) -> str:
 
 def _rank(link: str, names: Sequence[str]) -> int:
     """How usual the name of a tip is; a name may have something before it."""
-    return next((i for i, name in enumerate(names) if link == name or link.endswith(f"_{name}")), len(names))
+    return next(
+        (i for i, name in enumerate(names) if link == name or link.endswith((f"_{name}", f"/{name}"))), len(names)
+    )
 
 
 # --- what an arm stands on ---------------------------------------------------------------------------------------

@@ -46,19 +46,12 @@ def document(file: str, text: str) -> Document:
     root = _parsed(file, text)
     if root.tag != "robot":
         raise FileDamaged(f"{file}: its root is <{root.tag}>", "a URDF file is one <robot> element")
-    if is_xacro(root):
-        raise FileDamaged(f"{file}: it holds xacro macros", expanding(file))
     return Document(file, root)
 
 
 def named(element: Element, key: str = "name") -> str:
     """A name that an element gives, in one line: a reader of XML takes a line end in it for a blank."""
     return " ".join(element.get(key, "").split())
-
-
-def is_xacro(root: Element) -> bool:
-    """Whether macros are to be expanded before it is a robot."""
-    return any(element.tag.startswith("xacro:") for element in root.iter())
 
 
 def expanding(file: str) -> str:

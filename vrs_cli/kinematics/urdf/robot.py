@@ -22,6 +22,7 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, 
 from vrs_cli.kinematics.urdf.chain import Choice, choice
 from vrs_cli.kinematics.urdf.document import HUGE, document
 from vrs_cli.kinematics.urdf.hand import Fingers, fingers_of, moved
+from vrs_cli.kinematics.urdf.macros import expanded, has_macros
 from vrs_cli.kinematics.urdf.tree import MOVING, Joint, Range, Tree
 from vrs_cli.kinematics.urdf.visuals import Place, Visuals
 
@@ -53,7 +54,10 @@ def robot_of(
 
     Raises FileDamaged, with the file and the element.
     """
-    tree = Tree(document(file, text))
+    found = document(file, text)
+    if has_macros(file, found.root):
+        found = document(file, expanded(file, reader.words(table.get("xacro", {}), "xacro")))
+    tree = Tree(found)
     width, closed = reader.hand(table.get("hand", {}))
     arm = arm_of(tree, choice(tree, base, tip), closed)
     joints = _joints(tree, arm.joints, reader, table)

@@ -1,0 +1,77 @@
+"""Macros of a URDF file, expanded by the package xacro where it is installed. Packages that a file names are looked for
+beside it, then where ROS has them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, redirect_stderr
+from importlib.util import find_spec
+from io import StringIO
+from pathlib import Path
+from xml.etree.ElementTree import Element
+
+from vrs_cli.errors import FileDamaged
+from vrs_cli.extras import how_to_install
+from vrs_cli.kinematics.urdf.document import EXPRESSION, expanding
+
+XACRO = "xacro:"
+SOURCES = ("urdf", "xacro", "robots", "models")  # folders of a package that robots are in
+
+
+def has_macros(file: str, root: Element) -> bool:
+    """Whether a file is to be expanded before it is a robot."""
+    if Path(file).suffix.lower() == ".xacro" or any(element.tag.startswith(XACRO) for element in root.iter()):
+        return True
+    if "xmlns:xacro" not in root.attrib:
+        return False
+    return any(EXPRESSION.search(value) for joint in root.findall("joint") for value in _attributes(joint))
+
+
+def _attributes(joint: Element) -> Iterator[str]:
+    for element in joint.iter():
+        yield from element.attrib.values()
+
+
+def expanded(file: str, arguments: Mapping[str, str]) -> str:
+    """The text of a file without macros. Raises FileDamaged, with the command where the package is not there."""
+    if find_spec("xacro") is None:
+        hint = f"{how_to_install('xacro')}, or {expanding(file)}"
+        raise FileDamaged(f"{file}: it holds xacro macros, and xacro is not installed", hint)
+    import xacro
+
+    try:
+        with _packages_beside(Path(file).absolute()), redirect_stderr(StringIO()):  # its warnings are for its author
+            return str(xacro.process_file(file, mappings=dict(arguments), verbosity=0).toxml())
+    except Exception as error:  # whatever the macros of a file run into
+        said = " ".join(f"{error}".split()) or type(error).__name__
+        raise FileDamaged(
+            f"{file}: xacro: {said}", "arguments of its macros are given by xacro in a TOML file"
+        ) from None
+
+
+@contextmanager
+def _packages_beside(path: Path) -> Iterator[None]:
+    """While it is entered, $(find PACKAGE) is a folder above the file or beside one of these; else what ROS knows.
+
+    The package asks ROS alone, by a function that it has no other name for.
+    """
+    from xacro import substitution_args
+
+    usual = substitution_args._eval_find
+    substitution_args._eval_find = lambda name: str(package_folder(path, name) or usual(name))
+    substitution_args._eval_dict["find"] = substitution_args._eval_find
+    try:
+        yield
+    finally:
+        substitution_args._eval_find = substitution_args._eval_dict["find"] = usual
+
+
+def package_folder(path: Path, name: str) -> Path | None:
+    """The folder of a package, as seen from a file: one above it of that name, or beside one above it; else the package
+    that the file itself is in, whose folder may have another name."""
+    above = path.parents
+    named = [folder for folder in above if folder.name == name]
+    found = (*named, *(folder / name for folder in above if (folder / name).is_dir()))
+    own = (folder.parent for folder in above if folder.name in SOURCES)
+    return next(iter((*found, *own)), None)
