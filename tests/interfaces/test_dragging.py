@@ -9,7 +9,7 @@ import pytest
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetSwitch
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import PowerOff
-from vrs_cli.interfaces.dragging import Dragging, Held, Hold, Limit
+from vrs_cli.interfaces.dragging import Dragging, Shortfall, Hold, Limit
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, angle_between, at_position, distance, from_oat
 
@@ -24,9 +24,9 @@ def engine() -> Engine:
     return engine
 
 
-def pull(dragging: Dragging, wish: Transform, seconds: float) -> Held:
+def pull(dragging: Dragging, wish: Transform, seconds: float) -> Shortfall:
     """Hold the wish for so long; what is said last."""
-    engine, held = dragging.engine, Held()
+    engine, held = dragging.engine, Shortfall()
     until = engine.now + seconds
     while engine.now < until:
         held = dragging.to(wish)
@@ -40,7 +40,7 @@ def moved(x: float, y: float, z: float) -> Transform:
 
 def test_a_wish_in_reach_is_reached_to_the_bit_of_the_eye(engine: Engine) -> None:
     wish = moved(0.1, 0.05, 0.1)
-    assert pull(Dragging(engine), wish, 3.0) == Held()
+    assert pull(Dragging(engine), wish, 3.0) == Shortfall()
     tool = engine.position().T_world_tool
     assert distance(tool, wish) < 1e-6
     assert angle_between(tool, wish) < 1e-6
@@ -70,7 +70,7 @@ def test_beyond_reach_it_is_on_the_edge_and_comes_back(engine: Engine) -> None:
     assert held.away > 1.0
     assert engine.position().T_world_tool.py > 0.8
     assert "too far" in " ".join(hold.said(MODEL) for hold in held.holds)
-    assert pull(dragging, TABLE, 3.0) == Held()
+    assert pull(dragging, TABLE, 3.0) == Shortfall()
     assert engine.arm.configuration(engine.position().joints) == dragging.pursuit.kept
 
 
@@ -88,7 +88,7 @@ def test_a_joint_at_its_limit_is_named() -> None:
     engine = Engine(MODEL)
     engine.perform(Move(JointTarget((radians(150.0), radians(-120.0), radians(30.0), 0.0, radians(60.0), 0.0)), False))
     dragging, q = Dragging(engine), engine.position().joints
-    held = Held()
+    held = Shortfall()
     for k in range(60):
         held = dragging.to(engine.world_pose((q[0] + radians(0.4 * k), *q[1:])))
         engine.clock.advance(engine.now + 0.02)
@@ -104,7 +104,7 @@ def test_from_ready_where_three_singularities_are_near_it_can_be_dragged_at_once
     for k in range(150):
         dragging.to(at_position(ready, ready.px - 0.002 * k, ready.py, ready.pz - 0.002 * k))
         engine.clock.advance(engine.now + 0.02)
-    assert pull(dragging, at_position(ready, ready.px - 0.3, ready.py, ready.pz - 0.3), 3.0) == Held()
+    assert pull(dragging, at_position(ready, ready.px - 0.3, ready.py, ready.pz - 0.3), 3.0) == Shortfall()
 
 
 def test_the_wrist_passes_through_straight_without_a_stop() -> None:
@@ -123,7 +123,7 @@ def test_what_is_too_fast_is_said_and_caught_up(engine: Engine) -> None:
     held = dragging.to(moved(0.4, 0.1, 0.2))
     assert held.holds[0].limit is Limit.SPEED
     assert "as fast as it may be" in held.holds[0].said(MODEL)
-    assert pull(dragging, moved(0.4, 0.1, 0.2), 4.0) == Held()
+    assert pull(dragging, moved(0.4, 0.1, 0.2), 4.0) == Shortfall()
 
 
 def test_without_power_it_is_refused(engine: Engine) -> None:
@@ -134,5 +134,5 @@ def test_without_power_it_is_refused(engine: Engine) -> None:
 
 def test_where_it_stands_already_nothing_is_added_to_the_timeline(engine: Engine) -> None:
     dragging, version = Dragging(engine), engine.timeline.version
-    assert pull(dragging, engine.position().T_world_tool, 1.0) == Held()
+    assert pull(dragging, engine.position().T_world_tool, 1.0) == Shortfall()
     assert engine.timeline.version == version

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from vrs_cli.engine.commands import SetBase, SetMonitorSpeed, SetParameter, SetTool
 from vrs_cli.engine.engine import Engine
-from vrs_cli.interfaces.dragging import BORDER, LAG, LEAST_AHEAD, Dragging, Held, Limit
+from vrs_cli.interfaces.dragging import BORDER, LAG, LEAST_AHEAD, Dragging, Shortfall, Limit
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
@@ -118,7 +118,7 @@ def _side(fold: tuple[int, float], q: Joints) -> float:
     return fold[1] + half * round((q[fold[0]] - fold[1]) / half)
 
 
-def check_holds(engine: Engine, dragging: Dragging, wish: Transform, held: Held) -> None:
+def check_holds(engine: Engine, dragging: Dragging, wish: Transform, held: Shortfall) -> None:
     """What is said to hold the tool does."""
     model, arm, goal = engine.model, engine.arm, dragging.pursuit.goal
     assert bool(held.holds) == bool(held.away or held.turned)
@@ -189,7 +189,7 @@ class Hand:
         engine.clock.advance(engine.end)
         self.check(dragging, begin, first)
 
-    def wish(self, dragging: Dragging, wish: Transform) -> Held:
+    def wish(self, dragging: Dragging, wish: Transform) -> Shortfall:
         cpu = process_time()
         held = dragging.to(wish)
         self.tally.cpu.append(process_time() - cpu)

@@ -87,8 +87,8 @@ class Hold(Struct, frozen=True, omit_defaults=True):
                 return f"JT{self.joint} is as fast as it may be"
 
 
-class Held(Struct, frozen=True, omit_defaults=True):
-    """How a wish is followed: how far the goal is from it [m, rad], and why; no holds where it is there."""
+class Shortfall(Struct, frozen=True, omit_defaults=True):
+    """How far a tool stays behind a wish [m, rad], and what holds it; no holds where it is there."""
 
     away: float = 0.0
     turned: float = 0.0
@@ -147,7 +147,7 @@ class Pursuit:
         self._elsewhere: Joints | None = None  # joints that bring the tool there, found by a search
         self._stalled = 0  # wishes that led nowhere
 
-    def follow(self, T_base_flange: Transform, T_flange_tool: Transform, now: Joints, pace: Pace) -> Held:
+    def follow(self, T_base_flange: Transform, T_flange_tool: Transform, now: Joints, pace: Pace) -> Shortfall:
         """One wish more, while the joints are where they are now."""
         wish = _possible(self.arm, T_base_flange)
         aim, box = Aim(self.arm, wish, T_flange_tool, self._side), self.range.around(now, self._ahead(now, pace))
@@ -156,7 +156,7 @@ class Pursuit:
             self.goal, self.steady = there, True
             self.roundabout, self._elsewhere, self._stalled = False, None, 0
             late = [abs(b - a) / lag for a, b, lag in zip(now, there, pace.lag, strict=True)]
-            return self._slowed(aim, now, late) if max(late) > 1.0 else Held()
+            return self._slowed(aim, now, late) if max(late) > 1.0 else Shortfall()
         nearest = aim.nearest(box.put(self.goal), *box)
         stalled = nearest.gain < STALLED
         self.roundabout = there is not None and (self.roundabout or stalled)
@@ -167,10 +167,10 @@ class Pursuit:
         miss = aim.miss(self.goal)
         if miss.within(*THERE):
             self.steady = True
-            return Held()
+            return Shortfall()
         if stalled and not self._closed:
             self._look_elsewhere(wish)
-        return Held(*aim.miss(now), tuple(self._holds(aim, nearest, there)))
+        return Shortfall(*aim.miss(now), tuple(self._holds(aim, nearest, there)))
 
     def _ahead(self, now: Joints, pace: Pace) -> Joints:
         """Less far ahead near the axis of joint 1: what leads past it bends there."""
@@ -213,9 +213,9 @@ class Pursuit:
     # --- what holds it ---
 
     @staticmethod
-    def _slowed(aim: Aim, now: Joints, late: list[float]) -> Held:
+    def _slowed(aim: Aim, now: Joints, late: list[float]) -> Shortfall:
         """It is in reach; the joint that is latest keeps the tool from there."""
-        return Held(*aim.miss(now), (Hold(Limit.SPEED, late.index(max(late)) + 1),))
+        return Shortfall(*aim.miss(now), (Hold(Limit.SPEED, late.index(max(late)) + 1),))
 
     def _holds(self, aim: Aim, nearest: Nearest, there: Joints | None) -> Iterator[Hold]:
         """Joints at the ends of their ranges first, then the reach, then what cannot keep up."""
@@ -309,7 +309,7 @@ class Dragging:
         self.pursuit = Pursuit(engine.arm, engine.position().joints)
         self._last: float | None = None
 
-    def to(self, T_world_tool: Transform) -> Held:
+    def to(self, T_world_tool: Transform) -> Shortfall:
         """The tool is wished there from now on. Raises PowerOff."""
         engine, pursuit, frames = self.engine, self.pursuit, self.engine.frames
         now = engine.now

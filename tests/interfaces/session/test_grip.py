@@ -12,7 +12,7 @@ from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.clock import Clock
 from vrs_cli.errors import IllegalValue, LeaseHeld, RoleWanted, UsageError
-from vrs_cli.interfaces.dragging import Dragging, Held, Hold, Limit
+from vrs_cli.interfaces.dragging import Dragging, Shortfall, Hold, Limit
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.session.grip import SILENCE, Grip, Pulled
 from vrs_cli.interfaces.session.session import Session
@@ -109,7 +109,7 @@ def test_what_holds_it_is_told(served: Served) -> None:
     for _ in range(30):
         served.pull(TABLE)
         served.pass_time(0.1)
-    assert served.grip.pulled == Pulled("ann", Held())
+    assert served.grip.pulled == Pulled("ann", Shortfall())
 
 
 @pytest.mark.parametrize("line", ["ABORT", "MOVE #PPOINT(0, -90, 90, 0, 0, 0)"])
@@ -203,7 +203,7 @@ def test_a_wish_beyond_all_numbers_is_refused(served: Served) -> None:
 def test_a_tool_that_cannot_be_moved_is_held_by_nobody(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
     served.pull(moved(0.1, 0.0, 0.0))
 
-    def fail(*_it: object) -> Held:
+    def fail(*_it: object) -> Shortfall:
         raise OverflowError
 
     monkeypatch.setattr(Dragging, "to", fail)

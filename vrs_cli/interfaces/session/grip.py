@@ -13,7 +13,7 @@ from msgspec import Struct
 
 from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.dragging import TICK, Dragging, Held
+from vrs_cli.interfaces.dragging import TICK, Dragging, Shortfall
 from vrs_cli.interfaces.rights import check_goes_beside
 from vrs_cli.interfaces.session.acts import rotating
 from vrs_cli.interfaces.session.session import Session
@@ -31,7 +31,7 @@ class Pulled(Struct, frozen=True, omit_defaults=True):
     """
 
     by: str = ""
-    held: Held = Held()
+    held: Shortfall = Shortfall()
     why: str = ""
 
 
