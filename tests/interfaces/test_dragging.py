@@ -9,7 +9,7 @@ import pytest
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetSwitch
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import PowerOff
-from vrs_cli.interfaces.dragging import Dragging, Shortfall, Hold, Limit
+from vrs_cli.interfaces.dragging import Dragging, Hold, Limit, Shortfall
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, angle_between, at_position, distance, from_oat
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from vrs_cli.engine.commands import SetBase, SetMonitorSpeed, SetParameter, SetTool
 from vrs_cli.engine.engine import Engine
-from vrs_cli.interfaces.dragging import BORDER, LAG, LEAST_AHEAD, Dragging, Shortfall, Limit
+from vrs_cli.interfaces.dragging import BORDER, LAG, LEAST_AHEAD, Dragging, Limit, Shortfall
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers

@@ -35,7 +35,8 @@ from vrs_cli.net.client import hello_of
 from vrs_cli.net.far_end import Ahead
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.view3d.app import App
-from vrs_cli.view3d.delays import ERROR, FLAGGED, HEARD, PRESENT, REDRAWN, Delays
+from vrs_cli.view3d.delays import ERROR, HEARD, PRESENT, REDRAWN, Delays
+from vrs_cli.view3d.doubts import FLAGGED
 from vrs_cli.view3d.figure import link_node
 from vrs_cli.view3d.shown import Shown
 

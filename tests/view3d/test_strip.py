@@ -9,8 +9,11 @@ from xml.etree import ElementTree
 import pytest
 
 from vrs_cli.api.robot import Robot
+from vrs_cli.errors import TooLate
+from vrs_cli.interfaces.roles.preview import Expected, Previewed
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.view3d.doubts import FLAGGED, UNCONFIRMED, Doubts
 from vrs_cli.view3d.strip import COLOURS, MARK, Span, segments_in, strip
 
 LINES = "MOVE #PPOINT(10, -90, 90, 0, 0, 0)\nDELAY 1\nMOVE #PPOINT(20, -90, 90, 0, 0, 0)\nTYPE 1 < 2"
@@ -58,10 +61,30 @@ def test_a_text_without_room_is_cut_or_left_out(timeline: Timeline) -> None:
     assert small.count('width="1"') == 3
 
 
-def test_what_is_not_confirmed_is_hatched(timeline: Timeline) -> None:
+def test_what_is_not_confirmed_is_hatched_in_amber_as_in_the_scene(timeline: Timeline) -> None:
     span = Span(0.0, 10.0)
-    assert (50.0, 100.0, "url(#unconfirmed)") in boxes(strip(timeline, span, 800.0, 5.0))
+    picture = strip(timeline, span, 800.0, Doubts(5.0))
+    assert (50.0, 100.0, "url(#unconfirmed)") in boxes(picture)
+    assert f'stroke="rgb{UNCONFIRMED}"' in picture
     assert "url(#unconfirmed)" not in strip(timeline, span, 800.0)
+
+
+def test_what_was_shown_wrongly_is_hatched_in_red_however_short(timeline: Timeline) -> None:
+    flagged = ((1.0, 1.2), (3.0, 3.0001), (20.0, 21.0))
+    picture = strip(timeline, Span(0.0, 10.0), 800.0, Doubts(flagged=flagged))
+    red = [(begin, end) for begin, end, fill in boxes(picture) if fill == "url(#flagged)"]
+    assert red == [(10.0, 12.0), (30.0, pytest.approx(30.0 + 300.0 / 800.0))]
+    assert f'stroke="rgb{FLAGGED}"' in picture
+
+
+def test_a_command_that_will_be_refused_has_a_red_mark_with_its_text(timeline: Timeline) -> None:
+    refused = Expected(1, "MOVE p < q AT 1", 2.5, refused=TooLate("it is 2.500 s"))
+    seen = Previewed(timeline, 2.5, 2.4, 2.6, 2.5, expected=(refused, Expected(2, "HERE", 2.6, 2.7)))
+    picture = strip(timeline, Span(0.0, 10.0), 800.0, Doubts.of(seen))
+    assert picture.count(f'fill="rgb{FLAGGED}"') == 1
+    assert 'x="25.000%"' in picture
+    assert "MOVE p &lt; q AT 1" in picture
+    ElementTree.fromstring(picture)
 
 
 def test_a_page_has_what_is_in_it(timeline: Timeline) -> None:

@@ -14,6 +14,7 @@ import viser
 
 from vrs_cli.interfaces.roles.playback import Playback, command_after, command_before
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.view3d.doubts import Doubts
 from vrs_cli.view3d.redrawing import Redrawing
 from vrs_cli.view3d.shown import Shown
 from vrs_cli.view3d.strip import COLOURS, Span, strip
@@ -118,9 +119,9 @@ class Bar:
     def show(self, shown: Shown) -> None:
         wall, playback = self._window.wall(), self._window.playback
         span = self._span_of(playback, shown.t)
-        timeline, unconfirmed = shown.timeline, shown.unconfirmed
-        draw = partial(self._draw, timeline, span, unconfirmed)
-        self._drawing.look((timeline.version, id(timeline), unconfirmed), (span, self._window.width), draw)
+        timeline, doubts = shown.timeline, Doubts.of(shown.seen)
+        draw = partial(self._draw, timeline, span, doubts)
+        self._drawing.look((timeline.version, id(timeline), doubts), (span, self._window.width), draw)
         if wall > self._told_at + TOLD:
             self._told_at = wall
             self._tell(shown, playback, wall)
@@ -133,11 +134,11 @@ class Bar:
         low = playback.start + floor((t - playback.start) / length) * length
         return Span(low, low + length)
 
-    def _draw(self, timeline: Timeline, span: Span, unconfirmed: float) -> None:
+    def _draw(self, timeline: Timeline, span: Span, doubts: Doubts) -> None:
         if span != self.span:
             self.span = span
             self._slider.min, self._slider.max = span
-        picture = strip(timeline, span, max(self._window.width - BESIDE, NARROWEST), unconfirmed)
+        picture = strip(timeline, span, max(self._window.width - BESIDE, NARROWEST), doubts)
         self._strip.content = f'<div style="{MARGINS}">{picture}</div>'
 
     def _tell(self, shown: Shown, playback: Playback, wall: float) -> None:

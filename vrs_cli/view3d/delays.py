@@ -19,12 +19,13 @@ from vrs_cli.kinematics.transform import Vector, position
 from vrs_cli.net.far_end import Ahead
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.view3d.doubts import FLAGGED, UNCONFIRMED
 from vrs_cli.view3d.figure import Colour
 from vrs_cli.view3d.ghosts import Ghost, coincides
 from vrs_cli.view3d.shown import Shown
 from vrs_cli.view3d.window import Window
 
-PREDICTED, UNCONFIRMED, FLAGGED = (58, 124, 214), (232, 150, 36), (210, 69, 60)
+PREDICTED = (58, 124, 214)
 OPACITY = 0.35  # of the robot that is predicted
 REDRAWN = 0.2  # [s] between two looks at ways and numbers
 ERROR = 1e-3  # [m] that a way may be beside the tool's

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import inf
 from typing import NamedTuple, Protocol
 
 from vrs_cli.engine.position import Position
@@ -17,8 +16,7 @@ class Shown(NamedTuple):
     """One moment of a robot: what every part of a scene draws itself by. Metres, radians, seconds.
 
     `t`: the time that is shown, `position`: g there; `now`: the robot's clock. `surveyed`: what there is beside the
-    timeline, None where nobody can be asked. `seen`: of a robot afar, how much of this it has said; from `unconfirmed`
-    on the timeline is not that.
+    timeline, None where nobody can be asked. `seen`: of a robot afar, how much of this it has said.
     """
 
     arm: RobotArm
@@ -28,10 +26,6 @@ class Shown(NamedTuple):
     now: float
     surveyed: Surveyed | None = None
     seen: Previewed | None = None
-
-    @property
-    def unconfirmed(self) -> float:
-        return inf if self.seen is None else self.seen.unconfirmed
 
     @property
     def frames(self) -> Frames:

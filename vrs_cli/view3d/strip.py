@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from html import escape
-from math import ceil, floor, inf, log10
+from math import ceil, floor, log10
 from typing import NamedTuple
 
 from vrs_cli.trajectory.segment import Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.view3d.doubts import FLAGGED, NO_DOUBTS, UNCONFIRMED, Doubts
 
 COLOURS: Mapping[Phase, str] = {
     Phase.ACCELERATE: "#2f9e8f",
@@ -22,6 +23,7 @@ HEIGHT, TEXT = 14, 11  # [px] of the stretches, and of letters
 LETTER = 6.2  # [px] that one takes
 LEAST_TEXT = 4  # letters of a command that are worth to be read
 LEAST = 0.4  # [px] of a stretch, and between two marks, that can be seen
+SEEN = 3.0  # [px] of flagged times
 SHORTEST = 1.0  # [s] of what is spanned
 STEPS = (1.0, 2.0, 5.0, 10.0)  # that a span grows by, times a power of ten
 MARKS = 20  # of these in a span, about
@@ -50,23 +52,40 @@ class Span(NamedTuple):
         return 100.0 * (self.within(t) - self.low) / (self.high - self.low)
 
 
-def strip(timeline: Timeline, span: Span, width: float, unconfirmed: float = inf) -> str:
-    """The picture, which is about so many pixels wide; from `unconfirmed` on it is hatched [s]."""
+def strip(timeline: Timeline, span: Span, width: float, doubts: Doubts = NO_DOUBTS) -> str:
+    """The picture, which is about so many pixels wide. What is in doubt is hatched."""
     segments = tuple(segments_in(timeline, span))
-    parts = [*_stretches(segments, span, width), *_commands(segments, span, width)]
-    if unconfirmed < span.high:
-        parts.append(_box(span.percent(unconfirmed), 100.0, "url(#unconfirmed)"))
+    parts = [*_stretches(segments, span, width), *_commands(segments, span, width), *_doubts(doubts, span, width)]
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="100%" height="{HEIGHT + TEXT + 6}" style="display:block" '
-        f'font-family="sans-serif" font-size="{TEXT}" fill="{MARK}">{HATCH}{_box(0.0, 100.0, GAP)}'
+        f'font-family="sans-serif" font-size="{TEXT}" fill="{MARK}">{HATCHES}{_box(0.0, 100.0, GAP)}'
         f"{''.join(parts)}</svg>"
     )
 
 
-HATCH = (
-    '<pattern id="unconfirmed" width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">'
-    '<path d="M0 0V6" stroke="#d2453c" stroke-width="4"/></pattern>'
-)
+def _hatch(name: str, colour: tuple[int, int, int], degrees: int) -> str:
+    return (
+        f'<pattern id="{name}" width="6" height="6" patternUnits="userSpaceOnUse" '
+        f'patternTransform="rotate({degrees})"><path d="M0 0V6" stroke="rgb{colour}" stroke-width="4"/></pattern>'
+    )
+
+
+HATCHES = _hatch("unconfirmed", UNCONFIRMED, 45) + _hatch("flagged", FLAGGED, -45)
+
+
+def _doubts(doubts: Doubts, span: Span, width: float) -> Iterator[str]:
+    """Flagged times have some width, however short they are."""
+    least = 100.0 * SEEN / width
+    if doubts.unconfirmed < span.high:
+        yield _box(span.percent(doubts.unconfirmed), 100.0, "url(#unconfirmed)")
+    for begin, end in doubts.flagged:
+        if begin < span.high and end > span.low:
+            at = span.percent(begin)
+            yield _box(at, max(span.percent(end), at + least), "url(#flagged)")
+    for t, text in doubts.refused:
+        if span.low <= t < span.high:
+            at, red = span.percent(t), f'fill="rgb{FLAGGED}"'
+            yield f'<rect x="{at:.3f}%" width="2" height="{HEIGHT + 4}" {red}><title>{escape(text)}</title></rect>'
 
 
 def segments_in(timeline: Timeline, span: Span) -> Iterator[Segment]:

@@ -12,7 +12,7 @@ from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.clock import Clock
 from vrs_cli.errors import IllegalValue, LeaseHeld, RoleWanted, UsageError
-from vrs_cli.interfaces.dragging import Dragging, Shortfall, Hold, Limit
+from vrs_cli.interfaces.dragging import Dragging, Hold, Limit, Shortfall
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.session.grip import SILENCE, Grip, Pulled
 from vrs_cli.interfaces.session.session import Session
