@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import ast
+import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+
+import vrs_cli
 
 ROOT = Path(__file__).parents[1] / "vrs_cli"
 
@@ -146,18 +150,55 @@ DEFERRED = (
 )
 
 
-def modules() -> list[Path]:
-    return sorted(path for path in ROOT.rglob("*.py") if path.name != "__init__.py")
+@cache
+def modules() -> tuple[Path, ...]:
+    return tuple(sorted(path for path in ROOT.rglob("*.py") if path.name != "__init__.py"))
+
+
+@cache
+def tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+class Imported(NamedTuple):
+    """An import of a file. `late`: inside a function, or for type checking alone."""
+
+    node: ast.Import | ast.ImportFrom
+    late: bool
+
+    def modules(self) -> list[str]:
+        if isinstance(self.node, ast.Import):
+            return [alias.name for alias in self.node.names]
+        return [self.node.module or ""]
+
+    def inner(self) -> list[str]:
+        """`from folder import module` may be an import of the module."""
+        if isinstance(self.node, ast.Import):
+            return []
+        return [f"{self.node.module}.{alias.name}" for alias in self.node.names]
+
+
+@cache
+def imports(path: Path) -> tuple[Imported, ...]:
+    return tuple(_imports(tree(path).body, False))
+
+
+def _imports(nodes: Iterable[ast.AST], late: bool) -> Iterator[Imported]:
+    for node in nodes:
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            yield Imported(node, late)
+        elif isinstance(node, ast.stmt | ast.excepthandler | ast.match_case):
+            inside = late or isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) or for_types_alone(node)
+            yield from _imports(ast.iter_child_nodes(node), inside)
+
+
+def for_types_alone(node: ast.AST) -> bool:
+    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
 
 
 def imported(path: Path) -> Iterator[str]:
-    """The modules that a file imports anywhere, but for type checking too: a layer is a layer."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module is not None:
-            assert node.level == 0, f"{path}: relative import"
-            yield node.module
+    """The modules that a file imports anywhere, for type checking too: a floor is a floor."""
+    return (module for one in imports(path) for module in one.modules())
 
 
 def floor_of(name: str) -> int:
@@ -169,39 +210,62 @@ def room_of(path: Path) -> str:
     return inside.parts[0] if len(inside.parts) > 1 else inside.stem
 
 
-@pytest.mark.parametrize("path", modules(), ids=lambda path: str(path.relative_to(ROOT)))
-def test_imports_point_down(path: Path) -> None:
-    here = floor_of(room_of(path))
-    for module in imported(path):
-        parts = module.split(".")
-        if parts[0] == "vrs_cli" and len(parts) > 1:
-            assert floor_of(parts[1]) <= here, f"{room_of(path)} imports {module}"
+def no_fault(found: Iterable[str]) -> None:
+    faults = list(found)
+    assert not faults, "\n".join(faults)
 
 
-@pytest.mark.parametrize("path", modules(), ids=lambda path: str(path.relative_to(ROOT)))
-def test_third_party_packages_live_in_one_place(path: Path) -> None:
-    inside = path.relative_to(ROOT).as_posix()
-    for module in imported(path):
-        package = module.split(".")[0]
-        if package == "vrs_cli" or package in sys.stdlib_module_names:
-            continue
-        assert package in LIVES_IN, f"{inside} imports {package}, which has no home"
-        homes = LIVES_IN[package]
-        assert any(inside == home or inside.startswith(home + "/") for home in homes), f"{inside} imports {package}"
+def test_no_import_is_relative() -> None:
+    no_fault(
+        f"{path.relative_to(ROOT)}: {ast.unparse(one.node)}"
+        for path in modules()
+        for one in imports(path)
+        if isinstance(one.node, ast.ImportFrom) and one.node.level
+    )
 
 
-@pytest.mark.parametrize("path", modules(), ids=lambda path: str(path.relative_to(ROOT)))
-def test_bytes_are_made_and_read_in_one_room(path: Path) -> None:
+def test_imports_point_down() -> None:
+    no_fault(
+        f"{path.relative_to(ROOT)} imports {module}"
+        for path in modules()
+        for module in imported(path)
+        if module.startswith("vrs_cli.") and floor_of(module.split(".")[1]) > floor_of(room_of(path))
+    )
+
+
+def test_third_party_packages_live_in_one_place() -> None:
+    no_fault(
+        f"{path.relative_to(ROOT)} imports {module}, which lives in {LIVES_IN.get(module.split('.')[0], 'no place')}"
+        for path in modules()
+        for module in imported(path)
+        if not at_home(path.relative_to(ROOT).as_posix(), module.split(".")[0])
+    )
+
+
+def at_home(inside: str, package: str) -> bool:
+    if package == "vrs_cli" or package in sys.stdlib_module_names:
+        return True
+    return within(inside, tuple(LIVES_IN.get(package, ())), "/")
+
+
+def test_bytes_are_made_and_read_in_one_room() -> None:
     """Of msgspec every floor may have the base class of its values; encoders and decoders are wire's alone."""
-    if room_of(path) == "wire":
-        return
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            assert not any(alias.name.startswith("msgspec") for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module == "msgspec":
-            assert {alias.name for alias in node.names} <= {"Struct", "field", "structs"}
-        elif isinstance(node, ast.ImportFrom):
-            assert not str(node.module).startswith("msgspec.") or node.module == "msgspec.structs"
+    no_fault(
+        f"{path.relative_to(ROOT)}: {ast.unparse(one.node)}"
+        for path in modules()
+        if room_of(path) != "wire"
+        for one in imports(path)
+        if not of_values_alone(one.node)
+    )
+
+
+def of_values_alone(node: ast.Import | ast.ImportFrom) -> bool:
+    """Whether an import takes no more of msgspec than the base class of values."""
+    if isinstance(node, ast.Import):
+        return not any(alias.name.startswith("msgspec") for alias in node.names)
+    if node.module == "msgspec":
+        return {alias.name for alias in node.names} <= {"Struct", "field", "structs"}
+    return not str(node.module).startswith("msgspec.") or node.module == "msgspec.structs"
 
 
 # --- circles and imports out of place ------------------------------------------------------------------------------
@@ -214,12 +278,8 @@ def name_of(path: Path) -> str:
 def imports_among(names: set[str], path: Path) -> set[str]:
     """The modules of `names` that a file imports anywhere: `from folder import module` is an import of the module."""
     found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names} & names
-        elif isinstance(node, ast.ImportFrom) and node.module is not None:
-            inner = {f"{node.module}.{alias.name}" for alias in node.names} & names
-            found |= inner or {node.module} & names
+    for one in imports(path):
+        found |= set(one.inner()) & names or set(one.modules()) & names
     return found
 
 
@@ -245,15 +305,11 @@ def test_no_import_circles() -> None:
 
 def out_of_place(path: Path) -> set[str]:
     """The modules that a file imports inside functions, or for type checking alone."""
-    found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.FunctionDef) or (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test)):
-            for child in ast.walk(node):
-                if isinstance(child, ast.Import):
-                    found |= {alias.name for alias in child.names}
-                elif isinstance(child, ast.ImportFrom) and child.module is not None:
-                    below = {f"{child.module}.{alias.name}" for alias in child.names}
-                    found |= below if child.module.count(".") == 1 else {child.module}
+    found: set[str] = set()
+    for one in imports(path):
+        if one.late:
+            folder = isinstance(one.node, ast.ImportFrom) and one.modules()[0].count(".") == 1
+            found.update(one.inner() if folder else one.modules())
     return found
 
 
@@ -270,3 +326,45 @@ def test_imports_out_of_place_have_a_reason() -> None:
             assert rows, f"{inside} imports {module} late or for type checking alone, for no reason that DEFERRED gives"
             used.update(rows)
     assert not set(DEFERRED) - used, "reasons that no import needs any more"
+
+
+# --- what tests import ---------------------------------------------------------------------------------------------
+
+HOUSE = ROOT.parent
+IMPORT = re.compile(r"^ *from ((?:tests|vrs_cli|benchmarks)[.\w]*) import (\([^)]*\)|[^\n(]*)", re.MULTILINE)
+
+
+def test_tests_and_benchmarks_import_what_is_there() -> None:
+    """The type checker reads the product alone, and a name that has moved is seen only where it is asked for."""
+    no_fault(
+        f"{path.relative_to(HOUSE)}: {module} has no {name}"
+        for folder in ("tests", "benchmarks", "docs", "examples")
+        for path in sorted((HOUSE / folder).rglob("*.py"))
+        for module, names in IMPORT.findall(path.read_text(encoding="utf-8"))
+        for name in re.findall(r"(\w+)(?: as \w+)?,?", re.sub(r"#.*", "", names))
+        if name not in defined(module)
+    )
+
+
+@cache
+def defined(module: str) -> frozenset[str]:
+    """The names that a module has, and the modules in a folder."""
+    path = HOUSE / module.replace(".", "/")
+    inside = {below.stem for below in path.glob("*") if below.suffix == ".py" or below.is_dir()}
+    if module == "vrs_cli":  # it loads what it is asked for
+        return frozenset(inside | set(dir(vrs_cli)))
+    file = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+    return frozenset(inside | (set(_names(tree(file).body)) if file.exists() else set()))
+
+
+def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
+    """What statements bind at the top of a module, under conditions too."""
+    for node in nodes:
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            yield node.name
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            yield from ((alias.asname or alias.name).split(".")[0] for alias in node.names)
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            yield node.id
+        elif not isinstance(node, ast.expr) or isinstance(node, ast.Tuple | ast.List | ast.NamedExpr | ast.Starred):
+            yield from _names(ast.iter_child_nodes(node))
