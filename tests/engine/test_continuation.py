@@ -136,19 +136,29 @@ def test_joints_of_one_branch_are_proved_and_a_jump_is_not(name: str) -> None:
     goal = at_position(compose(pose, rotation_x(1e-5)), *(x + 1e-5 for x in position(pose)))
     there = arm.branch_joints(goal, arm.ways[0], q)
     assert there is not None
-    assert proof.proved(*between(q, there, pose, goal)).tolist() == [True]
+    weights = np.eye(len(q))[list(arm.held)]
+    assert proof.proved(*between(q, there, weights, pose, goal)).tolist() == [True]
     jumped = tuple(x + 0.3 for x in there)
-    assert proof.proved(*between(q, jumped, pose, goal)).tolist() == [False]
+    assert proof.proved(*between(q, jumped, weights, pose, goal)).tolist() == [False]
+    if arm.redundancy:
+        moved = tuple(x + 0.3 * w for x, w in zip(there, weights[0], strict=True))
+        assert proof.proved(*between(q, moved, weights, pose, goal)).tolist() == [False]
 
 
-def between(a: tuple[float, ...], b: tuple[float, ...], *ends: tuple[float, ...]) -> tuple[Gaps, np.ndarray]:
-    """A short way at constant speed; what it turns is so little that poses between are as good as linear."""
+def between(
+    a: tuple[float, ...], b: tuple[float, ...], weights: np.ndarray, *ends: tuple[float, ...]
+) -> tuple[Gaps, np.ndarray, np.ndarray]:
+    """A short way at constant speed; what it turns is so little that poses between are as good as linear. The guides
+    ask what there was at the start.
+    """
     x = np.linspace(0.0, 1.0, 9)[:, None]
     first, last = np.array(ends)
     way = np.array(b) - np.array(a)
     still = np.array([1e-10])
     T = (first + x * (last - first)).reshape(1, -1, 3, 4)
-    return Gaps(np.array([a]), np.array([b]), way[None], way[None], still, np.array([1e-5]), still), T
+    bends = still, np.array([1e-5]), still, np.array([0.0])
+    guided = np.broadcast_to(weights @ np.array(a), (1, 9, len(weights)))
+    return Gaps(np.array([a]), np.array([b]), way[None], way[None], *bends, weights), T, guided
 
 
 @pytest.mark.parametrize(

@@ -56,7 +56,7 @@ def survey(follower: Follower, path: CartesianPath, lasting: float) -> Survey:
     if found.beyond is not None:
         raise follower.refuse_beyond(path, found.beyond, path.seeds[0])
     if found.endless is not None:
-        raise follower.refuse(path.pose(found.endless), "the line goes on along it")
+        raise follower.refuse(path, found.endless, "the line goes on along it")
     return found
 
 

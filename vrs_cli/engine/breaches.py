@@ -15,6 +15,7 @@ import numpy as np
 from msgspec import Struct
 
 from vrs_cli.engine.following import Follower, Sample
+from vrs_cli.engine.rates import joint_velocity, joints_on
 from vrs_cli.errors import MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Flags, Floats
@@ -204,7 +205,7 @@ def _value(a: Floats, s: Floats) -> Floats:
 def _joints(arm: RobotArm, segment: Segment, path: CartesianPath, s: float, seed: Joints) -> Joints | None:
     """The joints s seconds into a line; None where the arm does not reach it."""
     flange = compose(path.pose(s), inverse(segment.motion.frames.tool))
-    found = arm.branch_joints(flange, path.configuration, seed)
+    found = joints_on(arm, path, s, flange, seed)
     if found is None and distance(arm.forward(seed), flange) <= PLACE:  # at the very edge of the reach
         return seed
     return found
@@ -216,7 +217,7 @@ def _rates(arm: RobotArm, segment: Segment, path: CartesianPath, s: float, joint
     if not any(twist):
         return (0.0,) * len(joints)
     try:
-        return arm.joint_velocity(joints, twist, segment.motion.frames.tool)
+        return joint_velocity(arm, path, s, joints, twist, segment.motion.frames.tool)
     except StraightLineSingular:
         return (np.nan,) * len(joints)
 

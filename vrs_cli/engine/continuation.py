@@ -15,7 +15,7 @@ from vrs_cli.engine.following import Follower, Sample
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.numeric.continuation import Continuation, Gaps
 from vrs_cli.kinematics.transform import position
-from vrs_cli.trajectory.path_batch import flange_poses
+from vrs_cli.trajectory.path_batch import flange_poses, guide_values
 from vrs_cli.trajectory.polynomial import derivative
 from vrs_cli.trajectory.segment import CartesianPath
 
@@ -34,13 +34,16 @@ class Followed(Struct, frozen=True, dict=True):
     samples: list[Sample]
 
     @cached_property
-    def bend(self) -> tuple[float, float, float]:
-        """The greatest acceleration of the tool, rate of its rotation and of that [m/s2, rad/s, rad/s2]."""
+    def bend(self) -> tuple[float, float, float, float]:
+        """The greatest acceleration of the tool, rate of its rotation and of that [m/s2, rad/s, rad/s2], and second
+        derivative of its guides.
+        """
         rates = [derivative(turn.angle) for turn in self.path.turns]
         spin = sum(most(rate, self.duration) for rate in rates)
         spin_rate = sum(most(derivative(rate), self.duration) for rate in rates)
         places = (most(derivative(derivative(row)), self.duration) for row in self.path.position)
-        return hypot(*places), spin, spin_rate + (spin * spin if len(rates) > 1 else 0.0)
+        guides = (most(derivative(derivative(guide.value)), self.duration) for guide in self.path.guides)
+        return hypot(*places), spin, spin_rate + (spin * spin if len(rates) > 1 else 0.0), hypot(*guides)
 
 
 class Gap(Struct, frozen=True):
@@ -78,7 +81,7 @@ def check_continuous(
         gaps.sort(key=lambda gap: gap.part)
         finest, left = gaps[0], left - len(gaps[:TOGETHER])
         if left < 0 or finest.part < FINEST:
-            raise follower.refuse(finest.of.path.pose(finest.a.s), "the line is too near to a singularity")
+            raise follower.refuse(finest.of.path, finest.a.s, "the line is too near to a singularity")
         halves = [half for gap in gaps[:TOGETHER] for half in gap.halves(follower)]
         gaps = _gaps_without_proof(continuation, follower, halves) + gaps[TOGETHER:]
 
@@ -96,7 +99,7 @@ def _gaps(follower: Follower, stretch: Followed) -> list[Gap]:
 def _gaps_without_proof(continuation: Continuation, follower: Follower, gaps: list[Gap]) -> list[Gap]:
     for pieces in PIECES:
         if gaps:
-            proved = continuation.proved(_arrays(follower, gaps), _poses(follower, gaps, pieces))
+            proved = continuation.proved(_arrays(follower, gaps), *_asked(follower, gaps, pieces))
             gaps = [gap for gap, sure in zip(gaps, proved.tolist(), strict=True) if not sure]
     return gaps
 
@@ -105,18 +108,24 @@ def _arrays(follower: Follower, gaps: list[Gap]) -> Gaps:
     h = np.array([gap.lasting for gap in gaps])
     rows = [(gap.a.joints, gap.b.joints, gap.a.velocity, gap.b.velocity) for gap in gaps]
     begin, end, begin_rate, end_rate = np.array(rows).transpose(1, 0, 2)
-    place, turn, turn_bend = np.array([gap.of.bend for gap in gaps]).T
+    place, turn, turn_bend, guide = np.array([gap.of.bend for gap in gaps]).T
+    weights = np.array([guide.weights for guide in gaps[0].of.path.guides]).reshape(-1, begin.shape[1])
     lever = hypot(*position(follower.T_tool_flange))  # of the flange, which the tool carries
     turn_bend = turn_bend + turn * turn  # of the rotation, as a matrix
     bend = (place + lever * turn_bend) * h * h
-    return Gaps(begin, end, begin_rate * h[:, None], end_rate * h[:, None], bend, turn * h, turn_bend * h * h)
+    square, rates = h * h, (begin_rate * h[:, None], end_rate * h[:, None])
+    return Gaps(begin, end, *rates, bend, turn * h, turn_bend * square, guide * square, weights)
 
 
-def _poses(follower: Follower, gaps: list[Gap], pieces: int) -> Floats:
-    """T_robot_flange (k, pieces + 1, 3, 4) at the ends of the pieces of each gap."""
+def _asked(follower: Follower, gaps: list[Gap], pieces: int) -> tuple[Floats, Floats]:
+    """T_robot_flange (k, pieces + 1, 3, 4) and what r guides ask (k, pieces + 1, r) at the ends of the pieces of each
+    gap.
+    """
     x = np.linspace(0.0, 1.0, pieces + 1)
-    poses = []
+    poses, guided = [], []
     for path, same in groupby(gaps, key=lambda gap: gap.of.path):
         s = np.concatenate([gap.a.s + x * gap.lasting for gap in same])
         poses.append(flange_poses(path, s, follower.tool))
-    return np.concatenate(poses).reshape(len(gaps), pieces + 1, 3, 4)
+        guided.append(guide_values(path, s))
+    shape = len(gaps), pieces + 1
+    return np.concatenate(poses).reshape(*shape, 3, 4), np.concatenate(guided).reshape(*shape, -1)

@@ -11,6 +11,7 @@ from itertools import accumulate, pairwise
 from math import ceil
 from typing import NamedTuple
 
+from vrs_cli.engine.rates import joint_velocity, joints_on
 from vrs_cli.errors import (
     JointOutOfRange,
     LocationOutOfRange,
@@ -138,10 +139,10 @@ class Follower:
         low, high = good.s, until
         for _ in range(EDGE_STEPS):
             middle = 0.5 * (low + high)
-            joints = self.joints(path.pose(middle), good.joints)
+            joints = self.joints(path, middle, good.joints)
             possible = joints is not None and self.arm.limits_ok(joints)
             low, high = (middle, high) if possible else (low, middle)
-        return self._refusal(path.pose(high), good.joints)
+        return self._refusal(path, high, good.joints)
 
     def _close(self, a: Sample, b: Sample) -> bool:
         half = 0.5 * (b.s - a.s)
@@ -194,35 +195,35 @@ class Follower:
         """
         changes = self._changes(path, before, after, near)
         if max(changes) > TOUCHING:
-            raise self._refuse_jump(path.pose(after), changes)
+            raise self._refuse_jump(path, after, changes)
 
     def refuse_kink(self, path: CartesianPath, at: float, inside: float, near: Joints) -> StraightLineSingular:
         """The refusal of a path that comes from a boundary, or to it, as a joint could not: faster and faster."""
         changes = self._changes(path, at, inside, near)
         joint = changes.index(max(changes)) + 1
-        return self.refuse(path.pose(at), f"joint {joint} would have to change its speed in no time", joint)
+        return self.refuse(path, at, f"joint {joint} would have to change its speed in no time", joint)
 
     def _changes(self, path: CartesianPath, before: float, after: float, near: Joints) -> list[float]:
         """How far each joint is from one time to another."""
-        a, b = (self.joints(path.pose(s), near) for s in (before, after))
+        a, b = (self.joints(path, s, near) for s in (before, after))
         return [abs(y - x) for x, y in zip(a or near, b or near, strict=True)]
 
     def refuse_beyond(self, path: CartesianPath, s: float, near: Joints) -> MotionError:
         """The refusal of a path that is beyond the reach at a time that no sample need have seen."""
-        begin = self.joints(path.pose(0.0), near)
+        begin = self.joints(path, 0.0, near)
         if begin is None or not self.arm.limits_ok(begin):
-            return self._refusal(path.pose(0.0), near)
-        return self._out_of_reach(path.pose(s), near)
+            return self._refusal(path, 0.0, near)
+        return self._out_of_reach(path, s, near)
 
-    def refuse(self, pose: Transform, what: str, joint: int = 0) -> StraightLineSingular:
-        """The refusal of a path that the joints cannot follow near T_robot_tool."""
-        near, hint = self.place(pose)
-        return StraightLineSingular(f"near {near} {what}", hint or PASSED, joint=joint, place=position(pose))
+    def refuse(self, path: CartesianPath, s: float, what: str, joint: int = 0) -> StraightLineSingular:
+        """The refusal of a path that the joints cannot follow near a time."""
+        near, hint = self.place(path, s)
+        return StraightLineSingular(f"near {near} {what}", hint or PASSED, joint=joint, place=position(path.pose(s)))
 
-    def _refuse_jump(self, pose: Transform, jumps: Sequence[float]) -> StraightLineSingular:
+    def _refuse_jump(self, path: CartesianPath, s: float, jumps: Sequence[float]) -> StraightLineSingular:
         joint = jumps.index(max(jumps)) + 1
         far = self.arm.model.said(joint, max(jumps), 1)
-        return self.refuse(pose, f"joint {joint} would have to jump by {far}", joint)
+        return self.refuse(path, s, f"joint {joint} would have to jump by {far}", joint)
 
     def flange(self, pose: Transform) -> Transform:
         """T_robot_flange of T_robot_tool."""
@@ -234,21 +235,21 @@ class Follower:
         rows = zip(a.joints, b.joints, a.velocity, b.velocity, strict=True)
         jumps = [abs(q - p - half * (v + w)) for p, q, v, w in rows]
         if max(jumps) > most:
-            raise self._refuse_jump(path.pose(b.s), jumps)
+            raise self._refuse_jump(path, b.s, jumps)
 
-    def place(self, pose: Transform) -> tuple[str, str]:
-        """Where T_robot_tool is, with the singularity that it is close to, and the way round that; "" for none."""
-        which = self.singularity(pose)
-        return (f"{self.shown(pose)} ({which} singularity)", WAYS_ROUND[which]) if which else (self.shown(pose), "")
+    def place(self, path: CartesianPath, s: float) -> tuple[str, str]:
+        """Where the tool is at a time, with the singularity that it is close to, and the way round that ("": none)."""
+        which, shown = self.singularity(path, s), self.shown(path.pose(s))
+        return (f"{shown} ({which} singularity)", WAYS_ROUND[which]) if which else (shown, "")
 
     def shown(self, pose: Transform) -> str:
         """The place of T_robot_tool in the world, as people read it."""
         x, y, z = (round(1e3 * part, 1) + 0.0 for part in position(compose(self.T_world_robot, pose)))  # no -0.0
         return f"X {x:.1f} Y {y:.1f} Z {z:.1f} mm"
 
-    def singularity(self, pose: Transform) -> str:
-        """Which singularity T_robot_tool is close to, if one is: shoulder, elbow or wrist."""
-        joints = self.joints(pose, tuple(0.5 * (low + high) for low, high in zip(self.lower, self.upper, strict=True)))
+    def singularity(self, path: CartesianPath, s: float) -> str:
+        """Which singularity the arm is close to at a time, if one is: shoulder, elbow or wrist."""
+        joints = self.joints(path, s, path.seed(s))
         if joints is None:
             return ""
         measures = self.arm.singularity(joints)
@@ -257,25 +258,26 @@ class Follower:
 
     def sample(self, path: CartesianPath, s: float, near: Joints) -> Sample:
         pose, twist = path.state(s)
-        joints = self.joints(pose, near)
+        joints = joints_on(self.arm, path, s, self.flange(pose), near)
         if joints is None or not self.arm.limits_ok(joints):
-            raise self._refusal(pose, near)
+            raise self._refusal(path, s, near)
         vx, vy, vz, wx, wy, wz = twist
         if vx * vx + vy * vy + vz * vz + wx * wx + wy * wy + wz * wz < STILL * STILL:
             return Sample(s, joints, (0.0,) * len(joints))
-        return _new(Sample, (s, joints, self.arm.joint_velocity(joints, twist, self.tool)))
+        return _new(Sample, (s, joints, joint_velocity(self.arm, path, s, joints, twist, self.tool)))
 
-    def joints(self, pose: Transform, near: Joints) -> Joints | None:
-        """The joints at T_robot_tool; None where it is out of reach."""
-        return self.arm.branch_joints(self.flange(pose), self.configuration, near)
+    def joints(self, path: CartesianPath, s: float, near: Joints) -> Joints | None:
+        """The joints at a time; None where the path is out of reach."""
+        return joints_on(self.arm, path, s, self.flange(path.pose(s)), near)
 
-    def _refusal(self, pose: Transform, near: Joints) -> MotionError:
-        """The refusal of a path that leaves the reach, or the range of a joint, at T_robot_tool."""
-        joints = self.joints(pose, near)
-        return self._out_of_reach(pose, near) if joints is None else self._outside(joints, pose)
+    def _refusal(self, path: CartesianPath, s: float, near: Joints) -> MotionError:
+        """The refusal of a path that leaves the reach, or the range of a joint, at a time."""
+        joints = self.joints(path, s, near)
+        return self._out_of_reach(path, s, near) if joints is None else self._outside(path, s, joints)
 
-    def _out_of_reach(self, pose: Transform, near: Joints) -> LocationOutOfRange:
+    def _out_of_reach(self, path: CartesianPath, s: float, near: Joints) -> LocationOutOfRange:
         """The refusal of a line that leaves the reach: outward, next to the robot, or for how the tool is turned."""
+        pose = path.pose(s)
         leaves = f"the straight line leaves the reach of the arm near {self.shown(pose)}"
         what, hint = ", for how the tool is turned there", "turn it less on the way"
         try:
@@ -290,11 +292,11 @@ class Follower:
             pass
         return LocationOutOfRange(leaves + what, f"use MOVE, or {hint}", place=position(pose))
 
-    def _outside(self, joints: Joints, pose: Transform) -> JointOutOfRange:
-        model = self.arm.model
+    def _outside(self, path: CartesianPath, s: float, joints: Joints) -> JointOutOfRange:
+        model, pose = self.arm.model, path.pose(s)
         joint = joints_outside(joints, model.lower, model.upper)[0]
-        driven = joint in DRIVEN_ROUND.get(self.singularity(pose), ())
-        near, hint = self.place(pose) if driven else (self.shown(pose), "")
+        driven = joint in DRIVEN_ROUND.get(self.singularity(path, s), ())
+        near, hint = self.place(path, s) if driven else (self.shown(pose), "")
         return JointOutOfRange(
             f"the straight line leaves its range, {model.range_of(joint, 0)}, near {near}",
             hint or "use MOVE, or another configuration",

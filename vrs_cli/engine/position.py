@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeVar
 from msgspec import Struct, structs
 
 from vrs_cli.engine.problem import segment_joints
-from vrs_cli.engine.rates import joint_acceleration
+from vrs_cli.engine.rates import joint_acceleration, joint_velocity
 from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
@@ -113,7 +113,7 @@ def _rates(arm: RobotArm, segment: Segment, s: float, joints: Joints) -> tuple[J
     try:
         twist = path.twist(s)
         if any(twist):
-            velocity = arm.joint_velocity(joints, twist, tool)
+            velocity = joint_velocity(arm, path, s, joints, twist, tool)
         return velocity, joint_acceleration(arm, path, s, joints, velocity, tool)
     except StraightLineSingular:  # only where a line begins or ends at rest in a singular pose: no rate is defined
         return velocity, still
@@ -181,13 +181,17 @@ def _joints_on_line(arm: RobotArm, segment: Segment, s: Floats) -> Floats:
     """`segment_joints` for many times."""
     import numpy as np
 
-    from vrs_cli.trajectory.path_batch import flange_poses
+    from vrs_cli.trajectory.path_batch import flange_poses, guide_values
 
     path = segment.path
     assert not isinstance(path, JointPath)
     nearest = np.clip(np.rint(s / path.seed_interval), 0, len(path.seeds) - 1).astype(np.intp)
     seeds = np.array(path.seeds)[nearest]
-    q = arm.inverse_branch_batch(flange_poses(path, s, segment.motion.frames.tool), path.configuration, seeds)
+    poses = flange_poses(path, s, segment.motion.frames.tool)
+    if path.guides:
+        q = arm.guided_batch(poses, seeds, np.array([guide.weights for guide in path.guides]), guide_values(path, s))
+    else:
+        q = arm.inverse_branch_batch(poses, path.configuration, seeds)
     for row in np.flatnonzero(np.isnan(q).any(axis=1)):  # a search of many at once may end sooner than one alone
         q[row] = segment_joints(arm, segment, float(s[row]))
     return q

@@ -6,7 +6,7 @@ from math import inf
 
 from msgspec import Struct
 
-from vrs_cli.engine.rates import joint_acceleration
+from vrs_cli.engine.rates import joint_acceleration, joint_velocity, joints_on
 from vrs_cli.errors import PathWithoutJoints
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
@@ -58,7 +58,7 @@ def segment_joints(arm: RobotArm, segment: Segment, s: float) -> Joints:
     if isinstance(path, JointPath):
         return path.joints(s)
     flange = compose(path.pose(s), inverse(segment.motion.frames.tool))
-    joints = arm.branch_joints(flange, path.configuration, path.seed(s))
+    joints = joints_on(arm, path, s, flange, path.seed(s))
     if joints is None:
         raise PathWithoutJoints(
             f"{s:.3f} s into {segment.motion.text or 'a motion'}",
@@ -83,7 +83,7 @@ def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
     tool = ToolState(pose, twist[:3], twist[3:], rates[:3], rates[3:])
     if tool.at_rest:
         return Here(JointState(joints, (0.0,) * len(joints)), tool, frame)
-    velocity = arm.joint_velocity(joints, twist, frame)
+    velocity = joint_velocity(arm, path, s, joints, twist, frame)
     acceleration = joint_acceleration(arm, path, s, joints, velocity, frame) if smoothly else ()
     return Here(JointState(joints, velocity, acceleration), tool, frame)
 

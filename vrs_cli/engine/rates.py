@@ -1,4 +1,4 @@
-"""Accelerations and jerks of the joints along the path of a tool.
+"""The joints along the path of a tool, with their velocities, accelerations and jerks.
 
 Where the turn of the flange about its own axis a does not count (`Task.POINTING`) it is not the path's: the arm makes
 it faster by psi'. With the angular velocity w of the path and a' = w x a:
@@ -31,6 +31,22 @@ class _FreeTurn(NamedTuple):
     extra: float
 
 
+def joints_on(arm: RobotArm, path: CartesianPath, s: float, T_robot_flange: Transform, near: Joints) -> Joints | None:
+    """The joints [rad] next to `near`, at s seconds into a path, with the flange there; None out of reach."""
+    if path.guides:
+        return arm.guided_joints(T_robot_flange, near, path.demands(s))
+    return arm.branch_joints(T_robot_flange, path.configuration, near)
+
+
+def joint_velocity(
+    arm: RobotArm, path: CartesianPath, s: float, q: Joints, twist: Twist, T_flange_tool: Transform
+) -> Joints:
+    """[rad/s] at s seconds into a path, where the joints are q, for the path's twist there. Raises
+    StraightLineSingular.
+    """
+    return arm.joint_velocity(q, twist, T_flange_tool, path.demands(s, 1))
+
+
 def joint_acceleration(
     arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Joints, T_flange_tool: Transform
 ) -> Joints:
@@ -38,7 +54,7 @@ def joint_acceleration(
     rate = path.twist_rate(s)
     if arm.model.task is Task.POINTING:
         rate = _asked_acceleration(_free_turn(arm, path, s, q, qd), rate)
-    return arm.joint_acceleration(q, qd, rate, T_flange_tool)
+    return arm.joint_acceleration(q, qd, rate, T_flange_tool, path.demands(s, 2))
 
 
 def joint_acceleration_and_jerk(
@@ -46,16 +62,17 @@ def joint_acceleration_and_jerk(
 ) -> tuple[Joints, Joints]:
     """`joint_acceleration`, and the rate of it [rad/s3]."""
     rate, change = path.twist_rates(s)
+    second, third = path.demands(s, 2), path.demands(s, 3)
     if arm.model.task is not Task.POINTING:
-        qdd = arm.joint_acceleration(q, qd, rate, T_flange_tool)
-        return qdd, arm.joint_jerk(q, qd, qdd, change, T_flange_tool)
+        qdd = arm.joint_acceleration(q, qd, rate, T_flange_tool, second)
+        return qdd, arm.joint_jerk(q, qd, qdd, change, T_flange_tool, third)
     turn = _free_turn(arm, path, s, q, qd)
-    qdd = arm.joint_acceleration(q, qd, _asked_acceleration(turn, rate), T_flange_tool)
+    qdd = arm.joint_acceleration(q, qd, _asked_acceleration(turn, rate), T_flange_tool, second)
     spin_rate = added(arm.twist(q, qdd)[3:], arm.acceleration_bias(q, qd)[3:])
     extra_rate = dot(subtracted(spin_rate, rate[3:]), turn.axis)
     again = added(cross(rate[3:], turn.axis), cross(turn.spin, turn.axis_rate))
     more = added(scaled(again, turn.extra), scaled(turn.axis_rate, 2.0 * extra_rate))
-    return qdd, arm.joint_jerk(q, qd, qdd, (*change[:3], *added(change[3:], more)), T_flange_tool)
+    return qdd, arm.joint_jerk(q, qd, qdd, (*change[:3], *added(change[3:], more)), T_flange_tool, third)
 
 
 def _free_turn(arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Joints) -> _FreeTurn:

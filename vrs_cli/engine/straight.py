@@ -16,6 +16,7 @@ from msgspec import structs
 
 from vrs_cli.engine.boundary import survey
 from vrs_cli.engine.following import Follower, Sample, seeds_of
+from vrs_cli.engine.guides import guide_limits, guided_states
 from vrs_cli.engine.kinks import Kinks, Stop, straighten_wrist
 from vrs_cli.engine.load import ROUNDING, Load, StretchLoad
 from vrs_cli.engine.problem import SLOWEST, Here, NotInTime, Problem
@@ -24,13 +25,13 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.clearance import WRIST
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import at_position, axis_angle, compose, dot, inverse, position, subtracted
+from vrs_cli.kinematics.transform import Transform, at_position, axis_angle, compose, dot, inverse, position, subtracted
 from vrs_cli.trajectory.laws.law import NoTimes
 from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.limits import ToolLimits
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import value
-from vrs_cli.trajectory.segment import STILL, CartesianPath, Phase, Segment, ToolStretch, Turn, segments_of
+from vrs_cli.trajectory.segment import STILL, CartesianPath, Guide, Phase, Segment, ToolStretch, Turn, segments_of
 from vrs_cli.trajectory.state import JointState, ToolState
 
 NEARLY_SINGULAR = 0.02  # measure of a pose from which a straight line may be impossible
@@ -55,10 +56,11 @@ def straight_segments(problem: Problem) -> tuple[Segment, ...]:
     arm, joints, state = problem.arm, problem.here.joints.joints, problem.tool
     failure: MotionError | None = None
     for configuration in (arm.configuration(joints), *arm.twins(joints)):  # at a straight wrist two hold
-        try:
-            return _Line(problem, state, configuration).segments()
-        except MotionError as error:
-            failure = failure or error
+        for guided in guided_states(problem, state, _goal(problem, state)):
+            try:
+                return _Line(problem, guided, configuration).segments()
+            except MotionError as error:
+                failure = failure or error
     assert failure is not None
     _check_end(arm, joints, problem.motion, failure)
     begins = failure.place is None or dist(failure.place, position(state.pose)) < NEAR_START
@@ -66,6 +68,14 @@ def straight_segments(problem: Problem) -> tuple[Segment, ...]:
         as_ready = ", as READY is" if _nearly_singular(arm, arm.model.poses["ready"]) else ""
         raise failure.reworded(hint=f"the line starts in a singular pose{as_ready}: MOVE away from it first")
     raise failure
+
+
+def _goal(problem: Problem, state: ToolState) -> Transform:
+    """T_robot_tool at the end of a line."""
+    pose = problem.motion.pose or state.pose
+    if problem.arm.model.task.turns:
+        return pose
+    return at_position(state.pose, *position(pose))  # the tool turns as the joints have it, and no line asks for a turn
 
 
 def _check_end(arm: RobotArm, joints: Joints, motion: Motion, failure: MotionError) -> None:
@@ -106,13 +116,12 @@ class _Line:
         arm, motion = problem.arm, problem.motion
         self.problem, self.arm, self.motion, self.configuration = problem, arm, motion, configuration
         self.state, self.joints = state, problem.here.joints
-        self.limits, self.least = tool_limits(arm, motion), motion.duration
+        self.limits, self.least = guide_limits(arm.model, motion, state, tool_limits(arm, motion)), motion.duration
         self.law, self.stops = LAWS[motion.profile], stops
         self.follower = Follower(arm, configuration, motion.frames.tool, motion.frames.base)
-        goal = state.pose if stops or motion.pose is None else motion.pose
-        if not arm.model.task.turns:  # the tool turns as the joints have it, and no line asks for a turn
-            self.state, goal = state._replace(spin=STILL, spin_rate=STILL), at_position(state.pose, *position(goal))
-        self.goal = straighten_wrist(self.follower, goal)
+        if not arm.model.task.turns:
+            self.state = state._replace(spin=STILL, spin_rate=STILL)
+        self.goal = straighten_wrist(self.follower, state.pose if stops else _goal(problem, state))
 
     def segments(self) -> tuple[Segment, ...]:
         if self.state.at_rest:
@@ -286,7 +295,7 @@ class _Line:
         assert load.at is not None
         path, s = load.at
         wanted = f"joint {load.joint} would have to move {load.slowing:.0f} times too fast"
-        return self.follower.refuse(path.pose(s), wanted, load.joint)
+        return self.follower.refuse(path, s, wanted, load.joint)
 
     def _segments(self, stretches: list[ToolStretch], seeds: list[Seeds]) -> tuple[Segment, ...]:
         rows = zip(stretches, seeds, strict=True)
@@ -296,14 +305,19 @@ class _Line:
     def _path(self, stretch: ToolStretch, seeds: Seeds) -> CartesianPath:
         turns = tuple(Turn(axis, angle) for axis, angle in stretch.turns)
         interval = stretch.duration / max(len(seeds) - 1, 1)
-        return CartesianPath(stretch.position, stretch.orientation, turns, self.configuration, seeds, interval)
+        path = CartesianPath(stretch.position, stretch.orientation, turns, self.configuration, seeds, interval)
+        if not stretch.guides:
+            return path
+        rows = zip(self.state.guides, stretch.guides, strict=True)
+        return path._replace(guides=tuple(Guide(guide.weights, value) for guide, value in rows))
 
 
 def line_stop(problem: Problem) -> tuple[Segment, ...]:
     """To rest on the line that the tool moves on, whatever the speed of the motion. Raises MotionError."""
     arm, motion = problem.arm, problem.motion
     problem = structs.replace(problem, slowest=SLOWEST)
-    stop = _Line(problem, problem.tool, arm.configuration(problem.here.joints.joints), stops=True)
+    state = next(guided_states(problem, problem.tool, problem.tool.pose))
+    stop = _Line(problem, state, arm.configuration(problem.here.joints.joints), stops=True)
     stop.limits = tool_limits(arm, motion._replace(speed=1.0, acceleration=1.0, tip_speed=None, rotation=None))
     return stop.segments()
 

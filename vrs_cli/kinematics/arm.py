@@ -7,7 +7,7 @@ for a motion, the limits, what a refusal says, the velocities.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
 from math import dist, inf
 from operator import mul
@@ -24,9 +24,10 @@ from vrs_cli.kinematics.clearance import Clearance, Hand, Pace
 from vrs_cli.kinematics.compiled import Biases, Formulas, biases, formulas
 from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow, Flag, Wrist
 from vrs_cli.kinematics.elimination import solve
-from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist, beyond
+from vrs_cli.kinematics.jacobian import Demands, Jacobian, Singularity, Twist, beyond
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, JointKind, Joints, joints_outside, nearest_turn, turn_within
 from vrs_cli.kinematics.model import RobotModel, levers, link_frames
+from vrs_cli.kinematics.numeric.redundancy import Walk
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
 from vrs_cli.kinematics.unchanging import LEVEL, Unchanging, difference, unchanging
 
@@ -115,6 +116,23 @@ class RobotArm:
 
         None where the location is out of reach. At a singular wrist joint 4 stays as `near` has it.
         """
+        raise NotImplementedError
+
+    redundancy = 0  # joints more than a task takes: a straight line needs as many guides
+    held: tuple[int, ...] = ()  # such joints, by index, that stand still where nothing guides them
+
+    def guided_joints(self, T: Transform, near: Joints, demands: Demands) -> Joints | None:
+        """Of an arm with redundancy: the joints next to `near` that meet demands too, whatever their limits."""
+        raise NotImplementedError
+
+    def walks(self, begin: Joints, poses: Sequence[Transform]) -> Iterator[Walk]:
+        """Of an arm with redundancy: ways of the joints inside their ranges, from `begin` through poses of the flange,
+        theirs first; the way to try first first.
+        """
+        raise NotImplementedError
+
+    def shortest_walk(self, begin: Joints, poses: Sequence[Transform]) -> Walk:
+        """The shortest of these ways, whatever the ranges."""
         raise NotImplementedError
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
@@ -315,11 +333,16 @@ class RobotArm:
         vx, vy, vz, wx, wy, wz = [sum(map(mul, row, qd)) for row in rows]
         return vx, vy, vz, wx, wy, wz
 
-    def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
-        """Joint rates [rad/s] for a twist of the tool. Raises StraightLineSingular, which names the place."""
-        return self._rates(q, self.jacobian(q, T_flange_tool), twist)
+    def joint_velocity(
+        self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY, demands: Demands = ()
+    ) -> Joints:
+        """Joint rates [rad/s] for a twist of the tool. Raises StraightLineSingular, which names the place.
 
-    def _rates(self, q: Joints, J: Jacobian, twist: Twist) -> Joints:
+        `demands`: of the rates of an arm with redundancy.
+        """
+        return self._rates(q, self.jacobian(q, T_flange_tool), twist, demands)
+
+    def _rates(self, q: Joints, J: Jacobian, twist: Twist, demands: Demands) -> Joints:  # noqa: ARG002 (see numeric)
         """Of the joints, for a twist of the tool or a derivative of it that the joint rates of now have no part in."""
         return self._solve_rates(q, *self.rows_that_count(q, J, twist))
 
@@ -351,23 +374,31 @@ class RobotArm:
         """J' qd [m/s2, rad/s2]: the acceleration of the tool while the joint rates stay the same."""
         return self._biases.acceleration(q, qd, T_flange_tool[3], T_flange_tool[7], T_flange_tool[11])
 
-    def joint_acceleration(self, q: Joints, qd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
+    def joint_acceleration(
+        self, q: Joints, qd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY, demands: Demands = ()
+    ) -> Joints:
         """Joint accelerations [rad/s2] at joint rates qd, for the acceleration of a tool [m/s2, rad/s2].
 
         Raises StraightLineSingular.
         """
         bias = self._biases.acceleration(q, qd, T_flange_tool[3], T_flange_tool[7], T_flange_tool[11])
-        return self.joint_velocity(q, beyond(rate, bias), T_flange_tool)
+        return self.joint_velocity(q, beyond(rate, bias), T_flange_tool, demands)
 
     def joint_jerk(
-        self, q: Joints, qd: Joints, qdd: Joints, rate: Twist, T_flange_tool: Transform = IDENTITY
+        self,
+        q: Joints,
+        qd: Joints,
+        qdd: Joints,
+        rate: Twist,
+        T_flange_tool: Transform = IDENTITY,
+        demands: Demands = (),
     ) -> Joints:
         """Joint jerks [rad/s3] at joint rates qd and accelerations qdd, for the jerk of a tool [m/s3, rad/s3].
 
         Raises StraightLineSingular.
         """
         bias = self._biases.jerk(q, qd, qdd, T_flange_tool[3], T_flange_tool[7], T_flange_tool[11])
-        return self.joint_velocity(q, beyond(rate, bias), T_flange_tool)
+        return self.joint_velocity(q, beyond(rate, bias), T_flange_tool, demands)
 
     def singularity(self, q: Joints) -> Singularity:  # noqa: ARG002 (others look at q)
         """How far from each singularity, 0 to 1."""
@@ -386,6 +417,10 @@ class RobotArm:
     def inverse_branch_batch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:
         """(N, 3, 4) and near (N, n) or (n,) -> (N, n): `branch_joints` by rows, NaN where out of reach."""
         return self._batch.inverse_branch(T, configuration, near)
+
+    def guided_batch(self, T: Floats, near: Floats, weights: Floats, values: Floats) -> Floats:
+        """`guided_joints` by rows: weights (r, n) of r guides and their values (N, r)."""
+        return self._batch.guided(T, near, weights, values)
 
     def jacobian_batch(self, q: Floats, T_flange_tool: Transform = IDENTITY) -> Floats:
         """(N, n) -> (N, 6, n)."""

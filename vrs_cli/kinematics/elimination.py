@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache
 from math import sqrt
+from typing import Any, cast
 
 LOST = 1e-10  # of the largest coefficient: a pivot below it is rounding
 SMALL = 1e-4  # [m, 1] a pivot from which on it is looked more closely
@@ -24,23 +26,43 @@ def solve(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[flo
 
 def square(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:
     """`solve` for as many equations as unknowns, by elimination with partial pivoting; None near a singular matrix."""
-    table = [[*row, value] for row, value in zip(rows, wanted, strict=True)]
-    n = len(table)
-    for k in range(n):
-        r = k
-        for i in range(k + 1, n):
-            if abs(table[i][k]) > abs(table[r][k]):
-                r = i
-        pivot = table[r]
-        if abs(pivot[k]) < SMALL:
-            return None
-        table[r], table[k] = table[k], pivot
-        for i in range(k + 1, n):
-            row = table[i]
-            if row[k]:
-                factor = row[k] / pivot[k]
-                table[i] = [x - factor * y for x, y in zip(row, pivot, strict=True)]
-    return _back(table, list(range(n)), n)
+    return _written(len(rows))(rows, wanted)
+
+
+@cache
+def _written(n: int) -> Callable[[Sequence[Sequence[float]], Sequence[float]], tuple[float, ...] | None]:
+    """The elimination of n equations, written out: without tables it takes a third of the time."""
+    names: dict[str, Any] = {"SMALL": SMALL}
+    exec(compile(_text(n), "<elimination>", "exec"), names)
+    return cast(Callable[[Sequence[Sequence[float]], Sequence[float]], tuple[float, ...] | None], names["square"])
+
+
+def _text(n: int) -> str:
+    """Entry `a12` is of row 1 and column 2; column n has what is wanted."""
+    rows = [[f"a{r}{c}" for c in range(n + 1)] for r in range(n)]
+    lines = [
+        f"{', '.join(f'({_listed(row[:-1])})' for row in rows)}, = rows",
+        f"{_listed(row[-1] for row in rows)} = wanted",
+    ]
+    for k, pivot in enumerate(rows):
+        below = rows[k + 1 :]
+        lines += [f"most, r = abs({pivot[k]}), {k}"]
+        lines += [f"if abs({row[k]}) > most: most, r = abs({row[k]}), {r}" for r, row in enumerate(below, k + 1)]
+        lines += ["if most < SMALL: return None"]
+        for r, row in enumerate(below, k + 1):
+            lines += [f"if r == {r}: {_listed(pivot[k:] + row[k:])} = {_listed(row[k:] + pivot[k:])}"]
+        for row in below:
+            changes = "; ".join(f"{x} -= f * {y}" for x, y in zip(row[k + 1 :], pivot[k + 1 :], strict=True))
+            lines += [f"if {row[k]}: f = {row[k]} / {pivot[k]}; {changes}"]
+    for k, row in reversed(list(enumerate(rows))):
+        known = " + ".join(f"{row[c]} * x{c}" for c in range(k + 1, n)) or "0.0"
+        lines += [f"x{k} = ({row[n]} - ({known})) / {row[k]}"]
+    lines += [f"return {_listed(f'x{k}' for k in range(n))}"]
+    return "def square(rows, wanted):\n" + "".join(f"    {line}\n" for line in lines)
+
+
+def _listed(names: Iterable[str]) -> str:
+    return "".join(f"{name}, " for name in names)
 
 
 def _any(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:
@@ -71,6 +93,15 @@ def _any(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[floa
 def gram(rows: Sequence[Sequence[float]]) -> list[list[float]]:
     """rows @ rows^T."""
     return [[sum([a * b for a, b in zip(u, v, strict=True)]) for v in rows] for u in rows]
+
+
+def damped(rows: Sequence[Sequence[float]], wanted: Sequence[float], damping: float) -> list[float]:
+    """rows^T (rows rows^T + damping)^-1 wanted: no larger than the equations, however many unknowns there are."""
+    table = gram(rows)
+    for k, row in enumerate(table):
+        row[k] += damping
+    weights = solve(table, wanted) or (0.0,) * len(rows)
+    return [sum([w * a for w, a in zip(weights, column, strict=True)]) for column in zip(*rows, strict=True)]
 
 
 def determinant(rows: Sequence[Sequence[float]]) -> float:

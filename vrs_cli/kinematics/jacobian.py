@@ -12,6 +12,7 @@ from vrs_cli.kinematics.joints import Joints
 
 Twist = tuple[float, float, float, float, float, float]
 Jacobian = tuple[Joints, Joints, Joints, Joints, Joints, Joints]  # six rows of n
+Demands = tuple[tuple[Joints, float], ...]  # of joints that are too many: a sum of all of them by weights, what it is
 
 AT_REST = 1e-9  # [m/s, rad/s] a demand on a lost direction that is rounding and no motion
 

@@ -12,7 +12,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.axes import EXACT, Chain, chain_of
 from vrs_cli.kinematics.clearance import Clearance, Hand, Pace
 from vrs_cli.kinematics.configuration import ALL, Configuration
-from vrs_cli.kinematics.jacobian import Singularity, Twist
+from vrs_cli.kinematics.jacobian import Demands, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, joint_axes, link_frames
 from vrs_cli.kinematics.task import Task
@@ -116,7 +116,13 @@ class MappedArm(RobotArm):
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
         return self.inner._out_of_reach(self._inner_pose(T), self._other(configuration), hint)
 
-    def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
+    def joint_velocity(
+        self,
+        q: Joints,
+        twist: Twist,
+        T_flange_tool: Transform = IDENTITY,
+        demands: Demands = (),  # noqa: ARG002 (no joint is too many)
+    ) -> Joints:
         chain, seen = self.way.chain, (*rotate(self.to_inner, twist[:3]), *rotate(self.to_inner, twist[3:]))
         rates = self.inner.joint_velocity(chain.of(q), seen, compose(chain.flange, T_flange_tool))
         return tuple([s * rate for s, rate in zip(chain.signs, rates, strict=True)])

@@ -57,6 +57,10 @@ class SerialBatch:
                     J[part, r, c] = entry
         return J
 
+    def guided(self, T: Floats, near: Floats, weights: Floats, values: Floats) -> Floats:
+        """Of an arm with redundancy."""
+        raise NotImplementedError
+
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
         """(N, 3, 4) -> joints (N, k, n) of the k ways, NaN where out of reach, and whether inside the limits (N, k)."""
         middle = (self.lower + self.upper) / 2

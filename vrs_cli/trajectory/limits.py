@@ -28,7 +28,8 @@ class JointLimits(NamedTuple):
 class ToolLimits(NamedTuple):
     """What the tool tip may do in a motion [m/s, m/s2, rad/s, rad/s2, m/s3, rad/s3].
 
-    `blending`, `blending_jerk`: how many times these accelerations and jerks a blend out of a motion may have.
+    `blending`, `blending_jerk`: how many times these accelerations and jerks a blend out of a motion may have. `guide`,
+    `guide_acceleration`, `guide_jerk`: of what joints that are too many follow, from rest [rad/s, rad/s2, rad/s3].
     """
 
     speed: float
@@ -39,6 +40,9 @@ class ToolLimits(NamedTuple):
     spin_jerk: float = inf
     blending: float = CORNER
     blending_jerk: float = CORNER
+    guide: float = inf
+    guide_acceleration: float = inf
+    guide_jerk: float = inf
 
     @property
     def blend_acceleration(self) -> float:
@@ -65,6 +69,9 @@ class ToolLimits(NamedTuple):
             spin_acceleration=self.spin_acceleration / acceleration,
             jerk=self.jerk / jerk,
             spin_jerk=self.spin_jerk / jerk,
+            guide=self.guide / velocity,
+            guide_acceleration=self.guide_acceleration / acceleration,
+            guide_jerk=self.guide_jerk / jerk,
         )
 
     def blended(self, acceleration: float, jerk: float) -> ToolLimits:

@@ -20,3 +20,11 @@ def flange_poses(path: CartesianPath, s: Floats, T_flange_tool: Transform) -> Fl
     T_robot_tool = np.concatenate((np.broadcast_to(R, (len(s), 3, 3)), position[:, :, None]), axis=2)
     (T_tool_flange,) = batch.stack([inverse(T_flange_tool)])
     return batch.compose_batch(T_robot_tool, T_tool_flange)
+
+
+def guide_values(path: CartesianPath, s: Floats) -> Floats:
+    """What the guides of a path ask at times (N,): (N, r)."""
+    values = np.empty((len(s), len(path.guides)))
+    for r, guide in enumerate(path.guides):
+        values[:, r] = np.polynomial.polynomial.polyval(s, guide.value)
+    return values

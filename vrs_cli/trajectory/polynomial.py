@@ -46,6 +46,13 @@ def third_derivative(a: Polynomial, t: float) -> float:
     return value(derivative(derivative(derivative(a))), t) if len(a) > 4 else 0.0
 
 
+def derived(a: Polynomial, t: float, order: int) -> float:
+    """p(t), or a derivative of it."""
+    for _ in range(order):
+        a = derivative(a)
+    return value(a, t)
+
+
 def derivative(a: Polynomial) -> Polynomial:
     """The polynomial dp/dt."""
     return tuple(power * coefficient for power, coefficient in enumerate(a) if power) or (0.0,)

@@ -14,6 +14,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from vrs_cli.kinematics.configuration import Configuration
+from vrs_cli.kinematics.jacobian import Demands
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
 from vrs_cli.kinematics.transform import (
     Transform,
@@ -30,6 +31,7 @@ from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import (
     Polynomial,
     derivative,
+    derived,
     extremes,
     second_derivative,
     third_derivative,
@@ -106,9 +108,19 @@ class Turn(NamedTuple):
     angle: Polynomial
 
 
+class Guide(NamedTuple):
+    """What makes definite how joints follow a path that are more than it takes: the sum of all of them, each by its
+    weight, is `value` [rad]. One weight of 1 among zeros is a joint that moves so.
+    """
+
+    weights: Joints
+    value: Polynomial
+
+
 class CartesianPath(NamedTuple):
     """Tool tip along polynomials; the joints follow by inverse kinematics in one constant configuration.
 
+    There are as many `guides` as joints more than it takes.
     `seeds` are the joints at t_s, t_s + seed_interval, ...: they choose the turn of joints that can turn more than
     once, and joint 4 at a wrist singularity, so that g is continuous and needs no history.
     """
@@ -119,6 +131,11 @@ class CartesianPath(NamedTuple):
     configuration: Configuration
     seeds: tuple[Joints, ...]
     seed_interval: float
+    guides: tuple[Guide, ...] = ()
+
+    def demands(self, s: float, order: int = 0) -> Demands:
+        """What the guides ask of the joints at t_s + s, or of their derivatives."""
+        return tuple([(guide.weights, derived(guide.value, s, order)) for guide in self.guides])
 
     def seed(self, s: float) -> Joints:
         """The stored joints nearest in time."""
@@ -249,6 +266,7 @@ class ToolStretch(NamedTuple):
     position: tuple[Polynomial, Polynomial, Polynomial]
     orientation: Transform
     turns: tuple[tuple[Vector, Polynomial], ...]
+    guides: tuple[Polynomial, ...] = ()
 
 
 def segments_of(start: float, motion: Motion, stretches: Iterator[tuple[float, Phase, Path]]) -> tuple[Segment, ...]:

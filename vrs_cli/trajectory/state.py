@@ -36,10 +36,21 @@ class JointState(NamedTuple):
         return self.acceleration if self.accelerating else (0.0,) * len(self.joints)
 
 
+class GuideState(NamedTuple):
+    """The value of a guide (`segment.Guide`), its rate and acceleration, and the value that it goes to."""
+
+    weights: Joints
+    value: float
+    end: float
+    rate: float = 0.0
+    acceleration: float = 0.0
+
+
 class ToolState(NamedTuple):
     """T_robot_tool with the velocity of the tool tip [m/s] and its angular velocity in the robot's frame [rad/s].
 
-    `acceleration` [m/s2] and `spin_rate` [rad/s2] of both: zero where they may jump (LSPB).
+    `acceleration` [m/s2] and `spin_rate` [rad/s2] of both: zero where they may jump (LSPB). `guides`: of joints that
+    are too many, which go with the tool.
     """
 
     pose: Transform
@@ -47,6 +58,7 @@ class ToolState(NamedTuple):
     spin: Vector
     acceleration: Vector = (0.0, 0.0, 0.0)
     spin_rate: Vector = (0.0, 0.0, 0.0)
+    guides: tuple[GuideState, ...] = ()
 
     @property
     def at_rest(self) -> bool:

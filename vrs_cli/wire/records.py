@@ -29,7 +29,7 @@ from vrs_cli.trajectory.motion import (
     Start,
     ToolOffsetTarget,
 )
-from vrs_cli.trajectory.segment import CartesianPath, JointPath, Path, Phase, Segment, Turn
+from vrs_cli.trajectory.segment import CartesianPath, Guide, JointPath, Path, Phase, Segment, Turn
 from vrs_cli.trajectory.timeline import Cause, TimelineDelta
 
 NEEDS = {Kind.JOINT: "goal", Kind.STEERED: "goal", Kind.STRAIGHT: "pose"}  # to be planned again
@@ -100,6 +100,11 @@ class TurnRecord(Record, frozen=True):
     angle: Coefficients
 
 
+class GuideRecord(Record, frozen=True):
+    weights: Numbers
+    value: Coefficients
+
+
 class LineRecord(Record, frozen=True):
     """A Cartesian path."""
 
@@ -111,6 +116,7 @@ class LineRecord(Record, frozen=True):
     wrist: str | None
     seeds: Annotated[tuple[Numbers, ...], msgspec.Meta(min_length=1)]
     seed_interval: Number
+    guides: tuple[GuideRecord, ...] = ()
 
 
 class SegmentRecord(Record, frozen=True):
@@ -138,14 +144,22 @@ class DeltaRecord(Record, frozen=True):
 
 
 class Form(msgspec.Struct, frozen=True):
-    """What the paths of a robot have: so many joints, and a configuration of these, each by its words."""
+    """What the paths of a robot have: so many joints, and a configuration of these, each by its words.
+
+    `redundancy`: the guides of a line; `held`: the joints, by index, that stood still where an older file has none.
+    """
 
     joint_count: int
     ways: dict[tuple[str | None, ...], Configuration]
+    redundancy: int = 0
+    held: tuple[int, ...] = ()
 
     @classmethod
     def of(cls, arm: RobotArm) -> Form:
-        return cls(arm.model.joint_count, {_words(configuration): configuration for configuration in arm.ways})
+        ways: dict[tuple[str | None, ...], Configuration] = {
+            _words(configuration): configuration for configuration in arm.ways
+        }
+        return cls(arm.model.joint_count, ways, arm.redundancy, arm.held)
 
 
 class RecordError(ValueError):
@@ -206,7 +220,8 @@ def delta_record(delta: TimelineDelta, motions: Motions) -> DeltaRecord:
 def _line_record(path: CartesianPath) -> LineRecord:
     turns = tuple(TurnRecord(turn.axis, turn.angle) for turn in path.turns)
     words = _words(path.configuration)
-    return LineRecord(path.position, _rows(path.orientation), turns, *words, path.seeds, path.seed_interval)
+    guides = tuple(GuideRecord(guide.weights, guide.value) for guide in path.guides)
+    return LineRecord(path.position, _rows(path.orientation), turns, *words, path.seeds, path.seed_interval, guides)
 
 
 def _words(configuration: Configuration) -> tuple[str | None, str | None, str | None]:
@@ -301,7 +316,23 @@ def _line(record: LineRecord, form: Form) -> CartesianPath:
     if configuration is None:
         raise RecordError("a configuration that the robot has not: arm, elbow and wrist")
     orientation, turns = _transform(record.orientation), tuple(map(_turn, record.turns))
-    return CartesianPath(record.position, orientation, turns, configuration, record.seeds, record.seed_interval)
+    guides = tuple([_guide(guide, form) for guide in record.guides]) or _as_held(record.seeds[0], form)
+    if len(guides) != form.redundancy:
+        raise RecordError(f"{len(guides)} guides of a line of a robot that needs {form.redundancy}")
+    seeds = record.seeds, record.seed_interval
+    return CartesianPath(record.position, orientation, turns, configuration, *seeds, guides)
+
+
+def _guide(record: GuideRecord, form: Form) -> Guide:
+    if len(record.weights) != form.joint_count:
+        raise _wrong_count(len(record.weights), form)
+    return Guide(record.weights, record.value)
+
+
+def _as_held(joints: tuple[float, ...], form: Form) -> tuple[Guide, ...]:
+    """The guides of a line that was written when joints too many stood still on it."""
+    axes = [(i, tuple(float(i == k) for k in range(form.joint_count))) for i in form.held]
+    return tuple(Guide(weights, (joints[i],)) for i, weights in axes)
 
 
 def _turn(record: TurnRecord) -> Turn:

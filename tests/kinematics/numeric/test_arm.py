@@ -20,6 +20,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import compose, rotate, rotation_about, rotation_x, translation
 from vrs_cli.trajectory.motion import ToolOffsetTarget
+from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.segment import CartesianPath
 
 URDF = Path(__file__).parents[1] / "urdf"
@@ -75,27 +76,47 @@ def test_arrays_are_solved_within_the_limits(arm: RobotArm) -> None:
     assert np.abs(arm.forward_batch(near[found_near]) - T[found_near]).max() < 1e-9
 
 
-def test_one_joint_too_many_stands_still_on_a_straight_line() -> None:
+def test_a_line_of_seven_joints_uses_all_of_them_as_its_guide_says() -> None:
     arm = arm_of("seven")
     q = arm.model.units.read((10.0, 30.0, 20.0, -70.0, 15.0, 60.0, 5.0))
     engine = Engine(arm.model, start=q)
     engine.perform(Move(ToolOffsetTarget(translation(0.03, 0.02, -0.1)), straight=True))
-    before, after = q, engine.position(engine.end).joints
-    assert [a == pytest.approx(b, abs=1e-12) for a, b in zip(before, after, strict=True)].count(True) == 1
-    assert engine.position(engine.end / 2).joints[2] == q[2]
+    after = engine.position(engine.end).joints
+    assert min(abs(b - a) for a, b in zip(q, after, strict=True)) > 1e-4
+    for segment in list(engine.timeline)[1:]:
+        path = segment.path
+        assert isinstance(path, CartesianPath)
+        (guide,) = path.guides
+        assert hypot(*guide.weights) == pytest.approx(1.0)
+        for part in (0.0, 0.37, 1.0):
+            s = part * segment.duration
+            there = engine.position(segment.start + s).joints
+            assert sum(w * x for w, x in zip(guide.weights, there, strict=True)) == pytest.approx(
+                value(guide.value, s), abs=1e-9
+            )
 
 
-def test_a_line_out_of_a_motion_of_that_joint_is_braked_first() -> None:
+def test_a_line_there_and_back_ends_where_it_began() -> None:
+    arm = arm_of("seven")
+    q = arm.model.units.read((10.0, 30.0, 20.0, -70.0, 15.0, 60.0, 5.0))
+    engine = Engine(arm.model, start=q)
+    for way in (translation(0.03, 0.02, -0.1), translation(-0.03, -0.02, 0.1)):
+        engine.perform(Move(ToolOffsetTarget(way), straight=True, stamp=Stamp(engine.end)))
+    assert engine.position(engine.end).joints == pytest.approx(q, abs=2e-3)
+
+
+def test_a_line_goes_on_out_of_any_motion_of_seven_joints() -> None:
     arm = arm_of("seven")
     start = arm.model.units.read((10.0, 30.0, 0.0, -70.0, 15.0, 60.0, 5.0))
     goal = arm.model.units.read((20.0, 35.0, 40.0, -60.0, 10.0, 50.0, 0.0))
     engine = Engine(arm.model, start=start)
-    engine.perform(Move(JointTarget(goal), straight=False))
-    pose = engine.position(0.5).T_world_tool
+    engine.perform(Move(JointTarget(goal), straight=False, speed=0.3))
+    before, pose = engine.position(0.3), engine.position(1.0).T_world_tool
     engine.perform(Move(PoseTarget(compose(pose, translation(0.0, 0.0, -0.02))), straight=True, stamp=Stamp(0.3)))
-    line = [segment for segment in engine.timeline if isinstance(segment.path, CartesianPath)]
-    assert line[0].start > 0.3
-    assert not any(engine.position(line[0].start).velocity)
+    first = next(segment for segment in engine.timeline if isinstance(segment.path, CartesianPath))
+    assert first.start == 0.3
+    assert abs(before.velocity[2]) > 0.3
+    assert engine.position(0.3).velocity == pytest.approx(before.velocity, abs=1e-9)
 
 
 def test_five_joints_follow_a_line_that_they_can() -> None:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from itertools import islice
 from math import degrees, dist, hypot, inf, sqrt
+from operator import mul
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
-from vrs_cli.kinematics.elimination import determinant, gram, solve, square
-from vrs_cli.kinematics.jacobian import Jacobian, Singularity, Twist
+from vrs_cli.kinematics.elimination import damped, determinant, gram, square
+from vrs_cli.kinematics.jacobian import Demands, Jacobian, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
+from vrs_cli.kinematics.numeric.redundancy import PARTS, Walk, walk, walks
 from vrs_cli.kinematics.numeric.search import (
     CONVERGED,
     HOPELESS,
@@ -44,17 +46,22 @@ class NumericArm(RobotArm):
         super().__init__(model)
         self._all = tuple(range(model.joint_count))
         self.short = model.joint_count < model.task.size  # of joints: most poses are out of its task
+        self.redundancy = max(0, model.joint_count - model.task.size)
 
     # --- redundancy ------------------------------------------------------------------------------------------
 
     @cached_property
-    def held(self) -> tuple[int, ...]:
-        """The joints, by index, that stand still on a straight line: those that the others miss least."""
+    def held(self) -> tuple[int, ...]:  # type: ignore[override] # found when asked for
+        """Those that the others miss least."""
         held: tuple[int, ...] = ()
         while self.model.joint_count - len(held) > self.model.task.size:
             rest = [i for i in self._all if i not in held]
             held += (max(rest, key=lambda i: self._freedom([k for k in rest if k != i])),)
         return held
+
+    def _still(self, q: Joints) -> Demands:
+        """That the joints which are held are as they are in q."""
+        return tuple([(tuple([float(i == k) for k in self._all]), q[i]) for i in self.held])
 
     @cached_property
     def _mean_freedom(self) -> float:
@@ -69,10 +76,11 @@ class NumericArm(RobotArm):
             total += _measure(rows)
         return total
 
-    def _rates(self, q: Joints, J: Jacobian, twist: Twist) -> Joints:
+    def _rates(self, q: Joints, J: Jacobian, twist: Twist, demands: Demands) -> Joints:
         rows, wanted = self.rows_that_count(q, J, twist)
-        if self.held:
-            rows = [tuple(0.0 if i in self.held else x for i, x in enumerate(row)) for row in rows]
+        for weights, rate in demands or self._still((0.0,) * len(q)):
+            rows.append(weights)
+            wanted.append(rate)
         if self.short:
             columns = list(zip(*rows, strict=True))
             wanted = [sum([a * v for a, v in zip(column, wanted, strict=True)]) for column in columns]
@@ -82,8 +90,17 @@ class NumericArm(RobotArm):
     # --- inverse ---------------------------------------------------------------------------------------------
 
     def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:  # noqa: ARG002
-        q, _ = self._search(T, near, [i for i in self._all if i not in self.held], bounded=False)
+        return self.guided_joints(T, near, self._still(near))
+
+    def guided_joints(self, T: Transform, near: Joints, demands: Demands) -> Joints | None:
+        q, _ = self._search(T, near, self._all, demands, bounded=False)
         return q
+
+    def walks(self, begin: Joints, poses: Sequence[Transform]) -> Iterator[Walk]:
+        return walks(self.model, self.missing, begin, poses)
+
+    def shortest_walk(self, begin: Joints, poses: Sequence[Transform]) -> Walk:
+        return walk(self.model, self.missing, begin, poses, PARTS[0])
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
         found = self._solutions(T, self._middle)
@@ -149,16 +166,21 @@ class NumericArm(RobotArm):
         return NumericBatch(self.model, self.unchanging, self.held)
 
     def _search(
-        self, T: Transform, q: Joints, free: Sequence[int], *, bounded: bool
+        self, T: Transform, q: Joints, free: Sequence[int], demands: Demands = (), *, bounded: bool
     ) -> tuple[Joints | None, tuple[float, float]]:
-        """Joints that reach T from the start q, moving only `free`; None, and the miss [m, rad], if they do not."""
+        """Joints that reach T, and meet demands, from the start q, moving only `free`; None, and the miss [m, rad], if
+        they do not.
+        """
         if not self.unchanging.allows(T):
             return None, (0.0, 0.0)
         held = [q[i] for i in self._all]
         before = inf
         for _ in range(STEPS):
             at = tuple(held)
-            rows, error = self._error(at, T)
+            rows, error = self.missing(at, T)
+            for weights, value in demands:
+                rows.append(weights)
+                error.append(value - sum(map(mul, weights, at)))
             if max(map(abs, error)) < CONVERGED:
                 return at, (0.0, 0.0)
             step = self._step(at, rows, error, free, bounded=bounded)
@@ -187,7 +209,7 @@ class NumericArm(RobotArm):
         while True:
             J = [[row[i] for i in free] for row in rows]
             newton = square(J, error) if len(free) == len(J) and damping < NEWTON else None
-            part = newton or _damped(J, error, damping)
+            part = newton or damped(J, error, damping)
             pushed = [i for i, dx in zip(free, part, strict=True) if bounded and self._leaves(i, q[i], dx)]
             if not pushed:
                 break
@@ -201,7 +223,7 @@ class NumericArm(RobotArm):
         low, high = self._limits[joint]
         return (x <= low and dx < 0.0) or (x >= high and dx > 0.0)
 
-    def _error(self, q: Joints, T: Transform) -> tuple[list[Joints], list[float]]:
+    def missing(self, q: Joints, T: Transform) -> tuple[list[Joints], list[float]]:
         """Rows of the Jacobian that count, and what is missing in them [m, rad]."""
         return self.rows_that_count(q, self.jacobian(q), missing(self.model.task, self.forward(q), T))
 
@@ -221,12 +243,3 @@ class NumericArm(RobotArm):
 def _measure(rows: Sequence[Joints]) -> float:
     """Yoshikawa's: how well joints move what these rows of the Jacobian say."""
     return sqrt(max(determinant(gram(rows)), 0.0))
-
-
-def _damped(J: Sequence[Sequence[float]], error: Sequence[float], damping: float) -> list[float]:
-    """J^T (J J^T + damping)^-1 error: no larger than the task, however many joints there are."""
-    table = gram(J)
-    for k, row in enumerate(table):
-        row[k] += damping
-    weights = solve(table, error) or (0.0,) * len(J)
-    return [sum([w * a for w, a in zip(weights, column, strict=True)]) for column in zip(*J, strict=True)]

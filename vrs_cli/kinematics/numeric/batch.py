@@ -49,12 +49,24 @@ class NumericBatch(SerialBatch):
         return []
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:  # noqa: ARG002
-        return self.search(T, near, fixed=np.isin(np.arange(self.joints), self.held), bounded=False)
+        axes = np.eye(self.joints)[list(self.held)]
+        return self.guided(T, near, axes, np.broadcast_to(near, (len(T), self.joints))[:, list(self.held)])
+
+    def guided(self, T: Floats, near: Floats, weights: Floats, values: Floats) -> Floats:
+        return self.search(T, near, bounded=False, guides=(weights, values))
 
     def search(
-        self, T: Floats, near: Floats, *, bounded: bool, fixed: Flags | None = None, enough: int | None = None
+        self,
+        T: Floats,
+        near: Floats,
+        *,
+        bounded: bool,
+        enough: int | None = None,
+        guides: tuple[Floats, Floats] | None = None,
     ) -> Floats:
-        """(N, 3, 4) and starts (N, n) or (n,) -> (N, n). With `enough` rows found the search ends."""
+        """(N, 3, 4) and starts (N, n) or (n,) -> (N, n). With `enough` rows found the search ends. `guides`: the
+        weights (r, n) of sums of the joints, and what these are (N, r).
+        """
         q = np.array(np.broadcast_to(near, (len(T), self.joints)))
         found = np.full_like(q, np.nan)
         rows = np.flatnonzero(self.in_task(T))
@@ -62,11 +74,14 @@ class NumericBatch(SerialBatch):
             if not len(rows) or (enough is not None and np.count_nonzero(~np.isnan(found[:, 0])) >= enough):
                 break
             J, error = self.error(q[rows], T[rows])
+            if guides is not None:
+                weights, values = guides
+                J, error = with_guides(J, error, q[rows], weights, values[rows])
             done = np.abs(error).max(axis=1) < CONVERGED
             found[rows[done]] = q[rows[done]]
             rows, J, error = rows[~done], J[~done], error[~done]
             before = q[rows]
-            q[rows] = self._next_joints(before, J, error, bounded=bounded, fixed=fixed)
+            q[rows] = self._next_joints(before, J, error, bounded=bounded)
             if self.short:
                 stuck = rows[np.abs(q[rows] - before).max(axis=1) < CONVERGED]
                 there = stuck[self._at_the_goal(q[stuck], T[stuck])]
@@ -80,9 +95,9 @@ class NumericBatch(SerialBatch):
         away, turned = (np.linalg.norm(part, axis=1) for part in (missing[:, :3], missing[:, 3:]))
         return np.asarray((away <= LEVEL) & (turned <= STRAIGHT))
 
-    def _next_joints(self, q: Floats, J: Floats, error: Floats, *, bounded: bool, fixed: Flags | None) -> Floats:
+    def _next_joints(self, q: Floats, J: Floats, error: Floats, *, bounded: bool) -> Floats:
         """One damped step; where it pushes joints out of their range, again without these."""
-        still = np.zeros(q.shape, dtype=np.bool_) if fixed is None else np.broadcast_to(fixed, q.shape).copy()
+        still = np.zeros(q.shape, dtype=np.bool_)
         step = self._step(J, error, still)
         if bounded:
             for _ in range(self.joints):
@@ -126,6 +141,12 @@ class NumericBatch(SerialBatch):
             v = 0.5 * np.cross(h, w, axis=1).sum(axis=2)
             turn = _as_long_as_angle(v, 0.5 * ((h * w).sum(axis=(1, 2)) - 1.0))
         return np.concatenate((T[..., 3] - have[..., 3], turn), axis=1)
+
+
+def with_guides(J: Floats, error: Floats, q: Floats, weights: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Rows of the Jacobian (N, m, n) and what is missing in them (N, m), with those of r guides: (N, m + r, ...)."""
+    rows = np.broadcast_to(weights, (len(J), *weights.shape))
+    return np.concatenate((J, rows), axis=1), np.concatenate((error, values - q @ weights.T), axis=1)
 
 
 def _as_long_as_angle(v: Floats, cosine: Floats) -> Floats:

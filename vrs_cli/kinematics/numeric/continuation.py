@@ -10,6 +10,9 @@ continuous branch leads from one to the other.
 The cubic is looked at in pieces of g of it each. On one, |F| is at most what it is at the worse end and g2 / 8 of
 |F''|, and F' differs from the Jacobian J at an end by no more than L times the way of c, and |F| times |J|.
 
+Of an arm with more joints than it takes F has a row for each guide too: the sum of the joints by its weights, less what
+that is to be. It is linear in the joints, so it adds nothing to L.
+
 Lengths [m], sliding joints among them, are divided by `Continuation.length` [m], so that all is in rad; norms are
 Euclidean, that of the inverse Frobenius's. With n joints that turn, the second derivatives of a rotation by them are at
 most n, the first at most the root of n; those of the place follow from how far the flange is from the axes at most.
@@ -25,7 +28,7 @@ import numpy as np
 
 from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.model import levers
-from vrs_cli.kinematics.numeric.batch import NumericBatch
+from vrs_cli.kinematics.numeric.batch import NumericBatch, with_guides
 
 LENGTH = 0.4  # of the longest lever: the proof is easiest about there
 MOST = 0.5  # of beta L eta, and of what F' may lose on a piece
@@ -41,6 +44,8 @@ class Gaps(NamedTuple):
     bend: Floats  # (k,) bounds: of the second derivative of the flange's place [m]
     turn: Floats  # of the first of its rotation [rad]
     turn_bend: Floats  # and of the second
+    guide_bend: Floats  # of that of the guides
+    weights: Floats  # of r guides (r, n)
 
     def cubic(self, pieces: int) -> tuple[Floats, Floats, Floats]:
         """Joints and rates at the ends of pieces (k, pieces + 1, n), and the second derivatives at both ends."""
@@ -53,32 +58,35 @@ class Gaps(NamedTuple):
 
 
 class Continuation:
-    """The proof for one arm, whose joints but the held are as many as the parts of its task."""
+    """The proof for one arm, whose joints are as many as the parts of its task and its guides."""
 
     def __init__(self, batch: NumericBatch) -> None:
         self.batch, model = batch, batch.model
-        self.free = np.array([i for i in range(model.joint_count) if i not in batch.held])
-        self.turns = batch.turning[self.free]
+        self.turns = batch.turning
         _, reached = levers(model)
         self.length = LENGTH * reached[0]
         sliding = np.cumsum(~batch.turning[::-1])[::-1]  # joints beyond their ranges, by a length at most
-        self.levers = np.where(self.turns, (np.array(reached) / self.length + sliding)[self.free], 1.0)
+        self.levers = np.where(self.turns, np.array(reached) / self.length + sliding, 1.0)
         self.units = np.where(self.turns, 1.0, self.length)
         self.places = sum(model.task.counts[:3])
 
     @cached_property
     def place_bend(self) -> float:
         """A bound of the second derivatives of the flange's place: of two joints the later one's lever counts."""
-        n = len(self.free)
+        n = len(self.turns)
         first, later = np.minimum.outer(range(n), range(n)), np.maximum.outer(range(n), range(n))
         return float(np.linalg.norm(np.where(self.turns[first], self.levers[later], 0.0), 2))
 
-    def proved(self, gaps: Gaps, T: Floats) -> Flags:
-        """(k,): of each gap; T (k, pieces + 1, 3, 4) are the poses of the flange at the ends of pieces."""
+    def proved(self, gaps: Gaps, T: Floats, guided: Floats) -> Flags:
+        """(k,): of each gap; T (k, pieces + 1, 3, 4) are the poses of the flange at the ends of pieces, `guided`
+        (k, pieces + 1, r) what the guides ask there.
+        """
         k, count = T.shape[:2]
         g = 1.0 / (count - 1)
         q, rates, bends = gaps.cubic(count - 1)
-        beta, missed = self._at(q.reshape(k * count, -1), T.reshape(k * count, 3, 4))
+        beta, missed = self._at(
+            q.reshape(k * count, -1), T.reshape(k * count, 3, 4), gaps.weights, guided.reshape(k * count, -1)
+        )
         beta, missed = beta.reshape(k, count)[:, :-1], missed.reshape(k, count)
         bend = self._size(bends).max(axis=1)[:, None]
         speed = self._size(rates)[:, :-1] + g * bend
@@ -86,25 +94,28 @@ class Continuation:
         lipschitz = hypot(self.place_bend, n)
         place = gaps.bend[:, None] / self.length + self.place_bend * speed**2 + np.linalg.norm(self.levers) * bend
         turn = gaps.turn_bend[:, None] + 2.0 * gaps.turn[:, None] * sqrt(n) * speed + n * speed**2 + sqrt(n) * bend
-        missed = np.maximum(missed[:, 1:], missed[:, :-1]) + g * g / 8.0 * np.hypot(place, turn)
+        guide = gaps.guide_bend[:, None] + np.linalg.norm(gaps.weights * self.units) * bend
+        missed = np.maximum(missed[:, 1:], missed[:, :-1]) + g * g / 8.0 * np.hypot(np.hypot(place, turn), guide)
         lost = beta * (lipschitz * g * speed + sqrt(n) * missed)
         beta = beta / np.where(lost < MOST, 1.0 - lost, np.nan)
         sure: Flags = (beta * beta * lipschitz * missed <= MOST) & (beta * missed <= MOST)
         return np.asarray(sure.all(axis=1))
 
-    def _at(self, q: Floats, T: Floats) -> tuple[Floats, Floats]:
-        """Of joints (N, n) for poses (N, 3, 4): |J^-1|, infinite where there is none, and what is missed (N,)."""
-        J, missed = self.batch.error(q, T)
-        J, missed = J[:, :, self.free] * self.units, missed.copy()
+    def _at(self, q: Floats, T: Floats, weights: Floats, guided: Floats) -> tuple[Floats, Floats]:
+        """Of joints (N, n) for poses (N, 3, 4) and guides (N, r): |J^-1|, infinite where there is none, and what is
+        missed (N,).
+        """
+        J, missed = with_guides(*self.batch.error(q, T), q, weights, guided)
+        J = J * self.units
         J[:, : self.places] /= self.length
         missed[:, : self.places] /= self.length
         try:
             inverse = np.linalg.inv(J)
         except np.linalg.LinAlgError:  # in one of them at least
             inverse = np.linalg.pinv(J)
-            inverse[np.linalg.matrix_rank(J) < len(self.free)] = np.inf
+            inverse[np.linalg.matrix_rank(J) < len(self.turns)] = np.inf
         return np.sqrt((inverse * inverse).sum(axis=(1, 2))), np.linalg.norm(missed, axis=1)
 
     def _size(self, changes: Floats) -> Floats:
         """(..., n) -> (...): of a change of the joints."""
-        return np.asarray(np.linalg.norm(changes[..., self.free] / self.units, axis=-1))
+        return np.asarray(np.linalg.norm(changes / self.units, axis=-1))

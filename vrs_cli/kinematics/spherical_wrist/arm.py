@@ -24,7 +24,7 @@ from vrs_cli.kinematics.clearance import (
     turning,
 )
 from vrs_cli.kinematics.configuration import ALL, WRIST_SINGULAR, Configuration
-from vrs_cli.kinematics.jacobian import Singularity, Twist
+from vrs_cli.kinematics.jacobian import Demands, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.spherical_wrist import rates
@@ -117,7 +117,13 @@ class SphericalWristArm(RobotArm):
 
     # --- velocities --------------------------------------------------------------------------------------
 
-    def joint_velocity(self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY) -> Joints:
+    def joint_velocity(
+        self,
+        q: Joints,
+        twist: Twist,
+        T_flange_tool: Transform = IDENTITY,
+        demands: Demands = (),  # noqa: ARG002 (no joint is too many)
+    ) -> Joints:
         return rates.joint_velocity(self.geometry, q, twist, T_flange_tool)
 
     def singularity(self, q: Joints) -> Singularity:

@@ -113,6 +113,7 @@ class _ToolMotion:
     def __init__(self, state: ToolState, target: Transform, limits: ToolLimits) -> None:
         self.state, self.target, self.limits = state, target, limits
         self.displacement = subtracted(position(target), position(state.pose))
+        self.guided = [guide.end - guide.value for guide in state.guides]
         self.spin = length(state.spin)
         self.spin_axis = (
             scaled(rotated_back(state.pose, state.spin), 1.0 / self.spin) if self.spin > NEGLIGIBLE else (0.0, 0.0, 1.0)
@@ -123,7 +124,9 @@ class _ToolMotion:
         if state.at_rest:
             _, angle = self.turn(0.0)
             tip = Component(length(self.displacement), 0.0, limits.speed, limits.acceleration)
-            return from_rest([tip, Component(angle, 0.0, limits.spin, limits.spin_acceleration)], least)
+            turning = Component(angle, 0.0, limits.spin, limits.spin_acceleration)
+            others = [Component(way, 0.0, limits.guide, limits.guide_acceleration) for way in self.guided]
+            return from_rest([tip, turning, *others], least)
         blending = limits.blend_acceleration
         part = VectorPart(self.displacement, state.velocity, limits.speed, limits.acceleration, blending)
         speed = length(state.velocity)
@@ -161,18 +164,30 @@ class _ToolMotion:
         axis, angle = self.turn(blend)
         w1 = angle / reach if cruise or slow else 0.0
         way = _parabolas(p0, state.velocity, v1, blend)
+        going = cruise or slow
+        rates = [
+            (to - 0.5 * guide.rate * blend) / reach if going else 0.0
+            for to, guide in zip(self.guided, state.guides, strict=True)
+        ]
+        guides = tuple(
+            parabola(guide.value, guide.rate, u1, blend) for guide, u1 in zip(state.guides, rates, strict=True)
+        )
         dying = ((self.spin_axis, parabola(0.0, self.spin, 0.0, blend)),) if self.spin > NEGLIGIBLE else ()
         turning = ((axis, parabola(0.0, 0.0, w1, blend)),) if w1 else ()
         phase = Phase.ACCELERATE if state.at_rest else Phase.BLEND
-        yield ToolStretch(blend, phase, way, state.pose, dying + turning)
+        yield ToolStretch(blend, phase, way, state.pose, dying + turning, guides)
         p, angle, R = _ends(way, blend), 0.5 * w1 * blend, self.orientation_after(blend)
+        at = [value(a, blend) for a in guides]
         if cruise:
             way = ((p[0], v1[0]), (p[1], v1[1]), (p[2], v1[2]))
-            yield ToolStretch(cruise, Phase.CRUISE, way, R, ((axis, (angle, w1)),) if w1 else ())
-            p, angle = _ends(way, cruise), angle + w1 * cruise
+            guides = tuple(zip(at, rates, strict=True))
+            yield ToolStretch(cruise, Phase.CRUISE, way, R, ((axis, (angle, w1)),) if w1 else (), guides)
+            p, angle, at = _ends(way, cruise), angle + w1 * cruise, [value(a, cruise) for a in guides]
         if slow:
             turning = ((axis, parabola(angle, w1, 0.0, slow)),) if w1 else ()
-            yield ToolStretch(slow, Phase.DECELERATE, _parabolas(p, v1, (0.0, 0.0, 0.0), slow), R, turning)
+            way = _parabolas(p, v1, (0.0, 0.0, 0.0), slow)
+            guides = tuple(parabola(u, u1, 0.0, slow) for u, u1 in zip(at, rates, strict=True))
+            yield ToolStretch(slow, Phase.DECELERATE, way, R, turning, guides)
 
 
 def _parabolas(p: Vector, v0: Vector, v1: Vector, duration: float) -> tuple[Polynomial, Polynomial, Polynomial]:

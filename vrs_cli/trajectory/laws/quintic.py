@@ -165,7 +165,9 @@ def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, lea
         _, angle = axis_angle(compose(inverse(state.pose), target))
         tip = length(way), Bounds(limits.speed, limits.acceleration, limits.jerk)
         turning = angle, Bounds(limits.spin, limits.spin_acceleration, limits.spin_jerk)
-        lasting = from_rest([tip, turning], least)
+        slowest = Bounds(limits.guide, limits.guide_acceleration, limits.guide_jerk)
+        others = [(guide.end - guide.value, slowest) for guide in state.guides]
+        lasting = from_rest([tip, turning, *others], least)
     else:
         tips = _tip_parts(state, way)
         stopping = length(state.velocity) / limits.blend_acceleration
@@ -247,9 +249,13 @@ def _halves(state: ToolState, target: Transform, way: Vector, lasting: float) ->
     first = Phase.ACCELERATE if state.at_rest else Phase.BLEND
     later = tuple((axis, shifted(angle, half)) for axis, angle in turns)
     end = shifted(x, half), shifted(y, half), shifted(z, half)
+    guides = tuple(
+        quintic(guide.value, (guide.end - guide.value, guide.rate, guide.acceleration), lasting)
+        for guide in state.guides
+    )
     return [
-        ToolStretch(half, first, (x, y, z), state.pose, tuple(turns)),
-        ToolStretch(half, Phase.DECELERATE, end, state.pose, later),
+        ToolStretch(half, first, (x, y, z), state.pose, tuple(turns), guides),
+        ToolStretch(half, Phase.DECELERATE, end, state.pose, later, tuple(shifted(a, half) for a in guides)),
     ]
 
 

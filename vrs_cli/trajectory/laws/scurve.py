@@ -49,7 +49,7 @@ from vrs_cli.trajectory.limits import JointLimits, ToolLimits
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, ToolStretch, segments_of
-from vrs_cli.trajectory.state import NEGLIGIBLE, STEADY, JointState, ToolState
+from vrs_cli.trajectory.state import NEGLIGIBLE, STEADY, GuideState, JointState, ToolState
 
 STRETCH = 1.02  # powers of it are factors by which the likely times of a stop are tried
 STRETCHES = (-150, 150)  # the powers, from short to long
@@ -190,7 +190,7 @@ class _ToolMotion:
             way = length(self.displacement)
             tip = Part(way, 0.0, 0.0, limits.speed, limits.acceleration, limits.jerk, limits.speed)
             turning = Part(angle, 0.0, 0.0, limits.spin, limits.spin_acceleration, limits.spin_jerk, limits.spin)
-            return from_rest([tip, turning], least)
+            return from_rest([tip, turning, *map(self._guided, self.state.guides)], least)
         slowest = max(
             length(self.state.velocity) / limits.acceleration, length(self.spin) / limits.spin_acceleration, 0.01
         )
@@ -201,6 +201,10 @@ class _ToolMotion:
         )
         guess = Change(max(1.01 * settling, min(ramp, slowest)), slowest, ramp)
         return search(self._demands, guess, settling, least)
+
+    def _guided(self, guide: GuideState) -> Part:
+        a = self.limits
+        return Part(guide.end - guide.value, 0.0, 0.0, a.guide, a.guide_acceleration, a.guide_jerk, a.guide)
 
     def stop(self) -> Change:
         """The shortest times found in which velocity and spin end, with their accelerations. Raises NoTimes."""
@@ -260,6 +264,7 @@ class _ToolMotion:
         way = subtracted(self.displacement, scaled(state.velocity, change.lasts))
         ahead = added(subtracted(way, scaled(self.acceleration, k0)), scaled(carried, change.lag))
         v1 = (0.0, 0.0, 0.0) if course.stops_at_once else scaled(ahead, 1.0 / reach)
+        rates = [0.0 if course.stops_at_once else _ahead(guide, change) / reach for guide in state.guides]
         axis, angle = self.turn(change)
         w1 = 0.0 if course.stops_at_once else angle / reach
         place = position(state.pose)
@@ -269,24 +274,42 @@ class _ToolMotion:
             change.polynomials(p, v, a, w)
             for p, v, a, w in zip(place, state.velocity, self.acceleration, v1, strict=True)
         ]
+        others = [
+            change.polynomials(guide.value, guide.rate, guide.acceleration, u1)
+            for guide, u1 in zip(state.guides, rates, strict=True)
+        ]
         turns = [(k, change.polynomials(0.0, rate, acceleration, 0.0)) for k, rate, acceleration in self.dying]
         if w1:
             turns.append((axis, change.polynomials(0.0, 0.0, 0.0, w1)))
         for i, duration in enumerate(times):
             x, y, z = (row[i] for row in ways)
-            yield ToolStretch(duration, phase, (x, y, z), state.pose, tuple((k, row[i]) for k, row in turns))
+            turning, guides = tuple((k, row[i]) for k, row in turns), tuple(row[i] for row in others)
+            yield ToolStretch(duration, phase, (x, y, z), state.pose, turning, guides)
+        at = [value(row[-1], times[-1]) for row in others]
         p = [value(row[-1], times[-1]) for row in ways]
         turned, R = value(turns[-1][1][-1], times[-1]) if w1 else 0.0, self.orientation_after(change)
         if cruise:
             x, y, z = zip(p, v1, strict=True)
-            yield ToolStretch(cruise, Phase.CRUISE, (x, y, z), R, ((axis, (turned, w1)),) if w1 else ())
+            guides = tuple(zip(at, rates, strict=True))
+            yield ToolStretch(cruise, Phase.CRUISE, (x, y, z), R, ((axis, (turned, w1)),) if w1 else (), guides)
+            at = [value(row, cruise) for row in guides]
             p, turned = [value(row, cruise) for row in (x, y, z)], turned + w1 * cruise
         if slow.lasts:
             slowing = [slow.polynomials(q, v, 0.0, 0.0) for q, v in zip(p, v1, strict=True)]
             back = slow.polynomials(turned, w1, 0.0, 0.0)
+            others = [slow.polynomials(u, u1, 0.0, 0.0) for u, u1 in zip(at, rates, strict=True)]
             for i, duration in enumerate(slow.durations):
                 x, y, z = (row[i] for row in slowing)
-                yield ToolStretch(duration, Phase.DECELERATE, (x, y, z), R, ((axis, back[i]),) if w1 else ())
+                turning, guides = ((axis, back[i]),) if w1 else (), tuple(row[i] for row in others)
+                yield ToolStretch(duration, Phase.DECELERATE, (x, y, z), R, turning, guides)
+
+
+def _ahead(guide: GuideState, change: Change) -> float:
+    """The way of a guide but for what its rate and its acceleration at the start make of it."""
+    k0, _ = change.ways
+    carried = guide.rate + 0.5 * change.rise * guide.acceleration
+    way = guide.end - guide.value - guide.rate * change.lasts - guide.acceleration * k0
+    return way + change.lag * carried
 
 
 def spin_turns(spin: Vector, spin_rate: Vector) -> Iterator[tuple[Vector, float, float]]:

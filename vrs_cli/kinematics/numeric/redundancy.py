@@ -1,0 +1,149 @@
+"""How the joints that are too many go along a straight line: they follow guides, which are planned.
+
+An arm with more joints than its task has parts can follow a line in endless ways. What it does here is a function of
+the instant alone, exact, without integration: for each joint too many the sum of all joints, each by a weight, goes
+from what it is to an end by the law of the line (`segment.Guide`). This is the augmented task of Sciavicco and
+Siciliano ("A solution algorithm to the inverse kinematic problem for redundant manipulators", IEEE J. Robotics and
+Automation 4(4), 1988) with a constant linear task.
+
+Weights and ends come from a walk along the line with the pseudo-inverse, the shortest way of the joints, and a part of
+the gradient towards the middle of their ranges in its null space (Liegeois, "Automatic supervisory control of the
+configuration and behavior of multibody mechanisms", IEEE Trans. Systems, Man and Cybernetics 7(12), 1977). The weights
+are the mean direction of the null space on the walk, in which the joints are free at its best; the ends are the sums
+where the walk ends. Walks with other parts of the gradient are tried where the first one leads out of a range.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from math import sqrt
+from operator import mul
+from typing import NamedTuple
+
+from vrs_cli.kinematics.elimination import damped, square
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.transform import Transform
+
+PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)  # of the gradient, over the whole walk
+ENOUGH = 0.03  # of a range: a walk that keeps so far from the ends is taken at once
+LEAST = 1e-6  # of a direction that counts
+BEYOND = 0.02  # of a range: a walk, which is coarse, may leave it by so much where the line does not
+THERE = 0.01  # [m, rad] a walk that misses its end by more has no way to it
+DAMPING = 1e-9  # [m2, rad2] of the pseudo-inverse
+
+Rows = Sequence[Sequence[float]]
+Missing = Callable[[Joints, Transform], tuple[Rows, Sequence[float]]]  # of the Jacobian, and what is missing in them
+
+
+class Walk(NamedTuple):
+    """What the guides of a line follow from: the joints at its end, their weights, how far all joints keep from the
+    ends of their ranges, as a part of these, and whether they bring the flange there.
+    """
+
+    end: Joints
+    weights: tuple[Joints, ...]
+    margin: float
+    arrives: bool
+
+    @property
+    def ends(self) -> tuple[float, ...]:
+        return tuple([sum(map(mul, weights, self.end)) for weights in self.weights])
+
+
+def walks(model: RobotModel, missing: Missing, begin: Joints, poses: Sequence[Transform]) -> Iterator[Walk]:
+    """The walks from the joints `begin` through poses of the flange, theirs first, that arrive inside the ranges; the
+    walk to try first first.
+
+    Those that keep far from the ends of ranges in the order of `PARTS`; then the others, the farther the sooner.
+    """
+    found = list[Walk]()
+    for part in PARTS:
+        this = walk(model, missing, begin, poses, part)
+        if this.arrives and this.margin >= ENOUGH:
+            yield this
+        else:
+            found.append(this)
+    inside = [one for one in found if one.arrives and one.margin >= -BEYOND]
+    yield from sorted(inside, key=lambda one: -one.margin)
+
+
+def walk(model: RobotModel, missing: Missing, begin: Joints, poses: Sequence[Transform], part: float) -> Walk:
+    """With such a part of the gradient."""
+    q, margin, basis, total = begin, 1.0, list[Joints](), list[Joints]()
+    for pose in poses:
+        rows, error = missing(q, pose)
+        basis = _null_space(rows, basis) if basis else _some_null_space(rows)
+        total = [_sum(a, b) for a, b in zip(total, basis, strict=True)] if total else basis
+        inward = [part / len(poses) * x for x in _inward(model, q)] if part else (0.0,) * len(q)
+        wanted = *error, *(_dot(direction, inward) for direction in basis)
+        q = _sum(q, square((*rows, *basis), wanted) or tuple(damped(rows, error, DAMPING)))
+        margin = min(margin, *_margins(model, q))
+    arrives = max(map(abs, missing(q, poses[-1])[1])) < THERE
+    return Walk(q, tuple(_orthonormal(total)), margin, arrives)
+
+
+def _inward(model: RobotModel, q: Joints) -> Iterator[float]:
+    """Against the gradient of the sum of the squares of where in its range each joint is, of a range of 1 rad about."""
+    rows = list(zip(q, model.lower, model.upper, strict=True))
+    mean = sum(high - low for _, low, high in rows) / len(rows)
+    return ((0.5 * (low + high) - x) * (mean / (high - low)) ** 2 for x, low, high in rows)
+
+
+def _margins(model: RobotModel, q: Joints) -> Iterator[float]:
+    """How far each joint is from the ends of its range, as a part of it; less than 0 beyond."""
+    rows = zip(q, model.lower, model.upper, strict=True)
+    return (min(x - low, high - x) / (high - low) for x, low, high in rows)
+
+
+# --- the null space ----------------------------------------------------------------------------------------------
+
+
+def _null_space(rows: Rows, near: Sequence[Joints]) -> list[Joints]:
+    """An orthonormal basis of what the joints may do without the task, each direction next to one of some others."""
+    zeros, rows = (0.0,) * len(rows), (*rows, *near)
+    found = [square(rows, (*zeros, *(float(i == k) for i in range(len(near))))) for k in range(len(near))]
+    return _orthonormal([there or direction for there, direction in zip(found, near, strict=True)])
+
+
+def _some_null_space(rows: Rows) -> list[Joints]:
+    """The same next to single joints, those that move most without the task."""
+    n, basis = len(rows[0]), list[Joints]()
+    free = [_without_task(rows, tuple(float(i == k) for i in range(n))) for k in range(n)]
+    while len(basis) < n - len(rows):
+        basis = _orthonormal([*basis, max((_beside(direction, basis) for direction in free), key=_square)])
+    return basis
+
+
+def _without_task(rows: Rows, direction: Joints) -> Joints:
+    done = damped(rows, [_dot(row, direction) for row in rows], DAMPING)
+    return tuple([x - dx for x, dx in zip(direction, done, strict=True)])
+
+
+def _orthonormal(directions: Iterable[Joints]) -> list[Joints]:
+    """By Gram and Schmidt, in their order."""
+    basis = list[Joints]()
+    for direction in directions:
+        rest = _beside(direction, basis)
+        basis.append(_scaled(rest, 1.0 / max(sqrt(_square(rest)), LEAST)))
+    return basis
+
+
+def _beside(direction: Joints, basis: Sequence[Joints]) -> Joints:
+    return _sum(direction, *(_scaled(unit, -_dot(direction, unit)) for unit in basis))
+
+
+def _dot(a: Sequence[float], b: Sequence[float]) -> float:
+    return float(sum(map(mul, a, b)))
+
+
+def _square(a: Joints) -> float:
+    return _dot(a, a)
+
+
+def _scaled(a: Joints, factor: float) -> Joints:
+    return tuple([factor * x for x in a])
+
+
+def _sum(*rows: Joints) -> Joints:
+    return tuple(map(sum, zip(*rows, strict=True)))
