@@ -9,7 +9,7 @@ import pytest
 from tests.kinematics.pointing import CLOSED, FIVE, SEVEN
 from vrs_cli.engine.one_motion import plan_motion
 from vrs_cli.engine.problem import Here, Problem, segment_joints
-from vrs_cli.engine.rates import joint_acceleration, joint_acceleration_and_jerk
+from vrs_cli.engine.rates import joint_acceleration, joint_acceleration_and_jerk, joint_velocity
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
@@ -56,7 +56,7 @@ def rates(arm: RobotArm, segment: Segment, s: float) -> tuple[Joints, Joints, Jo
     path, tool = segment.path, segment.motion.frames.tool
     assert isinstance(path, CartesianPath)
     q = segment_joints(arm, segment, s)
-    qd = arm.joint_velocity(q, path.twist(s), tool)
+    qd = joint_velocity(arm, path, s, q, path.twist(s), tool)
     qdd, jerk = joint_acceleration_and_jerk(arm, path, s, q, qd, tool)
     assert qdd == joint_acceleration(arm, path, s, q, qd, tool)
     return q, qd, qdd, jerk

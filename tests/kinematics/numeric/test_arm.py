@@ -114,7 +114,7 @@ def test_a_line_goes_on_out_of_any_motion_of_seven_joints() -> None:
     before, pose = engine.position(0.3), engine.position(1.0).T_world_tool
     engine.perform(Move(PoseTarget(compose(pose, translation(0.0, 0.0, -0.02))), straight=True, stamp=Stamp(0.3)))
     first = next(segment for segment in engine.timeline if isinstance(segment.path, CartesianPath))
-    assert first.start == 0.3
+    assert first.start == pytest.approx(0.3, abs=1e-8)
     assert abs(before.velocity[2]) > 0.3
     assert engine.position(0.3).velocity == pytest.approx(before.velocity, abs=1e-9)
 
