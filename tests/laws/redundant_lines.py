@@ -1,8 +1,8 @@
 """Straight lines of arms of seven joints beside a follower that integrates velocities, the usual way.
 
 `python -m tests.laws.redundant_lines [ARM...] [LINES]` prints a row for each arm: how many random lines of 200 mm, from
-anywhere, the follower and the planner can do, the greatest part of a limit of a joint that a planned line uses at 1 kHz,
-and what planning costs. Status 1 where the planner can do fewer lines, or a limit is exceeded.
+anywhere, the follower and the planner can do, the greatest part of a limit of a joint that a planned line uses at 1
+kHz, and what planning costs. Status 1 where the planner can do fewer lines, or a limit is exceeded.
 
 The follower takes the pseudo-inverse of its own Jacobian at 400 places of a line, with a part of the gradient towards
 the middle of the ranges in the null space (Liegeois 1977). It is asked for less than the planner: the tip goes at
