@@ -78,12 +78,15 @@ class Delays:
 
     def _show_ghost(self, shown: Shown, seen: Previewed) -> None:
         """While the robot is followed, and where it is not in the same place."""
-        playback, there = self._window.playback, position_at(self._arm, seen.timeline, seen.shown)
-        follows = seen.predicts and playback.follows and playback.playing
-        if follows and not coincides(there, shown.position):
-            self._ghost.stand(there, shown)
-        else:
+        playback = self._window.playback
+        if not (seen.predicts and playback.follows and playback.playing):
             self._ghost.hide()
+            return
+        there = position_at(self._arm, seen.timeline, seen.shown)
+        if coincides(there, shown.position):
+            self._ghost.hide()
+        else:
+            self._ghost.stand(there, shown)
 
     # --- ways in colours ---
 

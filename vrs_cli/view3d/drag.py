@@ -138,7 +138,8 @@ class Gizmo:
         if held.away >= VISIBLE:
             text += f" ({1000.0 * held.away:.0f} mm away)"
         put(self.label, text=text, visible=bool(text))
-        place(self.label, shown.position.T_world_tool)
+        if text:
+            place(self.label, shown.position.T_world_tool)
         joint = next((hold.joint for hold in held.holds if hold.limit is Limit.JOINT), 0)
         if joint:
             frames = shown.arm.frames(shown.position.joints)

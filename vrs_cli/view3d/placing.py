@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf, sqrt
+from math import sqrt
 
-import numpy as np
 from viser import FrameHandle, SceneNodeHandle
+from viser._messages import SetOrientationMessage, SetPositionMessage
 
 from vrs_cli.kinematics.transform import Transform, position
 
@@ -32,16 +32,20 @@ class Rooted:
 def place(node: SceneNodeHandle, T: Transform) -> None:
     """Put a node at T, in the frame of its parent. Nothing is sent of what stays.
 
-    viser does not send what is as near as `numpy.allclose` says, which is 0.01 mm at a metre, and a slow motion would
-    go in steps. So what it remembers of the node is forgotten first.
+    viser's setters do not send what is as near as `numpy.allclose` says, which is 0.01 mm at a metre, so that a slow
+    motion would go in steps; and this look costs more than all the rest of a pose, for each node of each picture. So
+    what viser remembers of the node is set here, and told by its messages. tests/view3d/test_placing.py holds that they
+    are those of the setters.
     """
-    at, turned = _grained(position(T)), _grained(wxyz(T))
+    state = node._impl
+    x, y, z = at = _grained(position(T))
     if node.position.tolist() != at:
-        node.position.fill(inf)
-        node.position = np.array(at)
+        node.position[:] = at
+        state.api._queue_scene_message(SetPositionMessage(state.name, (x, y, z)))
+    a, b, c, d = turned = _grained(wxyz(T))
     if node.wxyz.tolist() != turned:
-        node.wxyz.fill(inf)
-        node.wxyz = np.array(turned)
+        node.wxyz[:] = turned
+        state.api._queue_scene_message(SetOrientationMessage(state.name, (a, b, c, d)))
 
 
 def transform_of(node: SceneNodeHandle) -> Transform:

@@ -55,7 +55,8 @@ class Stage:
             if self._at.get(name) != T:
                 self._at[name] = T
                 place(node, T)
-        self._frames["base"].visible = base != IDENTITY
+        if self._frames["base"].visible != (base != IDENTITY):
+            self._frames["base"].visible = base != IDENTITY
 
 
 def _light(scene: SceneApi) -> None:
