@@ -35,7 +35,7 @@ from vrs_cli.net.client import hello_of
 from vrs_cli.net.far_end import Ahead
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.view3d.app import App
-from vrs_cli.view3d.delays import ERROR, HEARD, PRESENT, REDRAWN, Delays
+from vrs_cli.view3d.delays import ERROR, HEARD, PRESENT, Delays
 from vrs_cli.view3d.doubts import FLAGGED
 from vrs_cli.view3d.figure import link_node
 from vrs_cli.view3d.shown import Shown
@@ -58,7 +58,11 @@ class Looking:
         self.seconds, self.node = 0.0, server.scene.get_handle_by_name
         self.robot: Any = SimpleNamespace(arm=self.engine.arm, ahead=Ahead.AUTO)
         window: Any = SimpleNamespace(
-            client=server, playback=self.playback, wall=lambda: self.seconds, doing=lambda act: lambda _event: act()
+            client=server,
+            playback=self.playback,
+            wall=lambda: self.seconds,
+            doing=lambda act: lambda _event: act(),
+            again=lambda: None,
         )
         self.window = window
         self.delays = Delays(window, self.robot)
@@ -67,7 +71,7 @@ class Looking:
     def show(self, **changes: Any) -> None:
         """What is known now: it is as before, but for these."""
         self.seen = replace(self.seen, **changes)
-        self.seconds += 2.0 * REDRAWN
+        self.seconds += 0.4
         arm, seen = self.engine.arm, self.seen
         at = position_at(arm, seen.timeline, seen.reported)
         self.delays.show(Shown(arm, seen.timeline, seen.reported, at, seen.reported, seen=seen))

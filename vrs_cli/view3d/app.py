@@ -9,6 +9,7 @@ import socket
 import time
 import warnings
 from collections.abc import Callable
+from math import inf
 from threading import Event, Lock, Thread
 
 import rich
@@ -23,7 +24,6 @@ from vrs_cli.view3d.guard import LOOPBACK, Guard
 from vrs_cli.view3d.window import TITLE, Window
 
 HOST = "127.0.0.1"
-RATE = 50.0  # [1/s] pictures at most
 AGAIN = 2.0  # [s] until a robot that does not answer is asked again
 
 Told = Callable[[str], None]
@@ -59,7 +59,7 @@ class App:
         self._rate, self._first = rate, first
         self._windows: dict[int, Window] = {}
         self._gone: set[int] = set()  # browsers that went before there was a window
-        self._lock, self._open, self._ended = Lock(), Event(), Event()
+        self._lock, self._stirred, self._ended = Lock(), Event(), Event()
         self._came = False  # whether there was a window
         guard = Guard(lambda error: self._tell(internal_error(error).text))
         self._viser, bound = _serve(guard, host, port)
@@ -77,7 +77,7 @@ class App:
     def close(self) -> None:
         """Every browser is let go."""
         self._ended.set()
-        self._open.set()
+        self._stirred.set()
         self._thread.join()
         self._viser.stop()
         for window in self.windows:
@@ -105,12 +105,12 @@ class App:
         if not there:
             window.close()
             return
-        self._open.set()
+        self._stirred.set()
         if first:
             window.doing(lambda: self._first(window))(None)
 
     def _furnished(self, client: viser.ClientHandle, watched: Watched) -> Window:
-        window = Window(client, watched, self._wall, self._rate)
+        window = Window(client, watched, self._wall, self._rate, self._stirred.set)
         try:
             _hear(window)
             furnish(window, self._title or watched.arm.model.title)
@@ -140,8 +140,6 @@ class App:
         with self._lock:
             self._gone.add(client.client_id)
             window = self._windows.pop(client.client_id, None)
-            if not self._windows:
-                self._open.clear()
         if window is not None:
             window.close()
 
@@ -155,13 +153,16 @@ class App:
     # --- time ---
 
     def _run(self) -> None:
-        due = self._wall()
-        while not self._ended.is_set():
-            self._open.wait()
+        """Show each window when it is due, and wait for what happens meanwhile."""
+        while True:
+            self._stirred.clear()
+            if self._ended.is_set():
+                return
             for window in self.windows:
-                self._tick(window)
-            due = max(due + 1.0 / RATE, self._wall())
-            self._ended.wait(due - self._wall())
+                if window.due <= self._wall():
+                    self._tick(window)
+            due = min((window.due for window in self.windows), default=inf)
+            self._stirred.wait(None if due == inf else max(due - self._wall(), 0.0))
 
     def _tick(self, window: Window) -> None:
         try:
@@ -171,11 +172,12 @@ class App:
 
 
 def _hear(window: Window) -> None:
-    """The connection of a window is there again when the robot says welcome."""
+    """The connection of a window is there again when the robot says welcome; what it says may be seen."""
 
     def hear(message: ServerMessage) -> None:
         if isinstance(message, Welcome):
             window.away("")
+        window.wake()
 
     if window.robot is not None:
         window.robot.listen(hear)

@@ -47,7 +47,7 @@ class AtWill:
         self.reasons = Reasons(scene, arm.model)
         window.parts.append(self.reasons)
         if window.robot is not None:
-            places, branches = Places(scene, arm.model), BranchGhosts(scene, arm, window.robot)
+            places, branches = Places(scene, arm.model), BranchGhosts(scene, arm, window.robot, window.again)
             window.parts += (places, branches)
             choices += (
                 Choice("Places", "The locations that have names", True, _setter(places, "visible")),
@@ -63,7 +63,7 @@ class AtWill:
 
 def _add_box(window: Window, choice: Choice) -> None:
     box = window.client.gui.add_checkbox(choice.label, choice.at_first, hint=choice.hint)
-    box.on_update(lambda _event: choice.choose(box.value))
+    box.on_update(window.doing(lambda: choice.choose(box.value)))
 
 
 def _setter(part: object, name: str) -> Callable[[bool], None]:

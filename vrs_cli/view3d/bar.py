@@ -20,7 +20,7 @@ from vrs_cli.view3d.shown import Shown
 from vrs_cli.view3d.strip import COLOURS, Span, strip
 from vrs_cli.view3d.window import Window
 
-TOLD = 0.1  # [s] between two times that are told in numbers
+STANDS = 0.5  # [s] between two times that are told of a robot that stands, while it is followed
 HANDS_OFF = 0.4  # [s] after the user moved the slider in which it is left alone
 SKIP = 10.0  # [s]
 FINEST = 0.001  # [s] of the slider
@@ -80,7 +80,7 @@ class Bar:
         buttons = gui.add_button_group("", (*(button for button in self._actions if button), ZOOM))
         buttons.on_click(window.doing_with(lambda event: self._press(event.target.value)))
         self._slider = gui.add_slider("t [s]", 0.0, 1.0, FINEST, 0.0)
-        self._slider.on_update(window.doing_with(self._seek))
+        self._slider.on_update(self._slide)
         self._strip, self._cursor = gui.add_html(""), gui.add_html("")
         for action in actions:
             gui.add_command(action.label, hotkey=action.key).on_trigger(window.doing_with(self._key(action)))
@@ -88,6 +88,7 @@ class Bar:
         self.span, self._length = Span(0.0, 1.0), inf
         self._drawing = Redrawing(window.wall)
         self._told_at = self._moved_at = -inf
+        self._stood = False
 
     # --- what the user does ---
 
@@ -107,12 +108,14 @@ class Bar:
         timeline = self._window.watched.timeline
         self._window.change(lambda playback, wall: action.change(playback, wall, timeline))
 
-    def _seek(self, event: viser.GuiEvent[Any]) -> None:
+    def _slide(self, event: viser.GuiEvent[Any]) -> None:
         """The slider has moved; by the user, where there is a client."""
         if event.client is not None:
-            self._moved_at = self._window.wall()
-            t = float(event.target.value)
-            self._window.change(lambda playback, wall: playback.seek(t, wall))
+            self._window.doing(lambda: self._seek(float(event.target.value)))(event)
+
+    def _seek(self, t: float) -> None:
+        self._moved_at = self._window.wall()
+        self._window.change(lambda playback, wall: playback.seek(t, wall))
 
     # --- what the user sees ---
 
@@ -122,9 +125,16 @@ class Bar:
         timeline, doubts = shown.timeline, Doubts.of(shown.seen)
         draw = partial(self._draw, timeline, span, doubts)
         self._drawing.look((timeline.version, id(timeline), doubts), (span, self._window.width), draw)
-        if wall > self._told_at + TOLD:
-            self._told_at = wall
+        if shown.reads and self._tells(shown, playback, wall):
             self._tell(shown, playback, wall)
+
+    def _tells(self, shown: Shown, playback: Playback, wall: float) -> bool:
+        """Of a robot that stands nothing but its clock goes on, which is told less often."""
+        stands = playback.follows and playback.playing and not shown.position.moving
+        if stands and self._stood and wall < self._told_at + STANDS:
+            return False
+        self._stood, self._told_at = stands, wall
+        return True
 
     def _span_of(self, playback: Playback, t: float) -> Span:
         """All of it, or the page of it in which t is."""

@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from html import escape
 from itertools import pairwise
-from math import inf
 
 import numpy as np
 from viser import GuiHtmlHandle, LineSegmentsHandle, SceneApi
@@ -27,7 +26,6 @@ from vrs_cli.view3d.window import Window
 
 PREDICTED = (58, 124, 214)
 OPACITY = 0.35  # of the robot that is predicted
-REDRAWN = 0.2  # [s] between two looks at ways and numbers
 ERROR = 1e-3  # [m] that a way may be beside the tool's
 THICK = 4.0  # [px] of a way
 RECENT = 60.0  # [s] that what was shown wrongly stays in the picture
@@ -48,7 +46,6 @@ class Delays:
         self._unconfirmed = Way(scene, "/unconfirmed", UNCONFIRMED)
         self._flagged = Way(scene, "/flagged", FLAGGED)
         self._told: GuiHtmlHandle | None = None
-        self._redrawn_at = -inf
 
     def _add_panel(self) -> GuiHtmlHandle:
         """In the picture, at the right above the bar of time."""
@@ -65,12 +62,11 @@ class Delays:
         self._robot.ahead = self._ahead if chosen == HEARD else Ahead.PRESENT
 
     def show(self, shown: Shown) -> None:
-        seen, wall = shown.seen, self._window.wall()
+        seen = shown.seen
         if seen is None:
             return
         self._show_ghost(shown, seen)
-        if wall >= self._redrawn_at:
-            self._redrawn_at = wall + REDRAWN
+        if shown.reads:
             self._show_ways(shown.t, seen)
             self._tell(shown.t, seen)
 
@@ -87,6 +83,8 @@ class Delays:
             self._ghost.hide()
         else:
             self._ghost.stand(there, shown)
+        if there.moving:
+            self._window.again()
 
     # --- ways in colours ---
 

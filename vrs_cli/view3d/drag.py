@@ -100,6 +100,7 @@ class Gizmo:
         if self._grip is None:
             return
         self._wish = compose(gizmo, self._grip)
+        self._window.wake()
         if event.phase == "end":
             self._robot.drag(self._wish)
             self._robot.drag(None)
@@ -108,6 +109,8 @@ class Gizmo:
     def _tell(self) -> None:
         """The newest wish, once a tick at most."""
         wish, wall = self._wish, self._window.wall()
+        if wish is not None:
+            self._window.again(wall + AGAIN)
         if wish is not None and (wish != self._said or wall > self._said_at + AGAIN):
             self._said, self._said_at = wish, wall
             self._robot.drag(wish)

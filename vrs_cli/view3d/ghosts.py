@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 from viser import LabelHandle, SceneApi
@@ -81,11 +81,11 @@ class GoalGhost:
 
 class BranchGhosts:
     """What the other branches would have the arm do at the time that is shown, each with how much later it ends. Their
-    timelines come from the robot, once for each version.
+    timelines come from the robot, once for each version. `moves` is called where one of them does.
     """
 
-    def __init__(self, scene: SceneApi, arm: RobotArm, robot: Afar) -> None:
-        self._scene, self._arm, self._robot = scene, arm, robot
+    def __init__(self, scene: SceneApi, arm: RobotArm, robot: Afar, moves: Callable[[], object] = lambda: None) -> None:
+        self._scene, self._arm, self._robot, self._moves = scene, arm, robot, moves
         self._asked: dict[str, int] = {}  # the version that was asked for
         self._found: dict[str, Timeline] = {}
         self._drawn: dict[str, tuple[Ghost, LabelHandle]] = {}
@@ -134,6 +134,8 @@ class BranchGhosts:
             ghost = Ghost(self._scene, f"/branches/{name}", self._arm.model, BRANCHES[number], BRANCH_OPACITY)
             self._drawn[name] = ghost, self._scene.add_label(f"/branches/{name}-name", "", visible=False)
         ghost, label = self._drawn[name]
+        if at.moving:
+            self._moves()
         apart = not coincides(at, shown.position)
         if apart:
             ghost.stand(at, shown)

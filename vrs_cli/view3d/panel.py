@@ -21,7 +21,6 @@ from vrs_cli.view3d.shown import Part, Shown
 from vrs_cli.view3d.window import Window
 
 WIDTH = 400.0  # [px]
-OFTEN = 0.1  # [s] between two looks at what has come
 DRIVE, ASK, RELEASE, GIVE = "Drive", "Ask to drive", "Let others drive", "Give to "
 A_WHILE = 0.5  # [s] that a command takes before it is said to be under way
 NO_CONNECTION = "No connection to the robot: it is tried again"
@@ -39,7 +38,6 @@ class Panel:
         self._drives = window.drives
         self.seat = PanelSeat(window.robot, window.surveying.happened)
         self.hands = Hands(self._refused)
-        self._due = 0.0
         self._waits: tuple[int, float] = 0, 0.0  # the command that is waited for, since that time of the day [s]
         self.parts: list[Part] = [self]
         self._build(window, window.client.gui)
@@ -82,11 +80,10 @@ class Panel:
         self.seat.note(str(error) if isinstance(error, VrsError) else internal_error(error).text, Ink.ERROR)
 
     def show(self, shown: Shown) -> None:
-        """What has come since; ten times a second are enough for what is read."""
-        wall = self._wall()
-        if wall < self._due:
+        """What has come since."""
+        if not shown.reads:
             return
-        self._due = wall + OFTEN
+        wall = self._wall()
         found, drives = shown.surveyed, self._drives and self.robot.open and self.seat.may_drive
         self._show_state(wall)
         self.line.refresh()

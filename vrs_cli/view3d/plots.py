@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import cycle
-from math import inf
 from threading import Lock
 from typing import NamedTuple
 
@@ -29,7 +28,6 @@ from vrs_cli.view3d.window import Window
 SAMPLES = 600  # of a curve: more than there are pixels
 WIDTH, TALL = 380.0, 150  # [px] of the panel, and of a plot
 ABOVE, RIGHT, BELOW, LEFT = 8, 14, 26, 52  # [px] beside the curves
-FOLLOWS = 0.1  # [s] between two places of the line that stands at the time that is shown
 MARGIN = "0.625rem"  # of viser's plots, left and right
 HUES = tuple(COLOURS[ink][0] for ink in CURVES)
 LEGEND = f"padding:2px {MARGIN} 6px;font-size:0.75rem;font-variant-numeric:tabular-nums"
@@ -124,7 +122,7 @@ class _Plot:
 
     def __init__(self, kind: Kind, window: Window) -> None:
         self._kind, self._arm = kind, window.watched.arm
-        gui, arm, wall = window.client.gui, self._arm, window.wall
+        gui, arm = window.client.gui, self._arm
         names = kind.names(arm)
         curves = zip(names, cycle(HUES), strict=False)
         scale = {"y": uplot.Scale(range=kind.range)} if kind.range else {}
@@ -142,14 +140,12 @@ class _Plot:
             padding=(ABOVE, RIGHT, 0, 0),
         )
         self._follows = gui.add_html("")
-        self._drawing = Redrawing(wall)
-        self._wall, self._followed = wall, -inf
+        self._drawing = Redrawing(window.wall)
 
     def show(self, shown: Shown, span: Span) -> None:
-        timeline, wall = shown.timeline, self._wall()
+        timeline = shown.timeline
         self._drawing.look((timeline.version, id(timeline)), span, lambda: self._draw(timeline, span))
-        if wall > self._followed + FOLLOWS:
-            self._followed = wall
+        if shown.reads:
             follows = _line(span.percent(shown.t)) + self._legend(timeline, shown.t)
             if follows != self._follows.content:
                 self._follows.content = follows

@@ -16,7 +16,8 @@ class Shown(NamedTuple):
     """One moment of a robot: what every part of a scene draws itself by. Metres, radians, seconds.
 
     `t`: the time that is shown, `position`: g there; `now`: the robot's clock. `surveyed`: what there is beside the
-    timeline, None where nobody can be asked. `seen`: of a robot afar, how much of this it has said.
+    timeline, None where nobody can be asked. `seen`: of a robot afar, how much of this it has said. `reads`: what is
+    read is to be looked at too, which is not in every picture.
     """
 
     arm: RobotArm
@@ -26,6 +27,7 @@ class Shown(NamedTuple):
     now: float
     surveyed: Surveyed | None = None
     seen: Previewed | None = None
+    reads: bool = True
 
     @property
     def frames(self) -> Frames:

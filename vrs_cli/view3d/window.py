@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import inf
 from threading import Lock
 from typing import Any
 
@@ -24,6 +25,8 @@ from vrs_cli.view3d.surveying import Surveying
 TITLE = "vrs"
 LEAD = 1.0  # [s] that are shown before the first motion
 STAYS = 8.0  # [s] that a message is shown
+PERIOD = 0.02  # [s] between two pictures at least
+OFTEN = 0.1  # [s] between two looks at what is read, and at all while nothing moves
 DRIVERS = (Role.SUPERVISOR.title, TEACHER)
 RED, AMBER = (200, 60, 50), (220, 150, 40)
 
@@ -33,11 +36,17 @@ Change = Callable[[Playback, float], Playback]
 class Window:
     """`robot`: what is watched, where it is one that can be asked and driven; None for a trajectory of a file. `parts`
     are shown whatever of them has changed, in their order; `closing`: what is to be done when the browser goes. `type`
-    has a line carried out as one that the user types. Any thread may call any method.
+    has a line carried out as one that the user types. It is to be shown when it is `due`, by the time of the day [s];
+    `woken` is called where that is sooner than it was. Any thread may call any method.
     """
 
     def __init__(
-        self, client: viser.ClientHandle, watched: Watched, wall: Callable[[], float], rate: float = 1.0
+        self,
+        client: viser.ClientHandle,
+        watched: Watched,
+        wall: Callable[[], float],
+        rate: float = 1.0,
+        woken: Callable[[], object] = lambda: None,
     ) -> None:
         self.client, self.watched, self.wall = client, watched, wall
         self.robot = watched if isinstance(watched, RemoteRobot) else None
@@ -46,6 +55,8 @@ class Window:
         self.type: Callable[[str], object] = lambda _line: None
         self.closing: list[Callable[[], object]] = []
         self.playback = self._begin(wall(), rate)
+        self.due = self._next = self._read_at = -inf  # [s]: when it is shown again, when it may be, when it is read
+        self._woken = woken
         self._changing = Lock()
         self._told = ""
         self._told_at = -STAYS
@@ -64,15 +75,33 @@ class Window:
         """Play on, stop, go elsewhere: `window.change(Playback.toggle)`."""
         with self._changing:
             self.playback = how(self.playback, self.wall())
+        self.wake()
 
     def tick(self, wall: float) -> None:
         """Show what is to be shown at that time of the day [s]."""
-        shown = self._look(wall)
+        self._next = (self._next if wall < self._next + PERIOD else wall) + PERIOD
+        reads = wall >= self._read_at
+        if reads:
+            self._read_at = wall + OFTEN
+        self.due = self._read_at
+        shown = self._look(wall, reads=reads)
         with self.client.atomic():
             for part in tuple(self.parts):
                 self._show(part, shown)
+        if self.playback.playing:
+            self.again(wall + _rests(shown) / self._speed)
 
-    def _look(self, wall: float) -> Shown:
+    def again(self, wall: float = -inf) -> None:
+        """Show it again at that time of the day [s], or with the next picture; for what is shown and moves."""
+        self.due = min(self.due, max(wall, self._next))
+
+    def wake(self) -> None:
+        """Something has happened that is to be seen."""
+        if self.due > self._next:
+            self.again()
+            self._woken()
+
+    def _look(self, wall: float, *, reads: bool) -> Shown:
         watched, seen = self.watched, self._previewed()
         timeline, now = (watched.timeline, watched.now) if seen is None else (seen.timeline, seen.reported)
         with self._changing:
@@ -82,7 +111,7 @@ class Window:
             self.playback = playback
         t = playback.at(wall)
         surveyed = None if self.surveying is None else self.surveying.look(wall)
-        return Shown(watched.arm, timeline, t, position_at(watched.arm, timeline, t), now, surveyed, seen)
+        return Shown(watched.arm, timeline, t, position_at(watched.arm, timeline, t), now, surveyed, seen, reads)
 
     def _start(self, timeline: Timeline) -> float:
         """A robot that others move has stood before its first motion, perhaps for hours: that is not played."""
@@ -101,6 +130,12 @@ class Window:
     def drives(self) -> bool:
         """Whether there is something to drive, and who looks may: panels that drive are for these alone."""
         return self.robot is not None and self.robot.welcome.role in DRIVERS
+
+    @property
+    def _speed(self) -> float:
+        """How many seconds of the trajectory are shown in one."""
+        live = self.playback.follows and self.robot is not None and self.robot.rate
+        return live or self.playback.rate
 
     @property
     def _time_passes(self) -> bool:
@@ -141,6 +176,7 @@ class Window:
                 self.tell(str(refused))
             except Exception as error:
                 self.tell(internal_error(error).text)
+            self.wake()
 
         return do
 
@@ -168,3 +204,11 @@ class Window:
             close()
         if self.robot is not None:
             self.robot.close()
+
+
+def _rests(shown: Shown) -> float:
+    """How long nothing moves from then on [s]."""
+    timeline, after = shown.timeline, shown.timeline.index_at(shown.t) + 1
+    if shown.position.moving:
+        return 0.0
+    return timeline[after].start - shown.t if after < len(timeline) else inf
