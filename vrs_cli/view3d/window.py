@@ -83,7 +83,7 @@ class Window:
         reads = wall >= self._read_at
         if reads:
             self._read_at = wall + OFTEN
-        self.due = self._read_at
+        self.due = max(self._read_at, self._next)
         shown = self._look(wall, reads=reads)
         with self.client.atomic():
             for part in tuple(self.parts):
