@@ -19,6 +19,7 @@ from vrs_cli.view3d.window import OFTEN, PERIOD, Window
 
 MODEL = load_robot("puma560")
 SECOND = 5.03  # [s] when the second motion begins
+WALL = 10.04  # [s] a time of the day at which nothing is due
 
 
 class Watching:
@@ -104,31 +105,31 @@ def test_what_happens_is_shown_at_once_but_not_faster_than_pictures_come() -> No
     watching = Watching()
     window = watching.window
     window.change(Playback.pause)
-    watching.until(10.0)
-    assert window.due > 10.0
+    watching.until(WALL)
+    assert window.due > WALL
     before = watching.woken
     window.wake()
-    assert window.due <= 10.0
+    assert window.due <= WALL
     assert watching.woken == before + 1
     window.wake()
     assert watching.woken == before + 1, "it is known already"
-    window.tick(10.0)
+    window.tick(WALL)
     window.wake()
-    assert window.due == pytest.approx(10.0 + PERIOD)
+    assert window.due == pytest.approx(WALL + PERIOD)
     window.tick(window.due)
     window.doing(lambda: None)(None)
-    assert window.due == pytest.approx(10.0 + 2.0 * PERIOD)
+    assert window.due == pytest.approx(WALL + 2.0 * PERIOD)
 
 
 def test_a_part_may_ask_to_be_shown_again() -> None:
     watching = Watching()
     window = watching.window
     window.change(Playback.pause)
-    watching.until(10.0)
-    window.tick(10.0)
-    window.again(10.05)
-    assert window.due == pytest.approx(10.05)
-    window.again(10.07)
-    assert window.due == pytest.approx(10.05), "somebody wants it sooner"
+    watching.until(WALL)
+    window.tick(WALL)
+    window.again(WALL + 0.05)
+    assert window.due == pytest.approx(WALL + 0.05)
+    window.again(WALL + 0.07)
+    assert window.due == pytest.approx(WALL + 0.05), "somebody wants it sooner"
     window.again()
-    assert window.due == pytest.approx(10.0 + PERIOD)
+    assert window.due == pytest.approx(WALL + PERIOD)
