@@ -56,7 +56,7 @@ def test_the_chain_from_base_to_tip(tmp_path: Path) -> None:
     assert model.upper == pytest.approx((2 * pi, 2.0, 0.25))
     assert model.max_velocity == pytest.approx((pi / 2, 3.0, 0.25))  # the usual one where none, or 0, is given
     assert model.max_acceleration == pytest.approx(tuple(v / 0.3 for v in model.max_velocity))
-    assert model.poses["ready"] == model.poses["nest"] == (0.0, 0.0, 0.0)
+    assert model.poses["nest"] == (0.0, 0.0, 0.0)
 
 
 def test_forward_kinematics_are_those_of_the_file(tmp_path: Path) -> None:

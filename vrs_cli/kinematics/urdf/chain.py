@@ -81,6 +81,8 @@ def _arms(tree: Tree, link: str, joints: int) -> list[tuple[str, ...]]:
         tip = _parting(tree, link, nexts)
         return [(tip, _jaw_note(nexts[0], tip)) if len(nexts) == 1 else (tip,)]
     depths = [_depth(tree, joint) for joint in nexts]
+    if not any(depths):  # they all mimic others
+        return [(_end(tree, link),)]
     long = [joint for joint, depth in zip(nexts, depths, strict=True) if 2 * depth > max(depths)]
     return [arm for joint in long for arm in _arms(tree, joint.child, joints + _counts(joint))]
 
@@ -156,7 +158,7 @@ def _jaw_note(jaw: Joint, tip: str) -> str:
 
 def _end(tree: Tree, link: str) -> str:
     """Of the ends of what a chain moves last the one with the most usual name."""
-    ends = [held for held in tree.together(link) if not tree.below.get(held)]
+    ends = [held for held in tree.together(link) if not tree.below.get(held)] or [link]
     return min(ends, key=lambda end: _rank(end, TIPS))
 
 

@@ -23,6 +23,7 @@ from vrs_cli.kinematics.urdf.chain import Choice, choice
 from vrs_cli.kinematics.urdf.document import HUGE, document
 from vrs_cli.kinematics.urdf.hand import Fingers, fingers_of, moved
 from vrs_cli.kinematics.urdf.macros import expanded, has_macros
+from vrs_cli.kinematics.urdf.ready import better_ready, said
 from vrs_cli.kinematics.urdf.tree import MOVING, Joint, Range, Tree
 from vrs_cli.kinematics.urdf.visuals import Place, Visuals
 
@@ -63,11 +64,15 @@ def robot_of(
     joints = _joints(tree, arm.joints, reader, table)
     model = _model(tree.name, arm.chain, joints, reader, table)
     own = reader.shapes(table.get("shapes"), model.joint_count)
+    origin = _origin(arm)
+    if "ready" not in _poses(table) and (ready := better_ready(model)) is not None:
+        model = replace(model, poses={**model.poses, "ready": ready})
+        origin = origin._replace(notes=(*origin.notes, said(model, ready)))
     return replace(
         model,
         shapes=own or Visuals(Path(file).absolute().parent, tree).shapes(arm.places),
         hand_width=arm.fingers.width if width is None else width,
-        origin=_origin(arm),
+        origin=origin,
     )
 
 
@@ -194,6 +199,13 @@ def _model(
     }
     options = {key: table[key] for key in ("task", "profile") if key in table}
     return ModelReader(reader.file, human=False).model({**data, **options})
+
+
+def _poses(table: Mapping[str, object]) -> Mapping[str, object]:
+    """Those that a TOML file names; its reader has said what is wrong with them."""
+    poses = table.get("poses", {})
+    assert isinstance(poses, Mapping)
+    return poses
 
 
 def _usual_tool() -> dict[str, float]:

@@ -1,0 +1,137 @@
+"""Where an arm begins whose file does not say it: not at zeros in which it is singular, as most arms are there.
+
+How near to singular a pose is tells the isotropy of its Jacobian: the geometric mean of the eigenvalues of J J^T over
+their arithmetic mean, 1 where the arm does all alike, 0 where it cannot do something (J. Kim, P. Khosla, "Dexterity
+measures for design and control of manipulators", IROS 1991). Lengths count as parts of half the reach.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import dist, pi, sqrt
+
+from vrs_cli.kinematics.axes import axis_of
+from vrs_cli.kinematics.joints import JointKind, Joints
+from vrs_cli.kinematics.model import RobotModel, levers, link_frames
+from vrs_cli.kinematics.transform import Transform, cross, position, subtracted
+
+SINGULAR = 0.02  # isotropy below which a pose is no place to begin from
+STEP = pi / 12  # [rad] of the joints of a pose that is looked for
+FAR = 2 * pi / 3  # [rad] no joint is turned farther for it
+MARGIN = 0.05  # of a joint's range, at either end
+STARTS, TRIED, SWEEPS = 40, 2, 3  # poses looked at first, those of them that are bettered, and how often
+
+# what a pose is worth beside its isotropy: few joints turned, and little; the tool pointing down, in front, and high
+TURNED, TURNS = 0.03, 0.03  # for each joint, and for each half turn
+DOWN, AHEAD, HIGH = 0.25, 0.1, 0.1
+NEAR = 0.3  # of the reach: nearer to the first axis is too near
+
+
+def better_ready(model: RobotModel) -> Joints | None:
+    """Joints in which an arm may begin, in whole steps, where it is singular at READY; None where it is not, or where
+    it is so everywhere. The same arm has the same ones, always.
+    """
+    wanted = _Wanted(model)
+    if wanted.isotropy(wanted.frames(wanted.rest)) > SINGULAR:
+        return None
+    starts = sorted(wanted.starts(), key=wanted.worth, reverse=True)
+    best = max((wanted.bettered(q) for q in starts[:TRIED]), key=wanted.worth)
+    return best if wanted.isotropy(wanted.frames(best)) > SINGULAR else None
+
+
+def said(model: RobotModel, q: Joints) -> str:
+    """What is told of such a pose."""
+    values = ", ".join(f"{round(x, 3):g}" for x in model.units.shown(q))
+    return f"READY: at its zeros the arm is singular, ours is {values} ([poses] ready of a TOML file is another)"
+
+
+class _Wanted:
+    """What a pose to begin from is worth."""
+
+    def __init__(self, model: RobotModel) -> None:
+        self.model, self.rest = model, model.poses["ready"]
+        _, (self.reach, *_) = levers(model)
+        self.rows = 6 if model.task.turns else 3
+        self.choices = [self._choices(i) for i in range(model.joint_count)]
+
+    def _choices(self, i: int) -> list[float]:
+        lower, upper, rest = self.model.lower[i], self.model.upper[i], self.rest[i]
+        margin = MARGIN * (upper - lower)
+        if not i and self.model.links[i].kind is JointKind.REVOLUTE:
+            return [rest]  # it turns all alike
+        if self.model.links[i].kind is JointKind.PRISMATIC:
+            return [rest, 0.5 * (lower + upper)]
+        low, high = max(lower + margin, rest - FAR), min(upper - margin, rest + FAR)
+        steps = (k * STEP for k in range(round(low / STEP) - 1, round(high / STEP) + 2))
+        return [rest, *(x for x in steps if low <= x <= high and x != rest)]
+
+    def starts(self) -> Iterator[Joints]:
+        """READY, and poses spread evenly over what joints may be (a Weyl sequence)."""
+        yield self.rest
+        roots = [sqrt(prime) for prime in (2, 3, 5, 7, 11, 13, 17, 19, 23, 29)]
+        for k in range(1, STARTS):
+            parts = (k * roots[i % len(roots)] % 1.0 for i in range(len(self.choices)))
+            yield tuple(xs[int(len(xs) * part)] for xs, part in zip(self.choices, parts, strict=True))
+
+    def bettered(self, q: Joints) -> Joints:
+        """One joint after the other where it is worth most, until none can be bettered."""
+        for _ in range(SWEEPS):
+            before = q
+            for i, xs in enumerate(self.choices):
+                q = max(((*q[:i], x, *q[i + 1 :]) for x in (q[i], *xs)), key=self.worth)
+            if q == before:
+                break
+        return q
+
+    def worth(self, q: Joints) -> float:
+        frames = self.frames(q)
+        base, tip = position(frames[0]), position(frames[-1])
+        turned = [abs(x - y) for x, y in zip(q, self.rest, strict=True) if x != y]
+        heights = [position(T)[2] for T in frames]
+        low = min(*heights, 0.0) - min(base[2], 0.0)
+        return (
+            self.isotropy(frames)
+            - TURNED * len(turned)
+            - TURNS * sum(turned) / pi
+            - DOWN * axis_of(frames[-1]).direction[2]
+            + AHEAD * (tip[0] - base[0]) / self.reach
+            + HIGH * (sum(heights) / len(heights) - base[2]) / self.reach
+            + min(low, 0.0) / self.reach
+            - max(0.0, NEAR - dist(tip[:2], base[:2]) / self.reach)
+        )
+
+    def frames(self, q: Joints) -> tuple[Transform, ...]:
+        return link_frames(self.model, q)
+
+    def isotropy(self, frames: Sequence[Transform]) -> float:
+        columns = list(self._columns(frames))
+        by_rows = [list(row) for row in zip(*columns, strict=True)]
+        vectors = by_rows if len(by_rows) <= len(columns) else columns
+        squares = [[sum(map(float.__mul__, a, b)) for b in vectors] for a in vectors]
+        mean = sum(row[i] for i, row in enumerate(squares)) / len(squares)
+        return _determinant(squares) ** (1.0 / len(squares)) / mean if mean > 0.0 else 0.0
+
+    def _columns(self, frames: Sequence[Transform]) -> Iterator[list[float]]:
+        """Of the Jacobian at the flange."""
+        at, unit = position(frames[-1]), 0.5 * self.reach
+        for link, frame in zip(self.model.links, frames, strict=False):
+            axis = axis_of(frame)
+            if link.kind is JointKind.PRISMATIC:
+                yield [*axis.direction, 0.0, 0.0, 0.0][: self.rows]
+            else:
+                x, y, z = cross(axis.direction, subtracted(at, axis.point))
+                yield [x / unit, y / unit, z / unit, *axis.direction][: self.rows]
+
+
+def _determinant(squares: list[list[float]]) -> float:
+    """Of a matrix A A^T, by elimination; never below zero."""
+    found = 1.0
+    for k, pivot in enumerate(squares):
+        if pivot[k] <= 0.0:
+            return 0.0
+        found *= pivot[k]
+        for row in squares[k + 1 :]:
+            factor = row[k] / pivot[k]
+            for i in range(k, len(row)):
+                row[i] -= factor * pivot[i]
+    return found
