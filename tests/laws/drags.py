@@ -10,7 +10,7 @@ import traceback
 from collections import Counter
 from collections.abc import Iterator
 from itertools import pairwise
-from math import dist, hypot, radians, sqrt
+from math import degrees, dist, hypot, pi, radians, sin, sqrt
 from random import Random
 from time import process_time
 from typing import NamedTuple
@@ -19,9 +19,10 @@ from vrs_cli.engine.commands import SetBase, SetMonitorSpeed, SetParameter, SetT
 from vrs_cli.engine.engine import Engine
 from vrs_cli.interfaces.dragging import BORDER, LAG, LEAST_AHEAD, Dragging, Limit, Shortfall
 from vrs_cli.kinematics.configuration import Configuration
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
-from vrs_cli.kinematics.nearest import Aim
+from vrs_cli.kinematics.nearest import Aim, Miss
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import (
     Transform,
@@ -41,6 +42,8 @@ from vrs_cli.trajectory.segment import JointPath, Segment
 TICK = 0.02  # [s]
 ROUNDING = 1e-6
 ARRIVED = 1e-4  # [m, rad]
+PULSE = 0.5  # [Hz] of the fastest joint of a hand
+FOLLOWED = 12  # times that a hand is followed inside the reach, for 5 s each
 PASSED = 0.05  # of the shoulder's measure, which the arm may pass by for a moment where it is pulled through
 
 
@@ -278,6 +281,37 @@ def missed(engine: Engine, wish: Transform) -> float:
     return max(Aim(engine.arm, flange_of(engine, wish), engine.frames.tool).miss(engine.position().joints))
 
 
+# --- a hand inside the reach -----------------------------------------------------------------------------------------
+
+
+def follow(model: RobotModel, seed: int, seconds: float) -> Miss:
+    """Wishes on a smooth way through joints of one configuration: the root of the mean squared miss."""
+    arm, source = arm_for(model), Random(seed)
+    ranges = list(zip(model.lower, model.upper, strict=True))
+    while True:
+        middle = tuple(low + (high - low) * source.uniform(0.3, 0.7) for low, high in ranges)
+        if min(arm.singularity(middle)) > 0.4:
+            break
+    sizes = [min(0.12 * (high - low), 0.17) for low, high in ranges]
+    beats = [(source.uniform(0.2, PULSE), source.uniform(0.0, 6.0)) for _ in ranges]
+    engine = Engine(model, start=middle)
+    dragging, misses = Dragging(engine), list[Miss]()
+    while engine.now < seconds:
+        t = engine.now
+        grown = min(1.0, t / 2.0)
+        q = tuple(x + grown * a * sin(2.0 * pi * f * t + p) for x, a, (f, p) in zip(middle, sizes, beats, strict=True))
+        wish = engine.world_pose(q)
+        shortfall = dragging.to(wish)
+        assert not shortfall.holds, (t, shortfall)
+        misses.append(Aim(arm, flange_of(engine, wish)).miss(engine.position().joints))
+        engine.clock.advance(t + TICK)
+    mean = [sum(x * x for x in column) / len(misses) for column in zip(*misses, strict=True)]
+    return Miss(mean[0] ** 0.5, mean[1] ** 0.5)
+
+
+# --- for long --------------------------------------------------------------------------------------------------------
+
+
 def main(seconds: float, first: int, robots: list[str]) -> int:
     return 1 if sum([long_drag(load_robot(name), seconds, first) for name in robots]) else 0
 
@@ -302,6 +336,9 @@ def long_drag(model: RobotModel, seconds: float, first: int) -> int:
     held = ", ".join(f"{key} {100.0 * n / len(cpu):.0f} %" for key, n in holds.most_common())
     print(f"{model.name}: {done:.0f} s, {len(cpu)} wishes, {faults} faults; held by {held}; CPU of a wish {spent}")
     print(f"    settled in {sum(settled) / max(len(settled), 1):.1f} s, {max(settled, default=0.0):.1f} at most")
+    rms = [follow(model, first + k, 5.0) for k in range(FOLLOWED)]
+    away, turned = (sqrt(sum(x * x for x in column) / FOLLOWED) for column in zip(*rms, strict=True))
+    print(f"    inside the reach: behind by {1e3 * away:.1f} mm, {degrees(turned):.2f} deg rms", flush=True)
     return faults
 
 

@@ -38,8 +38,8 @@ THERE = 1e-4, radians(0.05)  # [m, rad] a miss that is none
 STALLED = 1e-3  # of the miss: a gain in one tick that leads nowhere
 PASSING = sin(radians(25.0))  # the sum of what a wrist is away from straight, before and after it passes through that
 SINGULAR = 0.1  # of the measures of `Singularity`, from 0 to 1: a joint that cannot keep up is said to be near it
-NEAR = 0.25  # of the arm's length: so near to the axis of joint 1
-LEAST_AHEAD = 0.15  # of `Pace.ahead` next to it
+LEAST_AHEAD = 0.03  # of `Pace.ahead`, next to the axis of joint 1
+FLAT = 1e-3  # [m] for a turn of a joint by 1 rad, that does not bring the arm nearer to that axis
 SIDE = 0.005  # of the arm's length, that its end keeps from passing over the axis of joint 1
 BORDER = 1e-4  # [rad] that an elbow keeps from stretched, so that it stays as it is
 TICK = 0.02  # [s] between two wishes, where there was none before
@@ -102,10 +102,12 @@ class Range(NamedTuple):
     lower: Joints
     upper: Joints
 
-    def around(self, q: Joints, step: Joints) -> Range:
-        """What of it is within a step of q, or of what is nearest to that in it."""
-        rows = list(zip(self.put(q), step, self.lower, self.upper, strict=True))
-        return Range(tuple(max(low, x - s) for x, s, low, _ in rows), tuple(min(high, x + s) for x, s, _, high in rows))
+    def around(self, q: Joints, below: Joints, above: Joints) -> Range:
+        """What of it is so far below q and above it, or what is nearest to that in it."""
+        q = self.put(q)
+        lower = tuple(max(low, x - step) for x, step, low in zip(q, below, self.lower, strict=True))
+        upper = tuple(min(high, x + step) for x, step, high in zip(q, above, self.upper, strict=True))
+        return Range(lower, upper)
 
     def holds(self, q: Joints) -> bool:
         return all(low <= x <= high for x, low, high in zip(q, self.lower, self.upper, strict=True))
@@ -140,7 +142,6 @@ class Pursuit:
         self.range = _range_of(arm, q, self.kept)
         self.goal = self.range.put(q)
         self._side = _side_of(arm, q, self.kept)
-        self._near = NEAR * arm.length
         self.steady = True
         self._closed = arm.hand is not None  # there is a closed form
         self.roundabout = False  # going there another way than downhill
@@ -150,7 +151,7 @@ class Pursuit:
     def follow(self, T_base_flange: Transform, T_flange_tool: Transform, now: Joints, pace: Pace) -> Shortfall:
         """One wish more, while the joints are where they are now."""
         wish = _possible(self.arm, T_base_flange)
-        aim, box = Aim(self.arm, wish, T_flange_tool, self._side), self.range.around(now, self._ahead(now, pace))
+        aim, box = Aim(self.arm, wish, T_flange_tool, self._side), self.range.around(now, *self._ahead(now, pace))
         there = self._reached(wish) if self._closed else self._found_again(aim)
         if there is not None and box.holds(there):
             self.goal, self.steady = there, True
@@ -172,12 +173,19 @@ class Pursuit:
             self._look_elsewhere(wish)
         return Shortfall(*aim.miss(now), tuple(self._holds(aim, nearest, there)))
 
-    def _ahead(self, now: Joints, pace: Pace) -> Joints:
-        """Less far ahead near the axis of joint 1: what leads past it bends there."""
+    def _ahead(self, now: Joints, pace: Pace) -> tuple[Joints, Joints]:
+        """Below and above. Towards the axis of joint 1 no farther than to it, all joints together, so that they stop
+        before it from any speed; but a little, so that they can go along it.
+        """
+        ahead = pace.ahead
         if self._side is None:
-            return pace.ahead
-        part = min(max(self._side.room(now) / self._near, LEAST_AHEAD), 1.0)
-        return tuple(part * x for x in pace.ahead)
+            return ahead, ahead
+        slope = self._side.slope(now)
+        passed = sum([abs(a) * x for a, x in zip(slope, ahead, strict=True)])
+        part = min(max(self._side.room(now) / passed, LEAST_AHEAD), 1.0) if passed else 1.0
+        below = tuple([part * x if a > FLAT else x for a, x in zip(slope, ahead, strict=True)])
+        above = tuple([part * x if a < -FLAT else x for a, x in zip(slope, ahead, strict=True)])
+        return below, above
 
     @property
     def _way(self) -> Configuration:
