@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import radians
+from pathlib import Path
 
 import pytest
 
@@ -10,10 +11,15 @@ from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetSwitch
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import PowerOff
 from vrs_cli.interfaces.dragging import Dragging, Hold, Limit, Shortfall
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.jacobian import Jacobian
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.nearest import STEPS
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import Transform, angle_between, at_position, distance, from_oat
+from vrs_cli.kinematics.transform import IDENTITY, Transform, angle_between, at_position, distance, from_oat
 
 MODEL = load_robot("puma560")
+SEVEN = Path(__file__).parent.parent / "kinematics" / "urdf" / "seven.urdf"
 TABLE = from_oat(0.0, 0.45, -0.15, radians(90), radians(90), 0.0)
 
 
@@ -136,3 +142,29 @@ def test_where_it_stands_already_nothing_is_added_to_the_timeline(engine: Engine
     dragging, version = Dragging(engine), engine.timeline.version
     assert pull(dragging, engine.position().T_world_tool, 1.0) == Shortfall()
     assert engine.timeline.version == version
+
+
+def test_without_a_closed_form_no_wish_costs_a_search_all_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Somebody else's motions wait meanwhile."""
+    engine = Engine(load_robot(SEVEN))
+    dragging, arm, counts = Dragging(engine), type(engine.arm), list[int]()
+    here, jacobian = engine.position().T_world_tool, arm.jacobian
+
+    def counted(self: RobotArm, q: Joints, T_flange_tool: Transform = IDENTITY) -> Jacobian:
+        counts[-1] += 1
+        return jacobian(self, q, T_flange_tool)
+
+    monkeypatch.setattr(arm, "jacobian", counted)
+    for _ in range(150):
+        counts.append(0)
+        dragging.to(at_position(here, 0.3, -0.4, -2.0))
+        engine.clock.advance(engine.now + 0.02)
+    first, *others = counts  # which sees how freely the arm moves as a rule
+    assert max(others) <= 2 * (STEPS + 1), first
+    assert max(others) > STEPS + 3, "nothing is searched at all"
+
+
+def test_without_a_closed_form_it_comes_to_where_only_another_way_round_leads() -> None:
+    engine = Engine(load_robot(SEVEN), start=(0.0, 1.9, 0.0, 1.9, 0.0, 1.9, 0.0))
+    wish = engine.world_pose((2.0, -1.6, 1.0, -1.8, -2.0, -1.0, 2.5))
+    assert pull(Dragging(engine), wish, 10.0) == Shortfall()

@@ -15,8 +15,8 @@ after the goal, inside all limits, and braking when no wish comes any more. What
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
 from enum import Enum
+from itertools import islice
 from math import inf, pi, radians, sin
 from typing import NamedTuple
 
@@ -24,13 +24,13 @@ from msgspec import Struct
 
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.motions import fraction_of_full
-from vrs_cli.errors import MotionError
 from vrs_cli.interfaces.steering import SHORTEST
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Arm, Configuration
 from vrs_cli.kinematics.joints import Joints, largest_change
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.nearest import Aim, Nearest, Side
+from vrs_cli.kinematics.numeric.search import some_joints
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.state import Target
 
@@ -44,7 +44,9 @@ SIDE = 0.005  # of the arm's length, that its end keeps from passing over the ax
 BORDER = 1e-4  # [rad] that an elbow keeps from stretched, so that it stays as it is
 TICK = 0.02  # [s] between two wishes, where there was none before
 LONGEST_TICK = 0.1  # [s] a longer time between two is a gap, after which the arm stands
-SEARCHES = tuple(25 * 2**k for k in range(12))  # after so many wishes that lead nowhere a search goes all over
+PATIENCE = 25  # wishes that lead nowhere, before another way round is searched
+PROMISING = 0.5  # of the miss: a search that gained less by one wish begins elsewhere at the next
+SOME = 16  # places where it begins, the nearest first
 LAG = 0.1  # [s] at full speed by which a joint lags what it follows at most, if it is not late
 STOPPING = 1.5  # of the time in which a joint comes to full speed: so far ahead of it, at full speed, its goal may be
 AT_REST = 1e-7  # [rad, m] beside its goal, where the arm may stay as it stands
@@ -131,6 +133,32 @@ class Pace(NamedTuple):
         return cls(tuple(v * max(LAG, STOPPING * v / a) for v, a in rows), tuple(v * LAG for v, _ in rows))
 
 
+class Search:
+    """Of an arm without a closed form: joints that bring the tool to a wish another way round, all over the ranges, a
+    little with each wish: a robot has no time to search for long.
+    """
+
+    def __init__(self, model: RobotModel, within: Range) -> None:
+        self._range, self._speeds = within, model.max_velocity
+        self._anywhere = some_joints(model)
+        self._starts: list[Joints] = []  # the nearest last
+        self._at: Joints | None = None
+
+    def go_on(self, aim: Aim, now: Joints) -> Joints | None:
+        """Downhill from where it has come to; where that leads nowhere, from somewhere else the next time."""
+        nearest = aim.nearest(self._range.put(self._at or self._start(now)), *self._range)
+        there = aim.miss(nearest.joints).within(*THERE)
+        self._at = nearest.joints if nearest.gain > PROMISING and not there else None
+        return nearest.joints if there else None
+
+    def _start(self, now: Joints) -> Joints:
+        """Of some joints anywhere those that the arm comes to first."""
+        if not self._starts:
+            some = islice(self._anywhere, SOME)
+            self._starts = sorted(some, key=lambda q: _ticks(now, q, self._speeds), reverse=True)
+        return self._starts.pop()
+
+
 class Pursuit:
     """Joints that go after wishes, without a clock: `goal` are the last ones [rad, m], `steady` whether the tool is at
     the wish there. `range`: where the arm stays the way it is, elbow and all.
@@ -146,6 +174,7 @@ class Pursuit:
         self._closed = arm.hand is not None  # there is a closed form
         self.roundabout = False  # going there another way than downhill
         self._elsewhere: Joints | None = None  # joints that bring the tool there, found by a search
+        self._search = Search(arm.model, self.range)
         self._stalled = 0  # wishes that led nowhere
 
     def follow(self, T_base_flange: Transform, T_flange_tool: Transform, now: Joints, pace: Pace) -> Shortfall:
@@ -170,7 +199,8 @@ class Pursuit:
             self.steady = True
             return Shortfall()
         if stalled and not self._closed:
-            self._look_elsewhere(wish)
+            self._stalled += 1
+            self._elsewhere = self._search.go_on(aim, now) if self._stalled > PATIENCE else None
         return Shortfall(*aim.miss(now), tuple(self._holds(aim, nearest, there)))
 
     def _ahead(self, now: Joints, pace: Pace) -> tuple[Joints, Joints]:
@@ -203,13 +233,6 @@ class Pursuit:
                 if largest_change(q, inside) <= 2.0 * BORDER:
                     found.append(inside)
         return min(found, key=lambda q: _ticks(goal, q, arm.model.max_velocity), default=None)
-
-    def _look_elsewhere(self, wish: Transform) -> None:
-        """Without a closed form: from time to time search the joints of a pose all over, while nothing leads there."""
-        self._stalled += 1
-        if self._elsewhere is None and self._stalled in SEARCHES:
-            with suppress(MotionError):
-                self._elsewhere = self.arm.select(wish, self.goal)
 
     def _found_again(self, aim: Aim) -> Joints | None:
         """The joints that were found so, for a wish that has moved since."""
