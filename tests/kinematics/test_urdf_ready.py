@@ -56,6 +56,19 @@ def test_one_that_is_not_singular_there_begins_at_its_zeros(tmp_path: Path) -> N
     assert (model.poses["ready"], model.origin.notes) == ((0.0,) * 6, ())
 
 
+def test_one_with_a_joint_at_its_end_begins_elsewhere(tmp_path: Path) -> None:
+    bent = LIKE_A_PUMA.replace('"0.3 0 0" rpy="0 0 0"', '"0.3 0 0" rpy="0 0.9 0"').replace(
+        '"0 0 0.5" rpy="0 0 0"', '"0 0 0.5" rpy="0 0.3 0"'
+    )
+    at_end = bent.replace('lower="-6"', 'lower="0"', 2).replace('lower="0"', 'lower="-6"', 1)  # of joint 2
+    model = load_robot(written(tmp_path, at_end))
+    assert model.lower[:3] == (-6.0, 0.0, -6.0)
+    assert model.origin is not None
+    (note,) = model.origin.notes
+    assert note.startswith("READY: at its zeros joint 2 is at its end, ours is 0, ")
+    assert model.poses["ready"][1] > 0.05 * model.upper[1]
+
+
 def test_one_that_is_singular_everywhere_begins_at_its_zeros(tmp_path: Path) -> None:
     flat = six_joints([("0.1 0 0", "0 0 0", "0 0 1")] * 6)
     model = load_robot(written(tmp_path, flat))

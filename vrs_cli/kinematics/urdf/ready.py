@@ -1,4 +1,5 @@
-"""Where an arm begins whose file does not say it: not at zeros in which it is singular, as most arms are there.
+"""Where an arm begins whose file does not say it: not at zeros in which it is singular, as most arms are there, nor
+where a joint is at its end.
 
 How near to singular a pose is tells the isotropy of its Jacobian: the geometric mean of the eigenvalues of J J^T over
 their arithmetic mean, 1 where the arm does all alike, 0 where it cannot do something (J. Kim, P. Khosla, "Dexterity
@@ -9,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import dist, pi, sqrt
+from typing import NamedTuple
 
 from vrs_cli.kinematics.axes import axis_of
 from vrs_cli.kinematics.joints import JointKind, Joints
@@ -16,33 +18,39 @@ from vrs_cli.kinematics.model import RobotModel, levers, link_frames
 from vrs_cli.kinematics.transform import Transform, cross, position, subtracted
 
 SINGULAR = 0.02  # isotropy below which a pose is no place to begin from
+END = 0.01  # of a joint's range: so near to an end it is there
 STEP = pi / 12  # [rad] of the joints of a pose that is looked for
 FAR = 2 * pi / 3  # [rad] no joint is turned farther for it
 MARGIN = 0.05  # of a joint's range, at either end
-STARTS, TRIED, SWEEPS = 40, 2, 3  # poses looked at first, those of them that are bettered, and how often
+STARTS, TRIED, SWEEPS = 150, 3, 3  # poses looked at first, those of them that are bettered, and how often
 
 # what a pose is worth beside its isotropy: few joints turned, and little; the tool pointing down, in front, and high
-TURNED, TURNS = 0.03, 0.03  # for each joint, and for each half turn
+TURNED, TURNS = 0.05, 0.03  # for each joint, and for each half turn
 DOWN, AHEAD, HIGH = 0.25, 0.1, 0.1
 NEAR = 0.3  # of the reach: nearer to the first axis is too near
 
 
-def better_ready(model: RobotModel) -> Joints | None:
-    """Joints in which an arm may begin, in whole steps, where it is singular at READY; None where it is not, or where
-    it is so everywhere. The same arm has the same ones, always.
+class Ready(NamedTuple):
+    """Joints in which an arm may begin, and what is told of them."""
+
+    joints: Joints
+    note: str
+
+
+def better_ready(model: RobotModel) -> Ready | None:
+    """Another READY, in whole steps, for an arm that is singular there or has a joint at its end; None for one that is
+    not, or that is singular everywhere. The same arm has the same one, always.
     """
     wanted = _Wanted(model)
-    if wanted.isotropy(wanted.frames(wanted.rest)) > SINGULAR:
+    fault = wanted.fault()
+    if not fault:
         return None
     starts = sorted(wanted.starts(), key=wanted.worth, reverse=True)
     best = max((wanted.bettered(q) for q in starts[:TRIED]), key=wanted.worth)
-    return best if wanted.isotropy(wanted.frames(best)) > SINGULAR else None
-
-
-def said(model: RobotModel, q: Joints) -> str:
-    """What is told of such a pose."""
-    values = ", ".join(f"{round(x, 3):g}" for x in model.units.shown(q))
-    return f"READY: at its zeros the arm is singular, ours is {values} ([poses] ready of a TOML file is another)"
+    if wanted.isotropy(wanted.frames(best)) <= SINGULAR:
+        return None
+    values = ", ".join(f"{round(x, 3):g}" for x in model.units.shown(best))
+    return Ready(best, f"READY: at its zeros {fault}, ours is {values} ([poses] ready of a TOML file is another)")
 
 
 class _Wanted:
@@ -54,24 +62,37 @@ class _Wanted:
         self.rows = 6 if model.task.turns else 3
         self.choices = [self._choices(i) for i in range(model.joint_count)]
 
+    def fault(self) -> str:
+        """What is wrong with READY."""
+        if self.isotropy(self.frames(self.rest)) <= SINGULAR:
+            return "the arm is singular"
+        rows = zip(self.model.links, self.model.lower, self.model.upper, self.rest, strict=True)
+        for i, (link, lower, upper, x) in enumerate(rows, 1):
+            if link.kind is JointKind.REVOLUTE and min(x - lower, upper - x) < END * (upper - lower):
+                return f"joint {i} is at its end"
+        return ""
+
     def _choices(self, i: int) -> list[float]:
         lower, upper, rest = self.model.lower[i], self.model.upper[i], self.rest[i]
         margin = MARGIN * (upper - lower)
         if not i and self.model.links[i].kind is JointKind.REVOLUTE:
-            return [rest]  # it turns all alike
+            return [min(max(rest, lower + margin), upper - margin)]  # it turns all alike
         if self.model.links[i].kind is JointKind.PRISMATIC:
             return [rest, 0.5 * (lower + upper)]
         low, high = max(lower + margin, rest - FAR), min(upper - margin, rest + FAR)
         steps = (k * STEP for k in range(round(low / STEP) - 1, round(high / STEP) + 2))
-        return [rest, *(x for x in steps if low <= x <= high and x != rest)]
+        inside = [x for x in (rest, *steps) if low <= x <= high]
+        return list(dict.fromkeys(inside)) or [0.5 * (lower + upper)]
 
     def starts(self) -> Iterator[Joints]:
-        """READY, and poses spread evenly over what joints may be (a Weyl sequence)."""
-        yield self.rest
+        """READY as near as may be, and poses with some of its joints turned, spread evenly (a Weyl sequence)."""
+        near = [min(xs, key=lambda x: abs(x - rest)) for xs, rest in zip(self.choices, self.rest, strict=True)]
+        yield tuple(near)
         roots = [sqrt(prime) for prime in (2, 3, 5, 7, 11, 13, 17, 19, 23, 29)]
         for k in range(1, STARTS):
-            parts = (k * roots[i % len(roots)] % 1.0 for i in range(len(self.choices)))
-            yield tuple(xs[int(len(xs) * part)] for xs, part in zip(self.choices, parts, strict=True))
+            parts = (2.0 * (k * roots[i % len(roots)] % 1.0) - 1.0 for i in range(len(near)))
+            rows = zip(self.choices, parts, near, strict=True)
+            yield tuple(x if part < 0.0 else xs[int(len(xs) * part)] for xs, part, x in rows)
 
     def bettered(self, q: Joints) -> Joints:
         """One joint after the other where it is worth most, until none can be bettered."""

@@ -23,7 +23,7 @@ from vrs_cli.kinematics.urdf.chain import Choice, choice
 from vrs_cli.kinematics.urdf.document import HUGE, document
 from vrs_cli.kinematics.urdf.hand import Fingers, fingers_of, moved
 from vrs_cli.kinematics.urdf.macros import expanded, has_macros
-from vrs_cli.kinematics.urdf.ready import better_ready, said
+from vrs_cli.kinematics.urdf.ready import better_ready
 from vrs_cli.kinematics.urdf.tree import MOVING, Joint, Range, Tree
 from vrs_cli.kinematics.urdf.visuals import Place, Visuals
 
@@ -66,8 +66,8 @@ def robot_of(
     own = reader.shapes(table.get("shapes"), model.joint_count)
     origin = _origin(arm)
     if "ready" not in _poses(table) and (ready := better_ready(model)) is not None:
-        model = replace(model, poses={**model.poses, "ready": ready})
-        origin = origin._replace(notes=(*origin.notes, said(model, ready)))
+        model = replace(model, poses={**model.poses, "ready": ready.joints})
+        origin = origin._replace(notes=(*origin.notes, ready.note))
     return replace(
         model,
         shapes=own or Visuals(Path(file).absolute().parent, tree).shapes(arm.places),
