@@ -230,3 +230,37 @@ def test_the_closed_end_is_where_fingers_are_nearer(tmp_path: Path) -> None:
 def test_links_are_chosen_of_urdf_files_alone() -> None:
     with pytest.raises(NotAvailable, match=r"the links of puma560 have no names \(a base and a tip are chosen"):
         load_robot("puma560", Ends(tip="hand"))
+
+
+def telescope(mimic: str, axis: str = "1 0 0") -> str:
+    limits, back = (0.0, 0.1), '<mimic joint="out" multiplier="-2"/>'
+    return (
+        arm(2)
+        + joint("out", "l2", "s1", "prismatic", axis="1 0 0", limits=limits)
+        + joint("more", "s1", "s2", "prismatic", xyz="0 0 0", axis=axis, limits=limits, mimic=mimic)
+        + joint(
+            "last", "s2", "s3", "prismatic", xyz="0 0 0", axis="-1 0 0", mimic='<mimic joint="out" multiplier="-2"/>'
+        )
+        + joint("roll", "s3", "s4", axis="1 0 0")
+    )
+
+
+def test_a_telescope_is_one_joint(tmp_path: Path) -> None:
+    model = loaded(tmp_path, telescope('<mimic joint="out" offset="0.01"/>'))
+    assert model.origin is not None
+    assert model.origin.joints == ("j1", "j2", "out", "roll")
+    assert (model.lower[2], model.upper[2], model.max_velocity[2]) == pytest.approx((0.0, 0.4, 4.0))
+    tip = position(link_frames(model, (0.0, 0.0, 0.4, 0.0))[-1])
+    assert tip == pytest.approx((0.1 + 0.1 + 0.01 + 0.2, 0.0, 0.2 + 0.2 + 0.2 + 0.2))
+
+
+@pytest.mark.parametrize(("leader", "axis"), [("j1", "1 0 0"), ("out", "0 1 0")])
+def test_a_joint_that_follows_otherwise_is_refused(tmp_path: Path, leader: str, axis: str) -> None:
+    with pytest.raises(FileDamaged, match=r"joint more: mimics another joint \(every joint of an arm moves by itself"):
+        loaded(tmp_path, telescope(f'<mimic joint="{leader}"/>', axis))
+
+
+def test_joints_that_all_follow_others_are_no_arm(tmp_path: Path) -> None:
+    text = joint("a", "base", "b", mimic='<mimic joint="c"/>') + joint("c", "base", "d", mimic='<mimic joint="a"/>')
+    with pytest.raises(FileDamaged, match="no joint moves between base and tip"):
+        loaded(tmp_path, text)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from random import Random
 
 import numpy as np
@@ -11,8 +12,10 @@ import viser
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
+from vrs_cli.kinematics.shapes import Box, Opening, Shape, opened
 from vrs_cli.kinematics.transform import IDENTITY, compose, inverse, rotation_z, translation
 from vrs_cli.view3d.figure import Figure, link_node
+from vrs_cli.view3d.placing import transform_of
 
 BASE = compose(translation(0.1, -0.2, 0.3), rotation_z(0.7))
 
@@ -84,6 +87,17 @@ def test_nothing_is_sent_of_what_stands_still(server: viser.ViserServer, monkeyp
     figure.visible = False
     assert {name for _, name in found} == {"/still"}
     assert not figure.visible
+    figure.remove()
+
+
+def test_a_finger_that_turns_turns_with_the_hand(server: viser.ViserServer) -> None:
+    finger = Shape(2, Box((0.01, 0.01, 0.05)), opens=(Opening(turn=(0.0, 0.0, 1.2), point=(0.03, 0.0, 0.0)),))
+    figure = Figure(server.scene, "/jaw", replace(load_robot("planar2"), shapes=(finger,)))
+    ((node, opens),) = figure.fingers
+    for hand in (0.0, 0.5, 1.0):
+        figure.pose((0.0, 0.0), hand)
+        assert transform_of(node) == pytest.approx(opened(opens, hand), abs=1e-7)
+    assert transform_of(node).px > 0.015
     figure.remove()
 
 

@@ -19,7 +19,6 @@ from vrs_cli.kinematics.transform import (
     scaled,
     translation,
 )
-from vrs_cli.kinematics.urdf.document import named
 from vrs_cli.kinematics.urdf.tree import MOVING, Joint, Tree
 
 NEARER = 1e-4  # [m] fingers that come nearer to each other by less do not
@@ -112,16 +111,12 @@ class _Gauge:
         return values
 
     def _followed(self, joint: Joint, values: Mapping[str, float]) -> float | None:
-        mimic = joint.element.find("mimic")
-        assert mimic is not None
-        leader = values.get(named(mimic, "joint"))
-        numbers = self.tree.document.numbers
         try:
-            (factor,) = numbers(joint.element, "mimic multiplier", mimic.get("multiplier", "1"), 1)
-            (offset,) = numbers(joint.element, "mimic offset", mimic.get("offset", "0"), 1)
+            mimic = self.tree.mimic(joint)
         except FileDamaged:  # an arm moves without this finger
             return None
-        return None if leader is None or joint.type not in MOVING else factor * leader + offset
+        leader = values.get(mimic.leader)
+        return None if leader is None or joint.type not in MOVING else mimic.factor * leader + mimic.offset
 
     def spread(self, own: Mapping[str, float]) -> float:
         """The greatest distance between two tips [m]; that of one finger alone is infinite."""

@@ -13,18 +13,28 @@ from math import pi
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from vrs_cli.kinematics.axes import Chain, Line, chain_of, link_transform
+from vrs_cli.kinematics.axes import PARALLEL, Chain, Line, chain_of, link_transform
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import Origin, RobotModel
 from vrs_cli.kinematics.model_data import NEEDED_POSES, TOOL_KEYS, ModelReader
 from vrs_cli.kinematics.shapes import Opening
-from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position, rotate, scaled
+from vrs_cli.kinematics.transform import (
+    IDENTITY,
+    Transform,
+    compose,
+    dot,
+    inverse,
+    position,
+    rotate,
+    scaled,
+    translation,
+)
 from vrs_cli.kinematics.urdf.chain import Choice, choice
 from vrs_cli.kinematics.urdf.document import HUGE, document
 from vrs_cli.kinematics.urdf.hand import Fingers, fingers_of, moved
 from vrs_cli.kinematics.urdf.macros import expanded, has_macros
 from vrs_cli.kinematics.urdf.ready import better_ready
-from vrs_cli.kinematics.urdf.tree import MOVING, Joint, Range, Tree
+from vrs_cli.kinematics.urdf.tree import MOVING, Joint, Mimic, Range, Tree
 from vrs_cli.kinematics.urdf.visuals import Place, Visuals
 
 WHOLE_TURNS = 2 * pi  # [rad] a joint that turns without end is given one turn each way
@@ -37,11 +47,12 @@ USUAL_TOOL_SPEEDS = {"linear_speed": 500.0, "angular_speed": 90.0}  # [mm/s, deg
 
 
 class Arm(NamedTuple):
-    """What is chosen of a file: the joints that move, the links that have their axes (T_base_tip(q) = base . links .
-    flange), and all that hangs on them."""
+    """What is chosen of a file: the joints that move, how far each moves for one of its own (a telescope more than
+    1), the links that have their axes (T_base_tip(q) = base . links . flange), and all that hangs on them."""
 
     choice: Choice
     joints: tuple[Joint, ...]
+    scales: tuple[float, ...]
     chain: Chain
     fingers: Fingers
     places: Mapping[str, Place]
@@ -61,7 +72,7 @@ def robot_of(
     tree = Tree(found)
     width, closed = reader.hand(table.get("hand", {}))
     arm = arm_of(tree, choice(tree, base, tip), closed)
-    joints = _joints(tree, arm.joints, reader, table)
+    joints = _joints(tree, arm, reader, table)
     model = _model(tree.name, arm.chain, joints, reader, table)
     own = reader.shapes(table.get("shapes"), model.joint_count)
     origin = _origin(arm)
@@ -81,23 +92,36 @@ def robot_of(
 
 def arm_of(tree: Tree, chosen: Choice, closed: str | None = None) -> Arm:
     """The links of a chain. Raises FileDamaged for a joint that no arm has."""
-    joints, axes, T = [], [], IDENTITY
+    joints, axes, scales, T = list[Joint](), list[Line](), list[float](), IDENTITY
     for joint in chosen.way:
         T = compose(T, tree.origin(joint.element))
-        if joint.moves:
-            _check(tree, joint)
-            joints.append(joint)
-            axes.append(Line(position(T), rotate(T, tree.axis(joint))))
+        if not joint.moves:
+            continue
+        axis = Line(position(T), rotate(T, tree.axis(joint)))
+        if joint.mimics:
+            follows = _follows(tree, joint, axis, joints[-1:], axes[-1:])
+            scales[-1] += follows.factor
+            T = compose(T, translation(*scaled(tree.axis(joint), follows.offset)))
+            continue
+        joints.append(joint)
+        axes.append(axis)
+        scales.append(1.0)
     chain = chain_of(axes, [tree.kind(joint) for joint in joints], T)
     assert chain is not None  # without angles to meet every chain has links
     fingers = fingers_of(tree, joints[-1].child, chosen.fingers, closed)
-    return Arm(chosen, tuple(joints), chain, fingers, _places(tree, chosen.base, joints, chain, fingers))
+    places = _places(tree, chosen.base, joints, chain, fingers)
+    return Arm(chosen, tuple(joints), tuple(scales), chain, fingers, places)
 
 
-def _check(tree: Tree, joint: Joint) -> None:
-    tree.kind(joint)
-    if joint.mimics:
-        raise tree.wrong(joint, "mimics another joint", "every joint of an arm moves by itself")
+def _follows(tree: Tree, joint: Joint, axis: Line, before: Sequence[Joint], axes: Sequence[Line]) -> Mimic:
+    """How a joint of a telescope goes with the one before it, of which it makes a longer one."""
+    mimic = tree.mimic(joint)
+    slides = tree.kind(joint) is JointKind.PRISMATIC
+    if slides and before and mimic.leader == before[0].name and tree.kind(before[0]) is JointKind.PRISMATIC:
+        along = dot(axis.direction, axes[0].direction)
+        if abs(along) > 1.0 - PARALLEL:
+            return mimic._replace(factor=mimic.factor * along)
+    raise tree.wrong(joint, "mimics another joint", "every joint of an arm moves by itself")
 
 
 def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, fingers: Fingers) -> dict[str, Place]:
@@ -146,16 +170,15 @@ def _origin(arm: Arm) -> Origin:
 # --- its figures ---------------------------------------------------------------------------------------------------
 
 
-def _joints(
-    tree: Tree, joints: Sequence[Joint], reader: ModelReader, table: Mapping[str, object]
-) -> list[dict[str, float]]:
+def _joints(tree: Tree, arm: Arm, reader: ModelReader, table: Mapping[str, object]) -> list[dict[str, float]]:
     """Limits and rates: what a TOML file says of a joint goes before what the URDF file does."""
-    more = reader.own_joints(table.get("joints", []), {joint.name: tree.kind(joint) for joint in joints})
-    return [_with_rates({**_ranges(tree, joint, own), **own}) for joint, own in zip(joints, more, strict=True)]
+    more = reader.own_joints(table.get("joints", []), {joint.name: tree.kind(joint) for joint in arm.joints})
+    rows = zip(arm.joints, arm.scales, more, strict=True)
+    return [_with_rates({**_ranges(tree, joint, scale, own), **own}) for joint, scale, own in rows]
 
 
-def _ranges(tree: Tree, joint: Joint, own: Mapping[str, float]) -> dict[str, float]:
-    said, kind = tree.range(joint), tree.kind(joint)
+def _ranges(tree: Tree, joint: Joint, scale: float, own: Mapping[str, float]) -> dict[str, float]:
+    said, kind = tree.range(joint).scaled(scale), tree.kind(joint)
     if kind is JointKind.REVOLUTE and said.endless:
         said = said._replace(lower=-WHOLE_TURNS, upper=WHOLE_TURNS)
     lower, upper = (own.get(key, getattr(said, key)) for key in ("lower", "upper"))

@@ -40,10 +40,25 @@ class Range(NamedTuple):
     upper: float | None
     velocity: float | None
 
+    def scaled(self, factor: float) -> Range:
+        """Of a joint that moves as many times as far."""
+        if factor == 1.0:
+            return self
+        lower, upper, velocity = (None if x is None else factor * x for x in self)
+        return Range(lower, upper, velocity)
+
     @property
     def endless(self) -> bool:
         """Whether an end is said to be where no joint comes to."""
         return any(end is not None and abs(end) >= ENDLESS for end in (self.lower, self.upper))
+
+
+class Mimic(NamedTuple):
+    """What a joint follows: it stands at factor * leader + offset."""
+
+    leader: str
+    factor: float
+    offset: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,6 +210,13 @@ class Tree:
         if joint.type == "continuous":
             lower, upper = -inf, inf
         return Range(lower, upper, velocity)
+
+    def mimic(self, joint: Joint) -> Mimic:
+        found = joint.element.find("mimic")
+        assert found is not None  # who asks has looked
+        (factor,) = self.document.numbers(joint.element, "mimic multiplier", found.get("multiplier", "1"), 1)
+        (offset,) = self.document.numbers(joint.element, "mimic offset", found.get("offset", "0"), 1)
+        return Mimic(named(found, "joint"), factor, offset)
 
     def _limit(self, joint: Joint, values: Mapping[str, str], key: str) -> float | None:
         """A number that may be infinite; None where there is none."""
