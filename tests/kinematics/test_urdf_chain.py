@@ -238,9 +238,7 @@ def telescope(mimic: str, axis: str = "1 0 0") -> str:
         arm(2)
         + joint("out", "l2", "s1", "prismatic", axis="1 0 0", limits=limits)
         + joint("more", "s1", "s2", "prismatic", xyz="0 0 0", axis=axis, limits=limits, mimic=mimic)
-        + joint(
-            "last", "s2", "s3", "prismatic", xyz="0 0 0", axis="-1 0 0", mimic='<mimic joint="out" multiplier="-2"/>'
-        )
+        + joint("last", "s2", "s3", "prismatic", xyz="0 0 0", axis="-1 0 0", mimic=back)
         + joint("roll", "s3", "s4", axis="1 0 0")
     )
 
