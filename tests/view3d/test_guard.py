@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.client
 from collections.abc import Iterator
+from pathlib import Path
 from types import SimpleNamespace
 from urllib.parse import urlsplit
 
@@ -19,6 +20,7 @@ from vrs_cli.interfaces.roles.observer import Recorded
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.view3d.app import App
+from vrs_cli.view3d.guard import GOES_ON, OPENS, kept_secret
 
 
 @pytest.fixture(scope="module")
@@ -141,3 +143,34 @@ def test_a_page_that_nobody_sees_is_furnished_too(app: App) -> None:
     with Page(app.address, image_width=0, image_height=0) as page:
         page.until(lambda: page.told_of_time() or page.said())
         assert page.said() == []
+
+
+def asked_of(app: App, path: str) -> tuple[int, str]:
+    """All of an answer."""
+    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(app.address).port or 0, timeout=20.0)
+    connection.request("GET", urlsplit(app.address).path + path, headers={"Accept-Encoding": "gzip"})
+    answer = connection.getresponse()
+    return answer.status, answer.read().decode()
+
+
+def test_the_page_finds_out_that_vrs_has_ended_and_says_so(app: App) -> None:
+    assert asked_of(app, "there") == (200, "")
+    code, text = asked_of(app, "")
+    assert code == 200
+    assert text.rindex("</html>") < text.index("vrs view has ended") < text.index(OPENS)
+
+
+def test_a_page_of_before_is_let_in_where_the_secret_is_kept(tmp_path: Path) -> None:
+    recorded = Recorded(arm_for(load_robot("puma560")), Robot().timeline)
+    addresses = []
+    for _ in range(2):
+        secret = kept_secret(tmp_path / "state" / "view" / "8001")
+        app = App(lambda _told: recorded, secret=secret)
+        addresses.append(urlsplit(app.address).path)
+        assert GOES_ON in asked_of(app, "")[1]
+        app.close()
+    assert addresses[0] == addresses[1] == f"/{secret}/"
+    assert (tmp_path / "state" / "view" / "8001").stat().st_mode & 0o077 == 0
+    assert kept_secret(tmp_path / "state" / "view" / "8002") != secret
+    (tmp_path / "no folder").touch()
+    assert kept_secret(tmp_path / "no folder" / "8001") == "", "a new one each time"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import os
 import webbrowser
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
@@ -58,15 +59,25 @@ def _open(prog: str, options: argparse.Namespace, stack: ExitStack, hold: Hold, 
     from vrs_cli.view3d.app import App
 
     title = Path(options.url).name if is_recording(options.url or "") else ""
-    place = {"host": options.host, "port": options.port}
+    place, secret = {"host": options.host, "port": options.port}, _secret(options.port)
     try:
-        app = App(hold, title=title, **place, rate=options.rate, first=first, tell=teller(prog))
+        app = App(hold, title=title, **place, secret=secret, rate=options.rate, first=first, tell=teller(prog))
     except UsageError as error:
         raise CommandLineError(error.detail, error.hint) from None
     stack.callback(app.close)
     print(f"{prog}: {app.address}", flush=True)
     if not options.no_open:
         Thread(target=_opened, args=(app.address,), daemon=True).start()
+
+
+def _secret(port: int) -> str:
+    """At a port that was chosen, that of the last time: a page that is still there goes on."""
+    from vrs_cli.repl.history import state_folder
+    from vrs_cli.view3d.guard import kept_secret
+
+    with suppress(RuntimeError):  # there is no home
+        return kept_secret(state_folder(os.environ) / "view" / str(port)) if port else ""
+    return ""
 
 
 def _opened(address: str) -> None:

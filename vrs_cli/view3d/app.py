@@ -39,8 +39,8 @@ class _Viser(viser.ViserServer):
 class App:
     """`hold`: takes hold of the robot for one more browser; what becomes of the connection is told to what it is given.
     `title`: of the page, that of the robot where it is empty. `rate`: seconds of a trajectory in one second, at first.
-    `first`: what is done with the first window, once. Raises UsageError where the address is taken, or is one that
-    others reach.
+    `first`: what is done with the first window, once. `secret`: of the address, a new one where it is empty.
+    Raises UsageError where the address is taken, or is one that others reach.
     """
 
     def __init__(
@@ -50,6 +50,7 @@ class App:
         title: str = "",
         host: str = HOST,
         port: int = 0,
+        secret: str = "",
         rate: float = 1.0,
         first: Callable[[Window], object] = lambda _window: None,
         tell: Told = lambda _text: None,
@@ -61,7 +62,7 @@ class App:
         self._gone: set[int] = set()  # browsers that went before there was a window
         self._lock, self._stirred, self._ended = Lock(), Event(), Event()
         self._came = False  # whether there was a window
-        guard = Guard(lambda error: self._tell(internal_error(error).text))
+        guard = Guard(lambda error: self._tell(internal_error(error).text), secret)
         self._viser, bound = _serve(guard, host, port)
         self.address = f"http://{_shown(host)}:{bound}/{guard.secret}/"
         self._viser.on_client_connect(self._come)

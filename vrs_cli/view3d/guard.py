@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import asyncio
 import hmac
+import os
 import secrets
 import socket
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from http import HTTPStatus
+from pathlib import Path
 from threading import Lock
 from typing import Any
 from urllib.parse import urlsplit
@@ -23,6 +25,32 @@ from websockets.http11 import Request, Response
 
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
 BYTES = 18  # of chance in a secret
+THERE = "/there"  # what the page asks for to know whether vrs is
+
+WORDS = """
+<style>#vrs-ended {
+    position: fixed; z-index: 10000; top: 1rem; left: 50%; transform: translateX(-50%); max-width: min(34rem, 90vw);
+    padding: 0.8rem 1.1rem; border-radius: 6px; background: #a83232; color: #fff; font: 15px/1.4 sans-serif;
+}</style>
+<div id="vrs-ended" role="status" hidden></div>
+<script>
+(() => {
+    const box = document.getElementById("vrs-ended");
+    const there = `/${location.pathname.split("/")[1]}/there`;
+    const said = text => { box.textContent = text; box.hidden = !text; };
+    async function look() {
+        try {
+            const answer = await fetch(there, {cache: "no-store", signal: AbortSignal.timeout(5000)});
+            said(answer.ok ? "" : "Another vrs view is at this address now: open the one that it tells.");
+        } catch {
+            said("vrs view has ended: what is seen here is where the robot was last. AGAIN");
+        }
+    }
+    setInterval(look, 2000);
+})();
+</script>
+"""
+OPENS, GOES_ON = "Started again it opens a page of its own.", "This page goes on when it is started again."
 
 _replacing = Lock()
 Asked = Callable[[ServerConnection, Request], Response | None]
@@ -30,12 +58,12 @@ Asked = Callable[[ServerConnection, Request], Response | None]
 
 class Guard:
     """Lets in who knows the secret, which is the first part of the path of an address. `failed` is told what goes wrong
-    with what a page sends: viser lets it lie.
+    with what a page sends: viser lets it lie. `secret`: one that a page of before knows; else it is a new one.
     """
 
-    def __init__(self, failed: Callable[[BaseException], object] = lambda _error: None) -> None:
-        self._failed = failed
-        self.secret = secrets.token_urlsafe(BYTES)
+    def __init__(self, failed: Callable[[BaseException], object] = lambda _error: None, secret: str = "") -> None:
+        self._failed, self._kept = failed, bool(secret)
+        self.secret = secret or secrets.token_urlsafe(BYTES)
         self.stands = False
 
     def refuses(self, request: Request) -> str:
@@ -58,7 +86,20 @@ class Guard:
         if why:
             return connection.respond(HTTPStatus.FORBIDDEN, f"{why}\n")
         request.path = "/" + request.path.removeprefix(f"/{self.secret}").lstrip("/")
-        return then(connection, request)
+        if request.path == THERE:
+            return connection.respond(HTTPStatus.OK, "")
+        if "Accept-Encoding" in request.headers:
+            del request.headers["Accept-Encoding"]  # most of the page is compressed anyway
+        answer = then(connection, request)
+        return answer if answer is None else self._with_words(answer)
+
+    def _with_words(self, answer: Response) -> Response:
+        """viser's page says nothing, or `Connecting...`, when its server is gone: this one says what has happened."""
+        if answer.headers.get("Content-Type", "").startswith("text/html"):
+            answer.body += WORDS.replace("AGAIN", GOES_ON if self._kept else OPENS).encode()
+            del answer.headers["Content-Length"]
+            answer.headers["Content-Length"] = str(len(answer.body))
+        return answer
 
     @contextmanager
     def standing(self, listening: socket.socket) -> Iterator[None]:
@@ -87,6 +128,18 @@ class Guard:
         error = context.get("exception")
         if error is not None:
             self._failed(error)
+
+
+def kept_secret(file: Path) -> str:
+    """The secret of a file that its owner alone may read, made where there is none; another one each time where that
+    cannot be.
+    """
+    with suppress(OSError):
+        file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        with suppress(FileExistsError), open(os.open(file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600), "w") as made:
+            made.write(secrets.token_urlsafe(BYTES))
+        return file.read_text().strip()
+    return ""
 
 
 def _secret_of(path: str) -> str:
