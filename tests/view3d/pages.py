@@ -59,6 +59,10 @@ class Page:
         """An element of the panels is given a value, or pressed."""
         self._send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}})
 
+    def hold(self, uuid: str) -> None:
+        """A button is held down: it says so ten times a second."""
+        self._send({"type": "GuiButtonHoldMessage", "uuid": uuid, "frequency": 10.0})
+
     def key(self, label: str) -> None:
         """The key of a command is pressed."""
         there = self.until(

@@ -19,8 +19,9 @@ from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.roles.observer import Recorded
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.view3d.addition import GOES_ON, OPENS
 from vrs_cli.view3d.app import App
-from vrs_cli.view3d.guard import GOES_ON, OPENS, kept_secret
+from vrs_cli.view3d.guard import kept_secret
 
 
 @pytest.fixture(scope="module")

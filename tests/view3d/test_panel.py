@@ -17,6 +17,7 @@ from tests.net.cable import cable
 from tests.net.serving import serving
 from tests.view3d.pages import PATIENCE, Page
 from vrs_cli.engine.position import position_at
+from vrs_cli.interfaces.roles.held import no_answer
 from vrs_cli.interfaces.session.acts import Define, Say
 from vrs_cli.interfaces.session.survey import Survey
 from vrs_cli.net.client import hello_of
@@ -24,6 +25,7 @@ from vrs_cli.net.messages import LeaseAct
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.net.tokens import Wanted, add_tokens
 from vrs_cli.view3d.app import App
+from vrs_cli.view3d.hosted import SHELL, Hosted
 from vrs_cli.view3d.panel import DRIVE, RELEASE, Panel
 from vrs_cli.view3d.panel_hand import HELD, RESTS, Slider
 from vrs_cli.view3d.panel_line import EARLIER, LATER
@@ -233,11 +235,52 @@ def test_a_slider_moves_its_joint_and_follows_the_arm(app: App, ada: Sat) -> Non
     for angle in (5.0, 12.0, 20.0):  # as it is dragged
         ada.page.set(one, angle)
     ada.until(lambda: abs(joint_1(app) - 20.0) < 0.1)
-    axis = ada.now("GuiButtonGroupMessage", label="X")["uuid"]
     ada.press("JOG", "Joints")
-    ada.until(lambda: ada.now("GuiButtonGroupMessage", label="X")["label"] == "1")
-    ada.page.set(axis, "\N{MINUS SIGN}")
+    click(ada, "\N{MINUS SIGN} Joint 1", "\N{MINUS SIGN}")
     ada.until(lambda: abs(ada.now("GuiSliderMessage", label="Joint 1")["value"] - 10.0) < 0.2)
+
+
+def button(ada: Sat, says: str, first: str) -> str:
+    """A button of JOG that says so now, and stood there so at first."""
+    ada.until(lambda: ada.now("GuiButtonMessage", label=first)["label"] == says)
+    return str(ada.now("GuiButtonMessage", label=first)["uuid"])
+
+
+def click(ada: Sat, says: str, first: str) -> None:
+    """As a browser tells of it: held down, and let go at once."""
+    uuid = button(ada, says, first)
+    ada.page.hold(uuid)
+    ada.page.set(uuid, True)
+
+
+def test_a_button_that_is_held_moves_the_arm_until_it_is_let_go(app: App, ada: Sat) -> None:
+    up = button(ada, "+ X", "+")
+    ada.press("Axis", "Z")
+    button(ada, "+ Z", "+")
+    robot = window(app).watched
+    before = position_at(robot.arm, robot.timeline, robot.now).T_world_tool.pz
+    for _ in range(6):
+        ada.page.hold(up)
+        ada.page.quiet(0.1)
+    ada.page.set(up, True)
+    ada.until(lambda: not panel(app).hand.buttons[1].held and robot.now > robot.timeline.end)
+    after = position_at(robot.arm, robot.timeline, robot.timeline.end).T_world_tool.pz
+    assert 0.005 < after - before < 0.05 * robot.timeline.end
+    assert not any("JOG" in one for one in ada.html()), "it was no click"
+
+
+def test_an_arm_whose_page_goes_while_a_button_is_held_stops(app: App, hosted: Hosted) -> None:
+    robot = hosted.hold(SHELL)
+    with sat(app) as ada:
+        up = button(ada, "+ X", "+")
+        for _ in range(4):
+            ada.page.hold(up)
+        ada.until(lambda: robot.timeline.end > robot.now)
+    end = robot.timeline.end
+    assert end - robot.now < 1.0
+    assert robot.say("LISTR 1", no_answer)
+    assert robot.timeline.end <= end
+    robot.close()
 
 
 def test_speed_is_a_slider(ada: Sat) -> None:

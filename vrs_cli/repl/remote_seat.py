@@ -28,13 +28,13 @@ from vrs_cli.interfaces.conversation.complete import Suggestion
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.interfaces.conversation.status import Status
 from vrs_cli.interfaces.editor.screen import Findings, Found, KeepDraft, Kept, Page, ReadDraft
-from vrs_cli.interfaces.jog.jogger import Brake, Hand, Look, Press, Seen
+from vrs_cli.interfaces.jog.jogger import Hand, Look, Seen
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.station.lease import Lost, Notice, Requested
-from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.net import messages
 from vrs_cli.net.client import answer_to
+from vrs_cli.net.far_hand import FarHand
 from vrs_cli.net.messages import Asked, At, Done, Drive, How, LeaseAct, Line, Refused, Request, ServerMessage
 from vrs_cli.repl.seat import KEEPING_UP, RESTING
 
@@ -357,7 +357,7 @@ class RemoteSeat:
         seen = self._look(lambda id: At(id, Look()), Done)
         if seen is None or not isinstance(seen.found, Seen):
             raise RequestRefused("the robot does not answer", "JOG again")
-        return _Hand(question, self._far, seen.found)
+        return FarHand(self._far.begin, question.joints, question.units, seen.found)
 
     def recording(self, question: Playing) -> Recording:
         """The file comes here."""
@@ -432,41 +432,3 @@ class _Page:
             raise RequestRefused("the robot does not answer", "store it again")
         self.name = end.found.name
         return end.found.said
-
-
-class _Hand:
-    """The arm of JOG. What is held down comes to the arm as fast as that answers, and no faster: nothing that was
-    pressed before is done after the key is let go.
-    """
-
-    def __init__(self, question: Jogging, far: Far, seen: Seen) -> None:
-        self.joints: int = question.joints
-        self.units: JointUnits = question.units
-        self._far, self._seen = far, seen
-        self._on_way: list[Press | Brake | Look] = []
-
-    def do(self, act: Press | Brake | Look) -> Seen:
-        if act not in self._on_way:
-            self._send(act)
-        return self._seen
-
-    def _send(self, act: Press | Brake | Look) -> None:
-        def hear(end: ServerMessage) -> None:
-            with suppress(ValueError):  # a brake, or what was forgotten
-                self._on_way.remove(act)
-            if isinstance(end, Done) and isinstance(end.found, Seen):
-                self._seen = end.found
-            elif isinstance(end, Done | Refused) and end.refusal is not None:
-                self._say(end.refusal.error())
-
-        if not isinstance(act, Brake):
-            self._on_way.append(act)
-        try:
-            self._far.begin(lambda id: At(id, act), hear)
-        except RequestRefused as error:
-            self._on_way.clear()
-            self._say(error)
-
-    def _say(self, error: VrsError) -> None:
-        seen = self._seen
-        self._seen = Seen(seen.position, seen.end, seen.paused, str(error))

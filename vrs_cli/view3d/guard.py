@@ -23,34 +23,10 @@ import websockets.asyncio.server as sockets
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.http11 import Request, Response
 
+from vrs_cli.view3d.addition import THERE, addition
+
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
 BYTES = 18  # of chance in a secret
-THERE = "/there"  # what the page asks for to know whether vrs is
-
-WORDS = """
-<style>#vrs-ended {
-    position: fixed; z-index: 10000; top: 1rem; left: 50%; transform: translateX(-50%); max-width: min(34rem, 90vw);
-    padding: 0.8rem 1.1rem; border-radius: 6px; background: #a83232; color: #fff; font: 15px/1.4 sans-serif;
-}</style>
-<div id="vrs-ended" role="status" hidden></div>
-<script>
-(() => {
-    const box = document.getElementById("vrs-ended");
-    const there = `/${location.pathname.split("/")[1]}/there`;
-    const said = text => { box.textContent = text; box.hidden = !text; };
-    async function look() {
-        try {
-            const answer = await fetch(there, {cache: "no-store", signal: AbortSignal.timeout(5000)});
-            said(answer.ok ? "" : "Another vrs view is at this address now: open the one that it tells.");
-        } catch {
-            said("vrs view has ended: what is seen here is where the robot was last. AGAIN");
-        }
-    }
-    setInterval(look, 2000);
-})();
-</script>
-"""
-OPENS, GOES_ON = "Started again it opens a page of its own.", "This page goes on when it is started again."
 
 _replacing = Lock()
 Asked = Callable[[ServerConnection, Request], Response | None]
@@ -91,12 +67,11 @@ class Guard:
         if "Accept-Encoding" in request.headers:
             del request.headers["Accept-Encoding"]  # most of the page is compressed anyway
         answer = then(connection, request)
-        return answer if answer is None else self._with_words(answer)
+        return answer if answer is None else self._with_addition(answer)
 
-    def _with_words(self, answer: Response) -> Response:
-        """viser's page says nothing, or `Connecting...`, when its server is gone: this one says what has happened."""
+    def _with_addition(self, answer: Response) -> Response:
         if answer.headers.get("Content-Type", "").startswith("text/html"):
-            answer.body += WORDS.replace("AGAIN", GOES_ON if self._kept else OPENS).encode()
+            answer.body += addition(comes_back=self._kept)
             del answer.headers["Content-Length"]
             answer.headers["Content-Length"] = str(len(answer.body))
         return answer

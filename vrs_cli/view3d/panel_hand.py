@@ -1,23 +1,29 @@
 """The arm moved by hand at a panel: speed, a slider for each joint, and JOG along the axes of the world or the tool.
 
-All of it is JOG and SPEED, as a student would type it, and is shown so. A slider is a JOG once it rests: in real time
-a JOG takes the place of what was scheduled, so that the slider may be moved again while the arm is on its way; one JOG
-is one step back for UNDO, where a stream of targets would be hundreds.
+What is clicked and slid is JOG and SPEED, as a student would type it, and is shown so. A button that is held down moves
+the arm until it is let go: the page says ten times a second that it is held, and each time the arm is sent a little
+farther, so that it comes to rest by itself where the page, or the connection, is gone. A slider is a JOG once it rests:
+in real time a JOG takes the place of what was scheduled, so that the slider may be moved again while the arm is on its
+way; one JOG is one step back for UNDO, where a stream of targets would be hundreds.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from math import degrees
 
 import viser
 
 from vrs_cli.engine.position import destination_at, position_at
-from vrs_cli.interfaces.jog.jogger import STEPS
+from vrs_cli.interfaces.jog.jogger import SPEEDS, STEPS, Axis, Brake, Frame, Press, Seen
 from vrs_cli.interfaces.session.survey import Surveyed
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.words.values import plain
-from vrs_cli.view3d.panel_parts import Hands, put
+from vrs_cli.net.far_hand import FarHand
+from vrs_cli.render.colours import Ink
+from vrs_cli.view3d.panel_parts import Act, Hands, put
 from vrs_cli.view3d.panel_seat import PanelSeat
 from vrs_cli.view3d.shown import Shown
 
@@ -28,7 +34,13 @@ JOG = "JOG"
 WORLD, TOOL, JOINTS = "World", "Tool", "Joints"
 MINUS, PLUS = "\N{MINUS SIGN}", "+"
 AXES = {WORLD: ("X", "Y", "Z", "RX", "RY", "RZ"), TOOL: ("TX", "TY", "TZ", "TRX", "TRY", "TRZ")}
-USUAL_STEP = "10"
+FRAMES = {WORLD: Frame.WORLD, TOOL: Frame.TOOL, JOINTS: Frame.JOINT}
+USUAL_STEP, USUAL_SPEED = "10", "10"
+FASTEST = 50.0  # [%] for a button that is held down: 250 mm/s of a usual arm, the most by hand in ISO 10218-1 (T1)
+HOLDING = 10.0  # [1/s] how often the page says that a button is held down
+CLICK = 2  # times that it says so of a click, at most
+SILENT = 0.35  # [s] without a word of it after which a button is held down no more
+FARTHER = 0.5  # [s] at full speed that each word of it leads
 
 
 class Slider:
@@ -54,6 +66,44 @@ class Slider:
             put(self.handle, value=value)
 
 
+class HeldButton:
+    """A button of JOG: a click is a step, held down it moves the arm until it is let go. `hold` and `let_go` are called
+    for that, `step` for a click.
+    """
+
+    def __init__(
+        self, handle: viser.GuiButtonHandle, hands: Hands, wall: Callable[[], float], hold: Act, let_go: Act, step: Act
+    ) -> None:
+        self.handle = handle
+        self._hands, self._wall, self._hold, self._let_go, self._step = hands, wall, hold, let_go, step
+        self._said, self._at = 0, 0.0  # how often the page has said that it is held, and when last
+        handle.on_hold(self._hear, HOLDING)
+        handle.on_click(self._clicked)
+
+    @property
+    def held(self) -> bool:
+        return self._said > 0
+
+    async def _hear(self, _event: object) -> None:
+        """In the order in which the page says it, as this never waits."""
+        self._said, self._at = self._said + 1, self._wall()
+        if self._said > CLICK:
+            self._hands.do(self._hold)
+
+    async def _clicked(self, _event: object) -> None:
+        """It is let go, and the mouse is still over it."""
+        self._end(self._let_go if self._said > CLICK else self._step)
+
+    def look(self, wall: float) -> None:
+        """It is let go elsewhere, or the page is not heard of."""
+        if self._said and wall > self._at + SILENT:
+            self._end(self._let_go)
+
+    def _end(self, act: Act) -> None:
+        self._said = 0
+        self._hands.do(act)
+
+
 class HandPanel:
     """`arm`: the robot's, whose joints have names, ranges and units."""
 
@@ -61,22 +111,25 @@ class HandPanel:
         self, gui: viser.GuiApi, seat: PanelSeat, hands: Hands, arm: RobotArm, wall: Callable[[], float]
     ) -> None:
         self._seat, self._arm, self._wall = seat, arm, wall
-        self._frame = WORLD
+        self._frame, self._index = WORLD, 0
+        self._hand: FarHand | None = None
+        self._told = ""
         self.leading = gui.add_folder(None)
         with self.leading:
             self.speed = Slider(gui.add_slider("SPEED %", 1.0, 100.0, 1.0, 100.0))
             self.joints = [Slider(self._add_joint(gui, number)) for number in range(1, arm.model.joint_count + 1)]
             self.frame = gui.add_button_group(JOG, (WORLD, TOOL, JOINTS))
+            self.axis = gui.add_button_group("Axis", AXES[WORLD])
+            self.buttons = [self._add_button(gui, hands, way) for way in (MINUS, PLUS)]
             steps = tuple(plain(step) for step in STEPS)
-            self.step = gui.add_dropdown("Step mm, deg", steps, initial_value=USUAL_STEP)
-            more = ("",) * (arm.model.joint_count - len(AXES[WORLD]))
-            self.axes = [gui.add_button_group(name, (MINUS, PLUS)) for name in (*AXES[WORLD], *more)]
+            self.step = gui.add_dropdown("Click mm, deg", steps, initial_value=USUAL_STEP)
+            speeds = tuple(plain(speed) for speed in SPEEDS if speed <= FASTEST)
+            self.pace = gui.add_dropdown("Hold %", speeds, initial_value=USUAL_SPEED)
         hands.on(self.speed.handle, partial(self._move, self.speed))
         for joint in self.joints:
             hands.on(joint.handle, partial(self._move, joint))
         hands.on(self.frame, self._choose)
-        for index, axis in enumerate(self.axes):
-            hands.on(axis, partial(self._jog, index))
+        hands.on(self.axis, self._choose_axis)
         self._choose(WORLD)
 
     def _add_joint(self, gui: viser.GuiApi, number: int) -> viser.GuiSliderHandle[float]:
@@ -85,6 +138,12 @@ class HandPanel:
         low, high = (units.one_shown(number, end[number - 1]) for end in (model.lower, model.upper))
         return gui.add_slider(f"Joint {number}", round(low, 1), round(high, 1), 0.1, min(max(0.0, low), high))
 
+    def _add_button(self, gui: viser.GuiApi, hands: Hands, way: str) -> HeldButton:
+        sign = 1.0 if way == PLUS else -1.0
+        hint = "Click: a step. Hold it down: the arm moves until it is let go"
+        hold, step = partial(self._hold, sign), partial(self._step, sign)
+        return HeldButton(gui.add_button(way, hint=hint), hands, self._wall, hold, self._let_go, step)
+
     # --- what is done ---
 
     def _move(self, slider: Slider, value: float) -> None:
@@ -92,17 +151,41 @@ class HandPanel:
 
     def _choose(self, frame: str) -> None:
         self._frame = frame
-        names = self._axes
-        for index, axis in enumerate(self.axes):
-            put(axis, visible=index < len(names), label=names[index] if index < len(names) else "")
+        put(self.axis, options=self._axes)
+        self._choose_axis(self._axes[0])
+
+    def _choose_axis(self, name: str) -> None:
+        self._index = self._axes.index(name)
+        joint = "Joint " if self._frame == JOINTS else ""
+        for button, way in zip(self.buttons, (MINUS, PLUS), strict=True):
+            put(button.handle, label=f"{way} {joint}{name}")
 
     @property
     def _axes(self) -> tuple[str, ...]:
         numbers = tuple(str(number) for number in range(1, self._arm.model.joint_count + 1))
         return numbers if self._frame == JOINTS else AXES[self._frame]
 
-    def _jog(self, index: int, way: str) -> None:
-        self._command(self._axes[index], float(self.step.value) * (1.0 if way == PLUS else -1.0))
+    def _step(self, sign: float) -> None:
+        self._command(self._axes[self._index], sign * float(self.step.value))
+
+    def _hold(self, sign: float) -> None:
+        """A little farther."""
+        axis, speed = Axis(FRAMES[self._frame], self._index), float(self.pace.value)
+        self._do(Press(axis, round(sign * FARTHER * speed / 100.0 * full_speed(self._arm.model, axis), 3), speed))
+
+    def _let_go(self) -> None:
+        self._do(Brake())
+
+    def _do(self, act: Press | Brake) -> None:
+        """What there is to say of it is noted once."""
+        robot, model = self._seat.robot, self._arm.model
+        if self._hand is None:
+            here = position_at(self._arm, robot.timeline, robot.timeline.end)
+            self._hand = FarHand(robot.begin, model.joint_count, model.units, Seen(here, here.time))
+        said = self._hand.do(act).said
+        if said and said != self._told:
+            self._seat.note(said, Ink.WARNING)
+        self._told = said if isinstance(act, Press) else ""
 
     def _command(self, axis: str, amount: float) -> None:
         self._seat.command(f"{JOG} {axis}, {plain(round(amount, 2))}", again=f"{JOG} {axis}")
@@ -113,6 +196,8 @@ class HandPanel:
         """Do what the sliders mean, and let them follow the arm."""
         put(self.leading, visible=drives)
         wall = self._wall()
+        for button in self.buttons:
+            button.look(wall)
         speed = self.speed.taken(wall)
         if speed is not None:
             self._seat.command(f"SPEED {plain(speed)}", again="SPEED")
@@ -128,3 +213,10 @@ class HandPanel:
             if abs(change) >= LEAST:
                 self._command(str(number), change)
             joint.follow(round(units.one_shown(number, here[number - 1]), 1), wall)
+
+
+def full_speed(model: RobotModel, axis: Axis) -> float:
+    """Along an axis of JOG, at SPEED 100 [mm/s, deg/s]."""
+    if axis.frame is Frame.JOINT:
+        return model.units.one_shown(axis.index + 1, model.max_velocity[axis.index])
+    return degrees(model.angular_speed) if axis.turns else 1000.0 * model.linear_speed

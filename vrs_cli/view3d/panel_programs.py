@@ -104,7 +104,7 @@ def _said(task: TaskRow | None) -> str:
 
 
 def _listing(text: Text | None, task: TaskRow | None) -> str:
-    """The steps; the page scrolls to the present one by itself where it is far down."""
+    """The steps, with a mark at the present one, to which the page scrolls (`addition`)."""
     if text is None:
         return boxed("Programs are typed as .PROGRAM name() ... .END, or loaded from a file.")
     here = task.step if task is not None and task.program.lower() == text.name.lower() else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import degrees, radians
 
 import pytest
@@ -21,7 +22,7 @@ from vrs_cli.errors import (
     UndefinedValue,
     UsageError,
 )
-from vrs_cli.interfaces.jog.jogger import AHEAD, AXES, Axis, Frame, Jogger, Panel, axis_of
+from vrs_cli.interfaces.jog.jogger import AHEAD, AXES, Axis, Brake, Frame, HeldDown, Jogger, Look, Panel, Press, axis_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.joints import largest_change
 from vrs_cli.kinematics.profile import Profile
@@ -457,3 +458,58 @@ def test_the_panel_says_why_nothing_moves(session: Session) -> None:
     session.perform("DISABLE POWER")
     panel.move(1.0)
     assert "ENABLE POWER" in panel.said
+
+
+# --- a button that is held down ---------------------------------------------------------------------------------------
+
+
+UP = Press(AXES["Z"], 25.0, 10.0)
+
+
+def held_down(session: Session, wall: ManualWall, presses: int) -> HeldDown:
+    """Its page says so ten times a second."""
+    held = HeldDown(session)
+    for _ in range(presses):
+        held.do(UP)
+        wall.seconds += 0.1
+    return held
+
+
+def test_an_arm_that_is_held_moves_evenly_and_stops_when_it_is_let_go(live: Session, wall: ManualWall) -> None:
+    engine = live.engine
+    begun, before = engine.now, engine.position().T_world_tool
+    held = held_down(live, wall, 20)
+    heights = [engine.position(begun + 0.7 + 0.1 * k).T_world_tool.pz for k in range(13)]
+    assert [b - a for a, b in pairwise(heights)] == pytest.approx([0.005] * 12, abs=1e-6), "50 mm/s"
+    seen = held.do(Brake())
+    assert seen.end - engine.now < 0.1
+    assert distance(before, engine.position(seen.end).T_world_tool) == pytest.approx(0.1, abs=0.005)
+
+
+def test_an_arm_of_which_nothing_is_heard_any_more_stops_by_itself(live: Session, wall: ManualWall) -> None:
+    held_down(live, wall, 20)
+    assert live.engine.end - live.engine.now <= AHEAD + 0.6
+
+
+def test_an_arm_that_was_stopped_by_hand_waits_until_the_button_is_let_go(live: Session, wall: ManualWall) -> None:
+    held = held_down(live, wall, 5)
+    live.stop()
+    stands = live.engine.end
+    wall.seconds += 0.5
+    with pytest.raises(UsageError, match="let the button go"):
+        held.do(UP)
+    assert live.engine.end == stands
+    held.do(Brake())
+    held.do(UP)
+    assert live.engine.end > live.engine.now
+
+
+def test_what_something_else_does_is_not_braked_by_a_button_that_is_let_go(live: Session, wall: ManualWall) -> None:
+    held = held_down(live, wall, 5)
+    live.perform("JOG 1, 30")
+    end = live.engine.end
+    held.do(Brake())
+    assert live.engine.end == end
+    HeldDown(live).do(Brake())
+    assert live.engine.end == end, "nor by one that was never pressed"
+    assert held.do(Look()).end == end

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from vrs_cli.dialogue.numbers import count
 from vrs_cli.dialogue.questions import Parting
@@ -21,7 +21,7 @@ from vrs_cli.interfaces.conversation.names import names_of
 from vrs_cli.interfaces.conversation.status import Pace, Status
 from vrs_cli.interfaces.conversation.validate import mistake_in_entry
 from vrs_cli.interfaces.editor.screen import KeepDraft, ReadDraft, ScreenDraft
-from vrs_cli.interfaces.jog.jogger import Brake, Jogger, Look, Press
+from vrs_cli.interfaces.jog.jogger import Brake, HeldDown, Jogger, Look, Press
 from vrs_cli.interfaces.monitor.consent import leave, may_replace
 from vrs_cli.interfaces.monitor.files import load
 from vrs_cli.interfaces.session.session import Session
@@ -34,8 +34,6 @@ from vrs_cli.language.words.word import Role
 
 RUNNING = "*"  # the prompt while a program runs
 CONSTANTS = tuple(name.lower() for name, row in FUNCTIONS.items() if row.constant)
-
-S = TypeVar("S")
 
 _NAME = re.compile(r"\s*\.\w+\s+([A-Za-z][\w.]*)")
 
@@ -51,6 +49,7 @@ class Conversation:
         self.session, self.desk = session, desk or session.desk
         self.entry: Entry | None = None
         self._refused = False
+        self._held = HeldDown(self.session)
 
     # --- lines ---
 
@@ -213,14 +212,16 @@ class Conversation:
             case StopProgram():
                 self.stop_program()
             case ReadDraft() | KeepDraft():
-                return self._on_screen(ScreenDraft, "SEE").do(act)
+                return self._draft.do(act)
             case Press() | Brake() | Look():
-                return self._on_screen(Jogger, "JOG").do(act)
+                shown = self.desk.on_screen
+                return shown.do(act) if isinstance(shown, Jogger) else self._held.do(act)
         return None
 
-    def _on_screen(self, sort: type[S], word: str) -> S:
-        if not isinstance(self.desk.on_screen, sort):
-            raise UsageError(f"{word} fills no screen now", f"{word} comes first")
+    @property
+    def _draft(self) -> ScreenDraft:
+        if not isinstance(self.desk.on_screen, ScreenDraft):
+            raise UsageError("SEE fills no screen now", "SEE comes first")
         return self.desk.on_screen
 
     def stop_program(self) -> None:

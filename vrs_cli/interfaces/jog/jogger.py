@@ -353,6 +353,35 @@ class Jogger:
         return goal
 
 
+class HeldDown:
+    """The arm moved by a button that is held down, without a screen for it: presses come as long as it is held, each
+    leads a little farther, and a brake comes when it is let go. Where nothing comes any more the last step ends. An arm
+    that was stopped by hand stays where it is until the button is let go; what something else does is not braked.
+    """
+
+    def __init__(self, station: Station) -> None:
+        self._station, self._jogger = station, Jogger(station)
+        self._stops: int | None = None  # how often the robot was stopped before the button was pressed
+        self._version = -1  # of the timeline, as the last press has left it
+
+    def do(self, act: Press | Brake | Look) -> Seen:
+        """As `Jogger.do`. Raises RobotNotAttached, UsageError."""
+        station, engine = self._station, self._station.engine
+        if isinstance(act, Press):
+            station.tasks.check_robot_free()
+            self._stops = station.stops if self._stops is None else self._stops
+            if station.stops != self._stops:
+                raise UsageError("the arm was stopped by hand", "let the button go, and press it again")
+        if isinstance(act, Brake):
+            self._stops = None
+            if engine.timeline.version != self._version:
+                return self._jogger.do(Look())
+        seen = self._jogger.do(act)
+        if isinstance(act, Press):
+            self._version = engine.timeline.version
+        return seen
+
+
 def moved(T_world_tool: Transform, axis: Axis, amount: float) -> Transform:
     """A pose after a step along or about an axis [mm, deg]; about an axis of the world the tool tip stays in place."""
     unit = UNITS[axis.index % 3]

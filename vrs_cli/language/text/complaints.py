@@ -54,6 +54,7 @@ class _Complaint:
             or self._section_value()
             or self._equals()
             or self._missing_link()
+            or self._instruction_in_place_of_value()
             or self._neighbours()
         )
         return found or self._say(CannotInterpret, *self._other())
@@ -138,6 +139,18 @@ class _Complaint:
         if len(self._before) > 1 and self._before[-2] is head and last.text.upper() in links:
             detail = f"a value is missing between {head.type} and {last.text.upper()}"
         return self._say(CannotInterpret, detail, f"the form is {CONTROL[head.type].form}")
+
+    def _instruction_in_place_of_value(self) -> Diagnostic | None:
+        """WHY DRIVE 1, 500."""
+        head, last = self._head, self._last
+        if head is None or head.row is None or last is None or self._before[-2:-1] != [head]:
+            return None
+        word = last.text.upper()
+        if word not in INSTRUCTIONS or self._type not in _BEGINS_VALUE:
+            return None
+        return self._say(
+            CannotInterpret, f"{head.value}: {word} is an instruction", f"the form is {head.row.form}", last
+        )
 
     def _neighbours(self) -> Diagnostic | None:
         """Two values with nothing between them."""

@@ -1,0 +1,50 @@
+"""The arm of JOG at a robot afar."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+
+from vrs_cli.errors import RequestRefused, VrsError
+from vrs_cli.interfaces.jog.jogger import Brake, Look, Press, Seen
+from vrs_cli.kinematics.joints import JointUnits
+from vrs_cli.net.messages import At, Done, Refused, Request, ServerMessage
+
+Begin = Callable[[Callable[[int], Request], Callable[[ServerMessage], None]], object]
+
+
+class FarHand:
+    """What is held down comes to the arm as fast as that answers, and no faster: nothing that was pressed before is
+    done after the key is let go. `begin` sends a request, and has told what comes of it; `seen`: the arm before.
+    """
+
+    def __init__(self, begin: Begin, joints: int, units: JointUnits, seen: Seen) -> None:
+        self.joints, self.units = joints, units
+        self._begin, self._seen = begin, seen
+        self._on_way: list[Press | Brake | Look] = []
+
+    def do(self, act: Press | Brake | Look) -> Seen:
+        if act not in self._on_way:
+            self._send(act)
+        return self._seen
+
+    def _send(self, act: Press | Brake | Look) -> None:
+        def hear(end: ServerMessage) -> None:
+            with suppress(ValueError):  # a brake, or what was forgotten
+                self._on_way.remove(act)
+            if isinstance(end, Done) and isinstance(end.found, Seen):
+                self._seen = end.found
+            elif isinstance(end, Done | Refused) and end.refusal is not None:
+                self._say(end.refusal.error())
+
+        if not isinstance(act, Brake):
+            self._on_way.append(act)
+        try:
+            self._begin(lambda id: At(id, act), hear)
+        except RequestRefused as error:
+            self._on_way.clear()
+            self._say(error)
+
+    def _say(self, error: VrsError) -> None:
+        seen = self._seen
+        self._seen = Seen(seen.position, seen.end, seen.paused, str(error))
