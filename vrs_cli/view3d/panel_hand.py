@@ -91,12 +91,13 @@ class HeldButton:
             self._hands.do(self._hold)
 
     async def _clicked(self, _event: object) -> None:
-        """It is let go, and the mouse is still over it."""
-        self._end(self._let_go if self._said > CLICK else self._step)
+        """It is let go; not news where nothing was heard of it for too long."""
+        if self._said:
+            self._end(self._let_go if self._said > CLICK else self._step)
 
     def look(self, wall: float) -> None:
-        """It is let go elsewhere, or the page is not heard of."""
-        if self._said and wall > self._at + SILENT:
+        """The page is not heard of."""
+        if self._said > CLICK and wall > self._at + SILENT:
             self._end(self._let_go)
 
     def _end(self, act: Act) -> None:
