@@ -131,7 +131,6 @@ class HandPanel:
             hands.on(joint.handle, partial(self._move, joint))
         hands.on(self.frame, self._choose)
         hands.on(self.axis, self._choose_axis)
-        self._choose(WORLD)
 
     def _add_joint(self, gui: viser.GuiApi, number: int) -> viser.GuiSliderHandle[float]:
         model = self._arm.model
@@ -143,7 +142,7 @@ class HandPanel:
         sign = 1.0 if way == PLUS else -1.0
         hint = "Click: a step. Hold it down: the arm moves until it is let go"
         hold, step = partial(self._hold, sign), partial(self._step, sign)
-        return HeldButton(gui.add_button(way, hint=hint), hands, self._wall, hold, self._let_go, step)
+        return HeldButton(gui.add_button(f"{way} {AXES[WORLD][0]}", hint=hint), hands, self._wall, hold, self._let_go, step)
 
     # --- what is done ---
 
