@@ -142,7 +142,8 @@ class HandPanel:
         sign = 1.0 if way == PLUS else -1.0
         hint = "Click: a step. Hold it down: the arm moves until it is let go"
         hold, step = partial(self._hold, sign), partial(self._step, sign)
-        return HeldButton(gui.add_button(f"{way} {AXES[WORLD][0]}", hint=hint), hands, self._wall, hold, self._let_go, step)
+        button = gui.add_button(f"{way} {AXES[WORLD][0]}", hint=hint)
+        return HeldButton(button, hands, self._wall, hold, self._let_go, step)
 
     # --- what is done ---
 
