@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 from vrs_cli.errors import UsageError
 from vrs_cli.errors import did_you_mean as suggestion
+from vrs_cli.kinematics.task import Task
 
 if TYPE_CHECKING:
     from vrs_cli.engine.clock import WallClock
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 STANDARD_STREAM = "-"
 DEFAULT_RATE = 100.0  # [Hz]
 FASTEST = 100_000.0  # [Hz]
+TASKS = tuple(task.value for task in Task)
 WIDTH = 80  # for which argparse tries each option when it is added
 
 
@@ -45,12 +47,13 @@ class Parser(argparse.ArgumentParser):
         """The options of `chosen_robot`."""
         told = "a robot's name (vrs robots), or its TOML or URDF file"
         self.add_argument("--robot", metavar="NAME|FILE", default=default, help=told)
-        self.add_ends()
+        self.add_choices()
 
-    def add_ends(self) -> None:
-        """The options that choose an arm of a URDF file."""
+    def add_choices(self) -> None:
+        """The options that choose an arm of a URDF file, and what counts of its locations."""
         self.add_argument("--base", metavar="LINK", help="of a URDF file: the link that the arm stands on")
         self.add_argument("--tip", metavar="LINK", help="of a URDF file: the link that the arm moves, its flange")
+        self.add_argument("--task", choices=TASKS, help="what counts of a location, whatever the file says")
 
     def format_help(self) -> str:
         """Return the help, as wide as the terminal: `shutil`, which knows how wide, loads compressors too."""
@@ -96,10 +99,15 @@ def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
 def chosen_robot(prog: str, options: argparse.Namespace) -> RobotModel:
     """The robot of the options of `add_robot`; what was decided though its file does not say it is told on standard
     error. Raises VrsError."""
+    from vrs_cli.kinematics.fitting import said
     from vrs_cli.kinematics.robot_file import Ends, load_robot
 
-    model = load_robot(options.robot, Ends(options.base, options.tip))
-    for note in model.origin.notes if model.origin is not None else ():
+    model = load_robot(options.robot, Ends(options.base, options.tip), options.task)
+    origin = model.origin
+    if origin is None:
+        return model
+    fitted = () if origin.names_task or options.task else said(model)
+    for note in (*origin.notes, *fitted):
         teller(prog)(f"note: {note}")
     return model
 

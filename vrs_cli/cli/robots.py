@@ -30,7 +30,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
 
     parser = Parser(prog, "The robots that are built in, or all about one robot.", EPILOG)
     parser.add_argument("robot", metavar="NAME|FILE", nargs="?", help="a robot's name, or its TOML or URDF file")
-    parser.add_ends()
+    parser.add_choices()
     options = parser.parse(arguments)
     shown = _list() if options.robot is None else _one(arm_for(chosen_robot(prog, options)))
     print(text_of(shown), end="")

@@ -205,7 +205,7 @@ def _value(a: Floats, s: Floats) -> Floats:
 def _joints(arm: RobotArm, segment: Segment, path: CartesianPath, s: float, seed: Joints) -> Joints | None:
     """The joints s seconds into a line; None where the arm does not reach it."""
     flange = compose(path.pose(s), inverse(segment.motion.frames.tool))
-    found = joints_on(arm, path, s, flange, seed)
+    found = joints_on(arm.holding(segment.motion.frames.tool), path, s, flange, seed)
     if found is None and distance(arm.forward(seed), flange) <= PLACE:  # at the very edge of the reach
         return seed
     return found

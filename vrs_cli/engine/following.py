@@ -23,6 +23,7 @@ from vrs_cli.errors import (
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints, joints_outside
+from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
 from vrs_cli.trajectory.segment import CartesianPath
 
@@ -71,7 +72,7 @@ class Follower:
         T_flange_tool: Transform,
         T_robot_world: Transform = IDENTITY,
     ) -> None:
-        self.arm, self.configuration, self.tool = arm, configuration, T_flange_tool
+        self.arm, self.configuration, self.tool = arm.holding(T_flange_tool), configuration, T_flange_tool
         self.T_world_robot = inverse(T_robot_world)
         self.T_tool_flange = inverse(T_flange_tool)
         self.no_tool = T_flange_tool == IDENTITY
@@ -279,7 +280,7 @@ class Follower:
         """The refusal of a line that leaves the reach: outward, next to the robot, or for how the tool is turned."""
         pose = path.pose(s)
         leaves = f"the straight line leaves the reach of the arm near {self.shown(pose)}"
-        what, hint = ", for how the tool is turned there", "turn it less on the way"
+        what, hint = ", for how the tool is turned there", self._less_turned()
         try:
             self.arm.select(self.flange(pose), near)
             if self.arm.words:
@@ -291,6 +292,15 @@ class Follower:
         except MotionError:
             pass
         return LocationOutOfRange(leaves + what, f"use MOVE, or {hint}", place=position(pose))
+
+    def _less_turned(self) -> str:
+        """What to do where the tool cannot be turned as the line has it."""
+        count = self.arm.model.joint_count
+        if self.arm.steady is not None:
+            return f"a location with the tool turned as {count} joints can have it: MOVE there, and HERE"
+        if count < self.arm.model.task.size:
+            return f"give the arm the task {Task.STEADY.value!r}: {count} joints cannot turn the tool every way"
+        return "turn it less on the way"
 
     def _outside(self, path: CartesianPath, s: float, joints: Joints) -> JointOutOfRange:
         model, pose = self.arm.model, path.pose(s)

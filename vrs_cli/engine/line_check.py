@@ -162,7 +162,7 @@ def _leads_by(stand: Standpoint, via: Transform, end: Transform) -> bool:
     near: Joints | None = stand.here
     for pose in (via, end):  # seen sooner than in a plan
         flange = compose(pose, inverse(stand.frames.tool))
-        near = near and stand.arm.branch_joints(flange, stand.configuration, near)
+        near = near and stand.arm.holding(stand.frames.tool).branch_joints(flange, stand.configuration, near)
     if near is None:
         return False
     try:

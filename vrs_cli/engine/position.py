@@ -187,11 +187,12 @@ def _joints_on_line(arm: RobotArm, segment: Segment, s: Floats) -> Floats:
     assert not isinstance(path, JointPath)
     nearest = np.clip(np.rint(s / path.seed_interval), 0, len(path.seeds) - 1).astype(np.intp)
     seeds = np.array(path.seeds)[nearest]
-    poses = flange_poses(path, s, segment.motion.frames.tool)
+    tool = segment.motion.frames.tool
+    poses = flange_poses(path, s, tool)
     if path.guides:
         q = arm.guided_batch(poses, seeds, np.array([guide.weights for guide in path.guides]), guide_values(path, s))
     else:
-        q = arm.inverse_branch_batch(poses, path.configuration, seeds)
+        q = arm.holding(tool).inverse_branch_batch(poses, path.configuration, seeds)
     for row in np.flatnonzero(np.isnan(q).any(axis=1)):  # a search of many at once may end sooner than one alone
         q[row] = segment_joints(arm, segment, float(s[row]))
     return q

@@ -58,7 +58,7 @@ def segment_joints(arm: RobotArm, segment: Segment, s: float) -> Joints:
     if isinstance(path, JointPath):
         return path.joints(s)
     flange = compose(path.pose(s), inverse(segment.motion.frames.tool))
-    joints = joints_on(arm, path, s, flange, path.seed(s))
+    joints = joints_on(arm.holding(segment.motion.frames.tool), path, s, flange, path.seed(s))
     if joints is None:
         raise PathWithoutJoints(
             f"{s:.3f} s into {segment.motion.text or 'a motion'}",

@@ -12,13 +12,14 @@ What is along a does not count; the rest does, and is asked of the joints.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.jacobian import Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.task import Task
-from vrs_cli.kinematics.transform import Transform, Vector, added, cross, dot, scaled, subtracted
+from vrs_cli.kinematics.transform import Transform, Vector, added, compose, cross, dot, inverse, scaled, subtracted
 from vrs_cli.trajectory.segment import CartesianPath
 
 
@@ -44,6 +45,8 @@ def joint_velocity(
     """[rad/s] at s seconds into a path, where the joints are q, for the path's twist there. Raises
     StraightLineSingular.
     """
+    if arm.steady is not None:
+        return arm.steady.joint_velocity_on(q, _flange_poses(path, s, T_flange_tool)(0.0), twist, T_flange_tool)
     return arm.joint_velocity(q, twist, T_flange_tool, path.demands(s, 1))
 
 
@@ -51,6 +54,9 @@ def joint_acceleration(
     arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Joints, T_flange_tool: Transform
 ) -> Joints:
     """[rad/s2] at s seconds into a path, where the joints are q and their rates qd. Raises StraightLineSingular."""
+    if arm.steady is not None:
+        poses = _flange_poses(path, s, T_flange_tool)
+        return arm.steady.joint_acceleration_on(q, poses, path.twist(s), T_flange_tool)
     rate = path.twist_rate(s)
     if arm.model.task is Task.POINTING:
         rate = _asked_acceleration(_free_turn(arm, path, s, q, qd), rate)
@@ -61,6 +67,9 @@ def joint_acceleration_and_jerk(
     arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Joints, T_flange_tool: Transform
 ) -> tuple[Joints, Joints]:
     """`joint_acceleration`, and the rate of it [rad/s3]."""
+    if arm.steady is not None:
+        poses = _flange_poses(path, s, T_flange_tool)
+        return arm.steady.joint_jerk_on(q, poses, path.twist(s), T_flange_tool)
     rate, change = path.twist_rates(s)
     second, third = path.demands(s, 2), path.demands(s, 3)
     if arm.model.task is not Task.POINTING:
@@ -73,6 +82,12 @@ def joint_acceleration_and_jerk(
     again = added(cross(rate[3:], turn.axis), cross(turn.spin, turn.axis_rate))
     more = added(scaled(again, turn.extra), scaled(turn.axis_rate, 2.0 * extra_rate))
     return qdd, arm.joint_jerk(q, qd, qdd, (*change[:3], *added(change[3:], more)), T_flange_tool, third)
+
+
+def _flange_poses(path: CartesianPath, s: float, T_flange_tool: Transform) -> Callable[[float], Transform]:
+    """The poses of the flange that a path asks for, by the time from s on."""
+    T_tool_flange = inverse(T_flange_tool)
+    return lambda later: compose(path.pose(s + later), T_tool_flange)
 
 
 def _free_turn(arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Joints) -> _FreeTurn:

@@ -62,7 +62,7 @@ class Reach(Struct, frozen=True):
 
 def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
     """Why a target can be reached from a standpoint, or not. Raises IllegalValue for the joints of another robot."""
-    arm = stand.arm
+    arm, holding = stand.arm, stand.arm.holding(stand.frames.tool)
     options, goal = tuple[Option, ...](), None
     if isinstance(target, JointTarget):
         check_joint_count(arm.model, target.joints)
@@ -71,7 +71,7 @@ def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
     else:
         pose = compose(stand.frames.base, target.T_world_tool)
         T_robot_flange = compose(pose, inverse(stand.frames.tool))
-        options = tuple(_option(stand, T_robot_flange, solution) for solution in arm.inverse_all(T_robot_flange))
+        options = tuple(_option(stand, T_robot_flange, solution) for solution in holding.inverse_all(T_robot_flange))
     chosen, reason = _chosen(stand, target, options)
     try:
         stand.resolved(target, straight=True)
@@ -89,7 +89,7 @@ def _option(stand: Standpoint, T_robot_flange: Transform, solution: Solution) ->
     if solution.joints is not None:
         return Option(c, solution.joints, _overruns(stand.arm, solution.joints))
     try:
-        stand.arm.select(T_robot_flange, stand.here, arm=c.arm, elbow=c.elbow, wrist=c.wrist)
+        stand.arm.holding(stand.frames.tool).select(T_robot_flange, stand.here, arm=c.arm, elbow=c.elbow, wrist=c.wrist)
     except LocationOutOfRange as error:
         return Option(c, None, too_far=error.beyond)
     except MotionError:

@@ -85,7 +85,7 @@ def _check_end(arm: RobotArm, joints: Joints, motion: Motion, failure: MotionErr
     T_robot_flange = compose(motion.pose, inverse(motion.frames.tool))
     if arm.hand is not None and not any(arm.branches(T_robot_flange)):
         try:
-            arm.select(T_robot_flange, joints)
+            arm.holding(motion.frames.tool).select(T_robot_flange, joints)
         except LocationOutOfRange as beyond:
             raise beyond.reworded(place=failure.place) from None
 

@@ -138,7 +138,8 @@ def retarget(arm: RobotArm, motion: Motion, destination: Joints) -> Motion:
     pose = _relative_pose(arm, target, destination, motion.frames)
     if motion.kind is Kind.STRAIGHT:
         return motion._replace(pose=pose)
-    return motion._replace(goal=arm.select(compose(pose, inverse(motion.frames.tool)), destination))
+    tool = motion.frames.tool
+    return motion._replace(goal=arm.holding(tool).select(compose(pose, inverse(tool)), destination))
 
 
 def _relative_pose(
@@ -174,7 +175,7 @@ def select(arm: RobotArm, settings: Settings, T_robot_tool: Transform, frames: F
         lower = tuple(low if slides(i) else max(low, -pi) for i, low in enumerate(model.lower, 1))
         upper = tuple(high if slides(i) else min(high, pi) for i, high in enumerate(model.upper, 1))
         arm = arm_for(replace(model, lower=lower, upper=upper))
-    return arm.select(T_robot_flange, near, arm=asked.arm, elbow=asked.elbow, wrist=asked.wrist)
+    return arm.holding(frames.tool).select(T_robot_flange, near, arm=asked.arm, elbow=asked.elbow, wrist=asked.wrist)
 
 
 def check_flag(arm: RobotArm, flag: Flag) -> None:

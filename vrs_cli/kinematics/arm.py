@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
 from math import dist, inf
 from operator import mul
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, NamedTuple, Protocol, cast
 
 from vrs_cli.errors import (
     IllegalValue,
@@ -47,6 +47,26 @@ class Solution(NamedTuple):
     @property
     def usable(self) -> bool:
         return self.joints is not None and not self.outside
+
+
+class Steady(Protocol):
+    """The rates of joints whose flange is turned as nearly to what is asked for as the arm can: they need that too.
+    `poses`: T_base_flange by the time from now [s]; `twist`: of the tool, as the poses have it. Each raises
+    StraightLineSingular.
+    """
+
+    def joint_velocity_on(self, q: Joints, T: Transform, twist: Twist, T_flange_tool: Transform) -> Joints:
+        """[rad/s]"""
+
+    def joint_acceleration_on(
+        self, q: Joints, poses: Callable[[float], Transform], twist: Twist, T_flange_tool: Transform
+    ) -> Joints:
+        """[rad/s2]"""
+
+    def joint_jerk_on(
+        self, q: Joints, poses: Callable[[float], Transform], twist: Twist, T_flange_tool: Transform
+    ) -> tuple[Joints, Joints]:
+        """The acceleration, and the jerk [rad/s3]."""
 
 
 _new = tuple.__new__
@@ -321,6 +341,13 @@ class RobotArm:
     # what proves that joints go on between samples of a way; None for closed forms, and for too few joints
     continuation: Continuation | None = None
 
+    # the arm itself where its rates need the pose that is asked for beside the one that it has; else None
+    steady: Steady | None = None
+
+    def holding(self, T_flange_tool: Transform) -> RobotArm:  # noqa: ARG002 (another place of the tip, for some)
+        """The arm that brings the tip of a tool to the place of a pose; most bring the flange there with all of it."""
+        return self
+
     # --- velocities --------------------------------------------------------------------------------------
 
     def jacobian(self, q: Joints, T_flange_tool: Transform = IDENTITY) -> Jacobian:
@@ -349,11 +376,14 @@ class RobotArm:
     def _solve_rates(self, q: Joints, rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> Joints:
         qd = solve(rows, wanted)
         if qd is None:
-            raise StraightLineSingular(
-                f"{self.singularity(q).nearest}: the joints cannot move the tool that way there",
-                "take another path, or go there by MOVE",
-            )
+            raise self._cannot_move_so(q)
         return qd
+
+    def _cannot_move_so(self, q: Joints) -> StraightLineSingular:
+        return StraightLineSingular(
+            f"{self.singularity(q).nearest}: the joints cannot move the tool that way there",
+            "take another path, or go there by MOVE",
+        )
 
     def rows_that_count(self, q: Joints, J: Sequence[Joints], twist: Twist) -> tuple[list[Joints], list[float]]:
         """The rows of J and of the twist that count; turns are those about the axes of the flange."""

@@ -10,6 +10,7 @@ from functools import lru_cache
 
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.task import Task
 
 
 @lru_cache
@@ -58,6 +59,14 @@ def _parallel_axes(model: RobotModel) -> RobotArm | None:
     return None if bars is None else ParallelAxesArm(model, bars)
 
 
+def _steady(model: RobotModel) -> RobotArm | None:
+    if model.task is not Task.STEADY:
+        return None
+    from vrs_cli.kinematics.numeric.steady.arm import SteadyArm
+
+    return SteadyArm(model)
+
+
 def _numeric(model: RobotModel) -> RobotArm:
     from vrs_cli.kinematics.numeric.arm import NumericArm
 
@@ -68,5 +77,6 @@ _FORMS: tuple[Callable[[RobotModel], RobotArm | None], ...] = (
     _spherical_wrist,
     _offset_wrist,
     _parallel_axes,
+    _steady,
     _numeric,
 )

@@ -25,7 +25,8 @@ SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # of a joint's range: poses that show wha
 
 class Origin(NamedTuple):
     """Where a model comes from, for people: the links of its file that it is an arm between, the names of its joints
-    with their types, those of the joints of its hand, and what was decided though the file does not say it."""
+    with their types, those of the joints of its hand, what was decided though the file does not say it, and whether it
+    names the task."""
 
     base: str
     tip: str
@@ -33,6 +34,7 @@ class Origin(NamedTuple):
     types: tuple[str, ...]
     fingers: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    names_task: bool = False
 
 
 @dataclass(frozen=True)

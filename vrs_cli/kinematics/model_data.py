@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.data_reader import ANGLE, LENGTH, DataReader, Quantity
+from vrs_cli.kinematics.fitting import fitting_task, misfit_of
 from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits
-from vrs_cli.kinematics.model import PROFILES, RobotModel, axes_parallel, flange_steady
-from vrs_cli.kinematics.task import ALL_PARTS, Task, usual_task
+from vrs_cli.kinematics.model import PROFILES, RobotModel
+from vrs_cli.kinematics.task import ALL_PARTS, Task
 from vrs_cli.kinematics.transform import IDENTITY
 
 if TYPE_CHECKING:
@@ -200,7 +201,7 @@ class ModelReader(DataReader):
 
     def task(self, value: object, model: RobotModel) -> Task:
         if value is None:
-            found = usual_task(model.units.kinds, parallel=axes_parallel(model), steady=flange_steady(model))
+            found = fitting_task(model)
             if found is None:
                 words = ", ".join(f'"{task.value}"' for task in Task if task.suits(model.joint_count))
                 if not words:
@@ -210,12 +211,8 @@ class ModelReader(DataReader):
         task = next((task for task in Task if task.value == value), None)
         if task is None:
             raise self.wrong("task", f"{brief(value)} is none", f"give one of {', '.join(task.value for task in Task)}")
-        if not task.suits(model.joint_count):
-            what = f"{task.value!r} takes {task.size} joints"
-            raise self.wrong("task", what, f"the robot has {model.joint_count}")
-        if task in (Task.UPRIGHT, Task.PLANE) and not flange_steady(model):
-            what = f"{task.value!r} is for arms whose flange keeps its direction, and this one tilts it"
-            raise self.wrong("task", what, f"give {Task.POSITION.value!r}")
+        if (misfit := misfit_of(task, model)) is not None:
+            raise self.wrong("task", *misfit)
         return task
 
     def poses(self, data: object, joints: Sequence[Mapping[str, Any]]) -> dict[str, Joints]:

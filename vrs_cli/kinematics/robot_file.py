@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, NotAvailable
+from vrs_cli.kinematics.fitting import misfit_of
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import URDF_OPTIONS, ModelReader
+from vrs_cli.kinematics.task import Task
 
 ROBOTS = Path(__file__).parent / "robots"
 
@@ -25,12 +28,22 @@ class Ends(NamedTuple):
 NO_ENDS = Ends()
 
 
-def load_robot(name_or_path: str | Path, ends: Ends = NO_ENDS) -> RobotModel:
-    """The built-in robot of that name, or the one in a .toml or .urdf file.
+def load_robot(name_or_path: str | Path, ends: Ends = NO_ENDS, task: str | None = None) -> RobotModel:
+    """The built-in robot of that name, or the one in a .toml or .urdf file; its task may be another than the file says.
 
     Raises NonexistentFile, FileError (unreadable) or FileDamaged (with file, key and what would be right), NotAvailable
-    for `ends` of a robot whose links have no names.
+    for `ends` of a robot whose links have no names, and for a task that it cannot have.
     """
+    model = _loaded(name_or_path, ends)
+    if task is None:
+        return model
+    wanted = Task(task)
+    if (misfit := misfit_of(wanted, model)) is not None:
+        raise NotAvailable(*misfit)
+    return replace(model, task=wanted)
+
+
+def _loaded(name_or_path: str | Path, ends: Ends) -> RobotModel:
     text = str(name_or_path)
     if text.lower() in robot_names():
         return _without_ends(_built_in(text.lower()), ends)

@@ -1,17 +1,15 @@
 """Which part of a pose counts for a robot: all of it for six joints, less for an arm that cannot do all.
 
-An arm of four or five joints, as long as it says nothing else, has the whole pose count too: it takes the poses that
-it can, and refuses the others.
+An arm that says nothing has the task that fits it (`fitting`). One of four or five joints may have the whole pose count
+too: it takes the poses that it can, and refuses the others.
 """
 
 from __future__ import annotations
 
 from enum import Enum
 
-from vrs_cli.kinematics.joints import JointKind
-
 ALL_PARTS = 6
-FEWEST = 4  # joints of an arm that has the whole pose count, though it cannot take every one
+FEWEST = 4  # joints of an arm that may have the whole pose count, though it cannot take every one
 
 
 class Task(Enum):
@@ -22,6 +20,7 @@ class Task(Enum):
     POSE = "pose"
     POINTING = "pointing"  # the place and where the flange points, not its turn about itself
     UPRIGHT = "upright"  # the place and the turn about the flange's axis, which keeps its direction (a SCARA)
+    STEADY = "steady"  # the place, and the tool turned as nearly as the arm can
     POSITION = "position"  # the place alone
     PLANE = "plane"  # the place in the plane X Y and the turn in it
     POINT = "point"  # the place in the plane X Y alone
@@ -38,31 +37,21 @@ class Task(Enum):
     @property
     def size(self) -> int:
         """How many joints it takes to do it everywhere."""
-        return sum(self.counts)
+        return FEWEST if self is Task.STEADY else sum(self.counts)
 
     def suits(self, joints: int) -> bool:
         """Whether an arm of so many joints may have it."""
+        if self is Task.STEADY and joints >= ALL_PARTS:
+            return False
         return self.size <= joints or (self is Task.POSE and joints >= FEWEST)
 
 
 _COUNTS = {
     Task.POSE: "111111",
     Task.POINTING: "111110",
+    Task.STEADY: "111111",  # the turns as far as they can be had
     Task.UPRIGHT: "111001",
     Task.POSITION: "111000",
     Task.PLANE: "110001",
     Task.POINT: "110000",
 }
-
-
-def usual_task(kinds: tuple[JointKind, ...], *, parallel: bool, steady: bool) -> Task | None:
-    """The task of an arm that does not say; `parallel`: all its axes are; `steady`: the flange keeps its direction.
-
-    None for an arm of too few joints.
-    """
-    planar = parallel and JointKind.PRISMATIC not in kinds
-    if len(kinds) >= ALL_PARTS:
-        return Task.POSE
-    if planar and len(kinds) < 4:
-        return {2: Task.POINT, 3: Task.PLANE}.get(len(kinds))
-    return {5: Task.POSE, 4: Task.UPRIGHT if steady else Task.POSE, 3: Task.POSITION}.get(len(kinds))

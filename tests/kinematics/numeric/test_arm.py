@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import cos, hypot, pi, sin
 from pathlib import Path
 from random import Random
@@ -24,6 +25,7 @@ from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.segment import CartesianPath
 
 URDF = Path(__file__).parents[1] / "urdf"
+FIVE = replace(load_robot(URDF / "five.urdf"), task=Task.POSE)  # which no five joints can have everywhere
 
 
 def arm_of(name: str) -> RobotArm:
@@ -120,8 +122,7 @@ def test_a_line_goes_on_out_of_any_motion_of_seven_joints() -> None:
 
 
 def test_five_joints_follow_a_line_that_they_can() -> None:
-    model = load_robot(URDF / "five.urdf")
-    assert model.task is Task.POSE
+    model = FIVE
     down = model.units.read((0.0, 20.0, 100.0, 60.0, 0.0))  # the sum of 180 deg points the flange down
     engine = Engine(model, start=down)
     goal = engine.arm.forward(model.units.read((40.0, 30.0, 80.0, 70.0, 40.0)))
@@ -130,13 +131,13 @@ def test_five_joints_follow_a_line_that_they_can() -> None:
         assert engine.position(engine.end * part).T_world_tool.az == pytest.approx(-1.0, abs=1e-9)
     assert engine.position(engine.end).T_world_tool == pytest.approx(goal, abs=1e-9)
     sideways = engine.arm.forward(down)._replace(nx=0.0, ny=1.0, nz=0.0, sx=0.0, sy=0.0, sz=1.0, ax=1.0, ay=0.0, az=0.0)
-    with pytest.raises(LocationOutOfRange, match=r"5 joints cannot turn the tool every way"):
+    with pytest.raises(LocationOutOfRange, match=r"5 joints cannot turn .* give the arm the task 'steady'"):
         engine.perform(Move(PoseTarget(sideways._replace(py=0.2)), straight=False))
 
 
 def test_a_search_that_leads_nowhere_ends_soon(monkeypatch: pytest.MonkeyPatch) -> None:
     """Next to what five joints can do: a line that leaves it is looked at there many times."""
-    arm = arm_of("five")
+    arm = arm_for(FIVE)
     q = arm.model.units.read((10.0, -30.0, 60.0, 40.0, 20.0))
     taken, step = [], arm._step
     monkeypatch.setattr(arm, "_step", lambda *given, **more: taken.append(given) or step(*given, **more))
@@ -150,7 +151,7 @@ def test_what_cannot_be_reached_is_said() -> None:
     far = arm.forward(arm.model.poses["ready"])._replace(px=3.0)
     with pytest.raises(LocationTooFar, match=r"all links in one line are 922.0 mm; the search from here comes as near"):
         arm.select(far, arm.model.poses["ready"])
-    short = arm_of("five")
+    short = arm_for(FIVE)
     with pytest.raises(LocationTooFar, match=r"nearer\)"):
         short.select(translation(0.0, 0.0, 0.7), short.model.poses["ready"])
     gantry = arm_of("gantry")

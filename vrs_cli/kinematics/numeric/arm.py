@@ -28,12 +28,16 @@ from vrs_cli.kinematics.numeric.search import (
     missing,
     some_joints,
 )
+from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import Transform, position
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.batch import NumericBatch
     from vrs_cli.kinematics.numeric.continuation import Continuation
+
+
+ANOTHER_TASK = f"teach the location by HERE, or give the arm the task {Task.STEADY.value!r}"
 
 
 class NumericArm(RobotArm):
@@ -69,12 +73,13 @@ class NumericArm(RobotArm):
 
     def _freedom(self, joints: Sequence[int]) -> float:
         """How well these joints alone move the flange: the sum of Yoshikawa's measure over some poses."""
-        total = 0.0
-        for q in islice(some_joints(self.model), MEASURED):
-            rows, _ = self.rows_that_count(q, self.jacobian(q), (0.0,) * 6)
-            rows = [tuple(row[i] for i in joints) for row in rows]
-            total += _measure(rows)
-        return total
+        return sum([self._freedom_at(q, joints) for q in islice(some_joints(self.model), MEASURED)])
+
+    def _freedom_at(self, q: Joints, joints: Sequence[int]) -> float:
+        """Of one pose; of an arm with too few joints, how well it does what it can."""
+        rows, _ = self.rows_that_count(q, self.jacobian(q), (0.0,) * 6)
+        rows = [tuple(row[i] for i in joints) for row in rows]
+        return _measure(list(zip(*rows, strict=True)) if self.short else rows)
 
     def _rates(self, q: Joints, J: Jacobian, twist: Twist, demands: Demands) -> Joints:
         rows, wanted = self.rows_that_count(q, J, twist)
@@ -149,7 +154,7 @@ class NumericArm(RobotArm):
         away, turned = self._search(T, near, self._all, bounded=True)[1]
         hint = None
         if self.short and not isinstance(refusal, LocationTooFar):
-            hint = f"{self.model.joint_count} joints cannot turn the tool every way: teach the location by HERE"
+            hint = f"{self.model.joint_count} joints cannot turn the tool every way: {ANOTHER_TASK}"
         nearest = f"the search from here comes as near as {1000 * away:.1f} mm and {degrees(turned):.1f} deg"
         return refusal.reworded(f"{refusal.detail}; {nearest}", hint)
 
@@ -235,9 +240,8 @@ class NumericArm(RobotArm):
 
     def singularity(self, q: Joints) -> Singularity:
         """`elbow`: the freedom of this pose beside the mean of all; there is no telling which joints it is."""
-        rows, _ = self.rows_that_count(q, self.jacobian(q), (0.0,) * 6)
         mean = self._mean_freedom
-        return Singularity(1.0, min(_measure(rows) / mean, 1.0) if mean else 1.0, 1.0)
+        return Singularity(1.0, min(self._freedom_at(q, self._all) / mean, 1.0) if mean else 1.0, 1.0)
 
 
 def _measure(rows: Sequence[Joints]) -> float:

@@ -75,7 +75,7 @@ def robot_of(
     joints = _joints(tree, arm, reader, table)
     model = _model(tree.name, arm.chain, joints, reader, table)
     own = reader.shapes(table.get("shapes"), model.joint_count)
-    origin = _origin(arm)
+    origin = _origin(arm, names_task="task" in table)
     if "ready" not in _poses(table) and (ready := better_ready(model)) is not None:
         model = replace(model, poses={**model.poses, "ready": ready.joints})
         origin = origin._replace(notes=(*origin.notes, ready.note))
@@ -155,7 +155,7 @@ def _opening(tree: Tree, joint: Joint, T_body_joint: Transform, travel: float) -
     return Opening(turn=along, point=position(T_body_joint))
 
 
-def _origin(arm: Arm) -> Origin:
+def _origin(arm: Arm, *, names_task: bool) -> Origin:
     chosen = arm.choice
     return Origin(
         chosen.base,
@@ -164,6 +164,7 @@ def _origin(arm: Arm) -> Origin:
         types=tuple(joint.type for joint in arm.joints),
         fingers=tuple(joint.name for joint in chosen.fingers),
         notes=chosen.notes,
+        names_task=names_task,
     )
 
 

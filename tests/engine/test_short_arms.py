@@ -1,0 +1,52 @@
+"""Motions of arms of four and five joints; the lines of many more: `python -m tests.laws.short_arms`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from random import Random
+
+import numpy as np
+import pytest
+
+from tests.kinematics.short_arms import forward, random_arm, turn_between
+from tests.laws.short_arms import TOOLS, lines_there_and_back, middling
+from vrs_cli.engine.commands import Move, PoseTarget
+from vrs_cli.engine.engine import Engine
+from vrs_cli.errors import MotionError
+from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.transform import Transform, at_position, compose, rotation_about
+
+
+@pytest.mark.parametrize(("seed", "joints", "profile", "tool"), [(6, 4, "SCURVE", TOOLS[1]), (7, 5, "LSPB", TOOLS[0])])
+def test_lines_there_and_back_keep_the_laws(seed: int, joints: int, profile: str, tool: Transform) -> None:
+    assert lines_there_and_back(seed, joints, profile, tool)
+
+
+def test_move_takes_the_turn_that_is_nearest_of_all() -> None:
+    """Against a grid of all joints that bring the tip there."""
+    model = random_arm(3, 4)
+    engine = Engine(model)
+    wish = compose(engine.arm.forward(model.poses["nest"]), rotation_about((0.6, 0.8, 0.0), 0.7))
+    found = engine.arm.select(wish, model.poses["ready"])
+    R = np.reshape(wish, (3, 4))[:, :3]
+    turned = turn_between(forward(model, np.array(found))[:3, :3], R)
+    random, others = Random(1), list[float]()
+    for _ in range(12):
+        begin = middling(model, random)
+        q = engine.arm.branch_joints(wish, engine.arm.ways[0], begin)
+        if q is not None and engine.arm.limits_ok(q):
+            others.append(turn_between(forward(model, np.array(q))[:3, :3], R))
+    assert others
+    assert turned <= min(others) + 1e-3
+
+
+def test_what_an_arm_cannot_do_is_said_with_the_task_that_would() -> None:
+    model = random_arm(3, 5)
+    T = Engine(model).arm.forward(model.poses["ready"])
+    turned = compose(at_position(T, T.px, T.py, T.pz), rotation_about((1.0, 0.0, 0.0), 0.3))
+    strict = Engine(replace(model, task=Task.POSE))
+    with pytest.raises(MotionError, match="give the arm the task 'steady'"):
+        strict.perform(Move(PoseTarget(turned), straight=False))
+    with pytest.raises(MotionError, match="give the arm the task 'steady': 5 joints cannot turn the tool every way"):
+        strict.perform(Move(PoseTarget(turned), straight=True))
+    Engine(model).perform(Move(PoseTarget(turned), straight=False))

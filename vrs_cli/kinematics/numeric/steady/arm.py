@@ -1,0 +1,188 @@
+"""An arm of four or five joints that takes its tool to a place exactly, turned as nearly as it can: `conditions`.
+
+The turn that is asked for may be out of its reach; the joints follow from the pose all the same. So velocities need
+the pose that is asked for beside the one that the arm has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property, lru_cache, partial
+from itertools import islice
+from math import dist
+from typing import TYPE_CHECKING, TypeVar
+
+from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
+from vrs_cli.kinematics.jacobian import Demands, Singularity, Twist
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.model import RobotModel, levers
+from vrs_cli.kinematics.numeric.search import MEASURED, rounds, some_joints
+from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, length, position
+from vrs_cli.kinematics.unchanging import STRAIGHT, Unchanging
+
+if TYPE_CHECKING:
+    from vrs_cli.kinematics.numeric.steady.batch import SteadyBatch
+    from vrs_cli.kinematics.numeric.steady.way import Way
+
+R = TypeVar("R")
+
+SAME_TURN = 1e-3  # [rad] two turns that are missing and are one: then the way that is reached sooner is taken
+
+
+class SteadyArm(RobotArm):
+    """Documented in `arm.RobotArm`. There is one way, without words."""
+
+    seed_step = 0.1
+    method = "damped least squares within the limits, the tool turned as nearly as can be"
+
+    def __init__(self, model: RobotModel, T_flange_tool: Transform = IDENTITY) -> None:
+        super().__init__(model)
+        self.steady = self
+        self.tool = at_position(IDENTITY, *position(T_flange_tool))
+
+    def holding(self, T_flange_tool: Transform) -> SteadyArm:
+        if position(T_flange_tool) == position(self.tool):
+            return self
+        return _holding(self.model, at_position(IDENTITY, *position(T_flange_tool)))
+
+    @cached_property
+    def unchanging(self) -> Unchanging:
+        """Nothing is forbidden: what the arm cannot do about a turn it does as nearly as it can."""
+        return Unchanging()
+
+    def check_tool(self, T_flange_tool: Transform) -> None:
+        """Every tool is right: the place of its tip is what counts."""
+
+    @cached_property
+    def _batch(self) -> SteadyBatch:
+        from vrs_cli.kinematics.numeric.steady.batch import SteadyBatch  # here: it brings numpy
+
+        return SteadyBatch(self.model, self.unchanging, self.tool)
+
+    # --- inverse ---------------------------------------------------------------------------------------------
+
+    def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:  # noqa: ARG002
+        return self._batch.followed(T, near)
+
+    def branches(self, T: Transform) -> tuple[Joints | None, ...]:
+        return (self._least(T, self._middle),)
+
+    def select(
+        self,
+        T: Transform,
+        near: Joints,
+        *,
+        arm: Arm | None = None,  # noqa: ARG002 (this arm has no words)
+        elbow: Elbow | None = None,  # noqa: ARG002
+        wrist: Wrist | None = None,  # noqa: ARG002
+    ) -> Joints:
+        found = self._least(T, near)
+        if found is None:
+            raise self._nowhere(T, near)
+        return found
+
+    def missing_turn(self, q: Joints, T: Transform) -> float:
+        """By how much the tool is turned away from a pose that is asked for [rad]."""
+        from vrs_cli.kinematics.numeric.steady.way import Way  # here: it brings numpy
+
+        return float(Way(self._batch.conditions, q, T).at.angle[0])
+
+    def _least(self, T: Transform, near: Joints) -> Joints | None:
+        """Of what is found within the limits that with the least turn, and of those the one that is reached soonest.
+
+        From joints that are near; where these do not lead to the pose itself, from others; where the limits are in the
+        way of those, along them.
+        """
+        found: list[tuple[Joints, float]] = []
+        first, *later = rounds(self.model, near)
+        for begin, bounded in (([near], True), (first, False), (first, True), (later[0], False)):
+            for solved, turned in self._batch.searched(T, begin, bounded=bounded):
+                if (q := self._inside(solved, near)) is not None:
+                    found.append((q, turned))
+            if any(turned <= STRAIGHT for _, turned in found):
+                break
+        least = min((turned for _, turned in found), default=0.0) + SAME_TURN
+        return min((q for q, turned in found if turned <= least), key=partial(self._duration, near), default=None)
+
+    def _nowhere(self, T: Transform, near: Joints) -> LocationOutOfRange | JointOutOfRange:
+        """The refusal of a place: of the range of a joint, or because it is beyond all of them."""
+        for q, _ in self._batch.searched(T, next(rounds(self.model, near)), bounded=False):
+            best = self._best_turns(q)
+            return self._joint_refusal(best, "turn the location, or move it nearer")
+        return self._out_of_reach(T, self.ways[0], "")
+
+    def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
+        """Of the tip of the tool: where the flange would be is not asked for."""
+        start, (most, *_) = levers(self.model)
+        tip, most = position(compose(T, self.tool)), most + length(position(self.tool))
+        far = dist(tip, start)
+        if far <= most:
+            return super()._out_of_reach(at_position(T, *start), configuration, hint)
+        return LocationTooFar(
+            f"the tool would be {1000 * far:.1f} mm from the axis of joint 1, "
+            f"all links in one line are {1000 * most:.1f} mm",
+            hint or f"move the location at least {1000 * (far - most):.1f} mm nearer",
+            value=far,
+            upper=most,
+        )
+
+    # --- velocities ------------------------------------------------------------------------------------------
+
+    def joint_velocity(
+        self,
+        q: Joints,
+        twist: Twist,
+        T_flange_tool: Transform = IDENTITY,
+        demands: Demands = (),  # noqa: ARG002 (no joint is too many)
+    ) -> Joints:
+        return self.joint_velocity_on(q, self.forward(q), twist, T_flange_tool)
+
+    def joint_velocity_on(self, q: Joints, T: Transform, twist: Twist, T_flange_tool: Transform) -> Joints:
+        return self._way(q, T, T_flange_tool, lambda way: way.velocity(twist))
+
+    def joint_acceleration_on(
+        self, q: Joints, poses: Callable[[float], Transform], twist: Twist, T_flange_tool: Transform
+    ) -> Joints:
+        """[rad/s2] along a path; `poses`: those of the flange that are asked for, by the time from now [s].
+
+        Raises StraightLineSingular.
+        """
+        return self._way(q, poses(0.0), T_flange_tool, lambda way: way.acceleration(twist, poses))
+
+    def joint_jerk_on(
+        self, q: Joints, poses: Callable[[float], Transform], twist: Twist, T_flange_tool: Transform
+    ) -> tuple[Joints, Joints]:
+        """`joint_acceleration_on`, and the rate of it [rad/s3]."""
+        return self._way(q, poses(0.0), T_flange_tool, lambda way: way.acceleration_and_jerk(twist, poses))
+
+    def _way(self, q: Joints, T: Transform, T_flange_tool: Transform, rates: Callable[[Way], R]) -> R:
+        from vrs_cli.kinematics.numeric.steady.way import Lost, Way  # here: it brings numpy
+
+        try:
+            return rates(Way(self.holding(T_flange_tool)._batch.conditions, q, T))
+        except Lost:
+            raise self._cannot_move_so(q) from None
+
+    # --- singularity -----------------------------------------------------------------------------------------
+
+    def singularity(self, q: Joints) -> Singularity:
+        """`elbow`: the freedom of this pose beside the mean of all; there is no telling which joints it is."""
+        mean = self._mean_freedom
+        return Singularity(1.0, min(self._freedom(q) / mean, 1.0) if mean else 1.0, 1.0)
+
+    @cached_property
+    def _mean_freedom(self) -> float:
+        return sum(map(self._freedom, islice(some_joints(self.model), MEASURED))) / MEASURED
+
+    def _freedom(self, q: Joints) -> float:
+        """How well the joints move the place, times how well they turn the tool while it stays."""
+        from vrs_cli.kinematics.numeric.steady.way import Way  # here: it brings numpy
+
+        return Way(self._batch.conditions, q, self.forward(q)).freedom
+
+
+@lru_cache
+def _holding(model: RobotModel, T_flange_tool: Transform) -> SteadyArm:
+    return SteadyArm(model, T_flange_tool)

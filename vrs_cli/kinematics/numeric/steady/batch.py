@@ -1,0 +1,151 @@
+"""`SteadyArm` over arrays; one pose alone is a row too.
+
+A search goes down by Newton's method where the conditions bend upwards, and by that of Gauss and Newton where they do
+not, so that it ends in a least turn and in no greatest one. Joints at a limit that would leave it are held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isnan
+from typing import NamedTuple
+
+import numpy as np
+
+from vrs_cli.kinematics.arrays import Flags, Floats
+from vrs_cli.kinematics.configuration import NONE, Configuration
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.numeric.search import LARGEST_STEP, STEPS, rounds
+from vrs_cli.kinematics.numeric.steady.conditions import PLACES, Conditions, Terms
+from vrs_cli.kinematics.serial_batch import SerialBatch
+from vrs_cli.kinematics.transform import Transform
+from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT, Unchanging
+
+FOLLOWING = 12  # steps of Newton's method from joints that are near
+SETTLED = 1e-7  # [rad, m] after a step so small the next one would be rounding: they shrink with the square
+BRANCH = 0.5  # [rad, m] from joints that are near: farther off is another branch
+DAMPING = 1e-6  # of the way downhill, where nothing else decides it
+
+
+class Found(NamedTuple):
+    """Joints (N, n), NaN where there are none, and the turns that are missing there (N,) [rad]."""
+
+    joints: Floats
+    turned: Floats
+
+
+class SteadyBatch(SerialBatch):
+    """Rows that do not converge are NaN."""
+
+    def __init__(self, model: RobotModel, unchanging: Unchanging, T_flange_tool: Transform) -> None:
+        super().__init__(model, (NONE,), unchanging)
+        self.conditions = Conditions(self, T_flange_tool)
+
+    def inverse(self, T: Floats) -> tuple[Floats, Flags]:
+        """One way: that with the least turn of those that are found from all starts, within the limits."""
+        q, least = np.full((len(T), self.joints), np.nan), np.full(len(T), np.inf)
+        middle = (self.lower + self.upper) / 2
+        for start in next(rounds(self.model, tuple(middle.tolist())))[1:]:
+            rows = np.flatnonzero(least > STRAIGHT)
+            found = self.search(T[rows], np.array(start))
+            better = found.turned < least[rows]
+            q[rows[better]], least[rows[better]] = found.joints[better], found.turned[better]
+        return q[:, None], self.inside(q)[:, None]
+
+    def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:  # noqa: ARG002
+        """From joints that are near, whatever their limits: by Newton's method, else downhill."""
+        near = np.broadcast_to(near, (len(T), self.joints))
+        found = self._by_newton(T, near)
+        rows = np.flatnonzero(np.isnan(found[:, 0]))
+        if len(rows):
+            others = self.search(T[rows], near[rows], bounded=False).joints
+            close = np.abs(others - near[rows]).max(axis=1) < BRANCH
+            found[rows[close]] = others[close]
+        return found
+
+    def _by_newton(self, T: Floats, near: Floats) -> Floats:
+        conditions, q = self.conditions, near.copy()
+        found, rows = np.full_like(q, np.nan), np.flatnonzero(self.in_task(T))
+        at = conditions.terms(q[rows], T[rows])
+        multipliers = conditions.multipliers(at)
+        for _ in range(FOLLOWING):
+            if not len(rows):
+                break
+            bend = conditions.bend(at, multipliers)
+            step, multipliers = self._solved(at, bend, at.sine)
+            size = np.abs(step).max(axis=1)
+            q[rows] += step * np.minimum(1.0, LARGEST_STEP / np.maximum(size, LARGEST_STEP))[:, None]
+            done = size < SETTLED
+            if done.any():
+                least = conditions.is_least(at, bend)
+                found[rows[done & least]] = q[rows[done & least]]
+                rows, multipliers = rows[~done], multipliers[~done]
+            at = conditions.terms(q[rows], T[rows])
+        return found
+
+    def followed(self, T: Transform, near: Joints) -> Joints | None:
+        """`inverse_branch` of one pose."""
+        q = self.inverse_branch(np.reshape(T, (1, 3, 4)), NONE, np.array(near))[0].tolist()
+        return None if isnan(q[0]) else tuple(q)
+
+    def searched(self, T: Transform, begin: Sequence[Joints], *, bounded: bool = True) -> list[tuple[Joints, float]]:
+        """What `search` finds for one pose from several joints, and the turns that are missing there."""
+        poses = np.broadcast_to(np.reshape(T, (3, 4)), (len(begin), 3, 4))
+        found = self.search(poses, np.array(begin), bounded=bounded)
+        there = np.isfinite(found.turned)
+        return list(zip(map(tuple, found.joints[there].tolist()), found.turned[there].tolist(), strict=True))
+
+    def search(self, T: Floats, near: Floats, *, bounded: bool = True) -> Found:
+        """(N, 3, 4) and starts (N, n) or (n,): the least turn downhill from there, within the limits of the joints."""
+        conditions, q = self.conditions, np.array(np.broadcast_to(near, (len(T), self.joints)))
+        found, turned = np.full_like(q, np.nan), np.full(len(T), np.inf)
+        rows = np.flatnonzero(self.in_task(T))
+        multipliers = np.zeros((len(rows), PLACES))
+        for _ in range(STEPS):
+            if not len(rows):
+                break
+            at = conditions.terms(q[rows], T[rows])
+            step, multipliers = self._downhill(at, multipliers, q[rows], bounded=bounded)
+            size = np.abs(step).max(axis=1)
+            there = q[rows] + step * np.minimum(1.0, LARGEST_STEP / np.maximum(size, LARGEST_STEP))[:, None]
+            q[rows] = np.clip(there, self.lower, self.upper) if bounded else there
+            done = size < SETTLED
+            there = rows[done & (np.linalg.norm(at.away, axis=1) < LEVEL)]
+            found[there], turned[there] = q[there], at.angle[np.isin(rows, there)]
+            rows, multipliers = rows[~done], multipliers[~done]
+        return Found(found, turned)
+
+    def _downhill(self, at: Terms, multipliers: Floats, q: Floats, *, bounded: bool) -> tuple[Floats, Floats]:
+        """One step and its multipliers; where it pushes joints out of their range, again without these."""
+        conditions = self.conditions
+        bend = conditions.bend(at, multipliers)
+        least = conditions.is_least(at, bend)
+        flat = conditions.flat_bend(at) + DAMPING * np.eye(self.joints)
+        bend = np.where(least[:, None, None], bend, flat)
+        missing = np.where(least[:, None], at.sine, at.rotation)
+        still = np.zeros(q.shape, dtype=np.bool_)
+        while True:
+            step, solved = self._solved(at, bend, missing, still)
+            pushed = ~still & (((q <= self.lower) & (step < 0.0)) | ((q >= self.upper) & (step > 0.0)))
+            if not bounded or not pushed.any():
+                return step, solved
+            still |= pushed
+
+    def _solved(self, at: Terms, bend: Floats, turn: Floats, still: Flags | None = None) -> tuple[Floats, Floats]:
+        """The step (N, n) to where linear conditions are met, and the multipliers there (N, 3); `still` joints stay."""
+        conditions, n = self.conditions, self.joints
+        wanted = np.concatenate(((at.turn @ turn[:, :, None])[:, :, 0], at.away), axis=1)
+        table = conditions.system(at, bend)
+        table[:, n:, n:] -= 1e-13 * np.eye(PLACES)  # a place that no joint changes asks for nothing
+        if still is not None and still.any():
+            table[:, :n][still] = 0.0
+            np.swapaxes(table, 1, 2)[:, :n][still] = 0.0
+            row, joint = np.nonzero(still)
+            table[row, joint, joint] = 1.0
+            wanted[row, joint] = 0.0
+        try:
+            solved = np.linalg.solve(table, wanted[:, :, None])[:, :, 0]
+        except np.linalg.LinAlgError:  # of one row at least: a singular pose
+            solved = (np.linalg.pinv(table) @ wanted[:, :, None])[:, :, 0]
+        return np.asarray(solved[:, :n]), np.asarray(solved[:, n:])

@@ -1,0 +1,141 @@
+"""What makes the joints of an arm of four or five definite: the place exactly, the tool turned as nearly as can be.
+
+Such an arm reaches every place in its range, in many ways, but not every turn there. Of the ways the one is taken whose
+turn away from the pose that is asked for is the smallest. With the rotation R of the flange and W the one asked for, by
+the angle phi away from it,
+
+    1 - cos phi = (3 - trace(W^T R)) / 2
+
+is least where its slope along the joints is nothing but a pull of the place, the multipliers l (Lagrange's conditions;
+Nocedal and Wright, "Numerical Optimization", 2006, 12.3 and 18.1):
+
+    P l - O e = 0,   p(q) - p = 0
+
+with the rows P and O of what each joint does to the place and the direction [m/rad, 1], and e the axis of the turn that
+is missing, as long as its sine. These are as many equations as unknowns: the joints are a function of the pose alone,
+so that a path which closes brings all joints back, and a pose that the arm can have is had exactly.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vrs_cli.kinematics.arrays import Flags, Floats
+from vrs_cli.kinematics.compiled import formulas
+from vrs_cli.kinematics.serial_batch import SerialBatch
+from vrs_cli.kinematics.transform import Transform
+
+PLACES = 3
+LEAST_CURVATURE = 1e-4  # of the cosine by the joints: below it a turn is next to free
+FEW = 20  # rows
+
+
+class Terms(NamedTuple):
+    """Of N joint vectors and poses: `place` and `turn` (N, n, 3), what each joint does; `away` (N, 3), the way that is
+    missing [m]; `sine` (N, 3) and `mixed` = R W^T (N, 3, 3), the turn that is missing.
+    """
+
+    place: Floats
+    turn: Floats
+    away: Floats
+    sine: Floats
+    mixed: Floats
+
+    @property
+    def angle(self) -> Floats:
+        """(N,) the turn that is missing [rad]."""
+        cosine = 0.5 * (np.trace(self.mixed, axis1=1, axis2=2) - 1.0)
+        return np.asarray(np.arctan2(np.linalg.norm(self.sine, axis=1), cosine))
+
+    @property
+    def rotation(self) -> Floats:
+        """(N, 3) `sine` as long as its angle."""
+        return np.asarray(self.sine * (self.angle / np.maximum(np.linalg.norm(self.sine, axis=1), 1e-12))[:, None])
+
+
+class Conditions:
+    """The conditions of one arm, for the place of the tip of a tool."""
+
+    def __init__(self, batch: SerialBatch, T_flange_tool: Transform) -> None:
+        self.batch, self.tool, self.joints = batch, T_flange_tool, batch.joints
+        self.tip = np.array([T_flange_tool.px, T_flange_tool.py, T_flange_tool.pz])
+        self.formulas = formulas(batch.model.links, batch.model.base, batch.model.flange)
+        i = np.arange(self.joints)
+        self.first, self.later = np.minimum.outer(i, i), np.maximum.outer(i, i)
+        self.before = (i[:, None] > i)[None, :, :, None]  # [i, k]: joint k comes before joint i
+
+    def terms(self, q: Floats, T: Floats) -> Terms:
+        """Joints (N, n) and poses of the flange that are asked for (N, 3, 4)."""
+        have, J = self._geometry(q)
+        away = T[:, :, 3] - have[:, :, 3]
+        if self.tip.any():
+            away = away + (T[:, :, :3] - have[:, :, :3]) @ self.tip
+        mixed = have[:, :, :3] @ np.swapaxes(T[:, :, :3], 1, 2)
+        sine = 0.5 * np.stack(
+            (mixed[:, 1, 2] - mixed[:, 2, 1], mixed[:, 2, 0] - mixed[:, 0, 2], mixed[:, 0, 1] - mixed[:, 1, 0]), axis=1
+        )
+        columns = np.swapaxes(J, 1, 2)
+        return Terms(columns[:, :, :3], columns[:, :, 3:], away, sine, mixed)
+
+    def _geometry(self, q: Floats) -> tuple[Floats, Floats]:
+        """(N, 3, 4) and (N, 6, n): of the flange and of the tip. Of few rows the formulas for floats are faster."""
+        if len(q) > FEW:
+            return self.batch.forward(q), self.batch.jacobian(q, self.tool)
+        rows, tip = q.tolist(), self.tool[3::4]
+        have = np.array([self.formulas.forward(row) for row in rows])
+        J = np.array([self.formulas.jacobian(row, *tip) for row in rows])
+        return have.reshape(-1, 3, 4), J.reshape(-1, 6, self.joints)
+
+    def multipliers(self, at: Terms) -> Floats:
+        """(N, 3): those with which the conditions are met as nearly as can be."""
+        pull = (at.turn @ at.sine[:, :, None])[:, :, 0]
+        normal = np.swapaxes(at.place, 1, 2) @ at.place + 1e-12 * np.eye(PLACES)
+        return np.asarray(np.linalg.solve(normal, np.swapaxes(at.place, 1, 2) @ pull[:, :, None])[:, :, 0])
+
+    def bend(self, at: Terms, multipliers: Floats) -> Floats:
+        """(N, n, n): the derivatives of P l - O e by the joints.
+
+        Of two joints the first one turns what the later one does: d O_i / d q_k = O_k x O_i, d P_i / d q_k = O x P.
+        """
+        moved = _cross(at.turn[:, self.first], at.place[:, self.later])
+        turned = np.where(self.before, _cross(at.turn[:, None, :], at.turn[:, :, None]), 0.0)
+        lost = 0.5 * (at.mixed - np.trace(at.mixed, axis1=1, axis2=2)[:, None, None] * np.eye(3))
+        direct = at.turn @ lost @ np.swapaxes(at.turn, 1, 2)
+        pulled = moved @ multipliers[:, None, :, None] - turned @ at.sine[:, None, :, None]
+        return np.asarray(pulled[..., 0] - direct)
+
+    def flat_bend(self, at: Terms) -> Floats:
+        """(N, n, n): `bend` where nothing is missing, which always leads downhill (Gauss and Newton)."""
+        return np.asarray(at.turn @ np.swapaxes(at.turn, 1, 2))
+
+    def system(self, at: Terms, bend: Floats) -> Floats:
+        """(N, n + 3, n + 3): the derivatives of all conditions by joints and multipliers."""
+        n, count = self.joints, len(bend)
+        table = np.zeros((count, n + PLACES, n + PLACES))
+        table[:, :n, :n] = bend
+        table[:, :n, n:] = at.place
+        table[:, n:, :n] = np.swapaxes(at.place, 1, 2)
+        return table
+
+    def missing(self, q: Floats, multipliers: Floats, T: Floats) -> Floats:
+        """(N, n + 3): by how much the conditions are not met."""
+        at = self.terms(q, T)
+        slope = at.place @ multipliers[:, :, None] - at.turn @ at.sine[:, :, None]
+        return np.concatenate((slope[:, :, 0], -at.away), axis=1)
+
+    def is_least(self, at: Terms, bend: Floats) -> Flags:
+        """(N,): whether every way that keeps the place turns the tool away, and not nearer."""
+        normal = np.swapaxes(at.place, 1, 2) @ at.place + 1e-12 * np.eye(PLACES)
+        along = np.eye(self.joints) - at.place @ np.linalg.solve(normal, np.swapaxes(at.place, 1, 2))
+        symmetric = 0.5 * (bend + np.swapaxes(bend, 1, 2))
+        curved = along @ symmetric @ along + (np.eye(self.joints) - along)
+        return np.asarray(np.linalg.eigvalsh(curved)[:, 0] > LEAST_CURVATURE)
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    """numpy's takes several times as long for a few."""
+    x, y, z = a[..., 0], a[..., 1], a[..., 2]
+    u, v, w = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack((y * w - z * v, z * u - x * w, x * v - y * u), axis=-1)
