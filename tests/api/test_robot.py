@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import vrs_cli as vrs
+from tests.kinematics.test_urdf import written
 from vrs_cli.dialogue.replies import ReachReport, Whereabouts
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import FileDamaged, NonexistentFile, ProgramNotExecutable, UndefinedName
@@ -492,3 +493,13 @@ def test_one_clear_line_for_what_is_wrong(
     assert caught.value.__suppress_context__ or caught.value.__context__ is None
     assert len(traceback.extract_tb(caught.value.__traceback__)) <= 9
     assert r.timeline.version == 0
+
+
+def test_the_links_are_chosen_by_name(tmp_path: Path) -> None:
+    file = written(tmp_path)
+    usual, lens = vrs.Robot(file, start=[0, 0, 0]), vrs.Robot(file, start=[0, 0, 0], tip="lens")
+    raised = vrs.Robot(file, start=[0, 0, 0], base="base")
+    assert lens.where().location.xyz - usual.where().location.xyz == pytest.approx([0.0, 1000.0, -70.0], abs=1e-6)
+    assert usual.where().location.xyz - raised.where().location.xyz == pytest.approx([0.0, 0.0, 500.0], abs=1e-6)
+    with pytest.raises(vrs.VrsError, match="no joint has a link 'nose'"):
+        vrs.Robot(file, tip="nose")

@@ -173,6 +173,15 @@ def test_macros_that_go_wrong(tmp_path: Path) -> None:
         load_robot(path)
 
 
+def test_a_file_of_macros_alone(tmp_path: Path) -> None:
+    pytest.importorskip("xacro")
+    packaged(tmp_path)
+    with pytest.raises(
+        FileDamaged, match=r"it defines macros, and makes no joint of them \(give the file that includes"
+    ):
+        load_robot(tmp_path / "parts" / "urdf" / "more.xacro")
+
+
 def test_the_command_is_told_where_macros_cannot_be_expanded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(macros, "find_spec", lambda _: None)
     with pytest.raises(

@@ -37,7 +37,7 @@ from vrs_cli.interfaces.roles.viewer import Audience
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.robot_file import Ends, load_robot
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.words.values import Value, numbers_of, plain
 from vrs_cli.trajectory.timeline import Timeline
@@ -51,7 +51,7 @@ class Robot:
 
     Joints are in degrees (mm where a joint slides), locations in mm and degrees; with `units="SI"` all is in radians
     and metres. Times are seconds, speeds percent of nominal. `realtime`: motions take their time; True, or how many
-    seconds of the robot pass in one.
+    seconds of the robot pass in one. `base`, `tip`: the links of a URDF file that the arm is between.
 
     What is no number, or has another shape than a method says, raises TypeError or ValueError; what the robot refuses
     raises VrsError, with VAL-II's message. (N, ...) means: also for arrays, with any number of rows.
@@ -64,9 +64,11 @@ class Robot:
         start: ArrayLike | None = None,
         units: str | Units = Units.VAL,
         realtime: bool | float = False,
+        base: str | None = None,
+        tip: str | None = None,
     ) -> None:
         self.units = Units.of(units)
-        self._model = robot if isinstance(robot, RobotModel) else load_robot(robot)
+        self._model = robot if isinstance(robot, RobotModel) else load_robot(robot, Ends(base, tip))
         joints = None if start is None else self._joints(start, "start")
         notes = Notes()
         session = Session(notes, self._model, start=joints, clock=_clock(realtime))

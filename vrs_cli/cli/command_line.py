@@ -99,17 +99,21 @@ def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
 def chosen_robot(prog: str, options: argparse.Namespace) -> RobotModel:
     """The robot of the options of `add_robot`; what was decided though its file does not say it is told on standard
     error. Raises VrsError."""
-    from vrs_cli.kinematics.fitting import said
     from vrs_cli.kinematics.robot_file import Ends, load_robot
 
     model = load_robot(options.robot, Ends(options.base, options.tip), options.task)
-    origin = model.origin
-    if origin is None:
-        return model
-    fitted = () if origin.names_task or options.task else said(model)
-    for note in (*origin.notes, *fitted):
-        teller(prog)(f"note: {note}")
+    tell_notes(teller(prog), model, fitted=options.task is None)
     return model
+
+
+def tell_notes(tell: Callable[[str], None], model: RobotModel, *, fitted: bool = True) -> None:
+    """Say what was decided of a robot though its file does not say it; `fitted`: its task, too."""
+    from vrs_cli.kinematics.fitting import said
+
+    origin = model.origin
+    if origin is not None:
+        for note in (*origin.notes, *(said(model) if fitted and not origin.names_task else ())):
+            tell(f"note: {note}")
 
 
 # --- kinds of values: a wrong one becomes one line that names its option ---------------------------------

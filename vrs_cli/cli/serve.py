@@ -11,7 +11,16 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import CommandLineError, Parser, add_realtime_option, size, teller, whole, with_rate
+from vrs_cli.cli.command_line import (
+    CommandLineError,
+    Parser,
+    add_realtime_option,
+    size,
+    tell_notes,
+    teller,
+    whole,
+    with_rate,
+)
 from vrs_cli.errors import FileError
 from vrs_cli.extras import how_to_install
 
@@ -263,6 +272,8 @@ def _hub(options: argparse.Namespace, server: Server, audit: Audit, folder: Path
 
     wanted = options.robot or ([] if options.robots_per_token else [(USUAL_ROBOT, USUAL_ROBOT)])
     robots: Mapping[str, RobotModel] = {name: load_robot(robot) for name, robot in wanted}
+    for model in robots.values():
+        tell_notes(tell, model)
     journal = None if options.journal is None else _made(Path(options.journal), "--journal")
     places, usual, own = Places(journal, folder), _usual(options), options.robots_per_token
     return Hub(robots, places, usual, audit, server.wake, tell, own=own, grants=server.grants)

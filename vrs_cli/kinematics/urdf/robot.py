@@ -13,6 +13,7 @@ from math import pi
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.axes import PARALLEL, Chain, Line, chain_of, link_transform
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import Origin, RobotModel
@@ -69,6 +70,10 @@ def robot_of(
     found = document(file, text)
     if has_macros(file, found.root):
         found = document(file, expanded(file, reader.words(table.get("xacro", {}), "xacro")))
+        if found.root.find("joint") is None:
+            raise FileDamaged(
+                f"{file}: it defines macros, and makes no joint of them", "give the file that includes it"
+            )
     tree = Tree(found)
     width, closed = reader.hand(table.get("hand", {}))
     arm = arm_of(tree, choice(tree, base, tip), closed)
