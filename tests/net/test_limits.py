@@ -82,7 +82,7 @@ def test_a_run_in_real_time_may_go_on_for_ever() -> None:
 
 
 def test_who_looks_has_a_share_of_the_machine() -> None:
-    share = Share(Allowance(looking=0.1, looking_window=20.0), 0.0)
+    share = Share(0.1, 20.0, 0.0)
     for t in range(1000):
         assert share.wait(float(t)) == 0.0
         share.spend(0.1)

@@ -153,6 +153,20 @@ def test_where_all_are_one_user_a_command_takes_no_lease_and_who_asks_has_it(tmp
         assert shell.line("DRIVE 1, 1").ok
 
 
+def test_many_who_look_have_one_share_together_and_who_drives_does_not_wait(tmp_path: Path) -> None:
+    with served(tmp_path) as it:
+        ada, lookers = it.call("ada"), [it.call(f"eve{k}") for k in range(30)]
+        assert ada.line("x = 1").ok
+        ada.guest.spend(9.0)
+        assert all(wire.guest.wait() == 0.0 for wire in (ada, *lookers))
+        for wire in lookers:
+            wire.guest.spend(0.05)  # [s] of CPU: less than each may have
+        assert all(wire.guest.wait() > 1.0 for wire in lookers), "1.5 s, at 0.4 of a core, of which 0.8 at once"
+        assert ada.guest.wait() == 0.0
+        it.now += 2.0
+        assert all(wire.guest.wait() == 0.0 for wire in lookers)
+
+
 def test_a_connection_that_is_half_open_does_not_keep_the_lease(tmp_path: Path) -> None:
     with served(tmp_path) as it:
         ada, bob = it.call("ada"), it.call("bob")

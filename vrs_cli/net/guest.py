@@ -73,7 +73,7 @@ class Link(Protocol):
 
 
 class Hall(Protocol):
-    """What all holders of one robot share."""
+    """What all holders of one robot share. `lookers`: of those who do not drive it."""
 
     @property
     def session(self) -> Session: ...
@@ -84,6 +84,7 @@ class Hall(Protocol):
     folder: Folder
     prefixes: tuple[str, ...]
     allowance: Allowance
+    lookers: Share
 
     def ask(self, guest: Guest, talk: Talk[Any], pending: Pending, *, urgent: bool = False) -> None:
         """Have something done, and tell the guest of it."""
@@ -143,7 +144,8 @@ class Guest:
         )
         self.conversation = Conversation(hall.session, desk)
         self.link: Link | None = None
-        self.pace, self.share = Pace(), Share(hall.allowance, wall())
+        self.pace = Pace()
+        self._share = Share(hall.allowance.looking, hall.allowance.looking_window, wall())
         self.address = ""
         self.console = False
         self.heard_at = wall()
@@ -208,7 +210,16 @@ class Guest:
 
     def wait(self) -> float:
         """How long what it asks for next is to wait [s], so that who drives does not wait for all that others want."""
-        return 0.0 if self._hall.driving.lease.holder in ("", self.name) else self.share.wait(self._wall())
+        if self._hall.driving.lease.holder in ("", self.name):
+            return 0.0
+        now = self._wall()
+        return max(self._share.wait(now), self._hall.lookers.wait(now))
+
+    def spend(self, seconds: float) -> None:
+        """It has cost CPU time [s]. In any thread."""
+        self._share.spend(seconds)
+        if self._hall.driving.lease.holder != self.name:
+            self._hall.lookers.spend(seconds)
 
     def refuse(self, message: messages.ClientMessage, error: Exception) -> None:
         """It is not done."""

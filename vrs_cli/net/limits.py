@@ -22,7 +22,8 @@ class Allowance(Struct, frozen=True):
     of one token, and in all. Of one robot: variables and programs, what its arrays and
     strings hold (elements and characters), segments of its timeline, bytes and files in its folder,
     the share of a core that its programs may have on average over `cpu_window` [s], and steps of one program;
-    `looking`: the same, on average over `looking_window` [s], of one who looks while another one drives.
+    `looking`: the same, on average over `looking_window` [s], of one who looks while another one drives, and
+    `all_looking` of all of them together.
     """
 
     message: int = 2_000_000
@@ -38,6 +39,7 @@ class Allowance(Struct, frozen=True):
     cpu: float = 0.5
     cpu_window: float = 20.0
     looking: float = 0.1
+    all_looking: float = 0.4
     looking_window: float = 2.0
     steps: int | None = None
 
@@ -77,12 +79,12 @@ class Rate:
 
 
 class Share:
-    """CPU time of one client: a share of a core in the long run, and some seconds of it at once. Any thread may count
-    what was spent.
+    """CPU time of one client, or of several: a share of a core on average over a while [s], which may all be spent at
+    once. Any thread may count what was spent.
     """
 
-    def __init__(self, allowance: Allowance, now: float) -> None:
-        self._share, self._most = allowance.looking, allowance.looking * allowance.looking_window
+    def __init__(self, share: float, window: float, now: float) -> None:
+        self._share, self._most = share, share * window
         self._left, self._since = self._most, now
 
     def spend(self, seconds: float) -> None:

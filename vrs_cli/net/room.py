@@ -49,7 +49,7 @@ from vrs_cli.net.chronicle import Chronicle
 from vrs_cli.net.driving import Driving, WhenGone
 from vrs_cli.net.guest import Guest, Link, Pending
 from vrs_cli.net.ledger import Ledger
-from vrs_cli.net.limits import USUAL, Allowance, Meter, check_growth
+from vrs_cli.net.limits import USUAL, Allowance, Meter, Share, check_growth
 from vrs_cli.net.locker import check_room
 from vrs_cli.net.memory import Memory
 from vrs_cli.net.outbox import BESIDE
@@ -192,6 +192,7 @@ class Room:
         self.prefixes = prefixes_of((plan.folder, plan.journal and plan.journal.parent))
         self.session = self._session()
         self.grip = Grip(self.session, wall)
+        self.lookers = Share(plan.allowance.all_looking, plan.allowance.looking_window, wall())
         self._journal: Journal | None = None
         self._memory: Memory | None = None
         self.chronicle = self._chronicle()
@@ -447,7 +448,7 @@ class Room:
         """Somebody has cost CPU time [s]. In any thread."""
         guest = self._desks.get(desk)
         if guest is not None:
-            guest.share.spend(seconds)
+            guest.spend(seconds)
 
     def _driven(self, lease: Lease, notice: Notice | None) -> None:
         self.session.lease = self._binding(lease)

@@ -233,7 +233,7 @@ class Server:
                 if link.connection.closing:
                     break
                 if link.guest is not None:
-                    link.guest.share.spend(time.thread_time() - begun)
+                    link.guest.spend(time.thread_time() - begun)
                     await asyncio.sleep(min(link.guest.wait(), LONGEST_WAIT))
         except ConnectionClosed:
             pass
