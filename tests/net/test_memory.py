@@ -12,7 +12,7 @@ from vrs_cli.errors import FileError
 from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.store import store
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.net.memory import Memory
+from vrs_cli.net.memory import WAITS, Memory
 
 LINES = (
     "n = 1/3",
@@ -133,6 +133,7 @@ def test_a_disk_that_takes_nothing(path: Path, monkeypatch: pytest.MonkeyPatch) 
         with pytest.raises(FileError, match="no space left"):
             carry_out(session, memory, "n = 2")
         assert "no space left" in memory.failing
+        assert WAITS in memory.failing
     carry_out(session, memory, "m = 3")
     assert not memory.failing
     again, _ = opened(path)

@@ -21,6 +21,7 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.figure import link_node
 from vrs_cli.view3d.needs import PictureError
 from vrs_cli.view3d.page import MOST_FRAMES, RATE, frame_times, page, stretches, usual_rate
+from vrs_cli.view3d.paths import Around
 
 PROGRAMS = Path(__file__).parents[2] / "programs"
 BASE_SIZE, A_MINUTE = 1_000_000, 1_000_000  # [bytes] that a page may have
@@ -86,11 +87,14 @@ def nodes_of(html: str) -> str:
     return zstandard.ZstdDecompressor().decompress(base64.b64decode(data)[8:]).decode("latin-1")
 
 
-def test_the_way_of_many_segments_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    robot = ran("hello.v2")
-    assert "/path/lines" in nodes_of(page_of(robot))
+def test_the_way_of_many_segments_is_shown_around_the_present(monkeypatch: pytest.MonkeyPatch) -> None:
+    robot = ran("pick_and_place.v2")
+    all_of_it = nodes_of(page_of(robot))
     monkeypatch.setattr("vrs_cli.view3d.studio.MOST_SEGMENTS", len(robot.timeline) - 1)
-    assert "/path/lines" not in nodes_of(page_of(robot))
+    monkeypatch.setattr("vrs_cli.view3d.studio.NEAR", Around(0.1, 0.1, 0.2))
+    near = nodes_of(page_of(robot))
+    assert near.count("/path/lines") > all_of_it.count("/path/lines"), "another part of it, again and again"
+    assert len(near) < len(all_of_it)
 
 
 def test_more_frames_than_a_page_holds_are_refused() -> None:

@@ -29,6 +29,7 @@ from vrs_cli.wire.codec import Encoding, Reader, encode
 from vrs_cli.wire.records import RecordError
 
 SLACK = 100_000  # bytes that may be out of date before the file is written anew
+WAITS = "nothing is changed until the server can write it"
 _SEAL = re.compile(rb"; part ([0-9a-f]{8})\n")
 _SETTINGS = "; settings "
 _settings: Reader[Settings] = Reader(Settings)
@@ -83,9 +84,10 @@ class Memory:
         try:
             self._write()
         except FileError as error:
-            self.failing = str(error)
+            failed = FileError(error.detail, WAITS)
+            self.failing = str(failed)
             self._least = -1  # anew, the next time
-            raise
+            raise failed from error
         self.failing = ""
 
     def close(self) -> None:

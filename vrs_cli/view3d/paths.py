@@ -5,7 +5,9 @@ from __future__ import annotations
 import time
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +25,6 @@ from vrs_cli.view3d.redrawing import Redrawing
 from vrs_cli.view3d.shown import Shown
 
 ERROR = 0.0005  # [m] between the way and its lines, at most
-BEFORE, AFTER, STEP = 60.0, 60.0, 20.0  # [s] of the way that are shown, and after which others are
 MOST = 6000  # lines; of a way with more the part around the present is shown
 UNDER_WAY = 24  # lines of the segment under way, which are sent for each picture
 # viser takes the colours of single lines as linear light: these are seen as a blue, an orange, and lighter ones
@@ -38,16 +39,33 @@ Colour = tuple[int, int, int]
 Points = NDArray[np.float32]
 
 
+class Around(NamedTuple):
+    """How much of the way is shown `before` and `after` the present, and after what time that is looked at anew [s]."""
+
+    before: float = 60.0
+    after: float = 60.0
+    step: float = 20.0
+
+
+USUAL = Around()
+
+
 class Path(Rooted):
     """Nodes /path ...: lines, past and planned in two colours, blends lighter; dots between segments; marks where the
     motion of a command begins, with its text if wanted (`commands`). `wall` tells the time of the day [s].
     """
 
-    def __init__(self, scene: SceneApi, model: RobotModel, wall: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        scene: SceneApi,
+        model: RobotModel,
+        wall: Callable[[], float] = time.monotonic,
+        around: Around = USUAL,
+    ) -> None:
         self._scene = scene
         _, (self._reach, *_) = levers(model)
         self._redrawing = Redrawing(wall)
-        self._found = _Found(model)
+        self._found, self._step = _Found(model, around), around.step
         self._root = scene.add_frame("/path", show_axes=False)
         self._texts = scene.add_frame("/path/commands", show_axes=False)
         self._under_way = scene.add_line_segments(
@@ -59,10 +77,9 @@ class Path(Rooted):
     def show(self, shown: Shown) -> None:
         if not self.visible:
             return
-        window = shown.t // STEP
-        self._redrawing.look(
-            id(shown.timeline), (window, self.commands), lambda: self._draw(shown.arm, shown.timeline, window * STEP)
-        )
+        arm, timeline, window = shown.arm, shown.timeline, shown.t // self._step
+        draw = partial(self._draw, arm, timeline, window * self._step)
+        self._redrawing.look(id(timeline), (window, self.commands), draw)
         self._move_on(shown.t, position(shown.position.T_world_tool))
 
     def _draw(self, arm: RobotArm, timeline: Timeline, t: float) -> None:
@@ -118,8 +135,8 @@ class Path(Rooted):
 class _Found:
     """The lines around a time, no more than MOST, and when each begins [s]."""
 
-    def __init__(self, model: RobotModel) -> None:
-        self._model = model
+    def __init__(self, model: RobotModel, around: Around) -> None:
+        self._model, self._around = model, around
         self._path: ToolPath | None = None
         self._timeline: Timeline | None = None  # kept, so that no other one has its identity
         self.lines: list[ToolLine] = []
@@ -127,7 +144,8 @@ class _Found:
 
     def look(self, arm: RobotArm, timeline: Timeline, t: float) -> None:
         self._path = self._path or ToolPath(arm, ERROR)
-        found = self._path.lines(timeline, t - BEFORE, t + STEP + AFTER)
+        before, after, step = self._around
+        found = self._path.lines(timeline, t - before, t + step + after)
         self._timeline = timeline
         lines = _nearest(found, t, MOST)
         if lines != self.lines:

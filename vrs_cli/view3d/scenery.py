@@ -6,14 +6,14 @@ from viser import SceneApi
 
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.view3d.figure import Figure
-from vrs_cli.view3d.paths import Path
+from vrs_cli.view3d.paths import USUAL, Around, Path
 from vrs_cli.view3d.shown import Part, Shown
 from vrs_cli.view3d.stage import Stage
 
 
-def scenery(scene: SceneApi, model: RobotModel) -> list[Part]:
-    """All parts of the scene itself."""
-    return [Arm(scene, model), Path(scene, model)]
+def scenery(scene: SceneApi, model: RobotModel, around: Around = USUAL) -> list[Part]:
+    """All parts of the scene itself, with the way of the tool so far `around` the present."""
+    return [Arm(scene, model), Path(scene, model, around=around)]
 
 
 class Arm:

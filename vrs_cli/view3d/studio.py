@@ -13,24 +13,23 @@ from viser import SceneApi
 from vrs_cli.engine.position import position_at
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.view3d.paths import Path
+from vrs_cli.view3d.paths import USUAL, Around
 from vrs_cli.view3d.scenery import scenery
 from vrs_cli.view3d.shown import Part, Shown
 
-MOST_SEGMENTS = 400  # whose way is drawn: a recording has all of it anew for each of them, 30 MB for so many
+MOST_SEGMENTS = 400  # whose way is drawn as usual: a recording has all of it anew for each of them, 30 MB for so many
+NEAR = Around(before=5.0, after=5.0, step=5.0)  # of more segments
 HOST = "127.0.0.1"
 
 
 class Studio:
-    """All that is seen of a timeline, one moment at a time; with `parts` that only some pictures have. The way of the
-    tool is among it where there are not too many segments.
+    """All that is seen of a timeline, one moment at a time; with `parts` that only some pictures have. Of the way
+    of the tool it is less where there are many segments.
     """
 
     def __init__(self, scene: SceneApi, arm: RobotArm, timeline: Timeline, *parts: Part) -> None:
         self._arm, self._timeline = arm, timeline
-        seen = scenery(scene, arm.model)
-        if len(timeline) > MOST_SEGMENTS:
-            seen = [part for part in seen if not isinstance(part, Path)]
+        seen = scenery(scene, arm.model, NEAR if len(timeline) > MOST_SEGMENTS else USUAL)
         self._parts: tuple[Part, ...] = (*seen, *parts)
 
     def show(self, t: float) -> Shown:
