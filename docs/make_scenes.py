@@ -3,15 +3,17 @@
     python docs/make_scenes.py [NAME ...]
 
 drive.webp is an arm beside the prompt that moves it, puma.webp the joints of the PUMA 560, oat.webp the angles O, A
-and T, configurations.webp one place reached in four ways, ways.webp
-a cut, and a line that is refused. Needs the extra `view`, and Chromium.
+and T, configurations.webp one place reached in four ways, ways.webp a cut, and a line that is refused, window.webp the
+page of `vrs view` with all that is in it. Needs the extra `view`, and Chromium; window.webp the extra `dev` too.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import viser
@@ -19,14 +21,18 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 import vrs_cli as vrs
+from tests.view3d.browser import PATIENCE, Browser, chromium
 from vrs_cli.engine.position import position_at
+from vrs_cli.interfaces.session.acts import Define
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import joint_axes, link_frames
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Vector
+from vrs_cli.view3d.app import App
 from vrs_cli.view3d.figure import Figure
+from vrs_cli.view3d.hosted import Hosted
 from vrs_cli.view3d.paths import Path as Way
 from vrs_cli.view3d.reasons import Reasons
 from vrs_cli.view3d.shown import Part, Shown
@@ -76,6 +82,16 @@ class Place:
         x, y, depth = np.array((right, np.cross(right, forward), forward)) @ (np.array(point) - self.eye)
         scale = 0.5 * self.size[1] / np.tan(0.5 * FIELD) / depth
         return 0.5 * self.size[0] + scale * x, 0.5 * self.size[1] - scale * y
+
+
+@contextmanager
+def staged(size: tuple[int, int]) -> Iterator[Place]:
+    """A PUMA 560 without the names of frames."""
+    with photographing(size) as (client, take):
+        place = Place(client, take, size, arm_for(load_robot("puma560")))
+        for node in ("/world", "/tool/name"):
+            place.hide(node)
+        yield place
 
 
 def row(pictures: Sequence[Image.Image]) -> Image.Image:
@@ -209,12 +225,8 @@ AT = (300.0, 500.0, 0.0)  # [mm]
 
 
 def oat() -> None:
-    robot, arm = vrs.Robot(), arm_for(load_robot("puma560"))
-    size = (300, 320)
-    with photographing(size) as (client, take):
-        place = Place(client, take, size, arm)
-        place.hide("/world")
-        place.hide("/tool/name")
+    robot = vrs.Robot()
+    with staged((300, 320)) as place:
         x, y, z = (0.001 * number for number in AT)
         place.look((x + 0.75, y + 0.75, z + 0.35), (x - 0.02, y - 0.02, z + 0.02))
         pictures = []
@@ -239,12 +251,8 @@ PART = vrs.trans(350, 450, 100, 90, 90, 0)
 
 
 def configurations() -> None:
-    robot, arm = vrs.Robot(), arm_for(load_robot("puma560"))
-    size = (320, 340)
-    with photographing(size) as (client, take):
-        place = Place(client, take, size, arm)
-        place.hide("/world")
-        place.hide("/tool/name")
+    robot = vrs.Robot()
+    with staged((320, 340)) as place:
         place.look((2.3, 1.5, 0.9), (0.1, 0.15, 0.05))
         pictures = []
         for words in ("RIGHTY ABOVE", "RIGHTY BELOW", "LEFTY ABOVE", "LEFTY BELOW"):
@@ -275,16 +283,13 @@ LARGE = (640, 460)  # [px]
 
 def ways() -> None:
     """The arm where the motion to `mid` is cut; and why a line through the robot is refused."""
-    robot, arm = vrs.Robot(), arm_for(load_robot("puma560"))
+    robot = vrs.Robot()
     robot.define(DEMO)
     robot.execute("demo")
-    with photographing(LARGE) as (client, take):
-        scene = client.scene
-        place = Place(client, take, LARGE, arm)
-        place.hide("/world")
-        place.hide("/tool/name")
+    with staged(LARGE) as place:
+        scene, model = place.client.scene, place.arm.model
         place.look((1.5, 2.55, 0.75), (-0.05, 0.3, 0.0))
-        path, reasons = Way(scene, arm.model), Reasons(scene, arm.model)
+        path, reasons = Way(scene, model), Reasons(scene, model)
         path.commands = True
         cut = titled(shot(place, robot, 2.2, path), "MOVES mid is cut at 2.2 s by MOVE #away AT 2.2")
         path.visible = False
@@ -306,7 +311,71 @@ def shot(place: Place, robot: vrs.Robot, t: float, part: Part) -> Image.Image:
     return place.picture()
 
 
-SCENES = {scene.__name__: scene for scene in (drive, puma, oat, configurations, ways)}
+# --- the page of vrs view --------------------------------------------------------------------------------------------
+
+WINDOW = (1400, 800)  # [px]
+CELL = """.PROGRAM cell()
+    SPEED 60 ALWAYS
+    APPRO part, 150
+    MOVES part
+    CLOSEI
+    DEPARTS 150
+    SIGNAL 1
+    APPRO tray, 150
+    MOVES tray
+    OPENI
+    DEPARTS 150
+    SIGNAL -1
+    READY
+.END
+.LOCATIONS
+part       250 450 -200 90 90 0
+tray      -300 450 -150 90 90 0
+.END
+"""
+SEEN = 4.6  # [s] of it
+
+
+def window() -> None:
+    """The robot drives, and is stopped at one moment, as a user sees it."""
+    with (
+        TemporaryDirectory() as folder,
+        closing(Hosted(load_robot("puma560"), folder=Path(folder))) as hosted,
+        closing(App(hosted.hold_for_browser)) as app,
+        chromium() as browser,
+    ):
+        browser.driver.set_script_timeout(PATIENCE)
+        browser.size(*WINDOW)
+        browser.open(app.address, "/robot")
+        shown = app.windows[0]
+        assert shown.robot is not None
+        shown.robot.act(Define(CELL))
+        shown.type("EXECUTE cell")
+        browser.until(lambda: shown.watched.now > shown.watched.timeline.end > SEEN)
+        for label in ("Show", "joints", "joint speeds", "Commands", "zoom"):
+            click(browser, label)
+        shown.change(lambda playback, wall: playback.seek(SEEN, wall).pause(wall))
+        browser.drawn(4)
+        browser.save(IMAGES / "window.png")
+    with Image.open(IMAGES / "window.png") as picture:
+        save(picture.convert("RGB"), "window")
+    (IMAGES / "window.png").unlink()
+
+
+def click(browser: Browser, label: str) -> None:
+    """What has this text, or the box beside it, once it is there."""
+    browser.until_page(
+        """(() => {
+            const all = [...document.querySelectorAll("button, label, span, p, div")].reverse();
+            const one = all.find(node => node.textContent.trim() === arguments[0] && node.offsetParent);
+            const row = one && one.closest("button, [role=tab]") || one && one.parentElement.parentElement;
+            if (one) (row.querySelector("input[type=checkbox]") || one).click();
+            return Boolean(one);
+        })()""".replace("arguments[0]", repr(label))
+    )
+
+
+SCENES = {scene.__name__: scene for scene in (drive, puma, oat, configurations, ways, window)}
 
 
 def main(names: Sequence[str]) -> int:
