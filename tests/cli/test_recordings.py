@@ -7,8 +7,11 @@ import json
 import re
 import subprocess
 import sys
+from base64 import b64encode
 from math import degrees
 from pathlib import Path
+from types import SimpleNamespace
+from typing import BinaryIO
 
 import pytest
 
@@ -255,3 +258,54 @@ def test_readers_need_no_lock(vrs: Vrs, saved: Path) -> None:
     with hold(saved):
         for words in (("where", "t.vrst", "--at", 1), ("verify", "t.vrst"), ("export", "t.vrst", "-o", "o.csv")):
             assert vrs(*words).status == 0
+
+
+PICTURE = b"\x89PNG of the arm"
+
+
+def test_a_report_has_figures_curves_commands_and_the_arm(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("matplotlib")
+    pytest.importorskip("viser")
+    asked: list[float] = []
+
+    def drawn(stream: BinaryIO, _arm: object, _timeline: object, t: float) -> None:
+        asked.append(t)
+        stream.write(PICTURE)
+
+    monkeypatch.setattr("vrs_cli.view3d.needs.find_browser", lambda: "chromium")
+    monkeypatch.setattr("vrs_cli.view3d.still.write_still", drawn)
+    assert vrs("replay", "t.vrst", "--report", "a.html", "--report-at", 0.5) == (0, "", "")
+    assert vrs("replay", "t.vrst", "--report", "b.html").status == 0
+    assert asked == [0.5, read_trajectory(Path("t.vrst")).timeline.end]
+    page = Path("a.html").read_text()
+    assert f"data:image/png;base64,{b64encode(PICTURE).decode()}" in page
+    assert "<svg" in page
+    assert "joint velocities" in page
+    assert "<td>MOVE" in page
+    assert not re.search(r"(src|href)=.https?:", page), "it fetches nothing"
+
+
+def test_a_report_says_what_it_lacks(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vrs_cli.view3d.needs.shutil", SimpleNamespace(which=lambda _: None))
+    monkeypatch.setattr("vrs_cli.view3d.needs.ELSEWHERE", ())
+    monkeypatch.setattr("vrs_cli.render.plots.find_spec", lambda _: None)
+    assert vrs("replay", "t.vrst", "--report", "a.html") == (0, "", "")
+    page = Path("a.html").read_text()
+    assert "No picture of the arm: " in page
+    assert "No curves: a plot needs matplotlib" in page
+    assert "<td>MOVE" in page
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--report", "a.pdf"), "a.pdf is no page (its name ends in .html)"),
+        (("--report", "none/a.html"), "there is no folder none"),
+        (("--report-at", "1"), "--report-at is a moment of a report (give --report OUT.html, too)"),
+        (("--report", "a.html", "--plot", "a.html"), "a.html is named twice"),
+    ],
+)
+def test_a_report_that_cannot_be_is_refused_at_once(vrs: Vrs, arguments: tuple[str, ...], said: str) -> None:
+    ended = vrs("replay", "t.vrst", *arguments)
+    assert ended.status == 2
+    assert said in ended.err

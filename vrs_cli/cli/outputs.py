@@ -1,4 +1,6 @@
-"""The files that a subcommand makes of a trajectory: `--save T.vrst`, `--csv OUT --rate HZ` and `--plot OUT`."""
+"""The files that a subcommand makes of a trajectory: `--save T.vrst`, `--csv OUT --rate HZ`, `--plot OUT`
+and `--report OUT`.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from vrs_cli.cli.command_line import DEFAULT_RATE, STANDARD_STREAM, CommandLineError, sampling_rate
+from vrs_cli.cli.command_line import DEFAULT_RATE, STANDARD_STREAM, CommandLineError, number, sampling_rate
 from vrs_cli.errors import FileError
 
 if TYPE_CHECKING:
@@ -30,6 +32,9 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
     )
     add_rate_option(parser)
     parser.add_argument("--plot", metavar="OUT.svg|png", help="draw joints, velocities and the tool over time")
+    told = "a page to read: curves, commands, and a picture of the arm (where there is a Chromium: some seconds)"
+    parser.add_argument("--report", metavar="OUT.html", help=told)
+    parser.add_argument("--report-at", metavar="S", type=number, help="the moment of that picture (default: the end)")
 
 
 def add_rate_option(parser: argparse.ArgumentParser, beside: str = "") -> None:
@@ -45,6 +50,8 @@ class Outputs(Struct, frozen=True):
     rate: float
     plot: str | None
     save: str | None
+    report: str | None = None
+    report_at: float | None = None
 
     @staticmethod
     def of(options: argparse.Namespace) -> Outputs:
@@ -55,7 +62,10 @@ class Outputs(Struct, frozen=True):
         if options.rate is not None and options.csv is None:
             raise CommandLineError("--rate is the rate of a table", "give --csv OUT, too")
         rate = DEFAULT_RATE if options.rate is None else options.rate
-        outputs = Outputs(options.csv, rate, options.plot, getattr(options, "save", None))
+        if options.report_at is not None and options.report is None:
+            raise CommandLineError("--report-at is a moment of a report", "give --report OUT.html, too")
+        save = getattr(options, "save", None)
+        outputs = Outputs(options.csv, rate, options.plot, save, options.report, options.report_at)
         if getattr(options, "json", False) and outputs.takes_standard_output:
             raise CommandLineError("--json and --csv - both want standard output", "write the table to a file")
         if outputs.save == STANDARD_STREAM:
@@ -69,12 +79,12 @@ class Outputs(Struct, frozen=True):
 
     @property
     def any(self) -> bool:
-        return self.csv is not None or self.plot is not None
+        return any(path is not None for path in (self.csv, self.plot, self.report))
 
     def _check(self, read: str) -> None:
         from vrs_cli.files.atomic import check_writable
 
-        files = (self.csv, self.plot, self.save, read)
+        files = (self.csv, self.plot, self.report, self.save, read)
         check_distinct(path for path in files if path is not None and path != STANDARD_STREAM)
         if self.csv is not None and not self.takes_standard_output:
             check_writable(self.csv)
@@ -82,6 +92,10 @@ class Outputs(Struct, frozen=True):
             from vrs_cli.render.plots import check_plot
 
             check_plot(self.plot)
+        if self.report is not None:
+            from vrs_cli.cli.report import check_report
+
+            check_report(self.report)
         if self.save is not None:
             check_writable(self.save)
 
@@ -95,6 +109,10 @@ class Outputs(Struct, frozen=True):
             from vrs_cli.render.plots import plot_trajectory
 
             plot_trajectory(self.plot, arm, timeline, title)
+        if self.report is not None:
+            from vrs_cli.cli.report import write_report
+
+            write_report(self.report, arm, timeline, title, self.report_at)
 
 
 def write_export(exporter: Exporter, path: str, arm: RobotArm, timeline: Timeline, number: float) -> None:

@@ -20,7 +20,7 @@ MOST_ROWS = 100_000
 
 EPILOG = """\
 Keys: space plays and pauses, left and right seek, r rewinds, + and - change the rate, q leaves.
-Without a terminal, or with --step, a table is printed; with --csv or --plot only these are written.
+Without a terminal, or with --step, a table is printed; with --csv, --plot or --report only these are written.
 
   vrs replay pick.vrst --speed 0.25
   vrs replay pick.vrst --step 0.5

@@ -60,6 +60,7 @@ standard error. Time is the robot's and passes as fast as it computes, unless --
   vrs run cell.v2 load.part --cycles 5 --save cell.vrst
   vrs run cell.v2 --signals cell.csv --max-time 60
   vrs run pick.v2 --csv pick.csv --rate 50 --plot pick.svg
+  vrs run pick.v2 --report pick.html
   vrs run pick.v2 --json | jq .duration_s
   vrs run theirs.v2 --sandbox box
 """

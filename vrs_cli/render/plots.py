@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 
 SUFFIXES = (".svg", ".png")
+TIME = "t [s]"
 SAMPLES = 2000  # along the whole time, beside the borders of segments
 MOST_BORDERS = 4000  # of segments that get samples of their own
 SIZE = (9.0, 8.0)  # [inch]
@@ -44,9 +45,13 @@ def check_plot(path: str | Path) -> None:
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise PlotError(f"{path} is no picture file", f"its name ends in {' or '.join(SUFFIXES)}")
+    _check_matplotlib()
+    check_writable(path)
+
+
+def _check_matplotlib() -> None:
     if find_spec("matplotlib") is None:
         raise PlotError("a plot needs matplotlib, which is not installed", how_to_install("matplotlib"))
-    check_writable(path)
 
 
 class PlotError(UsageError):
@@ -60,7 +65,13 @@ def plot_trajectory(path: str | Path, arm: RobotArm, timeline: Timeline, title: 
 
     Raises UsageError (no matplotlib, no picture file) or FileError.
     """
-    plot_panels(path, "t [s]", _panels(arm, timeline, _times(timeline)), title)
+    plot_panels(path, TIME, _panels(arm, timeline, _times(timeline)), title)
+
+
+def drawn_trajectory(arm: RobotArm, timeline: Timeline, title: str, form: str) -> bytes:
+    """The same as `svg` or `png`. Raises UsageError where there is no matplotlib."""
+    _check_matplotlib()
+    return _drawn(TIME, _panels(arm, timeline, _times(timeline)), title, form)
 
 
 def plot_panels(path: str | Path, along: str, panels: Sequence[Curves], title: str) -> None:
