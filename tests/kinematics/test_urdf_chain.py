@@ -262,3 +262,11 @@ def test_joints_that_all_follow_others_are_no_arm(tmp_path: Path) -> None:
     text = joint("a", "base", "b", mimic='<mimic joint="c"/>') + joint("c", "base", "d", mimic='<mimic joint="a"/>')
     with pytest.raises(FileDamaged, match="no joint moves between base and tip"):
         loaded(tmp_path, text)
+
+
+def test_links_of_a_gear_beside_the_fingers_do_not_tell_how_wide_it_opens(tmp_path: Path) -> None:
+    gear = "".join(
+        joint(f"knuckle_{y}", "palm", f"knuckle_link_{y}", xyz=f"0 {y} 0", axis="1 0 0", mimic='<mimic joint="left"/>')
+        for y in (0.2, -0.2)
+    )
+    assert loaded(tmp_path, arm(7) + PALM + LEFT + MIMIC + gear).hand_width == pytest.approx(0.08)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations
-from math import dist, inf
+from math import dist
 from typing import NamedTuple
 
 from vrs_cli.errors import FileDamaged
@@ -32,15 +32,11 @@ class Travel(NamedTuple):
 
 
 class Fingers(NamedTuple):
-    """The joints of a hand by their names; how much farther apart their tips are while it is open [m], 0 where the file
+    """The joints of a hand by their names; how much farther apart its tips are while it is open [m], 0 where the file
     does not tell."""
 
     travels: Mapping[str, Travel]
     width: float
-
-    @property
-    def closed(self) -> dict[str, float]:
-        return {name: travel.closed for name, travel in self.travels.items()}
 
 
 def fingers_of(tree: Tree, link: str, joints: Sequence[Joint], closed: str | None = None) -> Fingers:
@@ -53,15 +49,16 @@ def fingers_of(tree: Tree, link: str, joints: Sequence[Joint], closed: str | Non
     gauge = _Gauge(tree, link, joints)
     values = {name: min(ends, key=abs) for name, ends in own.items()}
     for name, ends in own.items():
-        here, there = (gauge.spread({**values, name: end}) for end in ends)
+        lower, upper = ({**values, name: end} for end in ends)
+        parts = gauge.parting(lower, upper)
         if closed is not None:
             values[name] = ends[closed == "upper"]
-        elif abs(here - there) > NEARER:
-            values[name] = ends[there < here]
+        elif abs(parts) > NEARER:
+            values[name] = ends[parts < 0.0]
     opposite = {name: ends[ends[0] == values[name]] for name, ends in own.items()}
     shut, apart = gauge.all_values(values), gauge.all_values(opposite)
     travels = {name: Travel(shut[name], apart[name]) for name in shut}
-    width = gauge.spread(opposite) - gauge.spread(values)
+    width = gauge.parting(values, opposite)
     return Fingers(travels, width if width > NEARER else 0.0)
 
 
@@ -118,14 +115,20 @@ class _Gauge:
         leader = values.get(mimic.leader)
         return None if leader is None or joint.type not in MOVING else mimic.factor * leader + mimic.offset
 
-    def spread(self, own: Mapping[str, float]) -> float:
-        """The greatest distance between two tips [m]; that of one finger alone is infinite."""
+    def parting(self, before: Mapping[str, float], after: Mapping[str, float]) -> float:
+        """How much farther apart the two tips come that move most to each other or from each other [m]; 0 for one tip
+        alone. Links of a gear beside the fingers move less."""
+        rows = zip(self._distances(before), self._distances(after), strict=False)
+        return max((b - a for a, b in rows), key=abs, default=0.0)
+
+    def _distances(self, own: Mapping[str, float]) -> list[float]:
+        """Of each two tips."""
         values = self.all_values(own)
         try:
             places: list[Vector] = [position(self._step(self.link, tip, values)) for tip in self.tips]
-        except FileDamaged:
-            return inf
-        return max((dist(a, b) for a, b in combinations(places, 2)), default=0.0)
+        except FileDamaged:  # an arm moves without its fingers
+            return []
+        return [dist(a, b) for a, b in combinations(places, 2)]
 
     def _step(self, link: str, below: str, values: Mapping[str, float]) -> Transform:
         T = IDENTITY
