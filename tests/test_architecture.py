@@ -130,6 +130,7 @@ DEFERRED = (
             "vrs_cli.kinematics.serial_batch",
             "vrs_cli.kinematics.spherical_wrist.batch",
             "vrs_cli.kinematics.transform_batch",
+            "vrs_cli.kinematics.wrist_circle.batch",
             "vrs_cli.trajectory.path_batch",
         ),
         "they bring numpy",

@@ -18,6 +18,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 
 Floats = NDArray[np.float64]
+Vector = tuple[float, float, float]
 
 DIRECTIONS = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1)]
 ASKEW, SLIDES, NOTHING = 0.15, 0.1, 0.55  # parts of all axes, joints, offsets
@@ -29,8 +30,8 @@ SPANS = ((0.5, 2.0), (2.0, 2.0 * pi), (2.0 * pi, 4.0 * pi))  # [rad]
 class Joint(NamedTuple):
     """A joint whose axis passes through `offset`, in the frame of the one before."""
 
-    offset: tuple[float, float, float]
-    axis: tuple[float, float, float]
+    offset: Vector
+    axis: Vector
     slides: bool
     lower: float
     upper: float
@@ -38,7 +39,7 @@ class Joint(NamedTuple):
 
 class DrawnArm(NamedTuple):
     joints: tuple[Joint, ...]
-    hand: tuple[float, float, float]
+    hand: Vector
 
     def forward(self, q: Joints) -> Floats:
         """(3, 4), the pose of the flange."""
@@ -68,7 +69,7 @@ class DrawnArm(NamedTuple):
         return tuple(source.uniform(joint.lower, joint.upper) for joint in self.joints)
 
 
-def turn(axis: tuple[float, float, float], angle: float) -> Floats:
+def turn(axis: Vector, angle: float) -> Floats:
     """The rotation about an axis, by Rodrigues's formula."""
     x, y, z = axis
     K = np.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
@@ -98,7 +99,7 @@ def _draw_joint(source: Random) -> Joint:
     return Joint(_offset(source), axis, slides, middle - span / 2, middle + span / 2)
 
 
-def _offset(source: Random) -> tuple[float, float, float]:
+def _offset(source: Random) -> Vector:
     x, y, z = (0.0 if source.random() < NOTHING else source.choice((-1, 1)) * source.uniform(*REACH) for _ in range(3))
     return x, y, z
 
@@ -115,5 +116,5 @@ def _joint_text(i: int, joint: Joint) -> str:
     return f'<joint name="j{i}" type="{kind}">{ends}<axis xyz="{_text(joint.axis)}"/>{limit}</joint>'
 
 
-def _text(v: tuple[float, float, float]) -> str:
+def _text(v: Vector) -> str:
     return " ".join(map(repr, v))

@@ -32,8 +32,8 @@ def test_models_that_differ_have_different_arms() -> None:
     assert arm_for(replace(PUMA, upper=(1.0,) * 6)) is not arm_for(PUMA)
 
 
-def test_a_wrist_that_is_not_spherical_is_solved_by_numbers() -> None:
-    crooked = arm_for(replace(PUMA, links=(*PUMA.links[:4], Link(0.1, 0.0, pi / 2), PUMA.links[5])))
+def test_a_wrist_whose_axes_do_not_meet_is_solved_by_numbers() -> None:
+    crooked = arm_for(replace(PUMA, links=(*PUMA.links[:3], PUMA.links[3]._replace(a=0.1), *PUMA.links[4:])))
     assert crooked.ways == (NONE,)
     q = (0.1, -1.0, 1.2, 0.3, 0.5, -0.2)
     assert crooked.select(crooked.forward(q), (0.0, -1.1, 1.3, 0.2, 0.6, 0.0)) == pytest.approx(q, abs=1e-8)

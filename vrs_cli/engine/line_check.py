@@ -160,9 +160,10 @@ def _beside(begin: Transform, end: Transform) -> Iterator[Transform]:
 def _leads_by(stand: Standpoint, via: Transform, end: Transform) -> bool:
     """Whether a line to a via point, and another one from there, are possible."""
     near: Joints | None = stand.here
+    arm, (way, *_) = stand.arm.holding(stand.frames.tool), stand.arm.line_ways(stand.here)
     for pose in (via, end):  # seen sooner than in a plan
         flange = compose(pose, inverse(stand.frames.tool))
-        near = near and stand.arm.holding(stand.frames.tool).branch_joints(flange, stand.configuration, near)
+        near = near and arm.branch_joints(flange, way, near)
     if near is None:
         return False
     try:

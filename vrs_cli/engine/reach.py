@@ -122,6 +122,8 @@ def _chosen(
         return chosen, "the nearest joints that were found"
     asked = stand.settings.configuration
     reasons = [f"{asked} asked"] if asked != NONE else []
+    if not stand.arm.lines_keep_words:  # nor does a MOVE
+        return chosen, ", ".join((*reasons, "the nearest of all solutions"))
     if not Configuration(have.arm, have.elbow).words_beside((chosen,)):
         reasons.append("arm and elbow stay as they are" if chosen.elbow else "arm as it is")
     if asked.wrist is None:

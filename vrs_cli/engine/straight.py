@@ -55,7 +55,7 @@ def straight_segments(problem: Problem) -> tuple[Segment, ...]:
     """
     arm, joints, state = problem.arm, problem.here.joints.joints, problem.tool
     failure: MotionError | None = None
-    for configuration in (arm.configuration(joints), *arm.twins(joints)):  # at a straight wrist two hold
+    for configuration in arm.line_ways(joints):
         for guided in guided_states(problem, state, _goal(problem, state)):
             try:
                 return _Line(problem, guided, configuration).segments()
@@ -317,7 +317,7 @@ def line_stop(problem: Problem) -> tuple[Segment, ...]:
     arm, motion = problem.arm, problem.motion
     problem = structs.replace(problem, slowest=SLOWEST)
     state = next(guided_states(problem, problem.tool, problem.tool.pose))
-    stop = _Line(problem, state, arm.configuration(problem.here.joints.joints), stops=True)
+    stop = _Line(problem, state, arm.line_ways(problem.here.joints.joints)[0], stops=True)
     stop.limits = tool_limits(arm, motion._replace(speed=1.0, acceleration=1.0, tip_speed=None, rotation=None))
     return stop.segments()
 

@@ -78,11 +78,13 @@ class RobotArm:
     Of an arm that cannot do all six freedoms `model.task` says which part of a pose counts; the rest of a pose is what
     the arm makes of it. Where a pose asks for what no joint changes, it is out of reach. An arm is one object: what is
     found for it may be remembered by it. `ways`: the configurations that there are, one without words where there is
-    nothing to choose. `seed_step`: how far [rad, m] joints may be from `near` for `branch_joints` to find the same
+    nothing to choose. `lines_keep_words`: what divides the ways is singular, so that a line stays in one, and so does a
+    MOVE as far as it may. `seed_step`: how far [rad, m] joints may be from `near` for `branch_joints` to find the same
     branch. `method`: how the inverse is found, in a few words for the user.
     """
 
     ways: tuple[Configuration, ...] = (NONE,)
+    lines_keep_words = True
     seed_step = 1.0
     method = "closed form"
 
@@ -115,6 +117,15 @@ class RobotArm:
     def twins(self, q: Joints) -> tuple[Configuration, ...]:  # noqa: ARG002 (others look at q)
         """The other configurations that the joints are in as well, on a border."""
         return ()
+
+    def line_ways(self, q: Joints) -> tuple[Configuration, ...]:
+        """The configurations, one or two, in which a straight line may go on from these joints."""
+        return (self.configuration(q), *self.twins(q)) if self.lines_keep_words else (NONE,)
+
+    @property
+    def all_line_ways(self) -> tuple[Configuration, ...]:
+        """All configurations in which a straight line may be."""
+        return self.ways if self.lines_keep_words else (NONE,)
 
     def limits_ok(self, q: Joints) -> bool:
         """Every joint inside its limits."""
@@ -223,11 +234,7 @@ class RobotArm:
     ) -> tuple[Configuration, ...]:
         """Those with what is asked; arm and elbow that are not asked stay, of the wrists the present one is first."""
         arm, elbow = arm or have.arm, elbow or have.elbow
-        suited = [
-            way
-            for way in self.ways
-            if way.arm in (None, arm) and way.elbow in (None, elbow) and (wrist is None or way.wrist in (None, wrist))
-        ]
+        suited = [way for way in self.ways if way.has(arm, elbow, wrist)]
         return tuple(sorted(suited, key=lambda way: way.wrist is not have.wrist))
 
     def _duration(self, a: Joints, b: Joints) -> float:

@@ -102,12 +102,15 @@ class _Step(NamedTuple):
 
 
 def chain_of(
-    axes: Sequence[Line], kinds: Sequence[JointKind], T_base_flange: Transform, alphas: Sequence[float] | None = None
+    axes: Sequence[Line],
+    kinds: Sequence[JointKind],
+    T_base_flange: Transform,
+    alphas: Sequence[float | None] | None = None,
 ) -> Chain | None:
     """Links that have these axes, and T_base_flange, when all joints are 0.
 
-    With `alphas` (of all joints but the last) axes are reversed and normals chosen so that the links have them, with
-    no `a` below zero between parallel axes; None where that cannot be.
+    With `alphas` (of all joints but the last; None for any) axes are reversed and normals chosen so that the links have
+    them, with no `a` below zero between parallel axes; None where that cannot be.
     """
     z, origin = axes[0].direction, axes[0].point
     steps: list[_Step] = []

@@ -5,7 +5,7 @@ zeros of the joints, and up as the base has it:
 
     RIGHTY / LEFTY    the arm to the right / left of the axis of joint 1, seen from above along the arm
     ABOVE / BELOW     elbow above / below the line from shoulder to wrist
-    NOFLIP / FLIP     joint 5, from where the wrist is straight, positive (or zero) / negative
+    NOFLIP / FLIP     joint 5, from where the hand points along the forearm, positive (or zero) / negative
 
 An arm straight before that axis is RIGHTY where it reaches forward from its shoulder, LEFTY where it reaches back over
 it; with the shoulder on the axis, where joint 2, turning positively, raises / lowers the wrist. All are the same on a
@@ -74,6 +74,12 @@ class Configuration:
             flag if isinstance(flag, Arm) else self.arm,
             flag if isinstance(flag, Elbow) else self.elbow,
             flag if isinstance(flag, Wrist) else self.wrist,
+        )
+
+    def has(self, arm: Arm | None, elbow: Elbow | None, wrist: Wrist | None) -> bool:
+        """Whether it has the words that are given, as far as there is such a choice."""
+        return all(
+            word is None or mine in (None, word) for mine, word in zip(self.flags, (arm, elbow, wrist), strict=True)
         )
 
     def words_beside(self, others: tuple[Configuration, ...]) -> tuple[str, ...]:

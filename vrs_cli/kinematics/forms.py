@@ -1,6 +1,6 @@
 """`arm_for(model)`: the arm of a robot, of the class that fits its axes.
 
-A closed form where there is one, else the numerical one, which knows all axes.
+A closed form where there is one, else a search that finds all solutions, else the numerical one, which knows all axes.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from vrs_cli.kinematics.task import Task
 
 @lru_cache
 def arm_for(model: RobotModel) -> RobotArm:
-    """The arm of a model: of the first closed form that knows its axes; the numerical one knows all."""
+    """The arm of a model: of the first form that knows its axes; the numerical one knows all."""
     return next(arm for form in _FORMS if (arm := form(model)) is not None)
 
 
@@ -27,7 +27,7 @@ def _spherical_wrist(model: RobotModel) -> RobotArm | None:
     from vrs_cli.kinematics.spherical_wrist.geometry import ALPHAS, geometry_of, swapped
 
     geometry = geometry_of(model)
-    if geometry is not None and not swapped(geometry, down=False):
+    if geometry is not None and not swapped(geometry, down=False, folded=geometry.d4 * geometry.d6 < 0.0):
         return SphericalWristArm(model, geometry)
     from vrs_cli.kinematics.mapped_arm import MappedArm, canonical
 
@@ -35,11 +35,12 @@ def _spherical_wrist(model: RobotModel) -> RobotArm | None:
     geometry = None if way is None else geometry_of(way.model)
     if way is None or geometry is None:
         return None
-    return MappedArm(model, way, SphericalWristArm(way.model, geometry), swapped(geometry, down=way.down))
+    words = swapped(geometry, down=way.down, folded=geometry.d4 * way.hand < 0.0)
+    return MappedArm(model, way, SphericalWristArm(way.model, geometry), words)
 
 
 def _offset_wrist(model: RobotModel) -> RobotArm | None:
-    from vrs_cli.kinematics.configuration import ARM, ELBOW
+    from vrs_cli.kinematics.configuration import ARM, ELBOW, WRIST
     from vrs_cli.kinematics.mapped_arm import MappedArm, canonical
     from vrs_cli.kinematics.offset_wrist.arm import OffsetWristArm
     from vrs_cli.kinematics.offset_wrist.offsets import ALPHAS, offsets_of
@@ -48,7 +49,22 @@ def _offset_wrist(model: RobotModel) -> RobotArm | None:
     offsets = None if way is None else offsets_of(way.model)
     if way is None or offsets is None:
         return None
-    return MappedArm(model, way, OffsetWristArm(way.model, offsets), ARM | ELBOW if way.down else 0)
+    words = (ARM | ELBOW) * way.down + WRIST * (offsets.right * way.hand < 0.0)
+    return MappedArm(model, way, OffsetWristArm(way.model, offsets), words)
+
+
+def _wrist_circle(model: RobotModel) -> RobotArm | None:
+    from vrs_cli.kinematics.mapped_arm import canonical
+    from vrs_cli.kinematics.spherical_wrist.geometry import swapped
+    from vrs_cli.kinematics.wrist_circle.arm import WristCircleArm
+    from vrs_cli.kinematics.wrist_circle.circle import ALPHAS, circle_of
+
+    way = canonical(model, ALPHAS)
+    circle = None if way is None else circle_of(way.model)
+    if way is None or circle is None:
+        return None
+    words = swapped(circle.arm, down=way.down, folded=circle.straight * circle.arm.d4 * way.hand < 0.0)
+    return WristCircleArm(model, way, circle, words)
 
 
 def _parallel_axes(model: RobotModel) -> RobotArm | None:
@@ -76,6 +92,7 @@ def _numeric(model: RobotModel) -> RobotArm:
 _FORMS: tuple[Callable[[RobotModel], RobotArm | None], ...] = (
     _spherical_wrist,
     _offset_wrist,
+    _wrist_circle,
     _parallel_axes,
     _steady,
     _numeric,

@@ -36,11 +36,17 @@ class Canonical(NamedTuple):
         """Whether the axis of joint 1 points down: what is above for the closed form is below for the robot."""
         return self.chain.base.az < -EXACT
 
+    @property
+    def hand(self) -> float:
+        """1.0 where the flange lies on axis 6 as the axis points, from the wrist, or points so; else -1.0."""
+        flange = self.chain.flange
+        return -1.0 if flange.pz < -EXACT or (abs(flange.pz) <= EXACT and flange.az < 0.0) else 1.0
+
     def back(self, q: Joints) -> Joints:
         return tuple([s * (x - link.theta) for s, x, link in zip(self.chain.signs, q, self.chain.links, strict=True)])
 
 
-def canonical(model: RobotModel, alphas: Sequence[float]) -> Canonical | None:
+def canonical(model: RobotModel, alphas: Sequence[float | None]) -> Canonical | None:
     """The way to an arm of turning joints with these alphas; None where the axes of the robot do not lie so."""
     if model.joint_count != len(alphas) + 1 or any(map(model.units.slides, range(1, model.joint_count + 1))):
         return None

@@ -157,7 +157,7 @@ class Form(msgspec.Struct, frozen=True):
     @classmethod
     def of(cls, arm: RobotArm) -> Form:
         ways: dict[tuple[str | None, ...], Configuration] = {
-            _words(configuration): configuration for configuration in arm.ways
+            _words(configuration): configuration for configuration in arm.all_line_ways
         }
         return cls(arm.model.joint_count, ways, arm.redundancy, arm.held)
 

@@ -61,17 +61,17 @@ class NumericBatch(SerialBatch):
         near: Floats,
         *,
         bounded: bool,
-        enough: int | None = None,
         guides: tuple[Floats, Floats] | None = None,
+        steps: int = STEPS,
     ) -> Floats:
-        """(N, 3, 4) and starts (N, n) or (n,) -> (N, n). With `enough` rows found the search ends. `guides`: the
-        weights (r, n) of sums of the joints, and what these are (N, r).
+        """(N, 3, 4) and starts (N, n) or (n,) -> (N, n). `guides`: the weights (r, n) of sums of the joints, and what
+        these are (N, r).
         """
         q = np.array(np.broadcast_to(near, (len(T), self.joints)))
         found = np.full_like(q, np.nan)
         rows = np.flatnonzero(self.in_task(T))
-        for _ in range(STEPS):
-            if not len(rows) or (enough is not None and np.count_nonzero(~np.isnan(found[:, 0])) >= enough):
+        for _ in range(steps):
+            if not len(rows):
                 break
             J, error = self.error(q[rows], T[rows])
             if guides is not None:

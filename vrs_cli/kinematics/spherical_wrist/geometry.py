@@ -30,7 +30,7 @@ from typing import NamedTuple
 
 from vrs_cli.kinematics.axes import EXACT
 from vrs_cli.kinematics.clearance import SINGULAR
-from vrs_cli.kinematics.configuration import ALL, ARM, ELBOW, Configuration
+from vrs_cli.kinematics.configuration import ALL, ARM, ELBOW, WRIST, Configuration
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import IDENTITY
@@ -85,15 +85,17 @@ def geometry_of(model: RobotModel) -> Geometry | None:
     )
 
 
-def swapped(geometry: Geometry, *, down: bool) -> int:
-    """The words that are the other of their pair by geometry, as bits of `Configuration.index`. `down`: up is down."""
+def swapped(geometry: Geometry, *, down: bool, folded: bool) -> int:
+    """The words that are the other of their pair by geometry, as bits of `Configuration.index`. `down`: up is down;
+    `folded`: where joint 5 of the formulas is 0, the hand points back to the elbow.
+    """
     if abs(geometry.side) > EXACT:
         left = (geometry.side < 0.0) != down
     elif abs(geometry.a1) > EXACT:
         left = geometry.a1 > 0.0
     else:
         left = down
-    return ARM * left + ELBOW * down
+    return ARM * left + ELBOW * down + WRIST * folded
 
 
 def configuration_of(geometry: Geometry, q: Joints) -> Configuration:
