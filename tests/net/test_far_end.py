@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import Any
 
 import pytest
@@ -16,7 +17,9 @@ from vrs_cli.engine.snapshot import Replaced
 from vrs_cli.errors import FileDamaged, RequestRefused
 from vrs_cli.interfaces.conversation.status import Status
 from vrs_cli.interfaces.session.acts import Rest
+from vrs_cli.interfaces.session.grip import Pulled
 from vrs_cli.kinematics.model_data import to_dict
+from vrs_cli.kinematics.transform import Transform, translation
 from vrs_cli.net import messages
 from vrs_cli.net.far_end import CATCHING_UP, PATIENCE, FarEnd
 from vrs_cli.net.ledger import Ledger
@@ -302,3 +305,69 @@ def test_a_robot_that_cannot_be_is_refused() -> None:
     wires.model = {"name": "puma561"}
     wires.connect()
     assert isinstance(wires.far.refusal, FileDamaged)
+
+
+class Afar(Wires):
+    """In real time, behind a line that takes 0.1 s forward and 0.1 s back; the robot's clock shows `now`."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.say(Clock(self.now, realtime=True, wall=self.now))
+        self.carry()
+        for _ in range(8):
+            sent = self.now
+            self.now += 0.2
+            self.say(messages.Pong(sent, sent + 0.1, sent + 0.1, sent + 0.1))
+
+    def drag(self, pose: Transform | None) -> messages.Drag:
+        self.far.drag(pose)
+        self.carry()
+        (*_, sent) = self.came
+        assert isinstance(sent, messages.Drag)
+        return sent
+
+    def pulled(self, by: str, wish: messages.Drag) -> None:
+        self.say(messages.Pulled(Pulled(by, issued=wish.issued)))
+
+
+def test_a_wish_is_unconfirmed_from_its_arrival_on_until_the_robot_goes_after_it() -> None:
+    wires = Afar()
+    far, begin = wires.far, wires.far.now
+    wish = wires.drag(translation(0.1, 0.0, 0.0))
+    assert wish.issued == begin
+    assert far.unconfirmed == pytest.approx(begin + 0.1, abs=1e-3)
+    assert far.previewed().doubt.endswith("on: DRAG")
+    wires.now += 0.15
+    assert far.unconfirmed == pytest.approx(begin + 0.1, abs=1e-3)
+    wires.pulled("ada", wish)
+    assert far.unconfirmed == inf, "the arm stands there"
+    wires.drag(translation(0.1, 0.0, 0.0))
+    assert far.unconfirmed == inf, "it is the same wish"
+
+
+def test_while_somebody_drags_what_moves_is_unconfirmed_from_what_is_heard_on() -> None:
+    wires = Afar()
+    far, engine = wires.far, wires.engine
+    engine.clock.advance(max(engine.now, far.now))
+    drive(wires, 0.5)
+    wires.tell_changes()
+    assert far.unconfirmed == inf
+    wires.say(messages.Pulled(Pulled("bob")))
+    assert far.unconfirmed == pytest.approx(far.heard)
+    wires.say(messages.Pulled(Pulled(why="bob has gone")))
+    assert far.unconfirmed == inf
+
+
+def test_wishes_that_a_cut_has_swallowed_are_in_doubt_no_longer() -> None:
+    wires = Afar()
+    wires.drag(translation(0.1, 0.0, 0.0))
+    wires.cut()
+    wires.connect(Clock(wires.now, realtime=True, wall=wires.now))
+    assert wires.far.unconfirmed == inf
+
+
+def test_next_to_the_robot_no_wish_is_in_doubt() -> None:
+    wires = Wires()
+    wires.say(Clock(wires.now, realtime=True, wall=wires.now))
+    wires.far.drag(translation(0.1, 0.0, 0.0))
+    assert wires.far.unconfirmed == inf

@@ -359,13 +359,15 @@ class Engine:
         if self.settings.moves:
             self._edit(self._motion_from_now(goal, speed, text), on_grid(self.now), insert=False)
 
-    def steer(self, target: Target, tick: float, *, speed: float = 1.0, text: str = "STEER") -> None:
+    def steer(
+        self, target: Target, tick: float, *, speed: float = 1.0, text: str = "STEER", issued: float | None = None
+    ) -> None:
         """Chase a target from now on, for a tick [s], until the next one comes (`Law.steer`); what was
         scheduled is dropped. Without a next one the robot coasts for a while and brakes.
 
-        Targets that follow each other are one motion, which UNDO takes back as a whole. Of each the timeline keeps what
-        the robot did, `deltas` too. A target out of a motion that has no room to stop waits for the next one: that
-        motion goes on. Raises PowerOff, JointOutOfRange.
+        Targets that follow each other are one motion, which UNDO takes back as a whole; `issued`: when the first was
+        given, where that was earlier. Of each the timeline keeps what the robot did, `deltas` too. A target out of a
+        motion that has no room to stop waits for the next one: that motion goes on. Raises PowerOff, JointOutOfRange.
         """
         self._check_power()
         check_joint_limits(self.model, target.joints)
@@ -382,6 +384,7 @@ class Engine:
         if motion is stream:
             self.book.prolong(delta)
         else:
+            delta = delta._replace(issued=executed if issued is None else on_grid(issued))
             self.book.commit([Step.of(self.timeline, delta, self.now, insert=False)])
 
     def _motion_from_now(self, goal: Joints | Transform, speed: float, text: str) -> Motion:

@@ -49,6 +49,7 @@ PROMISING = 0.5  # of the miss: a search that gained less by one wish begins els
 SOME = 16  # places where it begins, the nearest first
 LAG = 0.1  # [s] at full speed by which a joint lags what it follows at most, if it is not late
 STOPPING = 1.5  # of the time in which a joint comes to full speed: so far ahead of it, at full speed, its goal may be
+DRAG = "DRAG"  # the text of its motion
 AT_REST = 1e-7  # [rad, m] beside its goal, where the arm may stay as it stands
 
 
@@ -335,13 +336,13 @@ def _towards(a: Joints, b: Joints, box: Range) -> Joints:
 class Dragging:
     """Feeds an engine with wishes for its tool. Letting go is no more wishes: the arm comes to rest by itself."""
 
-    def __init__(self, engine: Engine, *, speed: float = 1.0, text: str = "DRAG") -> None:
+    def __init__(self, engine: Engine, *, speed: float = 1.0, text: str = DRAG) -> None:
         self.engine, self.speed, self.text = engine, speed, text
         self.pursuit = Pursuit(engine.arm, engine.position().joints)
         self._last: float | None = None
 
-    def to(self, T_world_tool: Transform) -> Shortfall:
-        """The tool is wished there from now on. Raises PowerOff."""
+    def to(self, T_world_tool: Transform, issued: float | None = None) -> Shortfall:
+        """The tool is wished there from now on; `issued`: since when, where that was earlier. Raises PowerOff."""
         engine, pursuit, frames = self.engine, self.pursuit, self.engine.frames
         now = engine.now
         since = TICK if self._last is None else now - self._last
@@ -357,5 +358,6 @@ class Dragging:
         if not (steady and pursuit.steady) or any(abs(v) > most for v, most in zip(velocity, fastest, strict=True)):
             velocity = (0.0,) * len(velocity)
         if now < engine.end or largest_change(here, pursuit.goal) > AT_REST:
-            engine.steer(Target(pursuit.goal, velocity, *pursuit.range), tick, speed=self.speed, text=self.text)
+            target = Target(pursuit.goal, velocity, *pursuit.range)
+            engine.steer(target, tick, speed=self.speed, text=self.text, issued=issued)
         return held

@@ -17,12 +17,15 @@ from msgspec import structs
 
 from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import FileDamaged, RequestRefused, VrsError
-from vrs_cli.interfaces.roles.preview import Previewed
+from vrs_cli.interfaces.dragging import DRAG
+from vrs_cli.interfaces.roles.preview import Expected, Previewed
 from vrs_cli.interfaces.session.acts import Go, move_of
+from vrs_cli.interfaces.session.grip import Pulled as PulledState
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model_data import from_dict
+from vrs_cli.kinematics.transform import Transform
 from vrs_cli.net import messages
 from vrs_cli.net.flags import Flags
 from vrs_cli.net.in_flight import changing
@@ -31,6 +34,7 @@ from vrs_cli.net.mirror import WINDOW, ClockReading, Mirror, parting
 from vrs_cli.net.preview import Preview
 from vrs_cli.net.protocol import ClientConnection, State
 from vrs_cli.net.timesync import TimeSync
+from vrs_cli.net.wishes import Wishes
 from vrs_cli.wire.codec import Frame
 from vrs_cli.wire.records import Form, Motions, RecordError, delta_of
 from vrs_cli.wire.refusal import Refusal
@@ -39,6 +43,7 @@ from vrs_cli.wire.snapshots import snapshot_of
 CATCHING_UP = 2.0  # [s] that the end of a command waits at most for the change that it has made
 PATIENCE = 60.0  # [s] after a cut until nobody knows what has become of a command: no server remembers it longer
 REMEMBERED = 600.0  # [s] that it is known what was shown wrongly
+NEAR = 0.05  # [s] D_f + D_b of who sees what becomes of a wish about as soon as the robot itself does
 FIRST_PINGS, QUICKLY, USUALLY = 8, 0.05, 2.0  # how many, and the seconds between them and after them
 
 Outlet = Callable[[ServerMessage], None]
@@ -81,6 +86,7 @@ class FarEnd:
         self._round_trip = 0.0
         self._wall, self._times = wall, HolderTimes(hello.offset)
         self._arm: RobotArm | None = None
+        self._wishes, self._pulled = Wishes(), PulledState()  # for a tool that is dragged
         self._outlets: dict[int, Outlet] = {}
         self._ended: dict[int, _Ended] = {}
         self._clock = messages.Clock(0.0)
@@ -161,6 +167,13 @@ class FarEnd:
             case _ if (text := changing(request)) is not None:
                 preview.sent(request.id, None, self.now, text)
 
+    def drag(self, T_world_tool: Transform | None) -> None:
+        """The tool is wished there, or let go. Raises RequestRefused where there is no connection."""
+        issued = self.now if self._passes else None
+        self.connection.send(messages.Drag(T_world_tool, issued))
+        if issued is not None:
+            self._wishes.sent(T_world_tool, issued)
+
     def send(self, message: ClientMessage) -> None:
         """What has no answer. Raises RequestRefused where there is no connection."""
         self.connection.send(message)
@@ -207,12 +220,17 @@ class FarEnd:
                 self.sync.heard(message.sent, message.came, message.left, self._wall())
                 self._set_clock(self._clock)
                 self._round_trip = self.sync.round_trip(0.5)
+            case messages.Pulled(state):
+                self._pulled = state
+                if state.issued is not None:
+                    self._wishes.counted(state.issued)
             case messages.Closing(refusal=Refusal() as refusal):
                 self.refusal = refusal.error()
 
     def _welcomed(self, welcome: messages.Welcome) -> None:
         now = self._wall()
         self.welcome, self._pings, self._resyncs = welcome, 0, False
+        self._wishes, self._pulled = Wishes(), PulledState()
         self._cut_at = self._silent_since = inf
         if self.open:
             self._ping(now)  # before all else is asked: whoever has an answer knows how far the robot is
@@ -337,12 +355,33 @@ class FarEnd:
                 return self.now - self.round_trip / 2.0 + (ahead if self._passes else 0.0)
 
     @property
-    def unconfirmed(self) -> float:
-        """From when on the timeline is not what the robot has said [s]: commands are on their way, or it is not heard
-        any more.
+    def expected(self) -> tuple[Expected, ...]:
+        """What is expected of what is under way."""
+        known = () if self.preview is None else self.preview.expected
+        dragged = self._dragged
+        return known if dragged is None else (*known, dragged)
+
+    @property
+    def _dragged(self) -> Expected | None:
+        """Of a tool that is dragged. As long as it moves it goes after the newest wish tick by tick, which nobody can
+        know who hears of that later; else a wish changes what comes from its arrival on.
         """
-        cut = inf if self.open else self.heard
-        return cut if self.preview is None else min(cut, self.preview.unconfirmed)
+        if self.mirror is None or not self._passes or self.round_trip < NEAR:
+            return None
+        oldest, heard = self._wishes.oldest(self.now, self.round_trip), self.heard
+        if self._pulled.by and self.mirror.timeline.end > heard:
+            return Expected(0, DRAG, heard, heard, planned=False)
+        if oldest is None:
+            return None
+        return Expected(0, DRAG, oldest, max(oldest + self.round_trip / 2.0, heard), planned=False)
+
+    @property
+    def unconfirmed(self) -> float:
+        """From when on the timeline is not what the robot has said [s]: commands are on their way, the tool is dragged,
+        or it is not heard any more.
+        """
+        begins = [it.begin for it in self.expected if it.begin is not None]
+        return min(begins if self.open else [*begins, self.heard], default=inf)
 
     def previewed(self) -> Previewed:
         """What the robot will do, as it is known now."""
@@ -355,7 +394,7 @@ class FarEnd:
             self.shown,
             self.ahead is not Ahead.PRESENT and self._passes,
             self.unconfirmed,
-            self.preview.expected,
+            self.expected,
             not self.open,
             self.round_trip,
             self.flags.windows,

@@ -33,7 +33,6 @@ from vrs_cli.interfaces.session.grip import Grip
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.session.survey import Survey
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED, HolderTimes
-from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.words.word import Role
 from vrs_cli.net import locker, messages
 from vrs_cli.net.broadcast import Broadcast, Listener, Sink
@@ -152,7 +151,7 @@ class Guest:
         self._hall, self._wall = hall, wall
         self._listener: Listener | None = None
         self._questions: dict[int, tuple[Question, Ticket[Any]]] = {}
-        self._wishes: deque[Transform | None] = deque(maxlen=1)  # where the tool is to be, until the robot takes it
+        self._wishes: deque[messages.Drag] = deque(maxlen=1)  # where the tool is to be, until the robot takes it
         self._pulling: Pending | None = None  # a wish that the robot has not taken
         self._drag_refused = False  # which is told once
         self._looks = 0  # that wait for an answer
@@ -406,7 +405,7 @@ class Guest:
 
     def _drag(self, message: messages.Drag) -> None:
         """The newest wish counts: one that has come before the robot has taken the last one replaces it."""
-        self._wishes.append(message.pose)
+        self._wishes.append(message)
         if self._pulling is None:
             self._pull()
 
@@ -419,13 +418,13 @@ class Guest:
         """In the robot's thread."""
         wish = self._wishes.pop()
         try:
-            yield from self._hall.grip.pull(wish)
+            yield from self._hall.grip.pull(wish.pose, wish.issued)
         except VrsError as error:
             if not self._drag_refused:
                 yield refusal(error, "")
             self._drag_refused = True
         else:
-            self._drag_refused = self._drag_refused and wish is not None
+            self._drag_refused = self._drag_refused and wish.pose is not None
 
     def _known(self, name: str) -> str:
         """Somebody who holds the robot too. Raises RequestRefused."""

@@ -256,10 +256,12 @@ class Drive(Command, frozen=True):
 
 class Drag(ClientMessage, frozen=True):
     """The tool is wished at `pose` (T_world_tool) from now on; without one it is let go. The newest counts; without a
-    message for 0.6 s it is let go too. What becomes of it all hear by `Pulled`; a refusal is told once.
+    message for 0.6 s it is let go too. What becomes of it all hear by `Pulled`; a refusal is told once. `issued`: when,
+    as in `Line` [s].
     """
 
     pose: Transform | None = None
+    issued: Number | None = None
 
 
 class Put(Command, frozen=True):

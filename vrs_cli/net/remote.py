@@ -235,7 +235,12 @@ class RemoteRobot:
         """The tool is wished there from now on; None lets it go. To be said again while it is held, ten times a second.
         Nobody waits for the robot; `Pulled` tells what becomes of it. Without a connection nothing is sent.
         """
-        self._loop.soon(lambda: self._send_now(messages.Drag(T_world_tool)))
+
+        def send() -> None:
+            with suppress(RequestRefused):
+                self.client.drag(T_world_tool)
+
+        self._loop.soon(send)
 
     def save(self, path: Path) -> None:
         recorded = self.act(Record())

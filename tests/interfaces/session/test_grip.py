@@ -41,8 +41,8 @@ class Served:
     def do(self, line: str) -> None:
         self.session.actor.finish(self.ann.ask(line), self.session.terminal)
 
-    def pull(self, wish: Transform | None, who: Holder | None = None) -> None:
-        self.session.actor.finish((who or self.ann).submit(self.grip.pull(wish)), self.session.terminal)
+    def pull(self, wish: Transform | None, who: Holder | None = None, issued: float | None = None) -> None:
+        self.session.actor.finish((who or self.ann).submit(self.grip.pull(wish, issued)), self.session.terminal)
 
     def pass_time(self, seconds: float) -> None:
         """What the robot does meanwhile is done."""
@@ -99,6 +99,36 @@ def test_let_go_it_rests_soon(served: Served) -> None:
     assert served.grip.pulled == Pulled()
     served.pass_time(0.4)
     assert served.stands
+
+
+def test_it_tells_which_wish_it_goes_after_and_the_motion_is_as_old_as_the_first(served: Served) -> None:
+    engine = served.session.engine
+    begin = engine.clock.reached
+    served.pull(moved(0.1, 0.0, 0.0), issued=begin - 0.25)
+    assert served.grip.pulled.issued == begin - 0.25
+    served.pull(moved(0.2, 0.0, 0.0), issued=begin - 0.2)
+    assert served.grip.pulled.issued == begin - 0.25, "until its next tick"
+    served.pass_time(0.1)
+    assert served.grip.pulled == Pulled("ann", served.grip.pulled.held, issued=begin - 0.2)
+    served.pull(None, issued=begin - 0.1)
+    assert served.grip.pulled == Pulled(issued=begin - 0.1)
+    last = engine.records()[-1]
+    assert last.issued == pytest.approx(begin - 0.25, abs=1e-6)
+    assert last.executed == pytest.approx(begin, abs=1e-6)
+
+
+def test_a_wish_that_is_refused_or_passed_over_is_told_too(served: Served) -> None:
+    served.session.lease = Lease("carl", 1e9)
+    with pytest.raises(LeaseHeld):
+        served.pull(TABLE, issued=1.5)
+    assert served.grip.pulled == Pulled(issued=1.5)
+    served.session.lease = None
+    served.pull(TABLE, issued=1.6)
+    served.do("ABORT")
+    served.pass_time(0.1)
+    served.pull(TABLE, issued=1.7)
+    assert served.grip.pulled.by == ""
+    assert served.grip.pulled.issued == 1.7
 
 
 def test_what_holds_it_is_told(served: Served) -> None:

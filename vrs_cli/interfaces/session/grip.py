@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import VrsError
@@ -27,12 +27,13 @@ SAID = "to drag the tool"
 
 class Pulled(Struct, frozen=True, omit_defaults=True):
     """Who drags the tool, empty for nobody, and how it follows; `why` it was let go, where that was not by who dragged
-    it.
+    it. `issued`: when the newest wish was given that the robot goes after, or passes over, as its sender says [s].
     """
 
     by: str = ""
     held: Shortfall = Shortfall()
     why: str = ""
+    issued: float | None = None
 
 
 class Grip:
@@ -44,14 +45,22 @@ class Grip:
         self._dragging: Dragging | None = None
         self._desk: Desk | None = None
         self._wish: Transform | None = None
+        self._issued: float | None = None  # when that was given, as its sender says
         self._heard = 0.0
         self._spent: Desk | None = None  # whose drag was broken off
         self._version = self._stops = 0  # of the timeline, and how often the robot was stopped, as the drag knows
 
-    def pull(self, wish: Transform | None) -> Talk[None]:
-        """Whoever is at the desk wishes the tool (T_world_tool) to be there, or lets it go. Raises RoleWanted,
-        LeaseHeld, RobotNotAttached, UsageError, PowerOff.
+    def pull(self, wish: Transform | None, issued: float | None = None) -> Talk[None]:
+        """Whoever is at the desk wishes the tool (T_world_tool) to be there, or lets it go; `issued`: when, as that one
+        says [s]. Raises RoleWanted, LeaseHeld, RobotNotAttached, UsageError, PowerOff.
         """
+        try:
+            yield from self._taken(wish, issued)
+        finally:
+            if self._desk is not self._session.desk:
+                self.pulled = structs.replace(self.pulled, issued=issued)
+
+    def _taken(self, wish: Transform | None, issued: float | None) -> Talk[None]:
         session = self._session
         if wish is None:
             self._spent = None if self._spent is session.desk else self._spent
@@ -66,7 +75,7 @@ class Grip:
             if self._desk is session.desk:
                 self._break_off(str(error))
             raise
-        self._wish, self._heard = rotating(wish), self._wall()
+        self._wish, self._issued, self._heard = rotating(wish), issued, self._wall()
         if self._dragging is None or self._desk is not session.desk:
             yield from session.on_branch(Role.SUPERVISOR, self._take())
         elif not session.engine.realtime:
@@ -112,9 +121,10 @@ class Grip:
         if (engine.timeline.version, session.stops) != (self._version, self._stops) or session.running:
             self._break_off("something else has moved or stopped the robot")
             return
-        held = dragging.to(self._wish)
+        issued = None if self._issued is None else self._desk.times.issued(self._issued, engine.now)
+        held = dragging.to(self._wish, issued)
         self._version = engine.timeline.version
-        self.pulled = Pulled(self._desk.name, held)
+        self.pulled = Pulled(self._desk.name, held, issued=self._issued)
         if not engine.realtime:
             session.settle(engine.now + TICK)
 
