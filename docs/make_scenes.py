@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 import vrs_cli as vrs
-from tests.view3d.browser import PATIENCE, Browser, chromium
+from tests.view3d.browser import Browser, chromium
 from vrs_cli.engine.position import position_at
+from vrs_cli.interfaces.roles.held import no_answer
 from vrs_cli.interfaces.session.acts import Define
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
@@ -32,7 +33,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Vector
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.figure import Figure
-from vrs_cli.view3d.hosted import Hosted
+from vrs_cli.view3d.hosted import SHELL, Hosted
 from vrs_cli.view3d.paths import Path as Way
 from vrs_cli.view3d.reasons import Reasons
 from vrs_cli.view3d.shown import Part, Shown
@@ -337,24 +338,21 @@ SEEN = 4.6  # [s] of it
 
 
 def window() -> None:
-    """The robot drives, and is stopped at one moment, as a user sees it."""
+    """The robot has executed a program, and one moment of that is shown, as a user sees it."""
     with (
         TemporaryDirectory() as folder,
         closing(Hosted(load_robot("puma560"), folder=Path(folder))) as hosted,
         closing(App(hosted.hold_for_browser)) as app,
         chromium() as browser,
     ):
-        browser.driver.set_script_timeout(PATIENCE)
+        shell = hosted.hold(SHELL)
+        shell.act(Define(CELL))
+        shell.say("EXECUTE cell", no_answer)
         browser.size(*WINDOW)
         browser.open(app.address, "/robot")
-        shown = app.windows[0]
-        assert shown.robot is not None
-        shown.robot.act(Define(CELL))
-        shown.type("EXECUTE cell")
-        browser.until(lambda: shown.watched.now > shown.watched.timeline.end > SEEN)
+        app.windows[0].change(lambda playback, wall: playback.seek(SEEN, wall).pause(wall))
         for label in ("Show", "joints", "joint speeds", "Commands", "zoom"):
             click(browser, label)
-        shown.change(lambda playback, wall: playback.seek(SEEN, wall).pause(wall))
         browser.drawn(4)
         browser.save(IMAGES / "window.png")
     with Image.open(IMAGES / "window.png") as picture:

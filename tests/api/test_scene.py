@@ -42,7 +42,7 @@ def test_another_timeline_of_the_robot_is_shown_as_well() -> None:
     robot = moved()
     before = robot.timeline
     robot.do("DRIVE 2, 20, 50")
-    assert repr(robot.view(before)) == f"<Scene of puma560: 0.000 to {before.end:.3f} s>"
+    assert repr(robot.view(before)) == f"<Scene of puma560: 0.000 to {before.end:.3f} s; .open() shows it in a browser>"
     assert robot.view(before).html == moved().view().html != robot.view().html
 
 
@@ -72,3 +72,12 @@ def test_a_notebook_plays_it_below_the_cell(tmp_path: Path) -> None:
         assert np.ptp(browser.canvas()) > 100
         assert browser.errors() == ()
     assert browser.requests == ()
+
+
+def test_a_script_opens_it_in_a_browser(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr("vrs_cli.api.scene.webbrowser.open", opened.append)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    path = vrs.Robot().move(10, -90, 90, 0, 0, 0).view().open()
+    assert opened == [path.as_uri()]
+    assert path.read_text().startswith("<!doctype html>")

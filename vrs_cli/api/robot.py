@@ -377,7 +377,8 @@ class Robot:
         return Picture((plotted(self._robot.arm, self.timeline, asked),))
 
     def view(self, timeline: Timeline | None = None, *, height: int = SCENE_HEIGHT) -> Scene:
-        """The arm as it moves: a notebook plays it below the cell, and `.save("a.html")` writes the page.
+        """The arm as it moves: a notebook plays it below the cell, `.open()` in a browser, and
+        `.save("a.html")` writes the page.
 
         It follows its own timeline, or another one for this robot. Raises UsageError where viser is missing.
         """

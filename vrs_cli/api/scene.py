@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import webbrowser
 from functools import cached_property
 from html import escape
 from pathlib import Path
+from tempfile import mkdtemp
 
 from vrs_cli.files.atomic import write_atomically
 from vrs_cli.kinematics.arm import RobotArm
@@ -32,8 +34,18 @@ class Scene:
         """Write the page to a file. Raises FileError."""
         write_atomically(path, self.html)
 
+    def open(self) -> Path:
+        """Show it in the browser of this machine: for a script, which has no cell to show it below. The page is in the
+        file that is returned, which stays.
+        """
+        path = Path(mkdtemp(prefix="vrs-")) / f"{self._arm.model.name}.html"
+        self.save(path)
+        webbrowser.open(path.as_uri())
+        return path
+
     def __repr__(self) -> str:
-        return f"<Scene of {self._arm.model.name}: {self._timeline.start:.3f} to {self._timeline.end:.3f} s>"
+        span = f"{self._timeline.start:.3f} to {self._timeline.end:.3f} s"
+        return f"<Scene of {self._arm.model.name}: {span}; .open() shows it in a browser>"
 
     def _repr_html_(self) -> str:
         """A frame that has the whole page in it: a notebook that is opened elsewhere needs no server either."""

@@ -6,12 +6,12 @@ The picture takes a browser some seconds, the curves need matplotlib. The page s
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from html import escape
 from io import BytesIO
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.errors import UsageError
 from vrs_cli.files.atomic import atomically, check_writable
@@ -38,12 +38,13 @@ def check_report(path: str) -> None:
 
 def write_report(path: str, arm: RobotArm, timeline: Timeline, title: str, t: float | None) -> None:
     """`t`: the moment of the picture [s]; None for the end. Raises FileError."""
+    rows = list(_rows(timeline))
     moment = timeline.end if t is None else min(max(t, timeline.start), timeline.end)
     parts = (
-        f"<h1>{escape(title)}</h1><p>{escape(arm.model.title)}: {_motions(timeline)} motions, {timeline.end:.3f} s</p>",
+        f"<h1>{escape(title)}</h1><p>{escape(arm.model.title)}: {len(rows)} commands, {timeline.end:.3f} s</p>",
         _or_why("picture of the arm", lambda: _picture(arm, timeline, moment)),
         _or_why("curves", lambda: _curves(arm, timeline)),
-        _commands(timeline),
+        _commands(rows),
     )
     page = (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
@@ -82,23 +83,26 @@ def _curves(arm: RobotArm, timeline: Timeline) -> str:
     return drawn[drawn.index("<svg") :]
 
 
-def _motions(timeline: Timeline) -> int:
-    return sum(1 for _ in _rows(timeline))
+class Row(NamedTuple):
+    """A command of the timeline: its number, and from when to when it is under way [s]."""
+
+    number: int
+    text: str
+    begin: float
+    end: float
 
 
-def _rows(timeline: Timeline) -> Iterator[tuple[int, str, float, float]]:
-    """Of each motion: its number, what commanded it, from when to when it is under way [s]."""
+def _rows(timeline: Timeline) -> Iterator[Row]:
     for number, segments in groupby(timeline, lambda segment: segment.motion.number):
         first, *others = segments
         if first.motion.text:
-            yield number, first.motion.text, first.start, (others or [first])[-1].finish
+            yield Row(number, first.motion.text, first.start, (others or [first])[-1].finish)
 
 
-def _commands(timeline: Timeline) -> str:
-    rows = list(_rows(timeline))
+def _commands(rows: Sequence[Row]) -> str:
     cells = "".join(
-        f"<tr><td>{number}</td><td>{escape(text)}</td><td>{begin:.3f}</td><td>{end:.3f}</td></tr>"
-        for number, text, begin, end in rows[:MOST_COMMANDS]
+        f"<tr><td>{row.number}</td><td>{escape(row.text)}</td><td>{row.begin:.3f}</td><td>{row.end:.3f}</td></tr>"
+        for row in rows[:MOST_COMMANDS]
     )
     more = f"<p>{len(rows) - MOST_COMMANDS} more are not shown.</p>" if len(rows) > MOST_COMMANDS else ""
     return f"<table><tr><th>No.</th><th>Command</th><th>from s</th><th>to s</th></tr>{cells}</table>{more}"

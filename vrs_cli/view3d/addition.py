@@ -1,5 +1,6 @@
 """What the page does beside what viser's own does: it says in words that vrs has ended, where viser says nothing, or
-`Connecting...`; and a list of steps is scrolled to the one that is marked as the present one, once it is another.
+`Connecting...`; a list of steps is scrolled to the one that is marked as the present one, once it is another; and on a
+phone the sheet, which has one width in viser, is as wide as the page.
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ SCRIPT = """
 <style>#vrs-ended {
     position: fixed; z-index: 10000; top: 1rem; left: 50%; transform: translateX(-50%); max-width: min(34rem, 90vw);
     padding: 0.8rem 1.1rem; border-radius: 6px; background: #a83232; color: #fff; font: 15px/1.4 sans-serif;
-}</style>
+}
+@media (max-width: 30rem) { [style*="width: 20em"] { width: 100vw !important; } }</style>
 <div id="vrs-ended" role="status" hidden></div>
 <script>
 (() => {
