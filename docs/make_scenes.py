@@ -351,7 +351,7 @@ def window() -> None:
         browser.size(*WINDOW)
         browser.open(app.address, "/robot")
         app.windows[0].change(lambda playback, wall: playback.seek(SEEN, wall).pause(wall))
-        for label in ("Show", "joints", "joint speeds", "Commands", "zoom"):
+        for label in ("Show", "joints", "joint speeds", "zoom"):
             click(browser, label)
         browser.drawn(4)
         browser.save(IMAGES / "window.png")
@@ -361,16 +361,14 @@ def window() -> None:
 
 
 def click(browser: Browser, label: str) -> None:
-    """What has this text, or the box beside it, once it is there."""
-    browser.until_page(
-        """(() => {
-            const all = [...document.querySelectorAll("button, label, span, p, div")].reverse();
-            const one = all.find(node => node.textContent.trim() === arguments[0] && node.offsetParent);
-            const row = one && one.closest("button, [role=tab]") || one && one.parentElement.parentElement;
-            if (one) (row.querySelector("input[type=checkbox]") || one).click();
-            return Boolean(one);
-        })()""".replace("arguments[0]", repr(label))
-    )
+    """What has this text alone, once it is there."""
+    found = """(() => {
+        const all = [...document.querySelectorAll("button, label, span, p, div")].reverse();
+        const one = all.find(node => node.textContent.trim() === arguments[0] && node.offsetParent);
+        if (one) one.click();
+        return Boolean(one);
+    })()"""
+    browser.until_page(found.replace("arguments[0]", repr(label)))
 
 
 SCENES = {scene.__name__: scene for scene in (drive, puma, oat, configurations, ways, window)}

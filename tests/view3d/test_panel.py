@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from math import degrees
 from pathlib import Path
 from types import SimpleNamespace
@@ -27,7 +29,7 @@ from vrs_cli.net.tokens import Wanted, add_tokens
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.hosted import SHELL, Hosted
 from vrs_cli.view3d.panel import DRIVE, RELEASE, Panel
-from vrs_cli.view3d.panel_hand import HELD, RESTS, Slider
+from vrs_cli.view3d.panel_hand import HELD, RESTS, HeldButton, Slider
 from vrs_cli.view3d.panel_line import EARLIER, LATER
 from vrs_cli.view3d.window import Window
 
@@ -251,6 +253,48 @@ def click(ada: Sat, first: str, says: str) -> None:
     uuid = button(ada, first, says)
     ada.page.hold(uuid)
     ada.page.set(uuid, True)
+
+
+class HeldByHand:
+    """A button, whose page says `h` that it is held, `c` a click, and `-` nothing for a while; and what comes of it."""
+
+    def __init__(self) -> None:
+        self.wall, self.done = 0.0, list[str]()
+        self.handle: Any = SimpleNamespace(on_hold=self._on_hold, on_click=self._on_click)
+        hands: Any = SimpleNamespace(do=lambda act: act())
+        acts = [partial(self.done.append, name) for name in ("hold", "let go", "step")]
+        self.button = HeldButton(self.handle, hands, lambda: self.wall, *acts)
+
+    def _on_hold(self, hear: Any, _rate: float) -> None:
+        self._hear = hear
+
+    def _on_click(self, hear: Any) -> None:
+        self._clicked = hear
+
+    def does(self, what: str) -> list[str]:
+        for one in what:
+            if one == "-":
+                self.wall += 1.0
+                self.button.look(self.wall)
+            else:
+                asyncio.run((self._hear if one == "h" else self._clicked)(None))
+        return self.done
+
+
+@pytest.mark.parametrize(
+    ("what", "done"),
+    [
+        ("hc", ["step"]),
+        ("h-c", ["step"]),  # a click that comes late
+        ("c", ["step"]),  # with the keyboard
+        ("hhhhc", ["hold", "hold", "let go"]),
+        ("hhh-c", ["hold", "let go"]),
+        ("hhh-hhhc", ["hold", "let go", "hold", "let go"]),
+        ("hhh-chc", ["hold", "let go", "step"]),
+    ],
+)
+def test_a_click_is_a_step_and_a_button_of_which_nothing_is_heard_is_let_go(what: str, done: list[str]) -> None:
+    assert HeldByHand().does(what) == done
 
 
 def test_a_button_that_is_held_moves_the_arm_until_it_is_let_go(app: App, ada: Sat) -> None:

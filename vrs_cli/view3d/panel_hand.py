@@ -77,6 +77,7 @@ class HeldButton:
         self.handle = handle
         self._hands, self._wall, self._hold, self._let_go, self._step = hands, wall, hold, let_go, step
         self._said, self._at = 0, 0.0  # how often the page has said that it is held, and when last
+        self._lost = False  # it was let go because nothing was heard of it
         handle.on_hold(self._hear, HOLDING)
         handle.on_click(self._clicked)
 
@@ -91,13 +92,17 @@ class HeldButton:
             self._hands.do(self._hold)
 
     async def _clicked(self, _event: object) -> None:
-        """It is let go; not news where nothing was heard of it for too long."""
-        if self._said:
-            self._end(self._let_go if self._said > CLICK else self._step)
+        """It is let go, or pressed with the keyboard."""
+        if self._said > CLICK:
+            self._end(self._let_go)
+        elif not self._lost:
+            self._end(self._step)
+        self._lost = False
 
     def look(self, wall: float) -> None:
         """The page is not heard of."""
         if self._said > CLICK and wall > self._at + SILENT:
+            self._lost = True
             self._end(self._let_go)
 
     def _end(self, act: Act) -> None:
