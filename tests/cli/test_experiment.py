@@ -10,6 +10,7 @@ import pytest
 from vrs_cli.cli.main import run
 
 SHORT = ("experiment", "delays", "--seeds", "2", "--seconds", "10")
+SHORTEST = ("experiment", "delays", "--seeds", "1", "--seconds", "5", "--rate", "2", "--jobs", "1")
 
 
 def out_of(capsys: pytest.CaptureFixture[str], *arguments: str, status: int = 0) -> str:
@@ -19,7 +20,7 @@ def out_of(capsys: pytest.CaptureFixture[str], *arguments: str, status: int = 0)
 
 
 def test_the_tables_have_a_row_for_each_lead_and_policy(capsys: pytest.CaptureFixture[str]) -> None:
-    text = out_of(capsys, *SHORT, "--jobs", "1")
+    text = out_of(capsys, *SHORT, "--jobs", "1", "--rate", "2")
     assert text.startswith("Gamma 200ms 80ms each way; 2 x 10 s, 10 commands each\nMeasured: D_f + D_b is 0.")
     for policy in ("ABORT", "POSTPONE"):
         rows = [line.split()[1] for line in text.splitlines() if line.startswith(policy)]
@@ -32,13 +33,13 @@ def test_the_tables_have_a_row_for_each_lead_and_policy(capsys: pytest.CaptureFi
 
 
 def test_processes_change_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    some = (*SHORT, "--lead", "200ms", "--policy", "abort")
+    some = (*SHORT, "--lead", "200ms", "--policy", "abort", "--rate", "2")
     assert out_of(capsys, *some, "--jobs", "2") == out_of(capsys, *some, "--jobs", "1")
 
 
 def test_delays_and_jitters_are_swept(capsys: pytest.CaptureFixture[str]) -> None:
-    few = ("--lead", "0.1", "--policy", "POSTPONE", "--jobs", "1", "--loss", "2%", "--robot", "cobra600")
-    text = out_of(capsys, *SHORT, "--delay", "50ms", "0.1", "--jitter", "0", "20ms", *few)
+    few = ("--lead", "0.1", "--policy", "POSTPONE", "--loss", "2%", "--robot", "cobra600")
+    text = out_of(capsys, *SHORTEST, "--delay", "50ms", "0.1", "--jitter", "0", "20ms", *few)
     heads = [line.split(";")[0] for line in text.splitlines() if line.startswith("Gamma")]
     assert heads == [
         *("Gamma 50ms 0ms each way, loss 2.0%", "Gamma 50ms 20ms each way, loss 2.0%"),
@@ -69,14 +70,17 @@ def test_curves_are_drawn_in_letters(capsys: pytest.CaptureFixture[str]) -> None
     assert "0.100           0.176" in text
 
 
-def test_curves_are_drawn_into_a_picture(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+@pytest.mark.parametrize("policies", [("POSTPONE",), ("ABORT", "POSTPONE")])
+def test_curves_are_drawn_into_a_picture(
+    policies: tuple[str, ...], capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     pytest.importorskip("matplotlib")
     picture = tmp_path / "delays.svg"
-    leads = ("--lead", "0.1", "0.2", "0.4", "--jobs", "1")
-    out_of(capsys, *SHORT, *leads, "--plot", str(picture))
+    out_of(capsys, *SHORTEST, "--lead", "0.6", "0.8", "--policy", *policies, "--plot", str(picture))
     text = picture.read_text()
     assert "lead [s]" in text
-    assert "POSTPONE, Gamma 200ms 80ms each way [deg]" in text
+    for policy in policies:
+        assert f"{policy}, Gamma 200ms 80ms each way [deg]" in text
 
 
 @pytest.mark.parametrize(
@@ -103,6 +107,6 @@ def test_what_is_wrong_is_told(arguments: tuple[str, ...], said: str, capsys: py
 def test_one_lead_is_no_curve(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     picture = tmp_path / "delays.png"
-    out = out_of(capsys, *SHORT, "--lead", "0.2", "--jobs", "1", "--plot", str(picture), status=2)
+    out = out_of(capsys, *SHORTEST, "--lead", "0.2", "--plot", str(picture), status=2)
     assert "a curve needs two leads" in out
     assert not picture.exists()

@@ -114,7 +114,7 @@ def _drawn(along: str, panels: Sequence[Curves], title: str, form: str) -> bytes
     with matplotlib.rc_context(STYLE):
         figure = figure_class(figsize=SIZE, dpi=DOTS_PER_INCH, layout="constrained")
         figure.suptitle(title)
-        axes = figure.subplots(len(panels), 1, sharex=True)
+        axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
         for axis, panel in zip(axes, panels, strict=True):
             _draw_panel(axis, panel)
         axes[-1].set_xlabel(along)
