@@ -419,6 +419,15 @@ def test_a_bound_on_steps_says_where_the_program_was(vrs: Vrs, tmp_path: Path) -
 
 EVER = ".PROGRAM ever\n  MOVE #PPOINT(0, -90, 90, 0, 10, 0)\n10 GOTO 10\n.END\n"
 FILLS = ".PROGRAM fills\n  MOVE #PPOINT(0, -90, 90, 0, 10, 0)\n  FOR i = 1 TO 1E9\n    a[i] = i\n  END\n.END\n"
+SOON = f"""\
+.PROGRAM soon
+  MOVE #PPOINT(0, -90, 90, 0, 10, 0)
+  $s = "{"s" * 64}"
+  FOR i = 1 TO 1E9
+    $a[i] = $s+$s
+  END
+.END
+"""
 
 
 @pytest.mark.parametrize(
@@ -427,7 +436,7 @@ FILLS = ".PROGRAM fills\n  MOVE #PPOINT(0, -90, 90, 0, 10, 0)\n  FOR i = 1 TO 1E
         (EVER, ("--max-steps", "20K"), "after 20000 steps: ever step 2 is busy at 10 GOTO 10"),
         (EVER, ("--max-wall", "0.5"), "the run took longer than 0.5 s: ever step "),
         (FILLS, ("--max-elements", "5K"), "arrays and strings hold "),
-        (FILLS, ("--max-elements", "1G", "--max-memory", "450M"), "more memory than --max-memory 450000000"),
+        (SOON, ("--max-elements", "1G", "--max-memory", "450M"), "more memory than --max-memory 450000000"),
     ],
 )
 def test_a_limit_ends_a_run_and_all_is_written_as_far_as_it_came(
@@ -508,8 +517,7 @@ def test_the_memory_of_programs_is_linear_in_their_number() -> None:
         tracemalloc.stop()
         return most
 
-    few, many = (min(taken(count) for _ in range(3)) for count in (250, 1000))  # other threads take memory too
-    assert many < 5.0 * few
+    assert any(taken(400) < 5.0 * taken(100) for _ in range(3))  # other threads take memory too
 
 
 # --- a program of somebody else ------------------------------------------------------------------------------

@@ -45,6 +45,7 @@ from vrs_cli.trajectory.timeline import Timeline
 Floats = NDArray[np.float64]
 
 RATE, CLOSELY = 1e-3, 1e-4  # [s] between two readings
+MOST_READINGS = 20_000  # of a whole line: some take minutes
 WINDOW = 0.01  # [s] around the instants that are read closely
 MOST_WINDOWS = 12
 PLACE = 1e-9  # [m] of a pose
@@ -192,7 +193,8 @@ def check_rates(arm: RobotArm, segments: tuple[Segment, ...]) -> list[tuple[Floa
 def readings(segments: tuple[Segment, ...]) -> list[Floats]:
     """Times: of all of the line, and closely where segments meet."""
     begin, finish = segments[0].start, segments[-1].finish
-    times = [np.arange(begin, finish + RATE, RATE)]
+    step = max(RATE, (finish - begin) / MOST_READINGS)
+    times = [np.arange(begin, finish + step, step)]
     for segment in segments[:MOST_WINDOWS]:
         if segment.duration > 0.0:
             times.append(np.arange(max(segment.finish - WINDOW, begin), segment.finish + WINDOW, CLOSELY))
@@ -218,9 +220,9 @@ def _read(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
 def _check_places(model: RobotModel, timeline: Timeline, times: Floats, q: Floats) -> None:
     wanted = np.array([_wanted(timeline, float(t)) for t in times])
     found = forward(model, q, timeline[0].motion.frames.tool)[:, :3, 3]
-    off = np.linalg.norm(found - wanted[:, :3, 3], axis=1).max()
+    off = np.linalg.norm(found - wanted, axis=1).max()
     assert off <= PLACE, f"the tool is {off} m beside the path"
-    a, b = wanted[0, :3, 3], wanted[-1, :3, 3]
+    a, b = wanted[0], wanted[-1]
     way = np.linalg.norm(b - a)
     beside = np.linalg.norm(np.cross(found - a, (b - a) / way), axis=1).max() if way > PLACE else 0.0
     assert beside <= 2.0 * PLACE, f"the tool is {beside} m beside the line"
@@ -230,10 +232,10 @@ def _worst(parts: Floats) -> int:
     return int(parts.max(axis=0).argmax()) + 1
 
 
-def _wanted(timeline: Timeline, t: float) -> Floats:
+def _wanted(timeline: Timeline, t: float) -> Vector:
     segment, s = timeline.locate(t)
     assert isinstance(segment.path, CartesianPath)
-    return np.vstack((np.reshape(segment.path.pose(s), (3, 4)), (0.0, 0.0, 0.0, 1.0)))
+    return position(segment.path.pose(s))
 
 
 def forward(model: RobotModel, q: Floats, tool: Transform) -> Floats:

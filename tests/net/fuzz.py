@@ -198,7 +198,9 @@ class Server:
             self.counts[f"server: {type(message).__name__}"] += 1
             self.take(message)
         if source.random() < 0.2:
-            told = source.choice((Told(source.choice(TOLD)), Asked(source.randint(0, 20), source.choice(QUESTIONS))))
+            told = source.choice(
+                (Told(source.choice(replies())), Asked(source.randint(0, 20), source.choice(questions())))
+            )
             self.ledger.tell(told, self.now)
         if source.random() < 0.3:
             assert all(isinstance(frame, str | bytes) for frame in connection.frames())
@@ -222,8 +224,14 @@ class Server:
             self.connection.send(Done(message.id, ok=self.random.random() < 0.5), self.now)
 
 
-TOLD = [message.reply for message in corpus(FromServer)[0] if isinstance(message, Told)]
-QUESTIONS = [message.question for message in corpus(FromServer)[0] if isinstance(message, Asked)]
+@cache
+def replies() -> list[Any]:
+    return [message.reply for message in corpus(FromServer)[0] if isinstance(message, Told)]
+
+
+@cache
+def questions() -> list[Any]:
+    return [message.question for message in corpus(FromServer)[0] if isinstance(message, Asked)]
 
 
 class Client:
