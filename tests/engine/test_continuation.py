@@ -10,6 +10,7 @@ from random import Random
 import numpy as np
 import pytest
 
+from tests.examples import some
 from vrs_cli.engine.commands import Move, NamedTarget, PoseTarget, SetParameter, SetSpeed
 from vrs_cli.engine.continuation import TOGETHER, Gap
 from vrs_cli.engine.engine import Engine
@@ -109,7 +110,7 @@ def check_velocities(engine: Engine) -> None:
     assert (steps <= 1.05 * CLOSELY * np.array(engine.model.max_velocity)).all()
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(some(24)))
 def test_lines_on_the_edge_of_the_reach_keep_the_velocities(seed: int) -> None:
     """Lines that pass the cylinder, nanometres to a millimetre beyond it or clear of it."""
     random = Random(seed)

@@ -70,7 +70,7 @@ def test_every_stream_keeps_the_laws(
 
 
 @pytest.mark.parametrize("profile", PROFILES)
-@examples(60)
+@examples(24)
 @given(parts, parts)
 def test_a_target_that_stands_is_reached(profile: str, start: tuple[float, ...], part: tuple[float, ...]) -> None:
     engine = robot(profile, start=joints(start))

@@ -265,11 +265,11 @@ def hold(session: Session, wall: ManualWall, axis: Axis, amount: float, presses:
 def test_a_key_that_is_held_moves_the_arm_smoothly(live: Session, wall: ManualWall, axis: Axis, profile: str) -> None:
     live.perform(f"PARAMETER PROFILE = {profile}")
     begun, before = live.engine.now, live.engine.position()
-    hold(live, wall, axis, 1.0, 60)
+    hold(live, wall, axis, 1.0, 30)
     live.settle()
     engine = live.engine
     assert engine.end - engine.now <= AHEAD + 0.4
-    times = [begun + 0.3 + k * 0.02 for k in range(70)]
+    times = [begun + 0.3 + k * 0.02 for k in range(35)]
     assert all(engine.position(t).moving for t in times)
     assert any(a != b for a, b in zip(before.joints, engine.position().joints, strict=True))
     check_continuous(engine, engine.timeline)
@@ -280,8 +280,8 @@ def test_a_key_that_is_held_moves_the_arm_smoothly(live: Session, wall: ManualWa
 def test_a_key_that_is_held_moves_the_tip_on_a_line(live: Session, wall: ManualWall, profile: str) -> None:
     live.perform(f"PARAMETER PROFILE = {profile}")
     engine, begun = live.engine, live.engine.now
-    hold(live, wall, AXES["X"], 2.0, 60)
-    hold(live, wall, AXES["X"], -2.0, 30)
+    hold(live, wall, AXES["X"], 2.0, 30)
+    hold(live, wall, AXES["X"], -2.0, 15)
     live.settle()
     assert engine.position().moving
     Jogger(live).stop()
