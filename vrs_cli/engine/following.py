@@ -124,7 +124,7 @@ class Follower:
         while pending:
             last = samples[-1]
             try:
-                sample = self.sample(path, pending[-1], last.joints)
+                sample = self.sample(path, pending[-1], self._ahead(samples, pending[-1]))
             except (LocationOutOfRange, JointOutOfRange):
                 raise self._earliest(path, last, pending[-1]) from None
             if not self._close(last, sample):
@@ -134,6 +134,18 @@ class Follower:
                 self._check_no_jump(last, sample, path)
             samples.append(sample)
             pending.pop()
+
+    def _ahead(self, samples: Sequence[Sample], s: float) -> Joints:
+        """Where the joints will be about then, for an arm that looks for them; else where they are."""
+        last = samples[-1]
+        if self.arm.continuation is None:
+            return last.joints
+        h, bend = s - last.s, 0.0
+        before = samples[-2] if len(samples) > 1 else last
+        if last.s > before.s:
+            bend = 0.5 * h / (last.s - before.s)
+        rows = zip(last.joints, last.velocity, before.velocity, strict=True)
+        return tuple([q + h * (v + bend * (v - w)) for q, v, w in rows])
 
     def _earliest(self, path: CartesianPath, good: Sample, until: float) -> MotionError:
         """The refusal where the line first leaves the reach or a range, after a good sample."""

@@ -99,6 +99,11 @@ class RobotArm:
         return cast(Callable[[Joints], Transform], self._formulas.forward)
 
     @cached_property
+    def forward_and_jacobian(self) -> Callable[[Joints], tuple[Transform, Jacobian]]:
+        """T_base_flange, and the Jacobian of the flange."""
+        return cast(Callable[[Joints], tuple[Transform, Jacobian]], self._formulas.both)
+
+    @cached_property
     def _formulas(self) -> Formulas:
         return formulas(self.model.links, self.model.base, self.model.flange)
 

@@ -25,11 +25,13 @@ NOTHING = 1e-15  # an entry so small is the rounding of a right angle
 
 class Formulas(NamedTuple):
     """`forward(q)`: the twelve entries of T_base_flange, row by row. `jacobian(q, tx, ty, tz)`: its six rows of n, for
-    the point of a tool at (tx, ty, tz) of the flange. Entries that do not depend on q are plain numbers.
+    the point of a tool at (tx, ty, tz) of the flange. `both(q)`: the two, for the flange itself. Entries that do not
+    depend on q are plain numbers.
     """
 
     forward: Callable[..., tuple[Any, ...]]
     jacobian: Callable[..., tuple[tuple[Any, ...], ...]]
+    both: Callable[..., tuple[tuple[Any, ...], tuple[tuple[Any, ...], ...]]]
 
 
 @cache
@@ -41,7 +43,7 @@ def formulas(links: tuple[Link, ...], base: Transform, flange: Transform, *, arr
 
         names |= {"cos": np.cos, "sin": np.sin, "new": lambda _, entries: entries}
     exec(compile(_Writer(links, base, flange).text(), "<kinematics>", "exec"), names)
-    return Formulas(names["forward"], names["jacobian"])
+    return Formulas(names["forward"], names["jacobian"], names["both"])
 
 
 class Biases(NamedTuple):
@@ -81,11 +83,20 @@ class _Writer:
         n, s, a, p = self.columns
         entries = [_text_of(entry) for row in zip(n, s, a, p, strict=True) for entry in row]
         head = [self._unpacked("q", "q"), *self.lines]
-        forward = [*head, f"return new(T, ({', '.join(entries)}))"]
+        pose = f"new(T, ({', '.join(entries)}))"
+        jacobian = self._jacobian_lines(("tx", "ty", "tz"))
+        both = self._jacobian_lines((0.0, 0.0, 0.0))
+        return (
+            _function("forward(q)", [*head, f"return {pose}"])
+            + _function("jacobian(q, tx=0.0, ty=0.0, tz=0.0)", [*head, *jacobian[:-1], f"return {jacobian[-1]}"])
+            + _function("both(q)", [*head, *both[:-1], f"return {pose}, {both[-1]}"])
+        )
+
+    def _jacobian_lines(self, tool: Column) -> list[str]:
+        """The assignments for the Jacobian of a point of the flange, and the rows."""
         self.lines = []
-        rows = self._rows()
-        jacobian = [*head, *self.lines, f"return ({', '.join(f'({r})' for r in rows)})"]
-        return _function("forward(q)", forward) + _function("jacobian(q, tx=0.0, ty=0.0, tz=0.0)", jacobian)
+        rows = self._rows(tool)
+        return [*self.lines, f"({', '.join(f'({row})' for row in rows)})"]
 
     def bias_text(self, *, jerk: bool) -> str:
         """By the outward half of the recursion of Newton and Euler (Luh, Walker and Paul 1980), one derivative more for
@@ -155,9 +166,10 @@ class _Writer:
         x, y, z = other[3]
         return turned[0], turned[1], turned[2], self._mix((1.0, p), (x, n), (y, s), (z, a))
 
-    def _rows(self) -> list[str]:
+    def _rows(self, tool: Column) -> list[str]:
         n, s, a, p = self.columns
-        tip = self._mix((1.0, p), ("tx", n), ("ty", s), ("tz", a))
+        tx, ty, tz = tool
+        tip = self._mix((1.0, p), (tx, n), (ty, s), (tz, a))
         columns: list[tuple[Entry, ...]] = []
         for link, (z, o) in zip(self.links, self.axes, strict=True):
             if link.kind is JointKind.PRISMATIC:

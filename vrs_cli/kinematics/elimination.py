@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from math import sqrt
+from operator import mul
 from typing import Any, cast
 
 LOST = 1e-10  # of the largest coefficient: a pivot below it is rounding
@@ -92,16 +93,20 @@ def _any(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[floa
 
 def gram(rows: Sequence[Sequence[float]]) -> list[list[float]]:
     """rows @ rows^T."""
-    return [[sum([a * b for a, b in zip(u, v, strict=True)]) for v in rows] for u in rows]
+    return [[float(sum(map(mul, u, v))) for v in rows] for u in rows]
 
 
-def damped(rows: Sequence[Sequence[float]], wanted: Sequence[float], damping: float) -> list[float]:
-    """rows^T (rows rows^T + damping)^-1 wanted: no larger than the equations, however many unknowns there are."""
-    table = gram(rows)
+def damped(
+    rows: Sequence[Sequence[float]], wanted: Iterable[Sequence[float]], damping: float
+) -> list[tuple[float, ...]]:
+    """rows^T (rows rows^T + damping)^-1 of each that is wanted: no larger than the equations, however many unknowns
+    there are.
+    """
+    table, columns = gram(rows), list(zip(*rows, strict=True))
     for k, row in enumerate(table):
         row[k] += damping
-    weights = solve(table, wanted) or (0.0,) * len(rows)
-    return [sum([w * a for w, a in zip(weights, column, strict=True)]) for column in zip(*rows, strict=True)]
+    found = [solve(table, one) or (0.0,) * len(rows) for one in wanted]
+    return [tuple([sum(map(mul, weights, column)) for column in columns]) for weights in found]
 
 
 def determinant(rows: Sequence[Sequence[float]]) -> float:

@@ -27,7 +27,7 @@ class Task(Enum):
 
     @property
     def counts(self) -> tuple[bool, ...]:
-        return tuple(letter == "1" for letter in _COUNTS[self])
+        return _COUNTS[self]
 
     @property
     def turns(self) -> bool:
@@ -46,7 +46,7 @@ class Task(Enum):
         return self.size <= joints or (self is Task.POSE and joints >= FEWEST)
 
 
-_COUNTS = {
+_PARTS = {
     Task.POSE: "111111",
     Task.POINTING: "111110",
     Task.STEADY: "111111",  # the turns as far as they can be had
@@ -55,3 +55,4 @@ _COUNTS = {
     Task.PLANE: "110001",
     Task.POINT: "110000",
 }
+_COUNTS = {task: tuple(letter == "1" for letter in letters) for task, letters in _PARTS.items()}

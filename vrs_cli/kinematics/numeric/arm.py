@@ -19,11 +19,14 @@ from vrs_cli.kinematics.model import RobotModel, levers
 from vrs_cli.kinematics.numeric.redundancy import PARTS, Walk, walk, walks
 from vrs_cli.kinematics.numeric.search import (
     CONVERGED,
+    FEW,
     HOPELESS,
     LARGEST_STEP,
+    LAST,
     LEAST_DAMPING,
     MEASURED,
     NEWTON,
+    SHORT,
     STEPS,
     missing,
     some_joints,
@@ -98,8 +101,23 @@ class NumericArm(RobotArm):
         return self.guided_joints(T, near, self._still(near))
 
     def guided_joints(self, T: Transform, near: Joints, demands: Demands) -> Joints | None:
-        q, _ = self._search(T, near, self._all, demands, bounded=False)
-        return q
+        return self._next_to(T, near, demands) or self._search(T, near, self._all, demands, bounded=False)[0]
+
+    def _next_to(self, T: Transform, q: Joints, demands: Demands) -> Joints | None:
+        """`guided_joints` by Newton's method alone, from joints that are so near that it converges; None if not."""
+        sums = [weights for weights, _ in demands]
+        if not self.unchanging.allows(T):
+            return None
+        for _ in range(FEW):
+            rows, error = self.missing(q, T)
+            error += [value - sum(map(mul, weights, q)) for weights, value in demands]
+            step = square([*rows, *sums], error) if len(rows) + len(sums) == len(q) else None
+            if step is None or max(map(abs, step)) > SHORT:
+                return None
+            q = tuple([x + dx for x, dx in zip(q, step, strict=True)])
+            if max(map(abs, step)) < LAST:  # what is left is less than its square
+                return q
+        return None
 
     def walks(self, begin: Joints, poses: Sequence[Transform]) -> Iterator[Walk]:
         return walks(self.model, self.missing, begin, poses)
@@ -214,7 +232,7 @@ class NumericArm(RobotArm):
         while True:
             J = [[row[i] for i in free] for row in rows]
             newton = square(J, error) if len(free) == len(J) and damping < NEWTON else None
-            part = newton or damped(J, error, damping)
+            part = newton or damped(J, [error], damping)[0]
             pushed = [i for i, dx in zip(free, part, strict=True) if bounded and self._leaves(i, q[i], dx)]
             if not pushed:
                 break
@@ -230,7 +248,8 @@ class NumericArm(RobotArm):
 
     def missing(self, q: Joints, T: Transform) -> tuple[list[Joints], list[float]]:
         """Rows of the Jacobian that count, and what is missing in them [m, rad]."""
-        return self.rows_that_count(q, self.jacobian(q), missing(self.model.task, self.forward(q), T))
+        have, J = self.forward_and_jacobian(q)
+        return self.rows_that_count(q, J, missing(self.model.task, have, T))
 
     def _miss(self, q: Joints, T: Transform) -> tuple[float, float]:
         counts = self.model.task.counts

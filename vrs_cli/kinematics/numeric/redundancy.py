@@ -77,7 +77,7 @@ def walk(model: RobotModel, missing: Missing, begin: Joints, poses: Sequence[Tra
         total = [_sum(a, b) for a, b in zip(total, basis, strict=True)] if total else basis
         inward = [part / len(poses) * x for x in _inward(model, q)] if part else (0.0,) * len(q)
         wanted = *error, *(_dot(direction, inward) for direction in basis)
-        q = _sum(q, square((*rows, *basis), wanted) or tuple(damped(rows, error, DAMPING)))
+        q = _sum(q, square((*rows, *basis), wanted) or tuple(damped(rows, [error], DAMPING)[0]))
         margin = min(margin, *_margins(model, q))
     arrives = max(map(abs, missing(q, poses[-1])[1])) < THERE
     return Walk(q, tuple(_orthonormal(total)), margin, arrives)
@@ -108,16 +108,12 @@ def _null_space(rows: Rows, near: Sequence[Joints]) -> list[Joints]:
 
 def _some_null_space(rows: Rows) -> list[Joints]:
     """The same next to single joints, those that move most without the task."""
-    n, basis = len(rows[0]), list[Joints]()
-    free = [_without_task(rows, tuple(float(i == k) for i in range(n))) for k in range(n)]
-    while len(basis) < n - len(rows):
+    columns, basis = list(zip(*rows, strict=True)), list[Joints]()
+    done = damped(rows, columns, DAMPING)
+    free = [tuple([(i == k) - x for i, x in enumerate(row)]) for k, row in enumerate(done)]
+    while len(basis) < len(columns) - len(rows):
         basis = _orthonormal([*basis, max((_beside(direction, basis) for direction in free), key=_square)])
     return basis
-
-
-def _without_task(rows: Rows, direction: Joints) -> Joints:
-    done = damped(rows, [_dot(row, direction) for row in rows], DAMPING)
-    return tuple([x - dx for x, dx in zip(direction, done, strict=True)])
 
 
 def _orthonormal(directions: Iterable[Joints]) -> list[Joints]:
