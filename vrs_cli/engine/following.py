@@ -122,11 +122,10 @@ class Follower:
         """Append samples up to time `until`, halving the way while neighbours differ too much."""
         pending = [until]
         while pending:
-            last = samples[-1]
-            try:
-                sample = self.sample(path, pending[-1], self._ahead(samples, pending[-1]))
-            except (LocationOutOfRange, JointOutOfRange):
-                raise self._earliest(path, last, pending[-1]) from None
+            last, s = samples[-1], pending[-1]
+            sample = self._sample(path, s, self._ahead(samples, s)) or self._sample(path, s, last.joints)
+            if sample is None:
+                raise self._earliest(path, last, s)
             if not self._close(last, sample):
                 if sample.s - last.s > finest:
                     pending.append(0.5 * (last.s + sample.s))
@@ -270,10 +269,17 @@ class Follower:
         return measures._fields[nearest] if measures[nearest] < CLOSE_BY else ""
 
     def sample(self, path: CartesianPath, s: float, near: Joints) -> Sample:
+        sample = self._sample(path, s, near)
+        if sample is None:
+            raise self._refusal(path, s, near)
+        return sample
+
+    def _sample(self, path: CartesianPath, s: float, near: Joints) -> Sample | None:
+        """None out of reach, or of a range."""
         pose, twist = path.state(s)
         joints = joints_on(self.arm, path, s, self.flange(pose), near)
         if joints is None or not self.arm.limits_ok(joints):
-            raise self._refusal(path, s, near)
+            return None
         vx, vy, vz, wx, wy, wz = twist
         if vx * vx + vy * vy + vz * vz + wx * wx + wy * wy + wz * wz < STILL * STILL:
             return Sample(s, joints, (0.0,) * len(joints))
