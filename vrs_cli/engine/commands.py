@@ -13,7 +13,7 @@ from msgspec import Struct
 from vrs_cli.kinematics.configuration import Flag
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.trajectory.motion import RelativeTarget
+from vrs_cli.trajectory.motion import RelativeTarget, Swivel
 
 
 class Stamp(Struct, frozen=True):
@@ -119,6 +119,13 @@ class SetDuration(Struct, frozen=True):
     always: bool = False
 
 
+class SetSwivel(Struct, frozen=True):
+    """Where a joint is at the end of straight lines, of an arm with a joint too many; None: as suits the line."""
+
+    swivel: Swivel | None
+    always: bool = False
+
+
 class SetAcceleration(Struct, frozen=True):
     """ACCEL: percent of nominal acceleration and deceleration."""
 
@@ -175,6 +182,14 @@ class SetSwitch(Struct, frozen=True):
 
 
 SettingChange = (
-    SetSpeed | SetMonitorSpeed | SetDuration | SetAcceleration | SetConfiguration | SetMode | SetParameter | SetSwitch
+    SetSpeed
+    | SetMonitorSpeed
+    | SetDuration
+    | SetSwivel
+    | SetAcceleration
+    | SetConfiguration
+    | SetMode
+    | SetParameter
+    | SetSwitch
 )
 Request = Move | Delay | Break | Brake | OperateHand | SetTool | SetBase | SettingChange

@@ -25,6 +25,7 @@ from vrs_cli.engine.commands import (
     SetBase,
     SetConfiguration,
     SetParameter,
+    SetSwivel,
     SetTool,
 )
 from vrs_cli.engine.corners import rounding_begins, slowing_down
@@ -39,7 +40,15 @@ from vrs_cli.engine.problem import NoRoomToStop
 from vrs_cli.engine.reach import Reach, reach_of
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Replaced, Snapshot
-from vrs_cli.engine.targets import Situation, check_flag, check_joint_limits, check_near, resolve, select
+from vrs_cli.engine.targets import (
+    Situation,
+    check_flag,
+    check_joint_limits,
+    check_near,
+    check_swivel,
+    resolve,
+    select,
+)
 from vrs_cli.errors import IllegalValue, PowerOff, TooLate
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
@@ -191,6 +200,8 @@ class Engine:
             case _:
                 if isinstance(request, SetConfiguration):
                     check_flag(self.arm, request.flag)
+                elif isinstance(request, SetSwivel):
+                    check_swivel(self.arm, request.swivel)
                 self.settings = self.settings.after(request)
         return self.now
 

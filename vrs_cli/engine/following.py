@@ -123,7 +123,9 @@ class Follower:
         pending = [until]
         while pending:
             last, s = samples[-1], pending[-1]
-            sample = self._sample(path, s, self._ahead(samples, s)) or self._sample(path, s, last.joints)
+            sample = self._sample(path, s, _ahead(samples, s) if path.guides else last.joints)
+            if path.guides and (sample is None or not self._close(last, sample)):
+                sample = self._sample(path, s, last.joints)  # the guess may lie beyond a fold of the arm
             if sample is None:
                 raise self._earliest(path, last, s)
             if not self._close(last, sample):
@@ -133,18 +135,6 @@ class Follower:
                 self._check_no_jump(last, sample, path)
             samples.append(sample)
             pending.pop()
-
-    def _ahead(self, samples: Sequence[Sample], s: float) -> Joints:
-        """Where the joints will be about then, for an arm that looks for them; else where they are."""
-        last = samples[-1]
-        if self.arm.continuation is None:
-            return last.joints
-        h, bend = s - last.s, 0.0
-        before = samples[-2] if len(samples) > 1 else last
-        if last.s > before.s:
-            bend = 0.5 * h / (last.s - before.s)
-        rows = zip(last.joints, last.velocity, before.velocity, strict=True)
-        return tuple([q + h * (v + bend * (v - w)) for q, v, w in rows])
 
     def _earliest(self, path: CartesianPath, good: Sample, until: float) -> MotionError:
         """The refusal where the line first leaves the reach or a range, after a good sample."""
@@ -334,6 +324,16 @@ class Follower:
             upper=model.upper[joint - 1],
             place=position(pose),
         )
+
+
+def _ahead(samples: Sequence[Sample], s: float) -> Joints:
+    """Where the joints will be about then."""
+    last = samples[-1]
+    before = samples[-2] if len(samples) > 1 else last
+    h = s - last.s
+    bend = 0.5 * h / (last.s - before.s) if last.s > before.s else 0.0
+    rows = zip(last.joints, last.velocity, before.velocity, strict=True)
+    return tuple([q + h * (v + bend * (v - w)) for q, v, w in rows])
 
 
 def _overshoot(change: float, before: float, after: float) -> float:

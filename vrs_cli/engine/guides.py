@@ -9,7 +9,7 @@ from operator import mul
 from vrs_cli.engine.problem import Problem
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.numeric.redundancy import Walk
+from vrs_cli.kinematics.numeric.redundancy import Asked, Walk
 from vrs_cli.kinematics.transform import (
     Transform,
     at_position,
@@ -37,14 +37,22 @@ def guided_states(problem: Problem, state: ToolState, goal: Transform) -> Iterat
         yield state
         return
     T_tool_flange, begin = inverse(problem.motion.frames.tool), problem.here.joints
-    none = True
+    asked, none = _asked(problem), True
     for finer in FINER:
         poses = [compose(pose, T_tool_flange) for pose in _poses(state.pose, goal, finer)]
-        for walk in arm.walks(begin.joints, poses):
+        for walk in arm.walks(begin.joints, poses, asked):
             none = False
             yield state._replace(guides=_guides(begin, walk))
     if none:  # to be refused
-        yield state._replace(guides=_guides(begin, arm.shortest_walk(begin.joints, poses)))
+        yield state._replace(guides=_guides(begin, arm.shortest_walk(begin.joints, poses, asked)))
+
+
+def _asked(problem: Problem) -> Asked:
+    swivel, here = problem.motion.swivel, problem.here.joints.joints
+    if swivel is None:
+        return ()
+    i = swivel.joint - 1
+    return ((i, here[i] if swivel.value is None else swivel.value),)
 
 
 def _poses(begin: Transform, goal: Transform, finer: int) -> Iterator[Transform]:

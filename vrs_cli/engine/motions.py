@@ -62,6 +62,7 @@ class After(Struct, frozen=True):
             tip_speed=speed.tip,
             rotation=speed.rotation,
             duration=on_grid(duration),
+            swivel=None if pose is None else self.settings.swivel.present.swivel,
             hand=self.before.hand if hand is None else hand,
             frames=frames or self.before.frames,
             text=text,

@@ -23,6 +23,7 @@ from vrs_cli.engine.commands import (
     SetParameter,
     SetSpeed,
     SetSwitch,
+    SetSwivel,
     SettingChange,
     Target,
 )
@@ -84,6 +85,7 @@ class Settings(Struct, frozen=True):
     monitor_speed: float = FULL_SPEED
     speed: Setting[SetSpeed] = Setting(SetSpeed(FULL_SPEED, FULL_SPEED))
     duration: Setting[float] = Setting(0.0)
+    swivel: Setting[SetSwivel] = Setting(SetSwivel(None))
     acceleration: float = 1.0
     modes: Mapping[Mode, Setting[bool]] = field(default_factory=lambda: MODES_AT_START)
     configuration: Configuration = NONE
@@ -146,6 +148,8 @@ class Settings(Struct, frozen=True):
                 return replace(self, monitor_speed=MONITOR_SPEED.checked(change.percent))
             case SetDuration():
                 return replace(self, duration=self.duration.put(DURATION.checked(change.seconds), change.always))
+            case SetSwivel():
+                return replace(self, swivel=self.swivel.put(change, change.always))
             case SetAcceleration():
                 percent = ACCELERATION.checked(change.acceleration)
                 if change.deceleration is not None:  # the smaller one serves both
@@ -166,13 +170,14 @@ class Settings(Struct, frozen=True):
     def after_motion(self, target: Target) -> Settings:
         """The settings once a motion has taken what was for it alone; one to joints ends the configuration words."""
         said = NONE if isinstance(target, JointTarget | NamedTarget) else self.configuration
-        settings: tuple[Setting[Any], ...] = (self.speed, self.duration, *self.modes.values())
+        settings: tuple[Setting[Any], ...] = (self.speed, self.duration, self.swivel, *self.modes.values())
         if self.hand is None and said is self.configuration and all(setting.once is None for setting in settings):
             return self
         return replace(
             self,
             speed=self.speed.after_motion(),
             duration=self.duration.after_motion(),
+            swivel=self.swivel.after_motion(),
             modes={mode: setting.after_motion() for mode, setting in self.modes.items()},
             configuration=said,
             hand=None,

@@ -35,7 +35,15 @@ from vrs_cli.kinematics.transform import (
     length,
     rotation_about,
 )
-from vrs_cli.trajectory.motion import AlignedTarget, Frames, JointOffsetTarget, Kind, Motion, ToolOffsetTarget
+from vrs_cli.trajectory.motion import (
+    AlignedTarget,
+    Frames,
+    JointOffsetTarget,
+    Kind,
+    Motion,
+    Swivel,
+    ToolOffsetTarget,
+)
 
 FARTHEST = 100.0  # [m] of a location, a tool or a base: beyond, the figures of an arm are lost in rounding
 HALF_TURN = pi + 1e-9  # [rad] and what rounding may add
@@ -184,6 +192,24 @@ def check_flag(arm: RobotArm, flag: Flag) -> None:
         known = ", ".join(word.name for word in arm.words)
         has = f"it has {known}" if known else "it has no configuration words"
         raise NotAvailable(f"{flag.name}: {arm.model.title} has no such configuration", has)
+
+
+def check_swivel(arm: RobotArm, swivel: Swivel | None) -> None:
+    """Raises NotAvailable for an arm without a joint too many, IllegalJoint, or JointOutOfRange."""
+    model = arm.model
+    if not arm.redundancy:
+        raise NotAvailable(
+            f"SWIVEL: {model.title} has no joint too many",
+            f"it takes all {model.joint_count} to follow a line; SWIVEL is for arms with seven, as a rule",
+        )
+    if swivel is None:
+        return
+    if not 1 <= swivel.joint <= model.joint_count:
+        right = f"this robot has joints 1 to {model.joint_count}"
+        raise IllegalJoint(f"joint {swivel.joint}", right, value=swivel.joint, lower=1, upper=model.joint_count)
+    at, i = swivel.value, swivel.joint - 1
+    if at is not None and not model.lower[i] <= at <= model.upper[i]:
+        raise model.refuse_joint(swivel.joint, at)
 
 
 # --- joint limits ------------------------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ from vrs_cli.kinematics.elimination import solve
 from vrs_cli.kinematics.jacobian import Demands, Jacobian, Singularity, Twist, beyond
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, JointKind, Joints, joints_outside, nearest_turn, turn_within
 from vrs_cli.kinematics.model import RobotModel, levers, link_frames
-from vrs_cli.kinematics.numeric.redundancy import Walk
+from vrs_cli.kinematics.numeric.redundancy import Asked, Walk
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
 from vrs_cli.kinematics.unchanging import LEVEL, Unchanging, difference, unchanging
 
@@ -161,13 +161,13 @@ class RobotArm:
         """Of an arm with redundancy: the joints next to `near` that meet demands too, whatever their limits."""
         raise NotImplementedError
 
-    def walks(self, begin: Joints, poses: Sequence[Transform]) -> Iterator[Walk]:
+    def walks(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Iterator[Walk]:
         """Of an arm with redundancy: ways of the joints inside their ranges, from `begin` through poses of the flange,
         theirs first; the way to try first first.
         """
         raise NotImplementedError
 
-    def shortest_walk(self, begin: Joints, poses: Sequence[Transform]) -> Walk:
+    def shortest_walk(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Walk:
         """The shortest of these ways, whatever the ranges."""
         raise NotImplementedError
 

@@ -64,6 +64,13 @@ class AlignedTarget:
 RelativeTarget = ToolOffsetTarget | JointOffsetTarget | AlignedTarget
 
 
+class Swivel(NamedTuple):
+    """Where a joint, counted from 1, is at the end of a straight line [rad, m]; None: where it is at its start."""
+
+    joint: int
+    value: float | None = None
+
+
 class Motion(NamedTuple):
     """`number` counts the motions of a timeline from 1; 0 is the initial pose.
 
@@ -73,7 +80,8 @@ class Motion(NamedTuple):
     the nominal angular speed) replace what `speed` gives.
     `duration` [s]: the least time (for REST, the time). `hand`: the opening from its start on (1 open, 0 closed).
     `text`: the instruction that asked for it. `rounding` [m]: with Start.BLEND, how near the tip comes to the end
-    of the motion before, until this one begins; None: as soon as that one slows down.
+    of the motion before, until this one begins; None: as soon as that one slows down. `swivel`: of a straight line, for
+    an arm with a joint too many.
     """
 
     number: int
@@ -92,3 +100,4 @@ class Motion(NamedTuple):
     relative: RelativeTarget | None = None
     profile: Profile = Profile.LSPB
     rounding: float | None = None
+    swivel: Swivel | None = None

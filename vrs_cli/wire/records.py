@@ -27,6 +27,7 @@ from vrs_cli.trajectory.motion import (
     Motion,
     RelativeTarget,
     Start,
+    Swivel,
     ToolOffsetTarget,
 )
 from vrs_cli.trajectory.segment import CartesianPath, Guide, JointPath, Path, Phase, Segment, Turn
@@ -76,6 +77,11 @@ class RelativeRecord(Record, frozen=True):
     aligned: bool | None = None
 
 
+class SwivelRecord(Record, frozen=True):
+    joint: Count
+    value: Number | None = None
+
+
 class MotionRecord(Record, frozen=True):
     number: Count
     kind: Kind
@@ -93,6 +99,7 @@ class MotionRecord(Record, frozen=True):
     relative: RelativeRecord | None = None
     profile: Profile = Profile.LSPB
     rounding: Length | None = None
+    swivel: SwivelRecord | None = None
 
 
 class TurnRecord(Record, frozen=True):
@@ -237,6 +244,7 @@ def _motion_record(motion: Motion) -> MotionRecord:
     frames = FramesRecord(*map(_rows_unless_identity, (motion.frames.base, motion.frames.tool)))
     values["frames"] = None if frames == FramesRecord() else frames
     values["relative"] = None if motion.relative is None else _relative_record(motion.relative)
+    values["swivel"] = None if motion.swivel is None else SwivelRecord(*motion.swivel)
     return MotionRecord(**values)
 
 
@@ -355,13 +363,25 @@ def _motion_of(record: MotionRecord, form: Form) -> Motion:
         both = (record.frames.base, record.frames.tool)
         values["frames"] = Frames(*(IDENTITY if rows is None else _transform(rows) for rows in both))
     values["relative"] = None if record.relative is None else _relative(record.relative, form)
+    values["swivel"] = None if record.swivel is None else _swivel(record.swivel, form)
     return Motion(**values)
+
+
+def _swivel(record: SwivelRecord, form: Form) -> Swivel:
+    if not form.redundancy:
+        raise RecordError("a swivel of a robot that has no joint too many")
+    _check_joint(record.joint, form)
+    return Swivel(record.joint, record.value)
+
+
+def _check_joint(joint: int, form: Form) -> None:
+    if not 1 <= joint <= form.joint_count:
+        raise RecordError(f"joint {joint} of a robot of {form.joint_count} joints")
 
 
 def _relative(record: RelativeRecord, form: Form) -> RelativeTarget:
     if record.joint is not None and record.change is not None:
-        if not 1 <= record.joint <= form.joint_count:
-            raise RecordError(f"joint {record.joint} of a robot of {form.joint_count} joints")
+        _check_joint(record.joint, form)
         return JointOffsetTarget(record.joint, record.change)
     if record.offset is not None:
         return ToolOffsetTarget(_transform(record.offset))

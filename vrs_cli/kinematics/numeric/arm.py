@@ -16,7 +16,7 @@ from vrs_cli.kinematics.elimination import damped, determinant, gram, square
 from vrs_cli.kinematics.jacobian import Demands, Jacobian, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
-from vrs_cli.kinematics.numeric.redundancy import PARTS, Walk, walk, walks
+from vrs_cli.kinematics.numeric.redundancy import PARTS, Asked, Walk, walk, walks
 from vrs_cli.kinematics.numeric.search import (
     CONVERGED,
     FEW,
@@ -119,11 +119,11 @@ class NumericArm(RobotArm):
                 return q
         return None
 
-    def walks(self, begin: Joints, poses: Sequence[Transform]) -> Iterator[Walk]:
-        return walks(self.model, self.missing, begin, poses)
+    def walks(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Iterator[Walk]:
+        return walks(self.model, self.missing, begin, poses, asked)
 
-    def shortest_walk(self, begin: Joints, poses: Sequence[Transform]) -> Walk:
-        return walk(self.model, self.missing, begin, poses, PARTS[0])
+    def shortest_walk(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Walk:
+        return walk(self.model, self.missing, begin, poses, asked, PARTS[0])
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
         found = self._solutions(T, self._middle)

@@ -33,6 +33,7 @@ THERE = 0.01  # [m, rad] a walk that misses its end by more has no way to it
 DAMPING = 1e-9  # [m2, rad2] of the pseudo-inverse
 
 Rows = Sequence[Sequence[float]]
+Asked = tuple[tuple[int, float], ...]  # joints, by index, and where each is to end: there its own guide leads
 Missing = Callable[[Joints, Transform], tuple[Rows, Sequence[float]]]  # of the Jacobian, and what is missing in them
 
 
@@ -51,15 +52,18 @@ class Walk(NamedTuple):
         return tuple([sum(map(mul, weights, self.end)) for weights in self.weights])
 
 
-def walks(model: RobotModel, missing: Missing, begin: Joints, poses: Sequence[Transform]) -> Iterator[Walk]:
+def walks(
+    model: RobotModel, missing: Missing, begin: Joints, poses: Sequence[Transform], asked: Asked
+) -> Iterator[Walk]:
     """The walks from the joints `begin` through poses of the flange, theirs first, that arrive inside the ranges; the
     walk to try first first.
 
     Those that keep far from the ends of ranges in the order of `PARTS`; then the others, the farther the sooner.
     """
     found = list[Walk]()
-    for part in PARTS:
-        this = walk(model, missing, begin, poses, part)
+    free = len(begin) > model.task.size + len(asked)
+    for part in PARTS if free else PARTS[:1]:
+        this = walk(model, missing, begin, poses, asked, part)
         if this.arrives and this.margin >= ENOUGH:
             yield this
         else:
@@ -68,11 +72,16 @@ def walks(model: RobotModel, missing: Missing, begin: Joints, poses: Sequence[Tr
     yield from sorted(inside, key=lambda one: -one.margin)
 
 
-def walk(model: RobotModel, missing: Missing, begin: Joints, poses: Sequence[Transform], part: float) -> Walk:
+def walk(
+    model: RobotModel, missing: Missing, begin: Joints, poses: Sequence[Transform], asked: Asked, part: float
+) -> Walk:
     """With such a part of the gradient."""
     q, margin, basis, total = begin, 1.0, list[Joints](), list[Joints]()
-    for pose in poses:
+    axes = [tuple([float(i == joint) for i in range(len(q))]) for joint, _ in asked]
+    for k, pose in enumerate(poses):
         rows, error = missing(q, pose)
+        done = k / (len(poses) - 1)
+        rows, error = [*rows, *axes], [*error, *(begin[i] + done * (end - begin[i]) - q[i] for i, end in asked)]
         basis = _null_space(rows, basis) if basis else _some_null_space(rows)
         total = [_sum(a, b) for a, b in zip(total, basis, strict=True)] if total else basis
         inward = [part / len(poses) * x for x in _inward(model, q)] if part else (0.0,) * len(q)
@@ -80,7 +89,7 @@ def walk(model: RobotModel, missing: Missing, begin: Joints, poses: Sequence[Tra
         q = _sum(q, square((*rows, *basis), wanted) or tuple(damped(rows, [error], DAMPING)[0]))
         margin = min(margin, *_margins(model, q))
     arrives = max(map(abs, missing(q, poses[-1])[1])) < THERE
-    return Walk(q, tuple(_orthonormal(total)), margin, arrives)
+    return Walk(q, (*axes, *_orthonormal(total)), margin, arrives)
 
 
 def _inward(model: RobotModel, q: Joints) -> Iterator[float]:

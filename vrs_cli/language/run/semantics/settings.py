@@ -18,11 +18,12 @@ from vrs_cli.engine.commands import (
     SetParameter,
     SetSpeed,
     SetSwitch,
+    SetSwivel,
     SetTool,
     SpeedUnit,
 )
 from vrs_cli.engine.parameters import ACCELERATION, DECELERATION, MONITOR_SPEED, PROGRAM_SPEED, ROTATION_SPEED
-from vrs_cli.errors import IllegalValue
+from vrs_cli.errors import IllegalJoint, IllegalValue
 from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, rotation_z
@@ -31,6 +32,7 @@ from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import NOTHING, Handler, Wording, transform
 from vrs_cli.language.run.operations import shift
 from vrs_cli.language.words.values import plain, whole
+from vrs_cli.trajectory.motion import Swivel
 
 
 def _speed(_context: Context, it: Wording, speed: float, rotation: float | None = None) -> Iterable[Event]:
@@ -46,6 +48,18 @@ def _duration(_context: Context, it: Wording, seconds: float) -> Iterable[Event]
     if seconds < 0.0:
         raise IllegalValue(f"a duration of {plain(seconds)} seconds", "it must not be negative")
     return (SetDuration(seconds, it.always),)
+
+
+def _swivel(context: Context, it: Wording, joint: float | None = None, value: float | None = None) -> Iterable[Event]:
+    if joint is None:
+        if value is not None:
+            raise IllegalValue("SWIVEL of no joint", "name the joint that has the value: SWIVEL 3, 20")
+        return (SetSwivel(None, it.always),)
+    if not 0.5 <= joint < context.robot.dof + 0.5:
+        raise IllegalJoint(plain(joint), f"joints are 1 to {context.robot.dof}")
+    number = whole(joint)
+    end = None if value is None else context.environment.units.one_read(number, value)
+    return (SetSwivel(Swivel(number, end), it.always),)
 
 
 def _acceleration(
@@ -117,6 +131,7 @@ _HANDS = {"OPEN": 1.0, "CLOSE": 0.0, "RELAX": None}
 SETTINGS: Mapping[str, Handler] = {
     "SPEED": _speed,
     "DURATION": _duration,
+    "SWIVEL": _swivel,
     "ACCEL": _acceleration,
     **{word: partial(_mode, mode, on) for word, (mode, on) in MODE_WORDS.items()},
     **{word: partial(_asks, SetConfiguration(flag)) for word, flag in _CONFIGURATIONS.items()},
