@@ -10,9 +10,9 @@ from random import Random
 import numpy as np
 import pytest
 
-from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, Stamp
+from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetSwivel, Stamp
 from vrs_cli.engine.engine import Engine
-from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
+from vrs_cli.errors import IllegalJoint, JointOutOfRange, LocationOutOfRange, LocationTooFar, NotAvailable
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.elimination import determinant, solve
 from vrs_cli.kinematics.forms import arm_for
@@ -20,7 +20,7 @@ from vrs_cli.kinematics.numeric.search import turn_between
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import compose, rotate, rotation_about, rotation_x, translation
-from vrs_cli.trajectory.motion import ToolOffsetTarget
+from vrs_cli.trajectory.motion import Swivel, ToolOffsetTarget
 from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.segment import CartesianPath
 
@@ -119,6 +119,59 @@ def test_a_line_goes_on_out_of_any_motion_of_seven_joints() -> None:
     assert first.start == pytest.approx(0.3, abs=1e-8)
     assert abs(before.velocity[2]) > 0.3
     assert engine.position(0.3).velocity == pytest.approx(before.velocity, abs=1e-9)
+
+
+def seven() -> Engine:
+    model = arm_of("seven").model
+    return Engine(model, start=model.units.read((10.0, 30.0, 20.0, -70.0, 15.0, 60.0, 5.0)))
+
+
+@pytest.mark.parametrize("value", [0.1, -0.4, None])
+def test_swivel_says_where_a_joint_ends_on_a_line(value: float | None) -> None:
+    engine = seven()
+    before = engine.position()
+    engine.perform(SetSwivel(Swivel(3, value)))
+    engine.perform(Move(ToolOffsetTarget(translation(0.03, 0.02, -0.1)), straight=True))
+    end = before.joints[2] if value is None else value
+    assert engine.position(engine.end).joints[2] == pytest.approx(end, abs=1e-9)
+    half = 0.5 * (engine.timeline[1].start + engine.end)
+    assert engine.position(half).joints[2] == pytest.approx(0.5 * (before.joints[2] + end), abs=1e-6)
+    assert engine.settings.swivel.present.swivel is None
+
+
+def test_swivel_alone_turns_the_elbow_about_a_tool_that_stands() -> None:
+    engine = seven()
+    before = engine.position()
+    engine.perform(SetSwivel(Swivel(3, -0.2)))
+    engine.perform(Move(PoseTarget(before.T_world_tool), straight=True))
+    assert engine.end > 0.2
+    for part in (0.3, 0.7, 1.0):
+        assert engine.position(part * engine.end).T_world_tool == pytest.approx(before.T_world_tool, abs=1e-9)
+    assert engine.position(engine.end).joints[2] == pytest.approx(-0.2, abs=1e-9)
+
+
+def test_a_closed_path_repeats_where_swivel_says_so() -> None:
+    engine = seven()
+    engine.perform(SetSwivel(Swivel(3), always=True))
+    begin = engine.position().joints
+    for way in ((0.05, 0.0, 0.0), (0.0, 0.06, 0.0), (-0.05, 0.0, 0.05), (0.0, -0.06, -0.05)):
+        there = translation(*way)
+        engine.perform(Move(ToolOffsetTarget(there), straight=True, stamp=Stamp(engine.end)))
+    assert engine.position(engine.end).joints == pytest.approx(begin, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("name", "swivel", "error", "message"),
+    [
+        ("crooked", Swivel(3), NotAvailable, "crooked has no joint too many"),
+        ("seven", Swivel(8), IllegalJoint, "this robot has joints 1 to 7"),
+        ("seven", Swivel(3, 4.0), JointOutOfRange, "its range is -170.00 to 170.00 deg"),
+    ],
+)
+def test_a_swivel_that_cannot_be_is_refused(name: str, swivel: Swivel, error: type[Exception], message: str) -> None:
+    engine = Engine(arm_of(name).model)
+    with pytest.raises(error, match=message):
+        engine.perform(SetSwivel(swivel))
 
 
 def test_five_joints_follow_a_line_that_they_can() -> None:

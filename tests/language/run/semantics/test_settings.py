@@ -21,12 +21,14 @@ from vrs_cli.engine.commands import (
     SetParameter,
     SetSpeed,
     SetSwitch,
+    SetSwivel,
     SetTool,
     SpeedUnit,
 )
 from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
 from vrs_cli.kinematics.transform import IDENTITY, compose, rotation_z, translation
 from vrs_cli.language.run.effects import Event
+from vrs_cli.trajectory.motion import Swivel
 
 
 @pytest.mark.parametrize(
@@ -38,6 +40,9 @@ from vrs_cli.language.run.effects import Event
         ("SPEED 10 IPS ALWAYS", SetSpeed(10.0, unit=SpeedUnit.IPS, always=True)),
         ("SPEED 30 MONITOR", SetMonitorSpeed(30.0)),
         ("DURATION 2", SetDuration(2.0)),
+        ("SWIVEL 3, 90", SetSwivel(Swivel(3, pi / 2))),
+        ("SWIVEL 3 ALWAYS", SetSwivel(Swivel(3), always=True)),
+        ("SWIVEL", SetSwivel(None)),
         ("DURATION 2 ALWAYS", SetDuration(2.0, always=True)),
         ("ACCEL 50", SetAcceleration(50.0)),
         ("ACCEL 50, 30", SetAcceleration(50.0, 30.0)),
