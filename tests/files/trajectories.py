@@ -132,6 +132,7 @@ motions = st.builds(
     relative=st.none() | relatives,
     profile=st.sampled_from(Profile),
     rounding=st.none() | st.floats(0.0, LARGEST),
+    swivel=st.none(),  # no joint of this robot is too many
 ).map(lambda motion: motion._replace(goal=None, pose=None) if motion.kind is Kind.REST else motion)
 joint_paths = st.integers(1, 4).flatmap(lambda n: st.tuples(*[st.tuples(*[floats] * n)] * JOINTS)).map(JointPath)
 lines = st.builds(
@@ -142,6 +143,7 @@ lines = st.builds(
     configuration=st.sampled_from(ALL),
     seeds=st.lists(joints, min_size=1, max_size=3).map(tuple),
     seed_interval=st.floats(1e-6, 10.0),
+    guides=st.just(()),
 )
 segments = st.builds(
     lambda edges, path, phase, motion: Segment(min(edges), max(edges), path, phase, motion),

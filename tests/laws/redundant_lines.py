@@ -107,13 +107,13 @@ def planned(arm: RobotArm, line: Line, profile: Profile = Profile.LSPB) -> tuple
         return None
 
 
-def largest_load(model: RobotModel, segments: tuple[Segment, ...]) -> float:
-    """The greatest part of its limits that a joint uses at 1 kHz: velocity, acceleration, with SCURVE jerk. Infinite
-    where one leaves its range.
+def largest_load(model: RobotModel, segments: tuple[Segment, ...], step: float = KILOHERTZ) -> float:
+    """The greatest part of its limits that a joint uses, looked at in steps [s]: velocity, acceleration, with SCURVE
+    jerk. Infinite where one leaves its range.
     """
     engine = Engine(model)
     engine.book.timeline = Timeline(segments)
-    found = positions_at(engine.arm, engine.timeline, np.arange(0.0, engine.end, KILOHERTZ))
+    found = positions_at(engine.arm, engine.timeline, np.arange(0.0, engine.end, step))
     beyond = (found.joints < np.array(model.lower) - LIMIT_TOLERANCE) | (
         found.joints > np.array(model.upper) + LIMIT_TOLERANCE
     )
@@ -122,10 +122,10 @@ def largest_load(model: RobotModel, segments: tuple[Segment, ...]) -> float:
     loads = [
         np.abs(found.velocity / np.array(model.max_velocity)).max(),
         np.abs(found.acceleration / np.array(model.max_acceleration)).max(),
-        np.abs(np.diff(found.joints, axis=0) / KILOHERTZ / np.array(model.max_velocity)).max(),
+        np.abs(np.diff(found.joints, axis=0) / step / np.array(model.max_velocity)).max(),
     ]
     if segments[0].motion.profile is Profile.SCURVE:
-        jerks = np.diff(found.acceleration, axis=0) / KILOHERTZ
+        jerks = np.diff(found.acceleration, axis=0) / step
         loads.append(np.abs(jerks / np.array(model.max_jerk)).max())
     return float(max(loads))
 

@@ -288,11 +288,13 @@ class Follower:
         """The refusal of a line that leaves the reach: outward, next to the robot, or for how the tool is turned."""
         pose = path.pose(s)
         leaves = f"the straight line leaves the reach of the arm near {self.shown(pose)}"
-        what, hint = ", for how the tool is turned there", self._less_turned()
+        what, hint = ", for how the tool is turned there", self._less_turned(path)
         try:
             self.arm.select(self.flange(pose), near)
             if self.arm.words:
                 what, hint = " as it is configured", "another configuration"
+            elif self.arm.redundancy:
+                what, hint = " out of the joints that it begins with", "begin with others"
         except LocationTooClose:
             what, hint = ", too close", "a via point farther from the robot"
         except LocationTooFar:
@@ -301,14 +303,14 @@ class Follower:
             pass
         return LocationOutOfRange(leaves + what, f"use MOVE, or {hint}", place=position(pose))
 
-    def _less_turned(self) -> str:
+    def _less_turned(self, path: CartesianPath) -> str:
         """What to do where the tool cannot be turned as the line has it."""
         count = self.arm.model.joint_count
         if self.arm.steady is not None:
             return f"a location with the tool turned as {count} joints can have it: MOVE there, and HERE"
         if count < self.arm.model.task.size:
             return f"give the arm the task {Task.STEADY.value!r}: {count} joints cannot turn the tool every way"
-        return "turn it less on the way"
+        return "turn it less on the way" if path.turns else "turn the tool otherwise first"
 
     def _outside(self, path: CartesianPath, s: float, joints: Joints) -> JointOutOfRange:
         model, pose = self.arm.model, path.pose(s)
@@ -317,7 +319,7 @@ class Follower:
         near, hint = self.place(path, s) if driven else (self.shown(pose), "")
         return JointOutOfRange(
             f"the straight line leaves its range, {model.range_of(joint, 0)}, near {near}",
-            hint or "use MOVE, or another configuration",
+            hint or f"use MOVE, or {'begin with other joints' if self.arm.redundancy else 'another configuration'}",
             joint=joint,
             value=joints[joint - 1],
             lower=model.lower[joint - 1],

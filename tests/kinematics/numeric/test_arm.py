@@ -9,6 +9,7 @@ from random import Random
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetSwivel, Stamp
 from vrs_cli.engine.engine import Engine
@@ -22,7 +23,8 @@ from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import compose, rotate, rotation_about, rotation_x, translation
 from vrs_cli.trajectory.motion import Swivel, ToolOffsetTarget
 from vrs_cli.trajectory.polynomial import value
-from vrs_cli.trajectory.segment import CartesianPath
+from vrs_cli.trajectory.segment import CartesianPath, Guide
+from vrs_cli.wire.records import Form, Motions, RecordError, segment_records, segments_of
 
 URDF = Path(__file__).parents[1] / "urdf"
 FIVE = replace(load_robot(URDF / "five.urdf"), task=Task.POSE)  # which no five joints can have everywhere
@@ -237,3 +239,19 @@ def test_the_shortest_turn_brings_one_direction_to_another() -> None:
 
 def _angles(random: Random) -> tuple[float, float]:
     return random.uniform(0.0, pi), random.uniform(-pi, pi)
+
+
+def test_guides_and_swivel_are_written_and_read_to_the_bit_and_a_line_without_guides_holds_a_joint() -> None:
+    engine = seven()
+    engine.perform(SetSwivel(Swivel(3, 0.1)))
+    engine.perform(Move(ToolOffsetTarget(translation(0.03, 0.02, -0.1)), straight=True))
+    form, segments = Form.of(engine.arm), tuple(engine.timeline)[1:]
+    records = segment_records(segments, Motions(), None)
+    assert segments_of(records, Motions(), None, form) == segments
+    (old, *_) = [structs.replace(one, line=structs.replace(one.line, guides=())) for one in records if one.line]
+    ((path,),) = [[one.path] for one in segments_of([old], Motions(), None, form)]
+    assert isinstance(path, CartesianPath)
+    assert path.guides == (Guide((0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0), (path.seeds[0][2],)),)
+    wrong = structs.replace(records[0], line=structs.replace(records[0].line, guides=records[0].line.guides * 2))
+    with pytest.raises(RecordError, match="2 guides of a line of a robot that needs 1"):
+        segments_of([wrong], Motions(), None, form)
