@@ -218,6 +218,8 @@ def test_a_page_that_cannot_be_furnished_lets_its_robot_go(hosted: Hosted, monke
     try:
         with Page(app.address) as page:
             assert "internal error: ZeroDivisionError" in page.until(page.said)[0]
+            halls = [message["hdri_data"] for message in page.of("EnvironmentMapMessage")]
+            assert halls == [None], "no page begins with viser's picture of a hall"
             until(lambda: not held[0].open)
     finally:
         app.close()

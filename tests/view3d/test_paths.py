@@ -15,6 +15,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
 from vrs_cli.engine.tool_path import distance_from_line
 from vrs_cli.interfaces.steering import Steering
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import position
 from vrs_cli.view3d.paths import BLENDS, ERROR, LABELS, MOST, PAST, PLANNED, UNDER_WAY, Path
 from vrs_cli.view3d.shown import Shown
@@ -37,7 +38,7 @@ def drawn(server: viser.ViserServer) -> list[tuple[np.ndarray, np.ndarray, tuple
         node = server.scene.get_handle_by_name(name)
         assert isinstance(node, viser.LineSegmentsHandle)
         for (a, b), colours in zip(node.points, node.colors, strict=True):
-            if not (a == b).all():
+            if node.visible and not (a == b).all():
                 found.append((a, b, tuple(int(x) for x in colours[0])))
     return found
 
@@ -62,6 +63,16 @@ def test_blends_have_a_colour_of_their_own(server: viser.ViserServer) -> None:
     for t, colour in ((-1.0, PLANNED), (9.0, PAST)):
         path.show(seen(engine, t))
         assert {ink for _, _, ink in drawn(server)} == {colour, BLENDS[colour]}
+
+
+def test_what_has_no_points_is_not_drawn(server: viser.ViserServer) -> None:
+    engine = Engine(load_robot("puma560"))
+    Path(server.scene, engine.model).show(seen(engine, 0.0))
+    node = server.scene.get_handle_by_name
+    assert not any(node(f"/path/{name}").visible for name in ("lines", "now", "dots", "marks"))
+    engine = moved()
+    Path(server.scene, engine.model).show(seen(engine, 0.2))
+    assert all(node(f"/path/{name}").visible for name in ("lines", "now", "dots", "marks"))
 
 
 def test_nothing_is_sent_of_what_stays(server: viser.ViserServer, monkeypatch: pytest.MonkeyPatch) -> None:

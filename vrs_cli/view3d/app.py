@@ -21,6 +21,7 @@ from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.net.messages import ServerMessage, Welcome
 from vrs_cli.view3d.furnish import furnish
 from vrs_cli.view3d.guard import LOOPBACK, Guard
+from vrs_cli.view3d.stage import without_hall
 from vrs_cli.view3d.window import TITLE, Window
 
 HOST = "127.0.0.1"
@@ -65,6 +66,7 @@ class App:
         guard = Guard(lambda error: self._tell(internal_error(error).text), secret)
         self._viser, bound = _serve(guard, host, port)
         self.address = f"http://{_shown(host)}:{bound}/{guard.secret}/"
+        without_hall(self._viser.scene)  # all browsers hear so before their windows are furnished
         self._viser.on_client_connect(self._come)
         self._viser.on_client_disconnect(self._go)
         self._thread = Thread(target=self._run, name="vrs view", daemon=True)

@@ -69,7 +69,11 @@ class Path(Rooted):
         self._root = scene.add_frame("/path", show_axes=False)
         self._texts = scene.add_frame("/path/commands", show_axes=False)
         self._under_way = scene.add_line_segments(
-            "/path/now", _none(UNDER_WAY), _none(UNDER_WAY).astype(np.uint8), thickness=self._reach * THICK
+            "/path/now",
+            _none(UNDER_WAY),
+            _none(UNDER_WAY).astype(np.uint8),
+            thickness=self._reach * THICK,
+            visible=False,
         )
         self._drawn: tuple[object, ...] = ()
         self.commands = False
@@ -91,7 +95,11 @@ class Path(Rooted):
             return
         count = sum(len(line.points) - 1 for line in lines)
         self._lines = self._scene.add_line_segments(
-            "/path/lines", _none(count), _none(count).astype(np.uint8), thickness=self._reach * THICK
+            "/path/lines",
+            _none(count),
+            _none(count).astype(np.uint8),
+            thickness=self._reach * THICK,
+            visible=count > 0,
         )
         self._drawn = ()
         self._add_dots("dots", [line.points[-1] for line in lines], DOT, (120, 126, 134))
@@ -102,7 +110,13 @@ class Path(Rooted):
     def _add_dots(self, name: str, points: Sequence[Vector], size: float, colour: Colour) -> None:
         cloud = np.array(points, dtype=np.float32).reshape(-1, 3)
         self._scene.add_point_cloud(
-            f"/path/{name}", cloud, colour, point_size=size * self._reach, point_shape="circle", precision="float32"
+            f"/path/{name}",
+            cloud,
+            colour,
+            point_size=size * self._reach,
+            point_shape="circle",
+            precision="float32",
+            visible=len(points) > 0,
         )
 
     def _write(self, marks: Sequence[ToolLine]) -> None:
@@ -126,6 +140,8 @@ class Path(Rooted):
             self._drawn = drawn
             passed = place + (now is None)
             self._lines.points, self._lines.colors = _figure(lines, passed, now)
+        if self._under_way.visible != (now is not None):
+            self._under_way.visible = now is not None
         ways = ((), ()) if now is None else now.parted(t, tip)
         parted = _segments([(ways[0], _colour(now, PAST)), (ways[1], _colour(now, PLANNED))], UNDER_WAY)
         if not np.array_equal(parted[0], self._under_way.points):

@@ -59,10 +59,16 @@ class Stage:
             self._frames["base"].visible = base != IDENTITY
 
 
-def _light(scene: SceneApi) -> None:
-    """Lamps instead of viser's picture of a hall, which takes software seconds to prepare."""
+def without_hall(scene: SceneApi) -> None:
+    """Without viser's picture of a hall that lights the scene, which takes software seconds to prepare. A page that is
+    not told so with the first that it hears has begun to."""
     scene.configure_environment_map(None)
     scene.configure_default_lights(enabled=False)
+
+
+def _light(scene: SceneApi) -> None:
+    """Lamps of our own."""
+    without_hall(scene)
     scene.add_light_hemisphere("/light/sky", sky_color=(255, 255, 255), ground_color=(168, 164, 158), intensity=2.0)
     scene.add_light_directional("/light/key", intensity=2.6, cast_shadow=True, position=(1.6, -1.0, 3.0))
     scene.add_light_directional("/light/fill", intensity=0.7, cast_shadow=False, position=(-1.0, 2.0, 1.0))
@@ -97,7 +103,6 @@ def _lay_floor(scene: SceneApi, reach: float, height: float) -> None:
         numbers.vertices,
         numbers.faces,
         color=(120, 128, 138),
-        flat_shading=True,
         cast_shadow=False,
         receive_shadow=False,
         position=(0.0, 0.0, height),
