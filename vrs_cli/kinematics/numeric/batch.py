@@ -10,7 +10,7 @@ from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.numeric.search import CONVERGED, LARGEST_STEP, LEAST_DAMPING, STEPS, rounds
+from vrs_cli.kinematics.numeric.search import CONVERGED, FREE_STEPS, LARGEST_STEP, LEAST_DAMPING, STEPS, rounds
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import Transform
@@ -42,7 +42,7 @@ class NumericBatch(SerialBatch):
         for begin in rounds(self.model, near):
             poses = np.broadcast_to(np.reshape(T, (3, 4)), (len(begin), 3, 4))
             for bounded in (False, True):
-                q = self.search(poses, np.array(begin), bounded=bounded)
+                q = self.search(poses, np.array(begin), bounded=bounded, steps=STEPS if bounded else FREE_STEPS)
                 turned = [inside(tuple(row), near) for row in q[~np.isnan(q[:, 0])].tolist()]
                 if found := [joints for joints in turned if joints is not None]:
                     return found

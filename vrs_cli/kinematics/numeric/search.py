@@ -28,6 +28,7 @@ from vrs_cli.kinematics.transform import Transform, Vector, cross, dot
 
 CONVERGED = 1e-10  # [m, rad] an error that is none
 STEPS = 60  # of one search
+FREE_STEPS = 30  # in which one without limits is there, if it ever is
 LARGEST_STEP = 0.5  # [rad, m] of a joint
 LEAST_DAMPING = 1e-13
 HOPELESS = 1e-3  # a step, as a part of the error, from which steps that do not grow lead nowhere
