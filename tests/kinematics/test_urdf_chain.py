@@ -13,7 +13,7 @@ from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import Ends, load_robot
 from vrs_cli.kinematics.shapes import Box, opened
-from vrs_cli.kinematics.transform import Vector, compose, position
+from vrs_cli.kinematics.transform import Vector, compose, position, translation
 
 
 def joint(
@@ -270,3 +270,33 @@ def test_links_of_a_gear_beside_the_fingers_do_not_tell_how_wide_it_opens(tmp_pa
         for y in (0.2, -0.2)
     )
     assert loaded(tmp_path, arm(7) + PALM + LEFT + MIMIC + gear).hand_width == pytest.approx(0.08)
+
+
+def pointing(axis: str) -> str:
+    """An arm of six joints with a finger ahead of its tip."""
+    return (
+        arm(6) + joint("finger", "l6", "claw", xyz=axis, axis="0 0 1", limits=(0.0, 1.0)) + fixed("claw", "nail", axis)
+    )
+
+
+@pytest.mark.parametrize(
+    ("xyz", "name", "angles"),
+    [("0.1 0.02 0", "X", "90, 0, 0"), ("0 -0.1 0.05", "-Y", "0, 0, 90"), ("0 0 -0.1", "-Z", "90, 90, 180")],
+)
+def test_fingers_that_point_elsewhere_than_z_are_named(tmp_path: Path, xyz: str, name: str, angles: str) -> None:
+    model = loaded(tmp_path, pointing(xyz))
+    assert f"the fingers point along {name} of l6, but APPRO and DEPART go along its Z: " in told(model)[1]
+    assert f"flange = [0, 0, 0, {angles}] in a TOML file" in told(model)[1]
+    (tmp_path / "mine.toml").write_text(f'urdf = "little.urdf"\nflange = [0, 0, 5, {angles}]\n', encoding="utf-8")
+    turned = load_robot(tmp_path / "mine.toml")
+    assert len(told(turned)) == 1
+    q = (0.1, -0.4, 0.3, 0.5, 0.2, 0.7)
+    before, after = (link_frames(one, q)[-1] for one in (model, turned))
+    x, y, z = map(float, xyz.split())
+    ahead = (after.ax, after.ay, after.az)
+    finger = position(compose(before, translation(x, y, z)))
+    assert sum(a * (f - p) for a, f, p in zip(ahead, finger, position(before), strict=True)) > 0.08
+
+
+def test_fingers_that_point_along_z_are_not_named(tmp_path: Path) -> None:
+    assert len(told(loaded(tmp_path, pointing("0.02 0 0.1")))) == 1

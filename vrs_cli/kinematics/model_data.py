@@ -51,7 +51,7 @@ HAND_KEYS: Mapping[str, Quantity] = {"width": Quantity("mm", positive=True)}
 MODEL_OPTIONS = ("task", "base", "flange", "profile", "shapes", "hand")
 URDF_OPTIONS = (
     *("name", "title", "urdf_base", "urdf_tip", "joints", "tool", "poses", "task", "profile", "shapes"),
-    *("hand", "xacro"),
+    *("hand", "xacro", "flange"),
 )
 CLOSED = ("lower", "upper")  # at which end of its joints a hand is closed
 TURN, SLIDE = (kind.value for kind in JointKind)

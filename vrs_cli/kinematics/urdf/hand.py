@@ -33,10 +33,11 @@ class Travel(NamedTuple):
 
 class Fingers(NamedTuple):
     """The joints of a hand by their names; how much farther apart its tips are while it is open [m], 0 where the file
-    does not tell."""
+    does not tell; the links that are its tips."""
 
     travels: Mapping[str, Travel]
     width: float
+    tips: tuple[str, ...]
 
 
 def fingers_of(tree: Tree, link: str, joints: Sequence[Joint], closed: str | None = None) -> Fingers:
@@ -59,7 +60,7 @@ def fingers_of(tree: Tree, link: str, joints: Sequence[Joint], closed: str | Non
     shut, apart = gauge.all_values(values), gauge.all_values(opposite)
     travels = {name: Travel(shut[name], apart[name]) for name in shut}
     width = gauge.parting(values, opposite)
-    return Fingers(travels, width if width > NEARER else 0.0)
+    return Fingers(travels, width if width > NEARER else 0.0, tuple(gauge.tips))
 
 
 def _ends(tree: Tree, joint: Joint) -> tuple[float, float] | None:

@@ -15,7 +15,8 @@ from typing import NamedTuple
 from vrs_cli.kinematics.axes import axis_of
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel, levers, link_frames
-from vrs_cli.kinematics.transform import Transform, cross, position, subtracted
+from vrs_cli.kinematics.transform import Transform, Vector, cross, position, rotate, subtracted
+from vrs_cli.kinematics.urdf.approach import Z
 
 SINGULAR = 0.02  # isotropy below which a pose is no place to begin from
 END = 0.01  # of a joint's range: so near to an end it is there
@@ -37,11 +38,12 @@ class Ready(NamedTuple):
     note: str
 
 
-def better_ready(model: RobotModel) -> Ready | None:
+def better_ready(model: RobotModel, ahead: Vector = Z) -> Ready | None:
     """Another READY, in whole steps, for an arm that is singular there or has a joint at its end; None for one that is
-    not, or that is singular everywhere. The same arm has the same one, always.
+    not, or that is singular everywhere. The same arm has the same one, always. `ahead`: where its tool points, as the
+    flange sees it.
     """
-    wanted = _Wanted(model)
+    wanted = _Wanted(model, ahead)
     fault = wanted.fault()
     if not fault:
         return None
@@ -56,8 +58,8 @@ def better_ready(model: RobotModel) -> Ready | None:
 class _Wanted:
     """What a pose to begin from is worth."""
 
-    def __init__(self, model: RobotModel) -> None:
-        self.model, self.rest = model, model.poses["ready"]
+    def __init__(self, model: RobotModel, ahead: Vector) -> None:
+        self.model, self.rest, self.ahead = model, model.poses["ready"], ahead
         _, (self.reach, *_) = levers(model)
         self.rows = 6 if model.task.turns else 3
         self.choices = [self._choices(i) for i in range(model.joint_count)]
@@ -114,7 +116,7 @@ class _Wanted:
             self.isotropy(frames)
             - TURNED * len(turned)
             - TURNS * sum(turned) / pi
-            - DOWN * axis_of(frames[-1]).direction[2]
+            - DOWN * rotate(frames[-1], self.ahead)[2]
             + AHEAD * (tip[0] - base[0]) / self.reach
             + HIGH * (sum(heights) / len(heights) - base[2]) / self.reach
             + min(low, 0.0) / self.reach

@@ -19,6 +19,7 @@ from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import Origin, RobotModel
 from vrs_cli.kinematics.model_data import NEEDED_POSES, TOOL_KEYS, ModelReader
 from vrs_cli.kinematics.shapes import Opening
+from vrs_cli.kinematics.task import FEWEST
 from vrs_cli.kinematics.transform import (
     IDENTITY,
     Transform,
@@ -30,6 +31,7 @@ from vrs_cli.kinematics.transform import (
     scaled,
     translation,
 )
+from vrs_cli.kinematics.urdf import approach
 from vrs_cli.kinematics.urdf.chain import Choice, choice
 from vrs_cli.kinematics.urdf.document import HUGE, document
 from vrs_cli.kinematics.urdf.hand import Fingers, fingers_of, moved
@@ -76,12 +78,16 @@ def robot_of(
             )
     tree = Tree(found)
     width, closed = reader.hand(table.get("hand", {}))
-    arm = arm_of(tree, choice(tree, base, tip), closed)
+    flange = reader.frame(table["flange"], "flange") if "flange" in table else IDENTITY
+    arm = arm_of(tree, choice(tree, base, tip), closed, flange)
     joints = _joints(tree, arm, reader, table)
     model = _model(tree.name, arm.chain, joints, reader, table)
     own = reader.shapes(table.get("shapes"), model.joint_count)
-    origin = _origin(arm, names_task="task" in table)
-    if "ready" not in _poses(table) and (ready := better_ready(model)) is not None:
+    origin, turned = _origin(arm, names_task="task" in table), _pointing(arm)
+    if turned is not None:
+        origin = origin._replace(notes=(*origin.notes, approach.note(arm.choice.tip, turned)))
+    ahead = approach.Z if turned is None else turned.direction
+    if "ready" not in _poses(table) and (ready := better_ready(model, ahead)) is not None:
         model = replace(model, poses={**model.poses, "ready": ready.joints})
         origin = origin._replace(notes=(*origin.notes, ready.note))
     return replace(
@@ -95,8 +101,8 @@ def robot_of(
 # --- its geometry --------------------------------------------------------------------------------------------------
 
 
-def arm_of(tree: Tree, chosen: Choice, closed: str | None = None) -> Arm:
-    """The links of a chain. Raises FileDamaged for a joint that no arm has."""
+def arm_of(tree: Tree, chosen: Choice, closed: str | None = None, flange: Transform = IDENTITY) -> Arm:
+    """The links of a chain, `flange` (T_tip_flange) behind it. Raises FileDamaged for a joint that no arm has."""
     joints, axes, scales, T = list[Joint](), list[Line](), list[float](), IDENTITY
     for joint in chosen.way:
         T = compose(T, tree.origin(joint.element))
@@ -111,7 +117,7 @@ def arm_of(tree: Tree, chosen: Choice, closed: str | None = None) -> Arm:
         joints.append(joint)
         axes.append(axis)
         scales.append(1.0)
-    chain = chain_of(axes, [tree.kind(joint) for joint in joints], T)
+    chain = chain_of(axes, [tree.kind(joint) for joint in joints], compose(T, flange))
     assert chain is not None  # without angles to meet every chain has links
     fingers = fingers_of(tree, joints[-1].child, chosen.fingers, closed)
     places = _places(tree, chosen.base, joints, chain, fingers)
@@ -158,6 +164,17 @@ def _opening(tree: Tree, joint: Joint, T_body_joint: Transform, travel: float) -
     if MOVING[joint.type] is JointKind.PRISMATIC:
         return Opening(slide=along)
     return Opening(turn=along, point=position(T_body_joint))
+
+
+def _pointing(arm: Arm) -> approach.Turned | None:
+    """Where its fingers point, where that is another direction than the flange's Z, along which an arm of a few joints
+    could not go."""
+    if len(arm.joints) < FEWEST:
+        return None
+    at = {link: position(place.T) for link, place in arm.places.items()}
+    last = at.get(arm.joints[-1].child)
+    ends = [at[link] for link in arm.fingers.tips if link in at]
+    return None if last is None else approach.other_than_z(last, ends)
 
 
 def _origin(arm: Arm, *, names_task: bool) -> Origin:
