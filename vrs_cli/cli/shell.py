@@ -51,6 +51,8 @@ def _robot(prog: str, options: Namespace) -> RobotModel | None:
     """The one that is asked for; None leaves it to the file that is written on."""
     if options.robot is not None:
         return chosen_robot(prog, options)
-    if not options.base is options.tip is options.task is None:
-        raise CommandLineError("--base, --tip and --task choose of a robot's file", "give --robot FILE too")
+    if options.base is not None or options.tip is not None:
+        raise CommandLineError("--base and --tip are links of a robot's file", "give --robot FILE too")
+    if options.task is not None:
+        raise CommandLineError("--task is for a robot that is named", "give --robot NAME|FILE too")
     return None
