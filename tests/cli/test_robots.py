@@ -109,4 +109,4 @@ def test_base_and_tip_of_a_urdf_file(vrs: Vrs, tmp_path: Path) -> None:
     wrong = vrs("robots", "two.urdf", "--tip", "ear")
     assert (wrong.status, "no joint has a link 'ear' (links are a, b, base, jaw, nose)" in wrong.err) == (1, True)
     assert "the links of puma560 have no names" in vrs("robots", "puma560", "--base", "ear").err
-    assert "--base, --tip and --task choose of a robot's file" in vrs("shell", "--tip", "a").err
+    assert "--base and --tip are links of a robot's file" in vrs("shell", "--tip", "a").err
