@@ -105,6 +105,8 @@ def check_no_jump(segments: list[Segment], *, smooth: bool) -> None:
 def check_keeps_elbow(engine: Engine, dragging: Dragging, begin: float, roundabout: list[float]) -> None:
     """The arm stays on its side of the axis of joint 1, but for a way round, and the elbow on its side, always."""
     arm, kept = engine.arm, dragging.pursuit.kept
+    if not arm.lines_keep_words:
+        return  # nor does a drag
     steps = max(int((engine.end - begin) / 0.005), 1)
     for k in range(steps + 1):
         t = begin + (engine.end - begin) * k / steps
