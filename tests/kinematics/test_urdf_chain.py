@@ -14,6 +14,16 @@ from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import Ends, load_robot
 from vrs_cli.kinematics.shapes import Box, opened
 from vrs_cli.kinematics.transform import Vector, compose, position, translation
+from vrs_cli.kinematics.urdf import robot
+from vrs_cli.kinematics.urdf.chain import choice
+from vrs_cli.kinematics.urdf.document import document
+from vrs_cli.kinematics.urdf.tree import MOST_JOINTS, Tree
+
+
+@pytest.fixture(autouse=True)
+def _begins_at_its_zeros(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another READY takes longer to find than all the rest."""
+    monkeypatch.setattr(robot, "better_ready", lambda *_: None)
 
 
 def joint(
@@ -300,3 +310,11 @@ def test_fingers_that_point_elsewhere_than_z_are_named(tmp_path: Path, xyz: str,
 
 def test_fingers_that_point_along_z_are_not_named(tmp_path: Path) -> None:
     assert len(told(loaded(tmp_path, pointing("0.02 0 0.1")))) == 1
+
+
+def test_a_chain_as_long_as_a_file_may_be_is_read() -> None:
+    tree = Tree(document("long.urdf", f"<robot>{arm(MOST_JOINTS)}</robot>"))
+    assert choice(tree, None, None).tip == f"l{MOST_JOINTS}"
+    forked = arm(MOST_JOINTS // 2 - 1) + arm(MOST_JOINTS // 2, "l1", "other_")
+    with pytest.raises(FileDamaged, match="several arms"):
+        choice(Tree(document("forked.urdf", f"<robot>{forked}</robot>")), None, None)

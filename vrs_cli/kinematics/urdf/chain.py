@@ -75,6 +75,9 @@ def choice(tree: Tree, base: str | None, tip: str | None) -> Choice:
 def _arms(tree: Tree, link: str, joints: int) -> list[tuple[str, ...]]:
     """The tips of all arms below a link that is moved by so many joints, each with what is to be said of it."""
     nexts = tree.nearest(link)
+    while len(nexts) == 1 and not _is_hand(tree, nexts, joints):
+        link, joints = nexts[0].child, joints + _counts(nexts[0])
+        nexts = tree.nearest(link)
     if not nexts:
         return [(_end(tree, link),)]
     if _is_hand(tree, nexts, joints):
@@ -104,7 +107,13 @@ def _counts(joint: Joint) -> bool:
 
 def _depth(tree: Tree, joint: Joint) -> int:
     """How many joints the longest chain has that begins with this one."""
-    return _counts(joint) + max((_depth(tree, after) for after in tree.nearest(joint.child)), default=0)
+    deepest, left = 0, [(joint, 0)]
+    while left:
+        joint, above = left.pop()
+        depth = above + _counts(joint)
+        deepest = max(deepest, depth)
+        left += [(after, depth) for after in tree.nearest(joint.child)]
+    return deepest
 
 
 def _is_hand(tree: Tree, nexts: Sequence[Joint], joints: int) -> bool:

@@ -18,6 +18,7 @@ from vrs_cli.kinematics.model import RobotModel, levers, link_frames
 from vrs_cli.kinematics.transform import Transform, Vector, cross, position, rotate, subtracted
 from vrs_cli.kinematics.urdf.approach import Z
 
+MOST_JOINTS = 12  # of an arm whose pose is looked for
 SINGULAR = 0.02  # isotropy below which a pose is no place to begin from
 END = 0.01  # of a joint's range: so near to an end it is there
 STEP = pi / 12  # [rad] of the joints of a pose that is looked for
@@ -43,6 +44,8 @@ def better_ready(model: RobotModel, ahead: Vector = Z) -> Ready | None:
     not, or that is singular everywhere. The same arm has the same one, always. `ahead`: where its tool points, as the
     flange sees it.
     """
+    if model.joint_count > MOST_JOINTS:
+        return None
     wanted = _Wanted(model, ahead)
     fault = wanted.fault()
     if not fault:
