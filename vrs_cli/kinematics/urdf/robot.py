@@ -69,33 +69,42 @@ def robot_of(
 
     Raises FileDamaged, with the file and the element.
     """
+    tree = _tree(file, text, reader, table)
+    width, closed = reader.hand(table.get("hand", {}))
+    flange = reader.frame(table["flange"], "flange") if "flange" in table else IDENTITY
+    arm = arm_of(tree, choice(tree, base, tip), closed, flange)
+    model = _model(tree.name, arm.chain, _joints(tree, arm, reader, table), reader, table)
+    own = reader.shapes(table.get("shapes"), model.joint_count)
+    model = replace(
+        model,
+        shapes=own or Visuals(Path(file).absolute().parent, tree).shapes(arm.places),
+        hand_width=arm.fingers.width if width is None else width,
+        origin=_origin(arm, names_task="task" in table),
+    )
+    turned = _pointing(arm)
+    if turned is not None:
+        model = _noted(model, approach.note(arm.choice.tip, turned))
+    ahead = approach.Z if turned is None else turned.direction
+    if "ready" not in _poses(table) and (ready := better_ready(model, ahead)) is not None:
+        model = _noted(replace(model, poses={**model.poses, "ready": ready.joints}), ready.note)
+    return model
+
+
+def _tree(file: str, text: str, reader: ModelReader, table: Mapping[str, object]) -> Tree:
+    """The joints of a file, its macros expanded."""
     found = document(file, text)
     if has_macros(file, found.root):
         found = document(file, expanded(file, reader.words(table.get("xacro", {}), "xacro")))
         if found.root.find("joint") is None:
-            raise FileDamaged(
-                f"{file}: it defines macros, and makes no joint of them", "give the file that includes it"
-            )
-    tree = Tree(found)
-    width, closed = reader.hand(table.get("hand", {}))
-    flange = reader.frame(table["flange"], "flange") if "flange" in table else IDENTITY
-    arm = arm_of(tree, choice(tree, base, tip), closed, flange)
-    joints = _joints(tree, arm, reader, table)
-    model = _model(tree.name, arm.chain, joints, reader, table)
-    own = reader.shapes(table.get("shapes"), model.joint_count)
-    origin, turned = _origin(arm, names_task="task" in table), _pointing(arm)
-    if turned is not None:
-        origin = origin._replace(notes=(*origin.notes, approach.note(arm.choice.tip, turned)))
-    ahead = approach.Z if turned is None else turned.direction
-    if "ready" not in _poses(table) and (ready := better_ready(model, ahead)) is not None:
-        model = replace(model, poses={**model.poses, "ready": ready.joints})
-        origin = origin._replace(notes=(*origin.notes, ready.note))
-    return replace(
-        model,
-        shapes=own or Visuals(Path(file).absolute().parent, tree).shapes(arm.places),
-        hand_width=arm.fingers.width if width is None else width,
-        origin=origin,
-    )
+            what = "it defines macros, and makes no joint of them"
+            raise FileDamaged(f"{file}: {what}", "give the file that includes it")
+    return Tree(found)
+
+
+def _noted(model: RobotModel, note: str) -> RobotModel:
+    """The same, with something more to be said of it."""
+    assert model.origin is not None
+    return replace(model, origin=model.origin._replace(notes=(*model.origin.notes, note)))
 
 
 # --- its geometry --------------------------------------------------------------------------------------------------
