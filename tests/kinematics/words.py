@@ -28,6 +28,7 @@ from vrs_cli.kinematics.model import RobotModel, joint_axes, link_frames
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 
 PUMA = load_robot("puma560")
+OFF = 1e-6  # [m] of a shoulder that is not on the axis of joint 1
 FORWARD = 0.15  # [m] of a shoulder before the axis of joint 1
 
 
@@ -40,8 +41,6 @@ STRAIGHT = with_links(PUMA, links={1: {"a": FORWARD}, 2: {"d": 0.0}})
 LEFT = with_links(PUMA, links={2: {"d": -0.2}})
 SIX = {name: model for name in robot_names() if (model := load_robot(name)).joint_count == 6}
 ARMS = {**SIX, "straight": STRAIGHT, "left": LEFT}
-BESIDE = ("puma560", "puma260", "left", "ur5e", "beside", "jaco")  # those whose shoulder is beside the axis of joint 1
-BEFORE = ("straight", "before")  # those whose shoulder is before it
 EVERY = (*ARMS, *OFFSET_ARMS)
 SIGNS = [tuple(signs) for signs in product((1.0, -1.0), repeat=6)]
 
@@ -132,12 +131,14 @@ def some_arms(name: str) -> Iterator[tuple[RobotModel, Random]]:
         yield reversed_axes(model_of(name), signs), source
 
 
-def arm_word(name: str, at: Points) -> Arm:
-    if name in BESIDE:
-        beside = at.across * (at.across @ at.hand)  # of the hand, from the axis of joint 1
+def arm_word(model: RobotModel, at: Points) -> Arm:
+    (p, u), (o, v), *_ = joint_axes(model)
+    before = abs(np.subtract(o, p) @ np.cross(u, v))  # of axis 2, from axis 1
+    beside = at.across * (at.across @ at.hand)  # of the hand
+    if np.linalg.norm(beside) > OFF:
         outward = at.hand - beside
         righty = outward[0] * beside[1] - outward[1] * beside[0] < 0.0
-    elif name in BEFORE:
+    elif before > OFF:
         righty = at.shoulder[:2] @ at.wrist[:2] > 0.0
     else:
         righty = np.cross(at.across, at.wrist - at.shoulder)[2] > 0.0
@@ -160,7 +161,7 @@ def wrist_word(at: Points) -> Wrist:
 def check_words(name: str, model: RobotModel, q: Joints) -> tuple[Flag, ...]:
     """The words, which are those that the arm says."""
     at, said = points(model, q), arm_for(model).configuration(q)
-    words = arm_word(name, at), elbow_word(at) or said.elbow, wrist_word(at)
+    words = arm_word(model, at), elbow_word(at) or said.elbow, wrist_word(at)
     assert said.flags == words, (name, q, said)
     return tuple(word for word in said.flags if word is not None)
 
