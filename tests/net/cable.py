@@ -52,6 +52,15 @@ class Cable:
         self.url = f"ws://127.0.0.1:{server.sockets[0].getsockname()[1]}{self._path}"
         self._listening.set()
         self._loop.run_forever()
+        self._loop.run_until_complete(self._let_go())
+        self._loop.close()
+
+    async def _let_go(self) -> None:
+        """Nobody is to find what is still on its way when the loop is gone."""
+        waiting = asyncio.all_tasks() - {asyncio.current_task()}
+        for task in waiting:
+            task.cancel()
+        await asyncio.gather(*waiting, return_exceptions=True)
 
     async def _carry(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         with suppress(OSError):
