@@ -303,6 +303,12 @@ class Follower:
             pass
         return LocationOutOfRange(leaves + what, f"use MOVE, or {hint}", place=position(pose))
 
+    def _other_joints(self) -> str:
+        """What to do where a joint would leave its range."""
+        if self.arm.steady is not None:
+            return "turn the tool otherwise on the way"
+        return "begin with other joints" if self.arm.redundancy else "another configuration"
+
     def _less_turned(self, path: CartesianPath) -> str:
         """What to do where the tool cannot be turned as the line has it."""
         count = self.arm.model.joint_count
@@ -319,7 +325,7 @@ class Follower:
         near, hint = self.place(path, s) if driven else (self.shown(pose), "")
         return JointOutOfRange(
             f"the straight line leaves its range, {model.range_of(joint, 0)}, near {near}",
-            hint or f"use MOVE, or {'begin with other joints' if self.arm.redundancy else 'another configuration'}",
+            hint or f"use MOVE, or {self._other_joints()}",
             joint=joint,
             value=joints[joint - 1],
             lower=model.lower[joint - 1],
