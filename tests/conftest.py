@@ -8,6 +8,7 @@ import signal
 from hypothesis import settings
 
 from tests import examples  # it registers the profiles  # noqa: F401
+from tests.view3d.browser import browser, running_browser  # for all tests: one of each process  # noqa: F401
 
 settings.load_profile("fast")
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each of hundreds of processes would compile all of the product anew

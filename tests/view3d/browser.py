@@ -1,6 +1,7 @@
 """A real browser for tests: Chromium without a window, driven by selenium, with a log of all that it asks the network.
 
-One at a time on a machine, over all workers: pictures are drawn by software, which takes all the cores that there are.
+It takes seconds to begin: the fixture `browser` is one for all tests of a process. One at a time draws on a machine,
+over all workers: pictures are drawn by software, which takes all the cores that there are.
 """
 
 from __future__ import annotations
@@ -51,10 +52,10 @@ FLAGS = (
 NOBODY = "not an origin"  # so Chromium calls what no page has asked for
 
 CALMLY = """
-    requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 60);
+    requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 150);
     const often = setInterval;
     setInterval = (act, pause, ...rest) => often(act, Math.max(pause || 0, 60), ...rest);
-"""  # a page draws 16 frames a second at most: software that draws without a pause lets nobody else have a turn
+"""  # a page draws 7 frames a second at most: software that draws without a pause lets nobody else have a turn
 
 Picture = NDArray[np.uint8]  # (height, width, 3)
 
@@ -81,6 +82,11 @@ class Asked(NamedTuple):
         """Whether it goes beyond this machine."""
         return (urlsplit(self.url).hostname or "") not in LOOPBACK
 
+    @property
+    def of_a_file(self) -> bool:
+        """Whether the page that asked has no server: it is to have all in itself."""
+        return urlsplit(self.initiator).hostname is None
+
 
 class Node(NamedTuple):
     """A node of viser's scene as the page has it: its pose in its parent, and what it is."""
@@ -98,6 +104,17 @@ class Browser:
         self.driver = driver
         self._calm()
         self.requests: tuple[Asked, ...] = ()  # all that pages asked for: there when the browser is closed
+
+    def blank(self) -> None:
+        """As it began: one window, no page, and no error."""
+        first, *others = self.driver.window_handles
+        for window in others:
+            self.back(window)
+            self.driver.close()
+        self.back(first)
+        self.driver.get("about:blank")
+        self.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+        self.errors()
 
     # --- pages ---
 
@@ -245,9 +262,9 @@ def alone() -> FileLock:
 @contextmanager
 def chromium() -> Iterator[Browser]:
     """A browser with a profile of its own. When it is closed, `requests` has all that pages asked the network for, and
-    the test fails where one of them went beyond this machine.
+    the test fails where one of them went beyond this machine, or came of a page that was opened from a file.
     """
-    with alone(), tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         log = Path(folder) / "network.json"
         browser = Browser(_driver(Path(folder) / "profile", log))
         try:
@@ -257,8 +274,8 @@ def chromium() -> Iterator[Browser]:
                 browser.driver.get("about:blank")  # a page that plays keeps it from hearing that it is to go
             browser.driver.quit()
             browser.requests = tuple(_asked(log))
-        left = [asked.url for asked in browser.requests if asked.leaves]
-        assert not left, f"requests left this machine: {left}"
+        left = [asked for asked in browser.requests if asked.leaves or asked.of_a_file]
+        assert not left, f"requests left this machine, or the file of their page: {left}"
 
 
 def _driver(profile: Path, log: Path) -> Any:
@@ -271,7 +288,9 @@ def _driver(profile: Path, log: Path) -> Any:
         options.add_argument(flag)
     options.binary_location = str(CHROMIUM)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    return webdriver.Chrome(options=options, service=Service(DRIVER))
+    driver = webdriver.Chrome(options=options, service=Service(DRIVER))
+    driver.set_script_timeout(2.0 * PATIENCE)  # a page that draws is long in answering
+    return driver
 
 
 def _asked(log: Path) -> Iterator[Asked]:
@@ -288,8 +307,15 @@ def _asked(log: Path) -> Iterator[Asked]:
                 yield Asked(given["url"], given["initiator"])
 
 
-@pytest.fixture
-def browser() -> Iterator[Browser]:
-    """One for this test; several tests that only look share one of `chromium()` by a fixture of their module."""
+@pytest.fixture(scope="session")
+def running_browser() -> Iterator[Browser]:
     with chromium() as it:
         yield it
+
+
+@pytest.fixture
+def browser(running_browser: Browser) -> Iterator[Browser]:
+    """With no page, for this test alone."""
+    with alone():
+        yield running_browser
+        running_browser.blank()

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.view3d.browser import Browser, browser, changed, chromium, coloured, needs_browser
+from tests.view3d.browser import Browser, alone, changed, chromium, coloured, needs_browser
 
 pytestmark = needs_browser
 
-__all__ = ["browser"]
 
 RED = (220, 40, 40)
 
@@ -39,16 +38,17 @@ def test_a_scene_is_read_and_seen(browser: Browser) -> None:
         server.stop()
 
 
-def test_a_request_beyond_this_machine_fails_the_test_and_is_noted() -> None:
-    page = "data:text/html,<img src='http://beyond.invalid/picture.png'><script>oops()</script>"
+def test_a_request_beyond_this_machine_or_of_a_file_fails_the_test_and_is_noted() -> None:
+    asked = "http://beyond.invalid/picture.png", "http://127.0.0.1:9/picture.png"
+    page = "".join(f"<img src='{url}'>" for url in asked)
     opened: list[Browser] = []
-    with pytest.raises(AssertionError, match=r"left this machine.*beyond\.invalid"):
-        look_at(page, opened)
-    assert [asked.url for asked in opened[0].requests] == ["http://beyond.invalid/picture.png"]
+    with pytest.raises(AssertionError, match=r"left this machine.*beyond\.invalid.*127\.0\.0\.1"):
+        look_at(f"data:text/html,{page}<script>oops()</script>", opened)
+    assert tuple(asked.url for asked in opened[0].requests) == asked
 
 
 def look_at(page: str, opened: list[Browser]) -> None:
-    with chromium() as browser:
+    with alone(), chromium() as browser:
         opened.append(browser)
         browser.open(page)
         assert any("oops" in error for error in browser.errors())

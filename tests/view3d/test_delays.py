@@ -19,7 +19,7 @@ from msgspec.structs import replace
 import vrs_cli as vrs
 from tests.net.serving import serving
 from tests.net.test_delayed_robot import behind
-from tests.view3d.browser import chromium, coloured, needs_browser
+from tests.view3d.browser import Browser, coloured, needs_browser
 from tests.view3d.pages import Page
 from tests.view3d.test_figure import matrix
 from vrs_cli.engine.commands import JointTarget, Move, Stamp
@@ -210,9 +210,9 @@ def test_over_a_line_both_robots_are_shown_and_the_user_chooses(tmp_path: Path) 
 
 
 @needs_browser
-def test_in_a_browser(tmp_path: Path) -> None:
+def test_in_a_browser(tmp_path: Path, browser: Browser) -> None:
     """Somebody else commands, 0.6 s away each way: the prediction goes first, and what was wrong is red."""
-    with looked_at(tmp_path, 0.6, Ahead.AUTO) as (near, app), chromium() as browser:
+    with looked_at(tmp_path, 0.6, Ahead.AUTO) as (near, app):
         browser.open(app.address, "/robot")
         near.move(150, -60, 60, 0, 30, 0, speed=2)  # a page is slow where many work
         browser.until(lambda: "/predicted" in browser.nodes() and browser.nodes()["/predicted"].visible, SLOW)

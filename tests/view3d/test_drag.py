@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from tests.view3d.browser import Browser, chromium, needs_browser
+from tests.view3d.browser import Browser, needs_browser
 from tests.view3d.pages import PATIENCE, Page
 from vrs_cli.engine.position import position_at
 from vrs_cli.kinematics.transform import (
@@ -176,39 +176,38 @@ def test_of_two_pages_one_drags_and_both_see_what_holds_it(app: App) -> None:
 
 
 @needs_browser
-def test_a_mouse_drags_the_tool_in_a_real_browser(app: App) -> None:
+def test_a_mouse_drags_the_tool_in_a_real_browser(app: App, browser: Browser) -> None:
     from selenium.webdriver.common.action_chains import ActionChains
 
-    with chromium() as browser:
-        browser.size(900, 420)
-        browser.open(app.address, "/drag", "/robot")
-        robot = window(app).robot
-        assert robot is not None
-        robot.say("MOVE #PPOINT(-30, -130, 40, 10, 60, 20)", lambda _: None)
-        until(lambda: robot.timeline.end < robot.now)
-        begin = tool(app)
-        browser.until(lambda: distance(_drawn(browser), begin) < 1e-6)
-        handle = compose(begin, translation(0.0, 0.75 * gizmo(app).node.scale, 0.0))  # on the arrow of Y
-        (row, column), (far_row, far_column) = (
-            browser.pixel(*position(T)) for T in (handle, compose(handle, translation(0.0, 0.15, 0.0)))
-        )
-        canvas = browser.run("return __viserMutable.canvas")
-        width, height = canvas.size["width"], canvas.size["height"]
-        mouse = ActionChains(browser.driver, duration=20)
-        mouse.move_to_element_with_offset(canvas, int(column - width / 2), int(row - height / 2)).pause(0.5)
-        mouse.click_and_hold().pause(0.2)
-        for _ in range(8):
-            mouse.move_by_offset(round((far_column - column) / 8), round((far_row - row) / 8)).pause(0.05)
-        mouse.perform()
-        until(lambda: gizmo(app).pulled.by == "browser")
-        until(lambda: distance(tool(app), begin) > 0.05)
-        ActionChains(browser.driver).release().perform()
-        until(lambda: gizmo(app).pulled.by == "")
-        moved = subtracted(position(tool(app)), position(begin))
-        assert dot(moved, (begin.sx, begin.sy, begin.sz)) > 0.99 * length(moved)
-        until(lambda: robot.timeline.end < robot.now)
-        browser.until(lambda: distance(_drawn(browser), tool(app)) < 1e-6)
-        assert not browser.errors()
+    browser.size(900, 420)
+    browser.open(app.address, "/drag", "/robot")
+    robot = window(app).robot
+    assert robot is not None
+    robot.say("MOVE #PPOINT(-30, -130, 40, 10, 60, 20)", lambda _: None)
+    until(lambda: robot.timeline.end < robot.now)
+    begin = tool(app)
+    browser.until(lambda: distance(_drawn(browser), begin) < 1e-6)
+    handle = compose(begin, translation(0.0, 0.75 * gizmo(app).node.scale, 0.0))  # on the arrow of Y
+    (row, column), (far_row, far_column) = (
+        browser.pixel(*position(T)) for T in (handle, compose(handle, translation(0.0, 0.15, 0.0)))
+    )
+    canvas = browser.run("return __viserMutable.canvas")
+    width, height = canvas.size["width"], canvas.size["height"]
+    mouse = ActionChains(browser.driver, duration=20)
+    mouse.move_to_element_with_offset(canvas, int(column - width / 2), int(row - height / 2)).pause(0.5)
+    mouse.click_and_hold().pause(0.2)
+    for _ in range(8):
+        mouse.move_by_offset(round((far_column - column) / 8), round((far_row - row) / 8)).pause(0.05)
+    mouse.perform()
+    until(lambda: gizmo(app).pulled.by == "browser")
+    until(lambda: distance(tool(app), begin) > 0.05)
+    ActionChains(browser.driver).release().perform()
+    until(lambda: gizmo(app).pulled.by == "")
+    moved = subtracted(position(tool(app)), position(begin))
+    assert dot(moved, (begin.sx, begin.sy, begin.sz)) > 0.99 * length(moved)
+    until(lambda: robot.timeline.end < robot.now)
+    browser.until(lambda: distance(_drawn(browser), tool(app)) < 1e-6)
+    assert not browser.errors()
 
 
 def _drawn(browser: Browser) -> Transform:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from tests.view3d.browser import Browser, browser, needs_browser
+from tests.view3d.browser import Browser, needs_browser
 from vrs_cli.view3d.app import App
 
-__all__ = ["browser"]  # a fixture
 pytestmark = needs_browser
 
 PATIENCE = 60.0  # [s]: all of the picture is drawn by software
@@ -18,7 +17,6 @@ class User:
 
     def __init__(self, browser: Browser, address: str) -> None:
         self.browser = browser
-        browser.driver.set_script_timeout(120)
         browser.size(820, 300)
         browser.open(address)
         self.sees("VAL-II")

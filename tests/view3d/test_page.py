@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterator
 from math import floor
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import pytest
 import zstandard
 
 import vrs_cli as product
-from tests.view3d.browser import Browser, changed, chromium, needs_browser
+from tests.view3d.browser import Browser, changed, needs_browser
 from vrs_cli.engine.position import position_at
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import link_frames
@@ -106,21 +105,18 @@ def test_more_frames_than_a_page_holds_are_refused() -> None:
 # --- in a browser ---------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def robot() -> product.Robot:
-    return ran("pick_and_place.v2")
-
-
-@pytest.fixture(scope="module")
-def opened(robot: product.Robot, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    """The page, opened by double click: without a server, and without any request."""
-    path = tmp_path_factory.mktemp("page") / "pick and place.html"
+@needs_browser
+def test_a_page_plays_offline(browser: Browser, tmp_path: Path) -> None:
+    """Opened by double click: without a server, and without any request."""
+    robot = ran("pick_and_place.v2")
+    path = tmp_path / "pick and place.html"
     path.write_text(page_of(robot), encoding="utf-8")
-    with chromium() as browser:
-        browser.size(320, 240)
-        browser.open(path.as_uri(), link_node("/robot", 6), "/caption")
-        yield browser
-    assert browser.requests == ()
+    browser.size(320, 240)
+    browser.open(path.as_uri(), link_node("/robot", 6), "/caption")
+    it_plays_by_itself(browser)
+    it_stops_and_goes_on(browser)
+    the_links_are_where_g_says_wherever_one_goes(browser, robot)
+    assert browser.errors() == ()
 
 
 def seek(browser: Browser, t: float) -> None:
@@ -137,36 +133,32 @@ def seek(browser: Browser, t: float) -> None:
     browser.drawn()
 
 
-@needs_browser
-def test_a_page_plays_by_itself(opened: Browser) -> None:
-    before, place = opened.canvas(), opened.pose(link_node("/robot", 3))
-    opened.until(lambda: bool(np.abs(opened.pose(link_node("/robot", 3)) - place).max() > 0.05))
-    opened.until(lambda: changed(before, opened.canvas()) > 0.005)
-    assert opened.errors() == ()
+def it_plays_by_itself(browser: Browser) -> None:
+    before, place = browser.canvas(), browser.pose(link_node("/robot", 3))
+    browser.until(lambda: bool(np.abs(browser.pose(link_node("/robot", 3)) - place).max() > 0.05))
+    browser.until(lambda: changed(before, browser.canvas()) > 0.005)
 
 
-@needs_browser
-def test_a_page_stops_and_goes_on(opened: Browser) -> None:
-    press_space(opened)
-    opened.drawn()
-    place = opened.pose(link_node("/robot", 3))
-    opened.drawn(4)
-    np.testing.assert_array_equal(opened.pose(link_node("/robot", 3)), place)
-    press_space(opened)
-    opened.until(lambda: bool(np.abs(opened.pose(link_node("/robot", 3)) - place).max() > 1e-3))
+def it_stops_and_goes_on(browser: Browser) -> None:
+    press_space(browser)
+    browser.drawn()
+    place = browser.pose(link_node("/robot", 3))
+    browser.drawn(4)
+    np.testing.assert_array_equal(browser.pose(link_node("/robot", 3)), place)
+    press_space(browser)
+    browser.until(lambda: bool(np.abs(browser.pose(link_node("/robot", 3)) - place).max() > 1e-3))
 
 
 def press_space(browser: Browser) -> None:
     browser.run("window.dispatchEvent(new KeyboardEvent('keydown', {code: 'Space'}))")
 
 
-@needs_browser
-def test_the_links_are_where_g_says_wherever_one_goes(opened: Browser, robot: product.Robot) -> None:
+def the_links_are_where_g_says_wherever_one_goes(browser: Browser, robot: product.Robot) -> None:
     times = list(frame_times(robot.timeline, RATE))
     for t in (times[100], times[10], times[-1]):
-        seek(opened, t + 0.001)
+        seek(browser, t + 0.001)
         shown = max(time for time in times if time <= t + 0.001)
         for i, T in enumerate(link_frames(ARM.model, position_at(ARM, robot.timeline, shown).joints)):
-            np.testing.assert_allclose(opened.pose(link_node("/robot", i))[:3], np.array(T).reshape(3, 4), atol=1e-6)
-        caption = opened.run("return __viserSceneTree.getState()['/caption'].message.props.text")
+            np.testing.assert_allclose(browser.pose(link_node("/robot", i))[:3], np.array(T).reshape(3, 4), atol=1e-6)
+        caption = browser.run("return __viserSceneTree.getState()['/caption'].message.props.text")
         assert caption.startswith(f"{floor(10 * shown + 1e-6) / 10:.1f} s")

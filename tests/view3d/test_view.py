@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from tests.view3d.browser import Browser, browser, needs_browser
+from tests.view3d.browser import Browser, needs_browser
 from vrs_cli.api.robot import Robot
 from vrs_cli.engine.position import position_at
 from vrs_cli.interfaces.roles.observer import Recorded
@@ -21,7 +21,6 @@ from vrs_cli.view3d.figure import link_node
 
 pytestmark = needs_browser
 
-__all__ = ["browser"]
 
 PLAYED = "MOVE #PPOINT(70, -60, 60, 20, 30, 40)\nMOVES TRANS(300, 400, -200, 90, 90, 0)\nREADY\nDELAY 600"
 
@@ -48,6 +47,7 @@ def test_the_page_shows_what_g_says_at_every_time_that_is_sought(
     app: App, browser: Browser, recorded: Recorded
 ) -> None:
     arm, timeline = recorded
+    browser.size(320, 240)
     browser.open(app.address, "/robot", "/tool", "/path")
     window = app.windows[0]
     window.change(Playback.pause)
@@ -63,9 +63,11 @@ def test_the_page_shows_what_g_says_at_every_time_that_is_sought(
 
 
 def test_keys_play_and_two_windows_have_a_time_of_their_own(app: App, browser: Browser) -> None:
+    browser.size(320, 240)
     browser.open(app.address, "/tool")
     first = browser.driver.current_window_handle
     browser.another()
+    browser.size(320, 240)
     browser.open(app.address, "/tool")
     browser.until(lambda: len(app.windows) == 2)
     browser.until_page("document.body.textContent.includes('playing, 1 x')")  # what is told of time comes last
