@@ -3,17 +3,16 @@
     python docs/make_scenes.py [NAME ...]
 
 drive.webp is an arm beside the prompt that moves it, puma.webp the joints of the PUMA 560, oat.webp the angles O, A
-and T, configurations.webp one place reached in four ways, ways.webp a cut, and a line that is refused, window.webp the
-page of `vrs view` with all that is in it. Needs the extra `view`, and Chromium; window.webp the extra `dev` too.
+and T, configurations.webp one place reached in four ways, ways.webp a cut, and a line that is refused. Needs the extra
+`view`, and Chromium.
 """
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import viser
@@ -21,19 +20,14 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 import vrs_cli as vrs
-from tests.view3d.browser import Browser, chromium
 from vrs_cli.engine.position import position_at
-from vrs_cli.interfaces.roles.held import no_answer
-from vrs_cli.interfaces.session.acts import Define
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import joint_axes, link_frames
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Vector
-from vrs_cli.view3d.app import App
 from vrs_cli.view3d.figure import Figure
-from vrs_cli.view3d.hosted import SHELL, Hosted
 from vrs_cli.view3d.paths import Path as Way
 from vrs_cli.view3d.reasons import Reasons
 from vrs_cli.view3d.shown import Part, Shown
@@ -312,66 +306,7 @@ def shot(place: Place, robot: vrs.Robot, t: float, part: Part) -> Image.Image:
     return place.picture()
 
 
-# --- the page of vrs view --------------------------------------------------------------------------------------------
-
-WINDOW = (1400, 800)  # [px]
-CELL = """.PROGRAM cell()
-    SPEED 60 ALWAYS
-    APPRO part, 150
-    MOVES part
-    CLOSEI
-    DEPARTS 150
-    SIGNAL 1
-    APPRO tray, 150
-    MOVES tray
-    OPENI
-    DEPARTS 150
-    SIGNAL -1
-    READY
-.END
-.LOCATIONS
-part       250 450 -200 90 90 0
-tray      -300 450 -150 90 90 0
-.END
-"""
-SEEN = 4.6  # [s] of it
-
-
-def window() -> None:
-    """The robot has executed a program, and one moment of that is shown, as a user sees it."""
-    with (
-        TemporaryDirectory() as folder,
-        closing(Hosted(load_robot("puma560"), folder=Path(folder))) as hosted,
-        closing(App(hosted.hold_for_browser)) as app,
-        chromium() as browser,
-    ):
-        shell = hosted.hold(SHELL)
-        shell.act(Define(CELL))
-        shell.say("EXECUTE cell", no_answer)
-        browser.size(*WINDOW)
-        browser.open(app.address, "/robot")
-        app.windows[0].change(lambda playback, wall: playback.seek(SEEN, wall).pause(wall))
-        for label in ("Show", "joints", "joint speeds", "zoom"):
-            click(browser, label)
-        browser.drawn(4)
-        browser.save(IMAGES / "window.png")
-    with Image.open(IMAGES / "window.png") as picture:
-        save(picture.convert("RGB"), "window")
-    (IMAGES / "window.png").unlink()
-
-
-def click(browser: Browser, label: str) -> None:
-    """What has this text alone, once it is there."""
-    found = """(() => {
-        const all = [...document.querySelectorAll("button, label, span, p, div")].reverse();
-        const one = all.find(node => node.textContent.trim() === arguments[0] && node.offsetParent);
-        if (one) one.click();
-        return Boolean(one);
-    })()"""
-    browser.until_page(found.replace("arguments[0]", repr(label)))
-
-
-SCENES = {scene.__name__: scene for scene in (drive, puma, oat, configurations, ways, window)}
+SCENES = {scene.__name__: scene for scene in (drive, puma, oat, configurations, ways)}
 
 
 def main(names: Sequence[str]) -> int:
