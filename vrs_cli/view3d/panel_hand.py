@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from math import degrees
+from math import degrees, inf
 
 import viser
 
@@ -29,6 +29,7 @@ from vrs_cli.view3d.shown import Shown
 
 RESTS = 0.2  # [s] after which a slider that is moved no more is meant
 HELD = 1.0  # [s] after a slider was moved in which it does not follow the arm
+FOLLOWS = 0.15  # [s] at least between two places of a slider that follows it: each wakes two threads, and the page
 LEAST = 0.05  # [mm, deg] that a slider is to move
 JOG = "JOG"
 WORLD, TOOL, JOINTS = "World", "Tool", "Joints"
@@ -49,7 +50,7 @@ class Slider:
     def __init__(self, handle: viser.GuiSliderHandle[float]) -> None:
         self.handle = handle
         self.wanted: float | None = None
-        self.at = 0.0
+        self.at, self._followed_at = 0.0, -inf
 
     def moved(self, value: float, wall: float) -> None:
         self.wanted, self.at = value, wall
@@ -62,7 +63,8 @@ class Slider:
         return wanted
 
     def follow(self, value: float, wall: float) -> None:
-        if self.wanted is None and wall > self.at + HELD:
+        if self.wanted is None and wall > self.at + HELD and wall > self._followed_at + FOLLOWS:
+            self._followed_at = wall
             put(self.handle, value=value)
 
 
