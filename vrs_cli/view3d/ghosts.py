@@ -7,12 +7,12 @@ from contextlib import suppress
 
 from viser import LabelHandle, SceneApi
 
-from vrs_cli.engine.position import Position, destination_at, position_at
+from vrs_cli.engine.position import Position, finish_after, position_at
 from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.session.survey import BranchSeen, BranchShown, ShowBranch
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model import RobotModel, link_frames
-from vrs_cli.kinematics.transform import position
+from vrs_cli.kinematics.transform import Transform, position
 from vrs_cli.net.messages import At, Done, ServerMessage
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.afar import Afar
@@ -40,6 +40,8 @@ class Ghost:
         self._scene, self._root, self._model = scene, root, model
         self._colour, self._opacity = colour, opacity
         self._figure: Figure | None = None
+        self._at: Position | None = None  # where it stands
+        self._links: Sequence[Transform] = ()
 
     def hide(self) -> None:
         if self._figure is not None and self._figure.visible:
@@ -49,8 +51,10 @@ class Ghost:
         if self._figure is None:
             self._figure = Figure(self._scene, self._root, self._model, colour=self._colour, opacity=self._opacity)
         self._figure.pose(at.joints, at.hand, shown.frames.base)
-        here, there = (link_frames(self._model, one.joints) for one in (shown.position, at))
-        for i, (ours, its) in enumerate(zip(here, there, strict=True)):
+        if at is not self._at:
+            self._at, self._links = at, link_frames(self._model, at.joints)
+        here = link_frames(self._model, shown.position.joints)
+        for i, (ours, its) in enumerate(zip(here, self._links, strict=True)):
             self._figure.show_link(i, max(abs(a - b) for a, b in zip(ours, its, strict=True)) > BESIDE)
         if not self._figure.visible:
             self._figure.visible = True
@@ -66,17 +70,26 @@ class GoalGhost:
 
     def __init__(self, scene: SceneApi, model: RobotModel) -> None:
         self._ghost = Ghost(scene, "/goal", model, GOAL, GOAL_OPACITY)
+        self._goal: Position | None = None
+        self._timeline: Timeline | None = None  # that leads there
         self.visible = True
 
     def show(self, shown: Shown) -> None:
         if not (self.visible and shown.position.moving):
             self._ghost.hide()
             return
-        goal = destination_at(shown.arm, shown.timeline, shown.t)
+        goal = self._destination(shown)
         if coincides(goal, shown.position):
             self._ghost.hide()
         else:
             self._ghost.stand(goal, shown)
+
+    def _destination(self, shown: Shown) -> Position:
+        """The same one as long as it is."""
+        timeline, end = shown.timeline, finish_after(shown.timeline, shown.t)
+        if self._goal is None or self._timeline is not timeline or self._goal.time != end:
+            self._timeline, self._goal = timeline, position_at(shown.arm, timeline, end)
+        return self._goal
 
 
 class BranchGhosts:
