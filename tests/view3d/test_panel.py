@@ -78,7 +78,10 @@ class Sat:
 
 @contextmanager
 def sat(app: App) -> Iterator[Sat]:
+    """A page whose buttons do something: its window is furnished."""
+    before = set(app.windows)
     with Page(app.address) as page:
+        page.until(lambda: set(app.windows) - before)
         yield Sat(page)
 
 
