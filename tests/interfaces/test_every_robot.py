@@ -314,7 +314,9 @@ def test_compare_tells_how_far_joints_slide(session: Session) -> None:
 
 def test_why_names_no_configuration_where_there_is_none(session: Session) -> None:
     words, said = {flag.name for flag in session.engine.arm.words}, told(session, "WHY HERE")
-    assert ("arm and elbow stay" in said) is ({"RIGHTY", "ABOVE"} <= words)
+    keeps = session.engine.arm.lines_keep_words
+    assert ("arm and elbow stay" in said) is (keeps and {"RIGHTY", "ABOVE"} <= words)
+    assert ("the nearest of all solutions" in said) is (not keeps)
     assert "MOVE: ;" not in said
     if not words:
         assert "MOVE: the nearest joints that were found\n" in said

@@ -55,7 +55,9 @@ class WristCircleBatch(NumericBatch):
         q = self.search(T[rows], self.signs * (near - self.zeros), bounded=False, steps=STEPS)
         there = np.flatnonzero(~np.isnan(q[:, 0]))
         there = there[np.argsort(rows[there], kind="stable")]
-        q, rows = self.turned_near(q[there], self.middle), rows[there]
+        q, rows = q[there], rows[there]
+        q = self._next_joints(q, *self.error(q, T[rows]), bounded=False)  # to rounding, singular or nearly
+        q = self.turned_near(q, self.middle)
         first = _first_of_each(q, rows)
         return q[first], rows[first]
 
