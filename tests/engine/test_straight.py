@@ -226,7 +226,8 @@ def test_a_place_in_a_message_has_no_negative_zero() -> None:
 
 def turning_five_joints() -> tuple[Engine, Move]:
     """An arm of five joints, and a line on which it cannot turn the tool as it would have to."""
-    engine = Engine(load_robot(URDF / "five.urdf"), start=tuple(map(radians, (10.0, -30.0, 60.0, 40.0, 20.0))))
+    model = load_robot(URDF / "five.urdf", task="pose")
+    engine = Engine(model, start=tuple(map(radians, (10.0, -30.0, 60.0, 40.0, 20.0))))
     goal = tuple(map(radians, (60.0, -40.0, 80.0, -30.0, 50.0)))
     return engine, Move(JointTarget(goal), straight=True)
 
