@@ -54,7 +54,8 @@ def random_joints(arm: RobotArm, count: int = N) -> np.ndarray:
 
 
 def test_the_robots_that_are_promised() -> None:
-    assert NAMES == ("cobra600", "irb120", "planar2", "planar3", "puma260", "puma560", "ur5e")
+    six = {"irb120", "kr10", "lrmate200id", "puma260", "puma560", "ur5e", "xarm6"}
+    assert set(NAMES) == six | {"cobra600", "iiwa14", "panda", "planar2", "planar3", "so100"}
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -63,7 +64,7 @@ def test_every_file_says_where_its_figures_come_from(name: str) -> None:
     assert tomllib.loads(text)["name"] == name
     comments = " ".join(line for line in text.splitlines() if line.startswith("#"))
     assert "ours" in comments.lower()
-    assert "Links:" in comments or "All figures are ours" in comments
+    assert "Links" in comments or "All figures are ours" in comments
 
 
 @pytest.mark.parametrize(
@@ -115,12 +116,17 @@ def test_joints_come_back_in_their_own_configuration(arm: RobotArm) -> None:
 def test_every_branch_leads_back(arm: RobotArm) -> None:
     T = arm.forward_batch(random_joints(arm))
     found, inside = arm.inverse_batch(T)
-    assert inside.any(axis=1).all()
+    found_all = "damped least squares" not in arm.method
+    assert inside.any(axis=1).mean() >= (1.0 if found_all else 0.999)
     reached = ~np.isnan(found[..., 0])
     back = arm.forward_batch(found[reached])
     expected = np.broadcast_to(T[:, None], (*found.shape[:2], 3, 4))[reached]
     assert np.abs(back - expected)[..., 3].max() < 1e-9
-    if arm.model.task is not Task.POINT:
+    if arm.model.task is Task.STEADY:
+        assert (
+            np.abs(back - expected).max(axis=(1, 2)) < 1e-9
+        ).mean() > 0.99  # the others are turned as near as one way goes
+    elif arm.model.task is not Task.POINT:
         assert np.abs(back - expected).max() < 1e-9
 
 
@@ -145,7 +151,10 @@ def test_velocities_there_and_back(arm: RobotArm) -> None:
     tool = translation(0.0, 0.0, 0.1)
     for row, qd in zip(map(tuple, q.tolist()), rates, strict=True):
         if min(arm.singularity(row)) > 1e-3:
-            assert arm.joint_velocity(row, arm.twist(row, tuple(qd), tool), tool) == pytest.approx(qd, abs=1e-7)
+            twist = arm.twist(row, tuple(qd), tool)
+            found = arm.joint_velocity(row, twist, tool)
+            assert arm.twist(row, found, tool) == pytest.approx(twist, abs=1e-7)
+            assert len(qd) > 6 or found == pytest.approx(qd, abs=1e-7)
 
 
 @pytest.mark.parametrize("name", ["irb120", "puma260", "puma560", "ur5e"])

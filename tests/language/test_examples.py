@@ -11,6 +11,7 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.diagnostics import LineRefused, Severity
 from vrs_cli.language.text.parser import parse_step
@@ -93,6 +94,7 @@ BEFORE = {  # what an example needs to have happened
 CLOSED_BY = {ast.If: "END", ast.While: "END", ast.Case: "END", ast.For: "END", ast.Do: "UNTIL TRUE"}
 PAUSES = {"PAUSE": Outcome.PAUSED, "HALT": Outcome.HALTED}
 ELSEWHERE = {"REMARK"}  # a comment
+ROBOTS = {"SWIVEL": "panda"}  # what is of other robots than the PUMA; whose places they do not have
 
 
 CALLED = re.compile(r"[#$]?[A-Z0-9.]+\(")
@@ -115,8 +117,10 @@ def run(lines: list[str], name: str = "") -> Session:
     lines = [*BEFORE.get(name, ()), *lines]
     top, inside = (lines, []) if name in DECLARATIONS else ([], lines)
     body = [*top, "FOR o.o = 1 TO 1", "FOR i.i = 1 TO 1", *inside, "END", "END", "10 z = 2"]
-    session = Session(RecordingTerminal(["5"]), limits=Limits(max_time=100.0))
-    text = "\n".join((".PROGRAM example()", *body, ".END", SURROUNDINGS))
+    robot = ROBOTS.get(name, "puma560")
+    session = Session(RecordingTerminal(["5"]), load_robot(robot), limits=Limits(max_time=100.0))
+    surroundings = ".PROGRAM prepare()\n.END" if name in ROBOTS else SURROUNDINGS
+    text = "\n".join((".PROGRAM example()", *body, ".END", surroundings))
     wrong = [one for one in session.load_text(text) if one.severity is Severity.ERROR]
     assert not wrong, wrong
     session.execute("prepare")

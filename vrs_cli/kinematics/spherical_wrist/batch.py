@@ -106,6 +106,7 @@ class SphericalWristBatch(SerialBatch):
         rho = h * h + v * v
         k = (rho - (a2 * a2 + forearm * forearm)) / (2.0 * a2 * forearm)
         k = np.where(np.abs(k) < 1.0 + BOUNDARY, np.clip(k, -1.0, 1.0), np.nan)
+        rho = np.where(rho == 0.0, np.nan, rho)
         on_axis = across <= SINGULAR * SINGULAR
         if on_axis.any():
             across = np.where(on_axis, 1.0, across)
@@ -114,13 +115,13 @@ class SphericalWristBatch(SerialBatch):
         else:
             c1, s1 = (u * x + side * y) / across, (u * y - side * x) / across
         return Shoulder(
-            q1=np.arctan2(s1, c1),
+            q1=np.where(np.isnan(k + rho), np.nan, np.arctan2(s1, c1)),  # the elbow may reach it on one side alone
             h=h,
             v=v,
             k=k,
             psi=np.arccos(k),
             sine=forearm * np.sqrt((1.0 - k) * (1.0 + k)),
-            rho=np.where(rho == 0.0, np.nan, rho),
+            rho=rho,
             radial=c1 * T[0:3] + s1 * T[4:7],
             across=c1 * T[4:7] - s1 * T[0:3],
             vertical=T[8:11],
