@@ -17,7 +17,6 @@ from tests.oracle.robot import Array, Robot, angle, shift
 
 GRID = 2.0**30  # times are multiples of 1 / GRID
 PLACE, TURN = 1e-8, 1e-7  # of a target, whose numbers are rounded [m, rad]
-SAME = 1e-11  # [m] 1e-8 mm: a pose that joints lead to
 CONTINUOUS, RATE = 1e-8, 1e-6  # at a boundary, one side of which may come from inverse kinematics
 SMOOTH = ("scurve", "quintic")  # profiles whose acceleration does not jump
 EXACT = 1e-9
@@ -400,7 +399,7 @@ def leads_there(robot: Robot, timeline: list[Piece], samples: Samples, index: Ar
         s, q = np.clip(samples.times[rows] - piece.start, 0.0, piece.duration), samples.joints[rows]
         tip = robot.tip(q, piece.tool)
         world = np.linalg.norm((np.linalg.inv(piece.base) @ tip)[:, :3, 3] - samples.xyz[rows], axis=1).max()
-        if world > SAME:
+        if world > robot.exact:
             yield f"the tool is told {world} m from where the joints lead, from {piece.start}"
         if piece.line is None:
             off = np.abs(piece.joints_at(s) - q).max()
@@ -409,5 +408,5 @@ def leads_there(robot: Robot, timeline: list[Piece], samples: Samples, index: Ar
             off = np.linalg.norm((want - tip)[:, robot.places, 3], axis=1).max()
             if robot.turns and angle(want, tip).max() > TURN:
                 yield f"the tool is turned by {angle(want, tip).max()} beside its line, from {piece.start}"
-        if off > SAME:
+        if off > robot.exact:
             yield f"the joints are {off} from where they should be, from {piece.start}"

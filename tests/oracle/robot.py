@@ -19,11 +19,13 @@ Array = NDArray[Any]  # floats, or complex numbers where a derivative is taken
 ROBOTS = Path(__file__).parents[2] / "vrs_cli" / "kinematics" / "robots"
 STEP = 1e-30
 MM = 1e-3
+LEVEL = (0.0, 0.0, 0.0, 90.0, -90.0, 0.0)  # a frame that is not turned
 WORDS = (("RIGHTY", "LEFTY"), ("ABOVE", "BELOW"), ("NOFLIP", "FLIP"))
 
 
 def names() -> list[str]:
-    return sorted(path.stem for path in ROBOTS.glob("*.toml"))
+    """Those whose tool does what it is told: how near an arm of five joints comes to a turn has laws of its own."""
+    return sorted(path.stem for path in ROBOTS.glob("*.toml") if 'task = "steady"' not in path.read_text("utf-8"))
 
 
 @dataclass(frozen=True)
@@ -40,10 +42,16 @@ class Robot:
     jerk: Array
     tool: dict[str, float]
     poses: dict[str, Array]
+    base: Array  # (4, 4), of the first joint
 
     @property
     def n(self) -> int:
         return len(self.links)
+
+    @property
+    def exact(self) -> float:
+        """[m] How near joints lead to a pose: 1e-8 mm, 1e-6 where they are found by iteration."""
+        return 1e-11 if self.n <= 6 else 1e-9
 
     @property
     def turns(self) -> bool:
@@ -62,7 +70,7 @@ class Robot:
 
     def frames(self, q: Array) -> list[Array]:
         """T_base_1 ... T_base_flange."""
-        T, found = np.broadcast_to(np.eye(4), (len(q), 4, 4)), []
+        T, found = np.broadcast_to(self.base, (len(q), 4, 4)), []
         for i, (a, d, alpha, theta) in enumerate(self.links):
             turn, slide = (theta, d + q[:, i]) if self.slides[i] else (theta + q[:, i], d)
             T = (
@@ -120,7 +128,7 @@ def load(name: str) -> Robot:
     tool = {key: value * (MM if key.startswith("linear") else np.pi / 180.0) for key, value in data["tool"].items()}
     columns = map(column, ("lower", "upper", "max_velocity", "max_acceleration", "max_jerk"))
     poses = {key: np.array(value) * unit for key, value in data["poses"].items()}
-    return Robot(name, np.array(links), slides, *columns, tool, poses)
+    return Robot(name, np.array(links), slides, *columns, tool, poses, frame(*data.get("base", LEVEL)))
 
 
 # --- frames ------------------------------------------------------------------------------------------------------
@@ -160,6 +168,13 @@ def trans(x: float, y: float, z: float, o: float, a: float, t: float) -> Array:
     """(4, 4) of TRANS(x, y, z, o, a, t) [mm, deg]: yaw O - 90, pitch A + 90, roll T about Z, Y, Z."""
     turn = rotation("z", np.radians(o - 90.0)) @ rotation("y", np.radians(a + 90.0)) @ rotation("z", np.radians(t))
     return np.asarray((shift(x * MM, y * MM, z * MM) @ turn)[0])
+
+
+def frame(x: float, y: float, z: float, o: float, a: float, t: float) -> Array:
+    """(4, 4): the inverse of `numbers`."""
+    yaw, pitch, roll = np.radians((o - 90.0, a + 90.0, t))
+    turned: Array = rotation("z", yaw) @ rotation("y", pitch) @ rotation("z", roll)
+    return (shift(x * MM, y * MM, z * MM) @ turned)[0]
 
 
 def numbers(T: Array) -> tuple[float, ...]:
