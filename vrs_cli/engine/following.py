@@ -11,7 +11,7 @@ from itertools import accumulate, pairwise
 from math import ceil
 from typing import NamedTuple
 
-from vrs_cli.engine.rates import joint_velocity, joints_on
+from vrs_cli.engine.rates import joint_velocity, joints_on, state_on
 from vrs_cli.errors import (
     JointOutOfRange,
     LocationOutOfRange,
@@ -76,6 +76,7 @@ class Follower:
         self.T_world_robot = inverse(T_robot_world)
         self.T_tool_flange = inverse(T_flange_tool)
         self.no_tool = T_flange_tool == IDENTITY
+        self.searched = self.arm.continuation is not None and self.arm.steady is None  # by Newton's method
         self.lower, self.upper = arm.model.lower, arm.model.upper
         self.rate_steps = tuple(RATE_STEP * limit for limit in arm.model.max_velocity)
 
@@ -95,21 +96,22 @@ class Follower:
         """
         samples = [self.sample(path, 0.0, near) if before is None else before._replace(s=0.0)]
         finest = duration * FINEST
+        refine = self._refine_ahead if self.searched else self._refine
         if self.singular(samples[0]):  # from there a joint may turn about at once
             for part in CLOSER:
-                self._refine(path, samples, duration * part, finest)
+                refine(path, samples, duration * part, finest)
             self._check_starts(path, samples)
         instants = [duration * step / steps for step in range(1, steps + 1)]
         for until in sorted({*marks, *instants}) if marks else instants:
             if until - samples[-1].s > LEAST_GAP * duration:
-                self._refine(path, samples, until, min(finest, steps * FINEST * (until - samples[-1].s)))
+                refine(path, samples, until, min(finest, steps * FINEST * (until - samples[-1].s)))
         if self.singular(samples[-1]):
             samples.pop()
             steady = len(samples) - 1
             for part in reversed(CLOSER):
                 if duration * (1.0 - part) - samples[-1].s > finest:
-                    self._refine(path, samples, duration * (1.0 - part), finest)
-            self._refine(path, samples, duration, finest)
+                    refine(path, samples, duration * (1.0 - part), finest)
+            refine(path, samples, duration, finest)
             self._check_starts(path, samples[steady:])
         self._check_range(path, samples, duration / steps)
         return samples
@@ -123,9 +125,7 @@ class Follower:
         pending = [until]
         while pending:
             last, s = samples[-1], pending[-1]
-            sample = self._sample(path, s, _ahead(samples, s) if path.guides else last.joints)
-            if path.guides and (sample is None or not self._close(last, sample)):
-                sample = self._sample(path, s, last.joints)  # the guess may lie beyond a fold of the arm
+            sample = self._sample(path, s, last.joints)
             if sample is None:
                 raise self._earliest(path, last, s)
             if not self._close(last, sample):
@@ -135,6 +135,26 @@ class Follower:
                 self._check_no_jump(last, sample, path)
             samples.append(sample)
             pending.pop()
+
+    def _refine_ahead(self, path: CartesianPath, samples: list[Sample], until: float, finest: float) -> None:
+        """`_refine` for joints that are looked for where they will be about, and by Newton's method: what it finds is
+        kept until the samples before it are there.
+        """
+        pending: list[tuple[float, Sample | None]] = [(until, None)]
+        while pending:
+            last, (s, sample) = samples[-1], pending.pop()
+            if sample is None or not self._close(last, sample):
+                sample = self._sample(path, s, _ahead(samples, s))
+            if sample is None or not (self._close(last, sample) or s - last.s > finest):
+                sample = self._sample(path, s, last.joints)  # the guess may lie beyond a fold of the arm
+            if sample is None:
+                raise self._earliest(path, last, s)
+            if not self._close(last, sample):
+                if s - last.s > finest:
+                    pending += (s, sample), (0.5 * (last.s + s), None)
+                    continue
+                self._check_no_jump(last, sample, path)
+            samples.append(sample)
 
     def _earliest(self, path: CartesianPath, good: Sample, until: float) -> MotionError:
         """The refusal where the line first leaves the reach or a range, after a good sample."""
@@ -267,12 +287,16 @@ class Follower:
     def _sample(self, path: CartesianPath, s: float, near: Joints) -> Sample | None:
         """None out of reach, or of a range."""
         pose, twist = path.state(s)
-        joints = joints_on(self.arm, path, s, self.flange(pose), near)
+        T_robot_flange = self.flange(pose)
+        at_once = state_on(self.arm, path, s, (pose, twist), T_robot_flange, near) if self.searched else None
+        joints = at_once[0] if at_once else joints_on(self.arm, path, s, T_robot_flange, near)
         if joints is None or not self.arm.limits_ok(joints):
             return None
         vx, vy, vz, wx, wy, wz = twist
         if vx * vx + vy * vy + vz * vz + wx * wx + wy * wy + wz * wz < STILL * STILL:
             return Sample(s, joints, (0.0,) * len(joints))
+        if at_once:
+            return _new(Sample, (s, *at_once))
         return _new(Sample, (s, joints, joint_velocity(self.arm, path, s, joints, twist, self.tool)))
 
     def joints(self, path: CartesianPath, s: float, near: Joints) -> Joints | None:

@@ -20,6 +20,7 @@ from vrs_cli.kinematics.jacobian import Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import Transform, Vector, added, compose, cross, dot, inverse, scaled, subtracted
+from vrs_cli.trajectory.polynomial import value_and_rate
 from vrs_cli.trajectory.segment import CartesianPath
 
 
@@ -37,6 +38,25 @@ def joints_on(arm: RobotArm, path: CartesianPath, s: float, T_robot_flange: Tran
     if path.guides:
         return arm.guided_joints(T_robot_flange, near, path.demands(s))
     return arm.branch_joints(T_robot_flange, path.configuration, near)
+
+
+def state_on(
+    arm: RobotArm,
+    path: CartesianPath,
+    s: float,
+    tool: tuple[Transform, Twist],
+    T_robot_flange: Transform,
+    near: Joints,
+) -> tuple[Joints, Joints] | None:
+    """`joints_on` and their rates [rad/s] by one system of equations, for the pose and twist of the tool there; None
+    where the arm has none, or not from `near` on.
+    """
+    pose, (vx, vy, vz, wx, wy, wz) = tool
+    x, y, z = T_robot_flange.px - pose.px, T_robot_flange.py - pose.py, T_robot_flange.pz - pose.pz
+    twist = vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x, wx, wy, wz
+    guided = [value_and_rate(guide.value, s) for guide in path.guides]
+    demands = tuple([(guide.weights, value) for guide, (value, _) in zip(path.guides, guided, strict=True)])
+    return arm.guided_state(T_robot_flange, near, demands, twist, [rate for _, rate in guided])
 
 
 def joint_velocity(

@@ -161,6 +161,19 @@ class RobotArm:
         """Of an arm with redundancy: the joints next to `near` that meet demands too, whatever their limits."""
         raise NotImplementedError
 
+    def guided_state(
+        self,
+        T: Transform,  # noqa: ARG002 (see numeric)
+        near: Joints,  # noqa: ARG002
+        demands: Demands,  # noqa: ARG002
+        twist: Twist,  # noqa: ARG002
+        rates: Sequence[float],  # noqa: ARG002
+    ) -> tuple[Joints, Joints] | None:
+        """`guided_joints` and their rates at once, for a twist of the flange and rates of what is demanded, where that
+        is one system of equations and next to `near`; None where it is not.
+        """
+        return None
+
     def walks(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Iterator[Walk]:
         """Of an arm with redundancy: ways of the joints inside their ranges, from `begin` through poses of the flange,
         theirs first; the way to try first first.

@@ -27,24 +27,30 @@ def solve(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[flo
 
 def square(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:
     """`solve` for as many equations as unknowns, by elimination with partial pivoting; None near a singular matrix."""
-    return _written(len(rows))(rows, wanted)
+    found = _written(len(rows), 1)(rows, wanted)
+    return None if found is None else found[0]
+
+
+def square_twice(
+    rows: Sequence[Sequence[float]], wanted: Sequence[float], also: Sequence[float]
+) -> tuple[tuple[float, ...], ...] | None:
+    """`square` of two that are wanted, by one elimination."""
+    return _written(len(rows), 2)(rows, wanted, also)
 
 
 @cache
-def _written(n: int) -> Callable[[Sequence[Sequence[float]], Sequence[float]], tuple[float, ...] | None]:
+def _written(n: int, sides: int) -> Callable[..., tuple[tuple[float, ...], ...] | None]:
     """The elimination of n equations, written out: without tables it takes a third of the time."""
     names: dict[str, Any] = {"SMALL": SMALL}
-    exec(compile(_text(n), "<elimination>", "exec"), names)
-    return cast(Callable[[Sequence[Sequence[float]], Sequence[float]], tuple[float, ...] | None], names["square"])
+    exec(compile(_text(n, sides), "<elimination>", "exec"), names)
+    return cast(Callable[..., tuple[tuple[float, ...], ...] | None], names["square"])
 
 
-def _text(n: int) -> str:
-    """Entry `a12` is of row 1 and column 2; column n has what is wanted."""
-    rows = [[f"a{r}{c}" for c in range(n + 1)] for r in range(n)]
-    lines = [
-        f"{', '.join(f'({_listed(row[:-1])})' for row in rows)}, = rows",
-        f"{_listed(row[-1] for row in rows)} = wanted",
-    ]
+def _text(n: int, sides: int) -> str:
+    """Entry `a1_2` is of row 1 and column 2; the columns from n on have what is wanted."""
+    rows = [[f"a{r}_{c}" for c in range(n + sides)] for r in range(n)]
+    lines = [f"{', '.join(f'({_listed(row[:n])})' for row in rows)}, = rows"]
+    lines += [f"{_listed(row[n + side] for row in rows)} = wanted{side}" for side in range(sides)]
     for k, pivot in enumerate(rows):
         below = rows[k + 1 :]
         lines += [f"most, r = abs({pivot[k]}), {k}"]
@@ -56,10 +62,13 @@ def _text(n: int) -> str:
             changes = "; ".join(f"{x} -= f * {y}" for x, y in zip(row[k + 1 :], pivot[k + 1 :], strict=True))
             lines += [f"if {row[k]}: f = {row[k]} / {pivot[k]}; {changes}"]
     for k, row in reversed(list(enumerate(rows))):
-        known = " + ".join(f"{row[c]} * x{c}" for c in range(k + 1, n)) or "0.0"
-        lines += [f"x{k} = ({row[n]} - ({known})) / {row[k]}"]
-    lines += [f"return {_listed(f'x{k}' for k in range(n))}"]
-    return "def square(rows, wanted):\n" + "".join(f"    {line}\n" for line in lines)
+        for side in range(sides):
+            known = " + ".join(f"{row[c]} * x{c}_{side}" for c in range(k + 1, n)) or "0.0"
+            lines += [f"x{k}_{side} = ({row[n + side]} - ({known})) / {row[k]}"]
+    found = (_listed(f"x{k}_{side}" for k in range(n)) for side in range(sides))
+    lines += [f"return {_listed(f'({one})' for one in found)}"]
+    head = f"def square(rows, {_listed(f'wanted{side}' for side in range(sides))}):\n"
+    return head + "".join(f"    {line}\n" for line in lines)
 
 
 def _listed(names: Iterable[str]) -> str:

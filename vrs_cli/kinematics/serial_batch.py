@@ -57,6 +57,18 @@ class SerialBatch:
                     J[part, r, c] = entry
         return J
 
+    def forward_and_jacobian(self, q: Floats) -> tuple[Floats, Floats]:
+        """`forward` and `jacobian` of the flange at once."""
+        T, J = np.empty((len(q), 12)), np.empty((len(q), 6, self.joints))
+        for part in chunks(len(q)):
+            pose, rows = self.formulas.both(columns(q[part]))
+            for i, entry in enumerate(pose):
+                T[part, i] = entry
+            for r, row in enumerate(rows):
+                for c, entry in enumerate(row):
+                    J[part, r, c] = entry
+        return T.reshape(-1, 3, 4), J
+
     def guided(self, T: Floats, near: Floats, weights: Floats, values: Floats) -> Floats:
         """Of an arm with redundancy."""
         raise NotImplementedError

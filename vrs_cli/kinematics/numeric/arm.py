@@ -6,13 +6,13 @@ from collections.abc import Iterator, Sequence
 from functools import cached_property
 from itertools import islice
 from math import degrees, dist, hypot, inf, sqrt
-from operator import mul
+from operator import add, mul
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
-from vrs_cli.kinematics.elimination import damped, determinant, gram, square
+from vrs_cli.kinematics.elimination import damped, determinant, gram, square, square_twice
 from vrs_cli.kinematics.jacobian import Demands, Jacobian, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
@@ -117,6 +117,28 @@ class NumericArm(RobotArm):
             q = tuple([x + dx for x, dx in zip(q, step, strict=True)])
             if max(map(abs, step)) < LAST:  # what is left is less than its square
                 return q
+        return None
+
+    def guided_state(
+        self, T: Transform, near: Joints, demands: Demands, twist: Twist, rates: Sequence[float]
+    ) -> tuple[Joints, Joints] | None:
+        task, sums, q = self.model.task, [weights for weights, _ in demands], near
+        if not all(task.counts) or len(q) != 6 + len(sums) or not self.unchanging.allows(T):
+            return None
+        both, wanted = self.forward_and_jacobian, (*twist, *rates)
+        for _ in range(FEW):
+            have, rows = both(q)
+            error = *missing(task, have, T), *[value - sum(map(mul, weights, q)) for weights, value in demands]
+            found = square_twice((*rows, *sums), error, wanted)
+            if found is None:
+                return None
+            step, qd = found
+            largest = max(map(abs, step))
+            if largest > SHORT:
+                return None
+            q = tuple(map(add, q, step))
+            if largest < LAST:  # the rates are as near as the joints were before
+                return q, qd
         return None
 
     def walks(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Iterator[Walk]:

@@ -91,7 +91,7 @@ class NumericBatch(SerialBatch):
 
     def _at_the_goal(self, q: Floats, T: Floats) -> Flags:
         """(N, n) and (N, 3, 4) -> (N,): whether what is missed is no more than three decimals tell."""
-        missing = self._missing(q, T)
+        missing = self._missing(self.forward(q), T)
         away, turned = (np.linalg.norm(part, axis=1) for part in (missing[:, :3], missing[:, 3:]))
         return np.asarray((away <= LEVEL) & (turned <= STRAIGHT))
 
@@ -122,17 +122,17 @@ class NumericBatch(SerialBatch):
 
         Turns are those about the axes of the flange.
         """
-        J, missing = self.jacobian(q), self._missing(q, T)
+        have, J = self.forward_and_jacobian(q)
+        missing = self._missing(have, T)
         if self.counts.all():
             return J, missing
-        R = np.swapaxes(self.forward(q)[..., :3], -1, -2)
+        R = np.swapaxes(have[..., :3], -1, -2)
         J = np.concatenate((J[:, :3], R @ J[:, 3:]), axis=1)
         missing = np.concatenate((missing[:, :3], np.einsum("nij,nj->ni", R, missing[:, 3:])), axis=1)
         return J[:, self.counts], missing[:, self.counts]
 
-    def _missing(self, q: Floats, T: Floats) -> Floats:
-        """(N, 6): the way and the turn from the flange of these joints to the poses [m, rad]."""
-        have = self.forward(q)
+    def _missing(self, have: Floats, T: Floats) -> Floats:
+        """(N, 6): the way and the turn from poses of the flange to others [m, rad]."""
         if self.model.task is Task.POINTING:
             a, b = have[..., 2], T[..., 2]
             turn = _as_long_as_angle(np.cross(a, b), (a * b).sum(axis=1))

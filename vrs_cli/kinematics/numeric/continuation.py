@@ -8,7 +8,8 @@ beta L eta <= 1/2, and no others within 1 / (beta L). As this holds at every t, 
 continuous branch leads from one to the other.
 
 The cubic is looked at in pieces of g of it each. On one, |F| is at most what it is at the worse end and g2 / 8 of
-|F''|, and F' differs from the Jacobian J at an end by no more than L times the way of c, and |F| times |J|.
+|F''|, and F' differs from the Jacobian J at the nearer end by no more than L times the way of c, which is half of the
+piece at most, and |F| times |J|.
 
 Of an arm with more joints than it takes F has a row for each guide too: the sum of the joints by its weights, less what
 that is to be. It is linear in the joints, so it adds nothing to L.
@@ -87,16 +88,16 @@ class Continuation:
         beta, missed = self._at(
             q.reshape(k * count, -1), T.reshape(k * count, 3, 4), gaps.weights, guided.reshape(k * count, -1)
         )
-        beta, missed = beta.reshape(k, count)[:, :-1], missed.reshape(k, count)
+        beta, missed = _worse_end(beta.reshape(k, count)), _worse_end(missed.reshape(k, count))
         bend = self._size(bends).max(axis=1)[:, None]
-        speed = self._size(rates)[:, :-1] + g * bend
+        speed = _worse_end(self._size(rates)) + 0.5 * g * bend
         n = float(self.turns.sum())
         lipschitz = hypot(self.place_bend, n)
         place = gaps.bend[:, None] / self.length + self.place_bend * speed**2 + np.linalg.norm(self.levers) * bend
         turn = gaps.turn_bend[:, None] + 2.0 * gaps.turn[:, None] * sqrt(n) * speed + n * speed**2 + sqrt(n) * bend
         guide = gaps.guide_bend[:, None] + np.linalg.norm(gaps.weights * self.units) * bend
-        missed = np.maximum(missed[:, 1:], missed[:, :-1]) + g * g / 8.0 * np.hypot(np.hypot(place, turn), guide)
-        lost = beta * (lipschitz * g * speed + sqrt(n) * missed)
+        missed = missed + g * g / 8.0 * np.hypot(np.hypot(place, turn), guide)
+        lost = beta * (lipschitz * 0.5 * g * speed + sqrt(n) * missed)
         beta = beta / np.where(lost < MOST, 1.0 - lost, np.nan)
         sure: Flags = (beta * beta * lipschitz * missed <= MOST) & (beta * missed <= MOST)
         return np.asarray(sure.all(axis=1))
@@ -119,3 +120,8 @@ class Continuation:
     def _size(self, changes: Floats) -> Floats:
         """(..., n) -> (...): of a change of the joints."""
         return np.asarray(np.linalg.norm(changes / self.units, axis=-1))
+
+
+def _worse_end(values: Floats) -> Floats:
+    """(k, pieces + 1) -> (k, pieces)."""
+    return np.maximum(values[:, 1:], values[:, :-1])
