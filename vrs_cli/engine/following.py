@@ -76,7 +76,6 @@ class Follower:
         self.T_world_robot = inverse(T_robot_world)
         self.T_tool_flange = inverse(T_flange_tool)
         self.no_tool = T_flange_tool == IDENTITY
-        self.searched = self.arm.continuation is not None and self.arm.steady is None  # by Newton's method
         self.lower, self.upper = arm.model.lower, arm.model.upper
         self.rate_steps = tuple(RATE_STEP * limit for limit in arm.model.max_velocity)
 
@@ -96,7 +95,7 @@ class Follower:
         """
         samples = [self.sample(path, 0.0, near) if before is None else before._replace(s=0.0)]
         finest = duration * FINEST
-        refine = self._refine_ahead if self.searched else self._refine
+        refine = self._refine_ahead if path.guides else self._refine
         if self.singular(samples[0]):  # from there a joint may turn about at once
             for part in CLOSER:
                 refine(path, samples, duration * part, finest)
@@ -288,7 +287,7 @@ class Follower:
         """None out of reach, or of a range."""
         pose, twist = path.state(s)
         T_robot_flange = self.flange(pose)
-        at_once = state_on(self.arm, path, s, (pose, twist), T_robot_flange, near) if self.searched else None
+        at_once = state_on(self.arm, path, s, (pose, twist), T_robot_flange, near) if path.guides else None
         joints = at_once[0] if at_once else joints_on(self.arm, path, s, T_robot_flange, near)
         if joints is None or not self.arm.limits_ok(joints):
             return None

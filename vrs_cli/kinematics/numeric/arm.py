@@ -26,6 +26,7 @@ from vrs_cli.kinematics.numeric.search import (
     LEAST_DAMPING,
     MEASURED,
     NEWTON,
+    RATES,
     SHORT,
     STEPS,
     missing,
@@ -125,7 +126,7 @@ class NumericArm(RobotArm):
         task, sums, q = self.model.task, [weights for weights, _ in demands], near
         if not all(task.counts) or len(q) != 6 + len(sums) or not self.unchanging.allows(T):
             return None
-        both, wanted = self.forward_and_jacobian, (*twist, *rates)
+        both, wanted, before = self.forward_and_jacobian, (*twist, *rates), LAST
         for _ in range(FEW):
             have, rows = both(q)
             error = *missing(task, have, T), *[value - sum(map(mul, weights, q)) for weights, value in demands]
@@ -137,8 +138,10 @@ class NumericArm(RobotArm):
             if largest > SHORT:
                 return None
             q = tuple(map(add, q, step))
-            if largest < LAST:  # the rates are as near as the joints were before
+            shrunk = (largest / before) ** 2  # what is left of steps that shrink so, and of the rates what is wrong
+            if shrunk < RATES and shrunk * largest < CONVERGED:
                 return q, qd
+            before = largest
         return None
 
     def walks(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Iterator[Walk]:

@@ -35,6 +35,7 @@ HOPELESS = 1e-3  # a step, as a part of the error, from which steps that do not 
 NEWTON = 1e-3  # [m2, rad2] with less damping the step is Newton's, which costs half
 SHORT, FEW = 0.35, 6  # [rad, m], of steps of Newton's method alone, which converges from there
 LAST = 1e-6  # [rad, m] of a step after which the error is none
+RATES = 1e-5  # of the rates of joints: so much of them may be wrong where they are planned
 ROUNDS = (40, 160, 640)  # starts, of which later ones are tried where earlier ones found nothing
 SEED = 560
 MEASURED = 16  # poses of a range over which freedoms are measured
