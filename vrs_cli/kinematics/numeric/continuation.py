@@ -9,7 +9,8 @@ continuous branch leads from one to the other.
 
 The cubic is looked at in pieces of g of it each. On one, |F| is at most what it is at the worse end and g2 / 8 of
 |F''|, and F' differs from the Jacobian J at the nearer end by no more than L times the way of c, which is half of the
-piece at most, and |F| times |J|.
+piece at most, and |F| times |J|. Some pieces have one matrix A for all, the inverse of J in their middle: where
+|1 - A F'| < 1, |F'^-1| is |A| / (1 - |1 - A F'|) at most (Neumann's series).
 
 Of an arm with more joints than it takes F has a row for each guide too: the sum of the joints by its weights, less what
 that is to be. It is linear in the joints, so it adds nothing to L.
@@ -32,7 +33,9 @@ from vrs_cli.kinematics.model import levers
 from vrs_cli.kinematics.numeric.batch import NumericBatch, with_guides
 
 LENGTH = 0.4  # of the longest lever: the proof is easiest about there
-MOST = 0.5  # of beta L eta, and of what F' may lose on a piece
+MOST = 0.5  # of beta L eta
+LOST = 0.9  # of |1 - A F'|: F' has an inverse where it is less than 1
+BLOCKS = (6, 1)  # pieces that have one inverse for all
 
 
 class Gaps(NamedTuple):
@@ -85,10 +88,11 @@ class Continuation:
         k, count = T.shape[:2]
         g = 1.0 / (count - 1)
         q, rates, bends = gaps.cubic(count - 1)
-        beta, missed = self._at(
+        J, missed = self._at(
             q.reshape(k * count, -1), T.reshape(k * count, 3, 4), gaps.weights, guided.reshape(k * count, -1)
         )
-        beta, missed = _worse_end(beta.reshape(k, count)), _worse_end(missed.reshape(k, count))
+        beta, lost = _inverses(J.reshape(k, count, *J.shape[1:]))
+        missed = _worse_end(missed.reshape(k, count))
         bend = self._size(bends).max(axis=1)[:, None]
         speed = _worse_end(self._size(rates)) + 0.5 * g * bend
         n = float(self.turns.sum())
@@ -97,25 +101,18 @@ class Continuation:
         turn = gaps.turn_bend[:, None] + 2.0 * gaps.turn[:, None] * sqrt(n) * speed + n * speed**2 + sqrt(n) * bend
         guide = gaps.guide_bend[:, None] + np.linalg.norm(gaps.weights * self.units) * bend
         missed = missed + g * g / 8.0 * np.hypot(np.hypot(place, turn), guide)
-        lost = beta * (lipschitz * 0.5 * g * speed + sqrt(n) * missed)
-        beta = beta / np.where(lost < MOST, 1.0 - lost, np.nan)
+        lost = lost + beta * (lipschitz * 0.5 * g * speed + sqrt(n) * missed)
+        beta = beta / np.where(lost < LOST, 1.0 - lost, np.nan)
         sure: Flags = (beta * beta * lipschitz * missed <= MOST) & (beta * missed <= MOST)
         return np.asarray(sure.all(axis=1))
 
     def _at(self, q: Floats, T: Floats, weights: Floats, guided: Floats) -> tuple[Floats, Floats]:
-        """Of joints (N, n) for poses (N, 3, 4) and guides (N, r): |J^-1|, infinite where there is none, and what is
-        missed (N,).
-        """
+        """Of joints (N, n) for poses (N, 3, 4) and guides (N, r): J (N, n, n), and how much is missed (N,)."""
         J, missed = with_guides(*self.batch.error(q, T), q, weights, guided)
         J = J * self.units
         J[:, : self.places] /= self.length
         missed[:, : self.places] /= self.length
-        try:
-            inverse = np.linalg.inv(J)
-        except np.linalg.LinAlgError:  # in one of them at least
-            inverse = np.linalg.pinv(J)
-            inverse[np.linalg.matrix_rank(J) < len(self.turns)] = np.inf
-        return np.sqrt((inverse * inverse).sum(axis=(1, 2))), np.linalg.norm(missed, axis=1)
+        return J, np.linalg.norm(missed, axis=1)
 
     def _size(self, changes: Floats) -> Floats:
         """(..., n) -> (...): of a change of the joints."""
@@ -125,3 +122,26 @@ class Continuation:
 def _worse_end(values: Floats) -> Floats:
     """(k, pieces + 1) -> (k, pieces)."""
     return np.maximum(values[:, 1:], values[:, :-1])
+
+
+def _inverses(J: Floats) -> tuple[Floats, Floats]:
+    """Of J (k, pieces + 1, n, n), by pieces (k, pieces): |A| of the inverse A in the middle of some pieces, NaN
+    where there is none, and |1 - A J| at the worse end.
+    """
+    k, count, n, _ = J.shape
+    block = next(size for size in BLOCKS if (count - 1) % size == 0)
+    first = np.arange(0, count - 1, block)
+    inverse = _inverse(J[:, first + block // 2])
+    J = J[:, first[:, None] + np.arange(block + 1)]
+    off = np.sqrt(((inverse[:, :, None] @ J - np.eye(n)) ** 2).sum(axis=(3, 4)))
+    off = np.maximum(off[..., 1:], off[..., :-1]).reshape(k, -1)
+    return np.repeat(np.sqrt((inverse * inverse).sum(axis=(2, 3))), block, axis=1), off
+
+
+def _inverse(J: Floats) -> Floats:
+    try:
+        return np.asarray(np.linalg.inv(J), dtype=np.float64)
+    except np.linalg.LinAlgError:  # in one of them at least
+        inverse = np.asarray(np.linalg.pinv(J), dtype=np.float64)
+        inverse[np.linalg.matrix_rank(J) < J.shape[-1]] = np.nan
+        return inverse
