@@ -168,13 +168,15 @@ class StretchLoad:
     def _near_limit(self, means: list[Rates]) -> Iterator[Rates]:
         """The joint accelerations at both samples of the greatest mean of a joint, where that is near its limit."""
         columns = zip(*[rates for _, rates in means], strict=True)
+        near = dict[int, None]()  # the samples, each once
         for column, limit in zip(columns, self.limits.max_acceleration, strict=True):
             k = _where_largest(column)
             if NEAR_LIMIT * limit < abs(column[k]):
-                for sample in self.samples[k : k + 2]:
-                    rates = self._known(joint_acceleration, sample)
-                    if rates is not None:
-                        yield sample.s, rates
+                near |= {k: None, k + 1: None}
+        for sample in [self.samples[k] for k in near if k < len(self.samples)]:
+            rates = self._known(joint_acceleration, sample)
+            if rates is not None:
+                yield sample.s, rates
 
     def _bends(self) -> Iterator[Rates]:
         """The joint accelerations at all samples, and between two where they do not explain the mean there."""

@@ -91,6 +91,7 @@ class RobotArm:
     def __init__(self, model: RobotModel) -> None:
         self.model = model
         self._limits = tuple(zip(model.lower, model.upper, strict=True))
+        self._nearly_limits = tuple([(low - LIMIT_TOLERANCE, high + LIMIT_TOLERANCE) for low, high in self._limits])
         self.turning = tuple(link.kind is JointKind.REVOLUTE for link in model.links)
 
     @cached_property
@@ -134,7 +135,7 @@ class RobotArm:
 
     def limits_ok(self, q: Joints) -> bool:
         """Every joint inside its limits."""
-        return not self._outside(q)
+        return all(low <= x <= high for x, (low, high) in zip(q, self._nearly_limits, strict=True))
 
     def _outside(self, q: Joints) -> tuple[int, ...]:
         return joints_outside(q, self.model.lower, self.model.upper)

@@ -10,6 +10,7 @@ from typing import Any, cast
 
 LOST = 1e-10  # of the largest coefficient: a pivot below it is rounding
 SMALL = 1e-4  # [m, 1] a pivot from which on it is looked more closely
+LARGE = 0.1  # [m, 1] a pivot that does where what is found is made better again
 DEMAND = 1e-9  # what an equation without unknowns left may ask for, in its own unit
 
 
@@ -34,14 +35,14 @@ def square(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[fl
 def square_twice(
     rows: Sequence[Sequence[float]], wanted: Sequence[float], also: Sequence[float]
 ) -> tuple[tuple[float, ...], ...] | None:
-    """`square` of two that are wanted, by one elimination."""
+    """`square` of two that are wanted, by one elimination, which takes a pivot as it comes if it is `LARGE`."""
     return _written(len(rows), 2)(rows, wanted, also)
 
 
 @cache
 def _written(n: int, sides: int) -> Callable[..., tuple[tuple[float, ...], ...] | None]:
     """The elimination of n equations, written out: without tables it takes a third of the time."""
-    names: dict[str, Any] = {"SMALL": SMALL}
+    names: dict[str, Any] = {"SMALL": SMALL, "LARGE": LARGE}
     exec(compile(_text(n, sides), "<elimination>", "exec"), names)
     return cast(Callable[..., tuple[tuple[float, ...], ...] | None], names["square"])
 
@@ -53,11 +54,12 @@ def _text(n: int, sides: int) -> str:
     lines += [f"{_listed(row[n + side] for row in rows)} = wanted{side}" for side in range(sides)]
     for k, pivot in enumerate(rows):
         below = rows[k + 1 :]
-        lines += [f"most, r = abs({pivot[k]}), {k}"]
-        lines += [f"if abs({row[k]}) > most: most, r = abs({row[k]}), {r}" for r, row in enumerate(below, k + 1)]
-        lines += ["if most < SMALL: return None"]
+        search = [f"most, r = abs({pivot[k]}), {k}"]
+        search += [f"if abs({row[k]}) > most: most, r = abs({row[k]}), {r}" for r, row in enumerate(below, k + 1)]
+        search += ["if most < SMALL: return None"]
         for r, row in enumerate(below, k + 1):
-            lines += [f"if r == {r}: {_listed(pivot[k:] + row[k:])} = {_listed(row[k:] + pivot[k:])}"]
+            search += [f"if r == {r}: {_listed(pivot[k:] + row[k:])} = {_listed(row[k:] + pivot[k:])}"]
+        lines += [f"if -LARGE < {pivot[k]} < LARGE:", *(f"    {line}" for line in search)] if sides > 1 else search
         for row in below:
             changes = "; ".join(f"{x} -= f * {y}" for x, y in zip(row[k + 1 :], pivot[k + 1 :], strict=True))
             lines += [f"if {row[k]}: f = {row[k]} / {pivot[k]}; {changes}"]

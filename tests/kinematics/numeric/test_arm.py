@@ -15,7 +15,7 @@ from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetSwivel, St
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalJoint, JointOutOfRange, LocationOutOfRange, LocationTooFar, NotAvailable
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.elimination import determinant, solve
+from vrs_cli.kinematics.elimination import determinant, solve, square, square_twice
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.numeric.search import turn_between
 from vrs_cli.kinematics.robot_file import load_robot
@@ -226,6 +226,43 @@ def test_small_systems() -> None:
     assert determinant(((1.0, 2.0), (2.0, 4.0))) == 0.0
     assert solve(((1.0, 0.0), (0.0, 3e-10)), (1.0, 6e-10)) == pytest.approx((1.0, 2.0))  # small, but no rounding
     assert solve(((1.0, 0.0), (0.0, 3e-11)), (1.0, 6e-11)) == (1.0, 0.0)
+
+
+def test_one_elimination_serves_two_that_are_wanted() -> None:
+    random, compared = Random(11), 0
+    for _ in range(50):
+        rows = [[random.choice((0.0, 0.01, 1.0)) * random.uniform(-1.0, 1.0) for _ in range(7)] for _ in range(7)]
+        wanted, also = ([random.uniform(-1.0, 1.0) for _ in range(7)] for _ in range(2))
+        found, first, second = square_twice(rows, wanted, also), square(rows, wanted), square(rows, also)
+        if first and second and max(map(abs, (*first, *second))) < 1e3:
+            assert found is not None
+            assert np.allclose(found, (first, second), rtol=0.0, atol=1e-8)
+            compared += 1
+    assert compared > 20
+    assert square_twice([[0.0, 1.0], [0.0, 1.0]], (1.0, 1.0), (0.0, 0.0)) is None
+
+
+def test_joints_and_rates_at_once_are_those_found_one_by_one() -> None:
+    arm, random = arm_for(load_robot("panda")), Random(12)
+    compared = 0
+    for _ in range(50):
+        q = tuple(
+            random.uniform(0.8 * low + 0.2 * high, 0.2 * low + 0.8 * high)
+            for low, high in zip(arm.model.lower, arm.model.upper, strict=True)
+        )
+        weights = tuple(random.uniform(-1.0, 1.0) for _ in q)
+        near = tuple(x + random.uniform(-0.03, 0.03) for x in q)
+        demands = ((weights, sum(w * x for w, x in zip(weights, q, strict=True))),)
+        twist = (0.1, -0.2, 0.05, 0.3, 0.0, -0.1)
+        found = arm.guided_state(arm.forward(q), near, demands, twist, [0.2])
+        joints = arm.guided_joints(arm.forward(q), near, demands)
+        if found is None or joints is None or min(arm.singularity(q)) < 0.1:
+            continue
+        compared += 1
+        assert np.allclose(found[0], joints, rtol=0.0, atol=1e-8)
+        rates = arm.joint_velocity(joints, twist, demands=((weights, 0.2),))
+        assert np.allclose(found[1], rates, rtol=1e-4, atol=1e-4)
+    assert compared > 20
 
 
 def test_the_shortest_turn_brings_one_direction_to_another() -> None:
