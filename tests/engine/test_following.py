@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from math import inf
 from random import Random
 
 import pytest
@@ -63,3 +64,18 @@ def test_a_seed_is_next_to_the_joints_of_its_instant() -> None:
         s = k / (len(seeds) - 1)
         assert seed in [sample.joints for sample in samples]
         assert abs(seed[0] - 2.0 * s) <= 2.0 * 0.15, "half of the widest gap, at this velocity"
+
+
+def test_where_a_line_is_refused_anyway_speed_takes_few_samples() -> None:
+    """Past a wrist that is straight but for three tenths of a milliradian, looked at closely, in a second."""
+    model = load_robot("ur5e")
+    arm, middle = arm_for(model), (0.2, -1.2, 1.6, -0.5, 3e-4, 0.1)
+    pose = arm.forward(middle)
+    x, y, z = position(pose)
+    path = CartesianPath(((x - 0.1, 0.2), (y,), (z - 0.1, 0.2)), pose, (), arm.configuration(middle), (middle,), 1.0)
+    marks = sorted(0.5 + side * 2.0**-k for side in (-1, 1) for k in range(2, 16))
+    counts = []
+    for slowest in (1.0, inf):
+        follower = Follower(arm, path.configuration, IDENTITY, slowest=slowest)
+        counts.append(len(follower.samples(path, 1.0, middle, marks=marks)))
+    assert 2 * counts[0] < counts[1]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import accumulate, pairwise
-from math import ceil
+from math import ceil, inf
 from typing import NamedTuple
 
 from vrs_cli.engine.rates import joint_velocity, joints_on, state_on
@@ -34,6 +34,7 @@ LEAST_GAP = 1e-9  # of a stretch, between samples
 CLOSER = tuple(2.0**-k for k in range(12, 3, -1))  # parts of a stretch, next to such a pose
 JOINT_STEP = 0.15  # [rad] at most between neighbouring samples
 RATE_STEP = 0.15  # change of joint velocity between neighbours, as a part of its limit
+HOPELESS = 2.0  # times what a line may be slowed down: one that asks for more is refused, however it is looked at
 JUMP = 2e-3  # [rad] at most, beyond what the velocities of two neighbours explain
 LEAST_JUMP = 1e-6  # [rad] rounding next to a singular pose, where samples are near each other
 OVERSHOOT = 4.0 / 27.0  # of velocity by time: by how much a cubic goes beyond its ends at most
@@ -71,6 +72,7 @@ class Follower:
         configuration: Configuration,
         T_flange_tool: Transform,
         T_robot_world: Transform = IDENTITY,
+        slowest: float = inf,
     ) -> None:
         self.arm, self.configuration, self.tool = arm.holding(T_flange_tool), configuration, T_flange_tool
         self.T_world_robot = inverse(T_robot_world)
@@ -78,6 +80,7 @@ class Follower:
         self.no_tool = T_flange_tool == IDENTITY
         self.lower, self.upper = arm.model.lower, arm.model.upper
         self.rate_steps = tuple(RATE_STEP * limit for limit in arm.model.max_velocity)
+        self.hopeless = HOPELESS * slowest  # of the limit of a joint
 
     def samples(
         self,
@@ -169,11 +172,18 @@ class Follower:
         half = 0.5 * (b.s - a.s)
         for p, q, v, w, step in zip(a.joints, b.joints, a.velocity, b.velocity, self.rate_steps, strict=True):
             change = q - p
-            if not (-JOINT_STEP <= change <= JOINT_STEP and -step <= w - v <= step):
+            if not (-JOINT_STEP <= change <= JOINT_STEP and (-step <= w - v <= step or self._hopeless(v, w, step))):
                 return False
             if not -JUMP <= change - half * (v + w) <= JUMP:
                 return False
         return True
+
+    def _hopeless(self, v: float, w: float, step: float) -> bool:
+        """Whether a joint is so fast at two neighbours that the line is refused, and they explain each other. `step`:
+        by how much its velocity may change between others.
+        """
+        least = RATE_STEP * min(abs(v), abs(w))
+        return self.hopeless * step < least >= abs(w - v)
 
     def _check_range(self, path: CartesianPath, samples: list[Sample], gap: float) -> None:
         """Check that no joint leaves its range between samples, which are at most `gap` [s] apart."""

@@ -118,7 +118,7 @@ class _Line:
         self.state, self.joints = state, problem.here.joints
         self.limits, self.least = guide_limits(arm.model, motion, state, tool_limits(arm, motion)), motion.duration
         self.law, self.stops = LAWS[motion.profile], stops
-        self.follower = Follower(arm, configuration, motion.frames.tool, motion.frames.base)
+        self.follower = Follower(arm, configuration, motion.frames.tool, motion.frames.base, problem.slowest)
         if not arm.model.task.turns:
             self.state = state._replace(spin=STILL, spin_rate=STILL)
         self.goal = straighten_wrist(self.follower, state.pose if stops else _goal(problem, state))
