@@ -250,7 +250,7 @@ def words(case: Case) -> Faults:
         return
     if asked.motion.pose is not None and not asked.motion.straight:
         have = robot.words(end_joints(own[-1]))
-        for place, word in asked.settings.words.items():
+        for place, word in asked.settings.words.items() if have else ():
             if have[place][0] != word and have[place][1] > MEASURE:
                 yield f"{asked.motion.text} ends {have[place][0]}, {word} was asked for"
     for piece in own:

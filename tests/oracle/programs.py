@@ -223,7 +223,7 @@ class Writer:
             pose, word, rest = pose @ shift(0, 0, -back * MM)[0], "APPROS" if straight else "APPRO", f", {back:.3f}"
         inside = bool(((q > self.robot.lower + 1e-3) & (q < self.robot.upper - 1e-3)).all())
         here, there = (self.robot.words(joints)[:2] for joints in (self.q, q))
-        same = all(a == b and min(x, y) > 1e-3 for (a, x), (b, y) in zip(here, there, strict=True))
+        same = bool(here) and all(a == b and min(x, y) > 1e-3 for (a, x), (b, y) in zip(here, there, strict=True))
         sure = inside and same and self.certain and not (straight or rest or self.worded or self.timed)
         self.motion(f"{word} TRANS({told(place)}){rest}", straight=straight, pose=pose, sure=sure)
         self.q = q
