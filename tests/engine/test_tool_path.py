@@ -31,7 +31,7 @@ def wandering(name: str, profile: str, seed: int) -> Engine:
         engine.perform(SetBase(translation(0.1, 0.2, 0.0)))
     ranges = list(zip(engine.model.lower, engine.model.upper, strict=True))
     for k in range(6):
-        goal = tuple(random.uniform(0.5 * low, 0.5 * high) for low, high in ranges)
+        goal = tuple(min(max(random.uniform(0.5 * low, 0.5 * high), low), high) for low, high in ranges)
         engine.perform(Move(JointTarget(goal), straight=False, stamp=Stamp(0.35 * k)))
     engine.perform(Delay(0.4))
     return engine

@@ -85,7 +85,10 @@ def _read_toml(path: Path, ends: Ends) -> RobotModel:
     file = path.parent / reader.word(data.pop("urdf"), "urdf")
     table = reader.table(data, "the file", (), URDF_OPTIONS)
     own = Ends(*(reader.word(table[key], key) if key in table else None for key in ("urdf_base", "urdf_tip")))
-    return _from_urdf(reader, file, table, Ends(ends.base or own.base, ends.tip or own.tip))
+    try:
+        return _from_urdf(reader, file, table, Ends(ends.base or own.base, ends.tip or own.tip))
+    except FileError as error:
+        raise FileDamaged(f"{path}: urdf: {error.detail}", error.hint) from None
 
 
 def _read_urdf(path: Path, ends: Ends) -> RobotModel:

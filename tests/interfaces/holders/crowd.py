@@ -162,7 +162,8 @@ class Crowd:
         quick.events.end()
         for thread in watching:
             raising.events.end()
-            thread.join(10.0)
+            thread.join(60.0)
+            assert not thread.is_alive(), "a watcher still reads"
         late.catch_up()
         self.faults = disk.faults
         assert not self.wrong, self.wrong[:3]
