@@ -82,7 +82,7 @@ def test_who_has_ended_or_is_gone_costs_nothing_more() -> None:
     collect()
     feed.publish([2])
     assert not tuple(feed._subscriptions)
-    assert list(ended) == []
+    assert list(ended) == [100]
 
 
 def test_a_reader_in_another_thread_waits_for_events_until_it_ends() -> None:
@@ -99,6 +99,16 @@ def test_a_reader_in_another_thread_waits_for_events_until_it_ends() -> None:
     reader.join(10.0)
     assert not reader.is_alive()
     assert heard == [100, 0, 1, 2]
+
+
+def test_what_was_told_before_the_end_is_heard_after_it() -> None:
+    feed = numbers()
+    subscription = feed.subscribe()
+    feed.publish([1, 2])
+    subscription.end()
+    feed.publish([3])
+    assert list(subscription) == [100, 1, 2]
+    assert list(subscription) == []
 
 
 def test_every_other_timeline_is_an_event_with_its_version(engine: Engine) -> None:

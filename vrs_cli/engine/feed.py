@@ -72,8 +72,8 @@ class Subscription(Generic[E]):
         return [event for event in self._queue.taken() if not isinstance(event, _End)]
 
     def __iter__(self) -> Iterator[E | Missed]:
-        """Wait for event after event, until the subscription is ended."""
-        while not self.ended and (event := self.take()) is not None:
+        """Wait for event after event, until the subscription is ended and all that was told before has been taken."""
+        while (not self.ended or self._queue) and (event := self.take()) is not None:
             yield event
 
     def end(self) -> None:
