@@ -45,10 +45,16 @@ class Sat:
         self._field = page.gui("GuiTextMessage", label="VAL-II")["uuid"]
 
     def type(self, text: str) -> None:
-        """With Enter."""
+        """With Enter, and until the field is empty again."""
+        before = self._emptied()
         self.page.set(self._field, text)
         self.page.set(self._field, f"{text}\n")
-        self.until(lambda: self.now("GuiTextMessage", label="VAL-II")["value"] == "")
+        self.until(lambda: self._emptied() > before)
+
+    def _emptied(self) -> int:
+        """How often the field was made empty."""
+        updates = self.page.of("GuiUpdateMessage")
+        return sum(one["uuid"] == self._field and one["updates"].get("value") == "" for one in updates)
 
     def press(self, label: str, option: str) -> None:
         self.page.set(self.page.gui("GuiButtonGroupMessage", label=label)["uuid"], option)
