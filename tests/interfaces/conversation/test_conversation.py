@@ -138,3 +138,40 @@ def test_the_status_is_what_a_prompt_shows() -> None:
     assert (status.prompt, status.running, status.monitor_speed, status.speed_unit) == (".", False, 50.0, "%")
     assert status.clock == status.end > 0.0
     assert (status.hidden, status.pace, status.branch) == (("hand",), None, "main")
+
+
+PASTED = """\
+.PROGRAM pick()
+    MOVE part
+.END
+.PROGRAM place()
+    TYPE "placed"
+.END
+
+.LOCATIONS
+part 500 150 -100 90 90 0
+.END
+EXECUTE
+"""
+
+
+def test_places_may_stand_behind_the_programs_of_a_paste() -> None:
+    stream = StringIO()
+    conversation = Conversation(Session(PlainTerminal(stream, iter([]))))
+    conversation.take('.PROGRAM before\nTYPE "before"\n.END\nEXECUTE')
+    conversation.take(PASTED)
+    assert stream.getvalue() == (
+        "Program before: 1 step\nbefore\nProgram completed\n"
+        "Program pick: 1 step\nProgram place: 1 step\nProgram completed\n"
+    )
+    assert conversation.session.engine.position().T_world_tool.px == pytest.approx(0.5)
+
+
+def test_the_name_of_a_program_may_be_cut_short() -> None:
+    stream = StringIO()
+    conversation = Conversation(Session(PlainTerminal(stream, iter([]))))
+    conversation.take(PASTED.replace("EXECUTE", "EX pl\nLISTP pla\nEX pi\nEX p\nDELETEP pla"))
+    said = stream.getvalue()
+    assert "placed\nProgram completed\n.PROGRAM place()\n" in said
+    assert "program p (pick, place begin so)" in said
+    assert said.endswith("program pla (did you mean place?)\n")

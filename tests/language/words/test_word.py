@@ -70,6 +70,8 @@ def test_form_of_commands(name: str, form: str) -> None:
         ("ALI", "ALIGN"),
         ("TIMEL", "TIMELINE"),
         ("PL", "PLOT"),
+        ("MO", "MOVE"),  # MODULE is not available
+        ("MODU", "MODULE"),  # nothing else can be meant
     ],
 )
 def test_abbreviations_at_the_prompt(typed: str, meant: str) -> None:
@@ -81,7 +83,8 @@ def test_abbreviations_at_the_prompt(typed: str, meant: str) -> None:
     [
         ("WAI", ["WAIT"]),
         ("MOVE", ["MOVE"]),
-        ("MOV", ["MOVE", "MOVES", "MOVET", "MOVEST"]),
+        ("MOV", ["MOVE"]),  # all others begin with it
+        ("DEP", ["DEPART"]),
         ("DEPARTX", []),
         ("BRA", ["BRAKE"]),
     ],

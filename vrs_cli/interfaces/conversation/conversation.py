@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +50,7 @@ class Conversation:
         self.session, self.desk = session, desk or session.desk
         self.entry: Entry | None = None
         self._refused = False
+        self._pasted = ""  # programs and sections that were pasted with what follows them
         self._held = HeldDown(self.session)
 
     # --- lines ---
@@ -71,10 +73,14 @@ class Conversation:
         come.
         """
         self.desk.interrupted = False
-        for line in text.splitlines() or [""]:
-            yield from self._guarded(self._line(line), line)
+        lines = text.splitlines() or [""]
+        for number, line in enumerate(lines, 1):
+            goes_on = closes_entry(line) and opens_entry(next(filter(str.strip, islice(lines, number, None)), ""))
+            yield from self._guarded(self._line(line, goes_on=goes_on), line)
             if self.desk.interrupted:
                 break
+        if self._pasted:
+            yield from self._guarded(self._store(), "")
         if self._refused and self.desk.attended and not more:
             self.entry, self._refused = None, False  # somebody is there, and knows that it was refused
 
@@ -108,9 +114,9 @@ class Conversation:
             return Message("interrupted", Tone.ERROR)
         return internal_error(error, afar=self.session.folder.closed)
 
-    def _line(self, line: str) -> Talk[None]:
+    def _line(self, line: str, *, goes_on: bool) -> Talk[None]:
         if self.entry is not None:
-            yield from self._step(self.entry, line)
+            yield from self._step(self.entry, line, goes_on=goes_on)
         elif self.desk.editor is None and opens_entry(line):
             yield from self._open(line)
         elif self.desk.editor is not None or line.strip():
@@ -138,36 +144,46 @@ class Conversation:
             raise ProgramExists(name, f"DELETEP {name} deletes it, DISABLE INTERACTIVE lets it be replaced")
         self._refused = False
 
-    def _step(self, entry: Entry, line: str) -> Talk[None]:
+    def _step(self, entry: Entry, line: str, *, goes_on: bool) -> Talk[None]:
+        """A line of a program, or `.END`. `goes_on`: another program or section was pasted with it, for which it
+        waits: the places of a program may stand behind it.
+        """
         if not closes_entry(line):
             entry.add(line)
             return
         self.entry = None
         refused, self._refused = self._refused, False
-        if refused:
-            return
+        if not refused:
+            self._check_may_store(entry)
+            self._pasted += entry.text
+        if not goes_on:
+            yield from self._store()
+
+    def _check_may_store(self, entry: Entry) -> None:
         try:
             self._check_may()
         except VrsError:
             if self.desk.attended:
                 self.entry = entry  # the lease went to somebody else meanwhile, and may come back
             raise
-        yield from self._store(entry)
 
     def _check_may(self) -> None:
         self.session.check_may("a program", Role.SUPERVISOR)
 
-    def _store(self, entry: Entry) -> Talk[None]:
-        """`.END`: check the whole and keep it."""
+    def _store(self) -> Talk[None]:
+        """`.END`: check the whole and keep it. A bare EXECUTE runs the first program of it."""
+        text, self._pasted = self._pasted, ""
         before = dict(self.session.programs)
-        diagnostics = self.session.load_text(entry.text)
-        yield report(diagnostics, entry.text)
-        for key, stored in self.session.programs.items():
-            if before.get(key) is not stored:
-                ready = " (replaced)" if key in before else ""
-                ready += "" if stored.analysis.executable else "; it cannot be executed yet"
-                steps = count(len(stored.program.steps), "step")
-                yield Message(f"Program {stored.name}: {steps}{ready}")
+        diagnostics = self.session.load_text(text)
+        yield report(diagnostics, text)
+        new = [(key, stored) for key, stored in self.session.programs.items() if before.get(key) is not stored]
+        for number, (key, stored) in enumerate(new):
+            if not number and not self.session.running:
+                self.session.last_program = stored.name
+            ready = " (replaced)" if key in before else ""
+            ready += "" if stored.analysis.executable else "; it cannot be executed yet"
+            steps = count(len(stored.program.steps), "step")
+            yield Message(f"Program {stored.name}: {steps}{ready}")
 
     def leave_entry(self, why: str = "") -> Talk[None]:
         """Ctrl-C, or the end of the input: what was typed of a program is forgotten, and said to be. Somebody who is

@@ -10,6 +10,7 @@ from itertools import islice
 from vrs_cli.dialogue.replies import HelpEntry, HelpGroup, HelpOverview, HelpPage
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.errors import UsageError, did_you_mean
+from vrs_cli.language.words.foreign import own_word
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
@@ -64,10 +65,12 @@ ALL_NAMES = [*COMMANDS, *INSTRUCTIONS, *CONTROL, *FUNCTIONS, *OPERATORS, *LINKS,
 
 
 def _full_name(name: str) -> str:
-    """The word itself, or the one that it is cut short from, or another spelling of."""
+    """The word itself, or the one that it is cut short from, or another spelling or a foreign word of."""
     name = next((row.name for row in OPERATORS.values() if row.also == name), name)
     if name in ALL_NAMES or any(_users(name)):
         return name
+    if ours := own_word(name):
+        return ours
     found = rows_for(name, COMMANDS, INSTRUCTIONS, CONTROL)
     if len(found) == 1:
         return found[0].name

@@ -27,7 +27,7 @@ from vrs_cli.language.words.values import key_of, whole
 def _listp(station: Station, it: Instruction) -> Talk[None]:
     environment = station.environment
     names = [word(argument) for argument in it.arguments if argument is not None]
-    stored = [environment.program(name) for name in names] or list(environment.programs.values())
+    stored = [environment.meant(name) for name in names] or list(environment.programs.values())
     if not stored:
         yield ProgramNames(())
     for program in stored:

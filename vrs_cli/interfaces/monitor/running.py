@@ -28,9 +28,9 @@ def _execute(station: Station, it: Instruction) -> Talk[None] | None:
 
 
 def asked_program(station: Station, it: Instruction) -> tuple[str | None, tuple[Reference | None, ...], int, int]:
-    """Program, arguments, cycles and first step of EXECUTE and its like."""
+    """Program, arguments, cycles and first step of EXECUTE and its like. Raises UndefinedName."""
     asked = operand(it, 0)
-    name = None if asked is None else word(asked)
+    name = None if asked is None else station.environment.meant(word(asked)).name
     given = asked.arguments if isinstance(asked, ProgramCall) else ()
     arguments = arguments_of(station.environment, station.robot, given)
     return name, arguments, whole(real_or(station, it, 1, 1.0)), whole(real_or(station, it, 2, 1.0))

@@ -93,6 +93,16 @@ class Memory(Variables):
         self.programs[analysis.program.key] = stored
         return stored
 
+    def meant(self, typed: str) -> StoredProgram:
+        """The program of that name, or the one whose name is cut short. Raises UndefinedName."""
+        key = key_of(typed)
+        begun = [stored for other, stored in self.programs.items() if other.startswith(key)]
+        if key in self.programs or not begun:
+            return self.program(typed)
+        if len(begun) > 1:
+            raise UndefinedName(f"program {typed}", f"{', '.join(stored.name for stored in begun)} begin so")
+        return begun[0]
+
     def program(self, name: str) -> StoredProgram:
         """Raises UndefinedName, with a similar name where there is one."""
         key = key_of(name)

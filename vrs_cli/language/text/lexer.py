@@ -23,6 +23,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.language.text.ast import Span
 from vrs_cli.language.text.diagnostics import LineRefused, did_you_mean, refusal
+from vrs_cli.language.words.foreign import way
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import (
     INSTRUCTIONS,
@@ -87,6 +88,7 @@ _OPERATED = r"[ \t]*(?:\*|:|<|>|==|/(?![A-Za-z]))"  # a sign after a name that b
 _NO_ARGUMENT = rf"(?i)[ \t]*(?:$|;|[-+*/:<>=)]|(?:{'|'.join(sorted(OPERATOR_WORDS))})\b)"
 _BEFORE_COMMENT = r'(?:"[^"]*"?|[^";])*'
 _ELEMENT = r"\(.*\)[ \t]*=(?!=)"
+_FOREIGN_COMMENT = r"//|#(?![A-Za-z])"
 _RAW = r'"[^"]*"|[^\s;,="]+'
 _RELATION = r"[=<>]{1,2}"
 _ENTRY_NUMBER = r"[ \t]*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?)(?![\w.])"
@@ -220,6 +222,7 @@ class Lexer:
         self._skip_blanks()
         match = _WORD.match(self._text, self._at)
         if match is None:
+            self._refuse_foreign_comment(self._at)
             if kind is not UsageError and self._patterns.next.match(self._text, self._at) is None:
                 raise self._unreadable()
             raise self._refusal(kind, self._at, max(self._glued(self._at), self._at + 1), detail, hint)
@@ -232,11 +235,13 @@ class Lexer:
 
     def _row_of(self, word: re.Match[str], at_prompt: bool) -> Word:
         found = rows_for(word[0], *((COMMANDS, PROGRAM_WORDS) if at_prompt else (PROGRAM_WORDS,)))
-        if len(found) == 1:
+        if len(found) == 1 and (found[0].state is State.SUPPORTED or found[0].name == word[0].upper()):
             return found[0]
-        detail, hint = word[0], ", ".join(row.name for row in found[:8])
-        if found:
-            detail = f"{word[0]} is short for several words"
+        detail, hint = word[0], way(word[0], at_prompt=at_prompt)
+        if len(found) == 1 and not hint:
+            return found[0]
+        if len(found) > 1:
+            detail, hint = f"{word[0]} is short for several words", ", ".join(row.name for row in found[:8])
         unknown = UsageError if at_prompt else UnknownInstruction
         raise self._refusal(unknown, *word.span(), detail, hint or self._other_form(word[0], word.end(), at_prompt))
 
@@ -415,6 +420,7 @@ class Lexer:
         self._add("NUMBER", text, start, end)
 
     def _sign(self, text: str, start: int, end: int) -> None:
+        self._refuse_foreign_comment(start)
         wanted = not self._operand  # a value
         format_code = re.compile(self._patterns.format).match(self._text, start) if wanted and text == "/" else None
         if format_code is not None:
@@ -452,10 +458,19 @@ class Lexer:
     def _refusal(self, kind: type[VrsError], start: int, end: int, detail: str, hint: str = "") -> LineRefused:
         return refusal(kind, Span(self._line, start + 1, end + 1), detail, hint)
 
+    def _refuse_foreign_comment(self, at: int) -> None:
+        """A comment as C and Python write it."""
+        sign = re.compile(_FOREIGN_COMMENT).match(self._text, at)
+        if sign is not None:
+            raise self._refusal(
+                CannotInterpret, *sign.span(), f"{sign[0]} begins no comment", "a comment begins with ;"
+            )
+
     def _unreadable(self) -> LineRefused:
         """What is wrong where no token begins."""
         self._skip_blanks()
         at, character = self._at, self._text[self._at]
+        self._refuse_foreign_comment(at)
         glued = self._glued(at)
         if character == '"':
             return self._refusal(MissingQuote, at, len(self._text), "the text is not closed", 'a text ends in "')

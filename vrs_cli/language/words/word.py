@@ -340,7 +340,8 @@ def rows_for(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
     """What a word as typed can mean: the one row it names, or is cut short from; several if it is ambiguous.
 
     Earlier tables come first, a full name before any abbreviation. Words of VAL and VAL-II may be cut to whatever
-    is unambiguous among themselves; the others only to what leaves them alone.
+    is unambiguous among themselves; the others only to what leaves them alone. A word that is not available is meant
+    where no other can be.
     """
     name = typed.upper()
     for table in tables:
@@ -348,14 +349,27 @@ def rows_for(typed: str, *tables: Mapping[str, Word]) -> tuple[Word, ...]:
             return (table[name],)
     if len(name) < SHORTEST:
         return ()
-    for table in tables:
-        found = tuple(word for key, word in table.items() if key.startswith(name))
-        old = tuple(word for word in found if "1" in word.where or "2" in word.where)
-        meant = old if len(old) == 1 else found
-        if meant:
-            too_short = len(meant) == 1 and meant[0].drastic and len(name) < SHORTEST_IF_DRASTIC
-            return () if too_short else meant
+    for state in State:
+        for table in tables:
+            meant = _cut_short(name, [word for word in table.values() if word.state is state])
+            if meant:
+                too_short = len(meant) == 1 and meant[0].drastic and len(name) < SHORTEST_IF_DRASTIC
+                return () if too_short else meant
     return ()
+
+
+def _cut_short(name: str, words: Iterable[Word]) -> tuple[Word, ...]:
+    """The words that begin so. One with which all others begin is meant alone (MOV: MOVE, not MOVES), unless it is
+    drastic.
+    """
+    found = tuple(word for word in words if word.name.startswith(name))
+    old = tuple(word for word in found if "1" in word.where or "2" in word.where)
+    if len(old) == 1:
+        return old
+    shortest = min(found, key=lambda word: len(word.name), default=None)
+    if shortest is None or shortest.drastic or not all(word.name.startswith(shortest.name) for word in found):
+        return found
+    return (shortest,)
 
 
 def argument_at(row: Row, place: int) -> Argument | None:
