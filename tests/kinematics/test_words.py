@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import pi
+from math import inf, pi
 from random import Random
 
 import numpy as np
@@ -21,7 +21,7 @@ from tests.kinematics.words import (
     some_joints,
 )
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.configuration import Elbow, Wrist
+from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
 from vrs_cli.kinematics.forms import arm_for
 
 ALL_WORDS = {"RIGHTY", "LEFTY", "ABOVE", "BELOW", "NOFLIP", "FLIP"}
@@ -53,6 +53,15 @@ def test_every_way_is_found_under_its_words(name: str) -> None:
                 assert one == pytest.approx(q, abs=1e-9)
                 (many,) = arm.inverse_branch_batch(np.reshape(T, (1, 3, 4)), way, np.array([q]))
                 assert many == pytest.approx(q, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_the_arm_is_out_of_the_axis_of_joint_1_on_the_side_of_its_word(name: str) -> None:
+    for model, source in [(model_of(name), Random(name)), *some_arms(name)]:
+        arm = arm_for(model)
+        for q in (some_joints(model, source) for _ in range(5)):
+            if (out := arm.outward(q)) != inf:
+                assert arm.configuration(q).arm is (Arm.RIGHTY if out < 0.0 else Arm.LEFTY)
 
 
 def test_a_wrist_is_judged_by_joint_5() -> None:

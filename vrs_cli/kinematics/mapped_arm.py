@@ -11,7 +11,7 @@ from vrs_cli.errors import LocationOutOfRange
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.axes import EXACT, Chain, chain_of
 from vrs_cli.kinematics.clearance import Clearance, Hand, Pace
-from vrs_cli.kinematics.configuration import ALL, Configuration
+from vrs_cli.kinematics.configuration import ALL, ARM, Configuration
 from vrs_cli.kinematics.jacobian import Demands, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, joint_axes, link_frames
@@ -87,7 +87,8 @@ class MappedArm(RobotArm):
         return self._other(self.inner.configuration(self.way.chain.of(q)))
 
     def outward(self, q: Joints) -> float:
-        return self.inner.outward(self.way.chain.of(q))
+        out = self.inner.outward(self.way.chain.of(q))
+        return -out if self._swapped & ARM else out
 
     def twins(self, q: Joints) -> tuple[Configuration, ...]:
         return tuple(map(self._other, self.inner.twins(self.way.chain.of(q))))
