@@ -87,7 +87,7 @@ def _parser(prog: str) -> Parser:
     parser.add_robot()
     parser.add_argument("--jobs", metavar="N", type=size, help="processes (default: one for each core)")
     told = "draw curves over the lead: into a file, or in letters"
-    parser.add_argument("--plot", metavar="OUT.svg|png", nargs="?", const=STANDARD_STREAM, help=told)
+    parser.add_argument("--plot", metavar="OUT.svg|png|pdf", nargs="?", const=STANDARD_STREAM, help=told)
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     return parser
 

@@ -31,7 +31,7 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
         "--csv", metavar="OUT", help="write a table of joints and tool positions (- is standard output)"
     )
     add_rate_option(parser)
-    parser.add_argument("--plot", metavar="OUT.svg|png", help="draw joints, velocities and the tool over time")
+    parser.add_argument("--plot", metavar="OUT.svg|png|pdf", help="draw joints, velocities and the tool over time")
     told = "a page to read: curves, commands, and a picture of the arm (where there is a Chromium: some seconds)"
     parser.add_argument("--report", metavar="OUT.html", help=told)
     parser.add_argument("--report-at", metavar="S", type=number, help="the moment of that picture (default: the end)")

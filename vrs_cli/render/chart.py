@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from math import ceil, floor, log10
+from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.dialogue.numbers import fixed
 from vrs_cli.render.blocks import Line, Page, Piece, line
@@ -13,29 +14,82 @@ from vrs_cli.render.colours import CURVES, Ink
 if TYPE_CHECKING:
     from vrs_cli.dialogue.replies import Curve, Plot
 
-HEIGHT = 16  # lines of the drawing
+HEIGHT = 16  # lines of the drawing, unless the page is lower
 WIDTH = 64  # its columns, unless the page is narrower
 LABEL = 11  # columns of the figures at the left
-LEAST_WIDTH = 16
-TICK = 16  # columns between the figures below
+LEAST_WIDTH, LEAST_HEIGHT = 16, 6
+TICK = 10  # columns between the figures below, about
+TICKS = 0.5  # figures at the left, about, in each row
+SPAN = 2  # columns that one of several curves has in turn
+ENTRY = 28  # columns of a curve in the legend
+
+
+class Scale(NamedTuple):
+    """Values over so many rows or columns, and the round figures among them."""
+
+    first: float
+    last: float
+    size: int
+    step: float
+
+    @classmethod
+    def over(cls, first: float, last: float, size: int, figures: float) -> Scale:
+        """With about so many figures."""
+        return cls(first, last, size, round_step(abs(last - first) / max(figures, 1.0)))
+
+    def figures(self) -> dict[int, str]:
+        """The row or column of each round figure."""
+        low, high = min(self.first, self.last), max(self.first, self.last)
+        decimals = max(0, -floor(log10(self.step) + 1e-9))
+        slack = 1e-9 * self.step
+        numbers = range(ceil((low - slack) / self.step), floor((high + slack) / self.step) + 1)
+        return {self._place(number * self.step): fixed(number * self.step, decimals) for number in numbers}
+
+    def _place(self, value: float) -> int:
+        return round((value - self.first) / (self.last - self.first) * (self.size - 1))
+
+
+def round_step(least: float) -> float:
+    """The smallest of 1, 2 and 5 times a power of ten that is not below `least`."""
+    power = 10.0 ** floor(log10(least))
+    return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= least * (1.0 - 1e-9))
 
 
 def chart(plot: Plot, page: Page) -> Iterator[Line]:
-    """The title, the drawing, the time axis and the legend."""
+    """The title, the drawing, the time axis and the legend: all of it is seen at once, where the page is not too low."""
     width = WIDTH if page.width is None else max(LEAST_WIDTH, min(page.width - LABEL - 2, 2 * WIDTH))
+    fine = page.unicode and page.colours
+    legend = list(_legend(plot.curves, LABEL + width, fine))
+    around = 3 + len(legend)  # with the title and two rows of the time axis
+    height = HEIGHT if page.height is None else max(LEAST_HEIGHT, min(page.height - around, HEIGHT))
     low = min(min(curve.values) for curve in plot.curves)
     high = max(max(curve.values) for curve in plot.curves)
     if high - low <= 1e-9:  # all the same: with some room
         low, high = low - 1.0, high + 1.0
     yield line(f"{plot.title} [{plot.unit}]", Ink.HEADING)
-    fine = page.unicode and page.colours
-    canvas = Canvas(width, HEIGHT, *(FINE if fine else PLAIN))
-    for number, curve in enumerate(plot.curves):
-        _draw(canvas, number, curve.values, low, high)
-    for row in range(HEIGHT):
-        yield Line((_figure(row, low, high), *_cells(canvas, row, plot.curves, fine)))
+    canvas = _drawn(plot.curves, low, high, Canvas(width, height, *(FINE if fine else PLAIN)))
+    figures = Scale.over(high, low, height, TICKS * height).figures()
+    for row in range(height):
+        axis = (f"{figures.get(row, ''):>{LABEL - 1}} {'+' if row in figures else '|'}", Ink.NOTE)
+        yield Line((axis, *_cells(canvas, row, plot.curves, fine)))
     yield from _time_axis(plot.times, width)
-    yield from (_legend(number, curve, fine) for number, curve in enumerate(plot.curves))
+    yield from legend
+
+
+def _drawn(curves: Sequence[Curve], low: float, high: float, canvas: Canvas) -> Canvas:
+    """All curves. Cells of several curves are theirs in turn from column to column, so that those that coincide are
+    seen.
+    """
+    shared: dict[tuple[int, int], list[int]] = {}
+    for number, curve in enumerate(curves):
+        alone = canvas.empty()
+        _draw(alone, number, curve.values, low, high)
+        for row, column, _ in alone.cells():
+            shared.setdefault((row, column), []).append(number)
+        canvas.lay(number, alone.cells())
+    for (row, column), owners in shared.items():
+        canvas.owner[row][column] = owners[column // SPAN % len(owners)]
+    return canvas
 
 
 def _draw(canvas: Canvas, curve: int, values: Sequence[float], low: float, high: float) -> None:
@@ -59,13 +113,6 @@ def _at(values: Sequence[float], fraction: float) -> float:
     return values[i] + (follower - values[i]) * (place - i)
 
 
-def _figure(row: int, low: float, high: float) -> Piece:
-    """The scale at the left: at the top, in the middle and at the bottom."""
-    shown = row in (0, HEIGHT // 2, HEIGHT - 1)
-    value = high - (high - low) * row / (HEIGHT - 1)
-    return (f"{fixed(value) if shown else '':>{LABEL - 1}} |", Ink.NOTE)
-
-
 def _cells(canvas: Canvas, row: int, curves: Sequence[Curve], fine: bool) -> Iterator[Piece]:
     for owner, first, last in canvas.runs(row):
         if owner is None:
@@ -76,21 +123,23 @@ def _cells(canvas: Canvas, row: int, curves: Sequence[Curve], fine: bool) -> Ite
 
 
 def _time_axis(times: Sequence[float], width: int) -> Iterator[Line]:
-    ticks = range(0, width - TICK // 2, TICK)  # with room for the last figure
-    rule = "".join("+" if column in ticks else "-" for column in range(width))
-    yield line(" " * LABEL + rule, Ink.NOTE)
-    first, last = times[0], times[-1]
-    figures = (f"{fixed(first + (last - first) * column / (width - 1)):<{TICK}}" for column in ticks)
-    yield line(" " * LABEL + "".join(figures).rstrip() + " s", Ink.NOTE)
+    figures = Scale.over(times[0], times[-1], width, width / TICK).figures()
+    yield line(" " * LABEL + "".join("+" if column in figures else "-" for column in range(width)), Ink.NOTE)
+    shown = ""
+    for column, figure in sorted(figures.items()):
+        column = min(column, width - len(figure))  # the last one ends where the drawing does
+        if not shown or column > len(shown):
+            shown = f"{shown:<{column}}{figure}"
+    yield line(" " * LABEL + f"{shown} s", Ink.NOTE)
 
 
-def _legend(number: int, curve: Curve, fine: bool) -> Line:
-    stroke = "──" if fine else curve.mark
-    span = f"{fixed(min(curve.values))} to {fixed(max(curve.values))}"
-    return Line(
-        (
-            (" " * LABEL, Ink.TEXT),
-            (f"{stroke} {curve.label:<5}", CURVES[number % len(CURVES)]),
-            (f" {span}", Ink.NOTE),
-        )
-    )
+def _legend(curves: Sequence[Curve], width: int, fine: bool) -> Iterator[Line]:
+    """The curves with their least and greatest values, as many in a row as fit."""
+    together = max((width - LABEL) // ENTRY, 1)
+    for first in range(0, len(curves), together):
+        pieces: list[Piece] = [(" " * LABEL, Ink.TEXT)]
+        for number, curve in enumerate(curves[first : first + together], first):
+            span = f" {fixed(min(curve.values))} to {fixed(max(curve.values))}"
+            label = f"{'──' if fine else curve.mark} {curve.label}"
+            pieces += [(label, CURVES[number % len(CURVES)]), (f"{span:<{ENTRY - len(label)}}", Ink.NOTE)]
+        yield Line((*pieces[:-1], (pieces[-1][0].rstrip(), Ink.NOTE)))

@@ -15,14 +15,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from vrs_cli.errors import UsageError
 from vrs_cli.extras import how_to_install
 from vrs_cli.files.atomic import atomically, check_writable
+from vrs_cli.interfaces.monitor.plotting import PICTURES
 
 if TYPE_CHECKING:
+    from vrs_cli.dialogue.replies import Plot
     from vrs_cli.kinematics.arm import RobotArm
     from vrs_cli.kinematics.arrays import Floats
     from vrs_cli.trajectory.timeline import Timeline
 
 
-SUFFIXES = (".svg", ".png")
 TIME = "t [s]"
 SAMPLES = 2000  # along the whole time, beside the borders of segments
 MOST_BORDERS = 4000  # of segments that get samples of their own
@@ -43,8 +44,8 @@ class Curves(NamedTuple):
 def check_plot(path: str | Path) -> None:
     """Raise now what would make `plot_trajectory` fail later: UsageError or FileError."""
     suffix = Path(path).suffix.lower()
-    if suffix not in SUFFIXES:
-        raise PlotError(f"{path} is no picture file", f"its name ends in {' or '.join(SUFFIXES)}")
+    if suffix not in PICTURES:
+        raise PlotError(f"{path} is no picture file", f"its name ends in {', '.join(PICTURES[:-1])} or {PICTURES[-1]}")
     _check_matplotlib()
     check_writable(path)
 
@@ -61,7 +62,7 @@ class PlotError(UsageError):
 
 
 def plot_trajectory(path: str | Path, arm: RobotArm, timeline: Timeline, title: str) -> None:
-    """Draw the whole timeline into an .svg or .png file: the same picture, byte by byte, for the same timeline.
+    """Draw the whole timeline into a file of a format of PICTURES: the same picture, byte by byte, for the same timeline.
 
     Raises UsageError (no matplotlib, no picture file) or FileError.
     """
@@ -72,6 +73,12 @@ def drawn_trajectory(arm: RobotArm, timeline: Timeline, title: str, form: str) -
     """The same as `svg` or `png`. Raises UsageError where there is no matplotlib."""
     _check_matplotlib()
     return _drawn(TIME, _panels(arm, timeline, _times(timeline)), title, form)
+
+
+def plot_curves(path: str | Path, plot: Plot) -> None:
+    """Draw what PLOT shows into a file. Raises as `plot_trajectory` does."""
+    names, columns = [curve.label for curve in plot.curves], [curve.values for curve in plot.curves]
+    plot_panels(path, TIME, [Curves(f"[{plot.unit}]", names, columns, plot.times)], plot.title)
 
 
 def plot_panels(path: str | Path, along: str, panels: Sequence[Curves], title: str) -> None:
@@ -118,14 +125,24 @@ def _drawn(along: str, panels: Sequence[Curves], title: str, form: str) -> bytes
         for axis, panel in zip(axes, panels, strict=True):
             _draw_panel(axis, panel)
         axes[-1].set_xlabel(along)
-        buffer, undated = BytesIO(), {"svg": {"Date": None}, "png": {"Software": None}}
+        buffer, undated = BytesIO(), {"svg": {"Date": None}, "png": {"Software": None}, "pdf": {"CreationDate": None}}
         figure.savefig(buffer, format=form, metadata=undated[form])  # without the date of today
         return buffer.getvalue()
 
 
+def _stroke(column: Sequence[float] | Floats, before: Sequence[Sequence[float] | Floats]) -> dict[str, Any]:
+    """A curve on which others lie already is drawn in dashes, so that these are seen through it."""
+    import numpy as np
+
+    under = sum(np.allclose(column, other, rtol=0.0, atol=1e-9) for other in before)
+    return {"dashes": (2.0, 2.0 * under)} if under else {}
+
+
 def _draw_panel(axis: Any, panel: Curves) -> None:
+    before: list[Sequence[float] | Floats] = []
     for name, column in zip(panel.names, panel.columns, strict=True):
-        axis.plot(panel.along, column, label=name, linewidth=1.2)
+        axis.plot(panel.along, column, label=name, linewidth=1.2, **_stroke(column, before))
+        before.append(column)
     axis.set_ylabel(panel.title)
     axis.grid(visible=True, alpha=0.3)
     axis.margins(x=0.0)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import cast
 
 from vrs_cli.dialogue.questions import Editing, Jogging, Playing
+from vrs_cli.dialogue.replies import Plot
 from vrs_cli.dialogue.talk import Talk, Terminal
 from vrs_cli.engine.clock import Clock, WallClock
 from vrs_cli.files.trajectory_file import Recording
@@ -35,6 +36,7 @@ class LocalSeat:
         recovery: Path | None = None,
     ) -> None:
         self.session = Session(terminal, model, clock=clock)
+        self.session.draw = _draw
         self.session.desk.lives = terminal.attended and clock is not None
         self.conversation = talk = Conversation(self.session)
         self.status, self.mistake, self.suggestions = talk.status, talk.mistake, talk.suggestions
@@ -121,3 +123,10 @@ class LocalSeat:
                 self._keeper.keep()
         except Exception as error:
             self.note(error)
+
+
+def _draw(path: Path, plot: Plot) -> None:
+    """Raises UsageError where there is no matplotlib, FileError."""
+    from vrs_cli.render.plots import plot_curves
+
+    plot_curves(path, plot)

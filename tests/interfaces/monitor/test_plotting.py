@@ -8,7 +8,7 @@ from vrs_cli.dialogue.replies import Plot
 from vrs_cli.engine.commands import Move, NamedTarget
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalJoint, UsageError
-from vrs_cli.interfaces.monitor.plotting import SAMPLES, plotted, selected
+from vrs_cli.interfaces.monitor.plotting import SAMPLES, in_file, plotted, selected
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.motion import JointOffsetTarget
 
@@ -77,3 +77,9 @@ def test_the_tool_speed_is_that_of_the_circle_it_draws(engine: Engine) -> None:
     radius = (x * x + y * y) ** 0.5 * 1000.0
     middle = SAMPLES // 4
     assert speed[middle] == pytest.approx(radius * radians(rate[middle]), rel=1e-3)
+
+
+def test_a_file_is_named_last() -> None:
+    assert in_file(("1", "2", "arm.SVG")) == (("1", "2"), "arm.SVG")
+    assert in_file(("arm.pdf",)) == ((), "arm.pdf")
+    assert in_file(("X", "arm")) == (("X", "arm"), "")

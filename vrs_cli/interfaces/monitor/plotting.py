@@ -44,7 +44,8 @@ QUANTITIES: Mapping[str, Quantity] = {
     "HAND": Quantity("Hand", "1 open", "the opening of the hand", curves=("HAND",)),
 }
 
-SYNTAX = f"PLOT {', '.join(QUANTITIES)}; joints by number: PLOT 1, 2 or PLOT VELOCITY, 1"
+PICTURES = (".svg", ".png", ".pdf")  # how the name of a file ends that a plot is drawn into
+SYNTAX = f"PLOT {', '.join(QUANTITIES)}; joints by number: PLOT 1, 2 or PLOT VELOCITY, 1; into a file: PLOT 1, arm.svg"
 
 
 _JOINT = re.compile(r"[0-9]{1,3}")
@@ -55,6 +56,12 @@ class Selection(Struct, frozen=True):
 
     names: tuple[str, ...]
     joints: tuple[int, ...]
+
+
+def in_file(words: Sequence[str]) -> tuple[Sequence[str], str]:
+    """What is plotted, and the file that is named last; "" where there is none."""
+    named = bool(words) and words[-1].lower().endswith(PICTURES)
+    return (words[:-1], words[-1]) if named else (words, "")
 
 
 def selected(arm: RobotArm, words: Sequence[str]) -> Selection:

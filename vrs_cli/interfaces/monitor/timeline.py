@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from vrs_cli.dialogue.replies import BranchRow, BranchTable, ComparisonTable, Message, SegmentRow, TimelineTable
+from vrs_cli.dialogue.replies import BranchRow, BranchTable, ComparisonTable, Message, Plot, SegmentRow, TimelineTable
 from vrs_cli.dialogue.talk import Talk, beside, in_parts
 from vrs_cli.engine.branches import MAIN
 from vrs_cli.engine.comparison import compare
 from vrs_cli.engine.history import Step, records
 from vrs_cli.errors import IllegalValue, InvalidName, UsageError
-from vrs_cli.interfaces.monitor.consent import agreed
-from vrs_cli.interfaces.monitor.plotting import plotted, selected
+from vrs_cli.interfaces.monitor.consent import agreed, may_write
+from vrs_cli.interfaces.monitor.plotting import in_file, plotted, selected
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
@@ -138,12 +138,24 @@ def _segment_row(segment: Segment) -> SegmentRow:
 
 def _plot(station: Station, it: Instruction) -> Talk[None]:
     engine = station.engine
-    asked = selected(engine.arm, [word(argument) for argument in it.arguments if argument is not None])
+    words, file = in_file([word(argument) for argument in it.arguments if argument is not None])
+    asked = selected(engine.arm, words)
     if engine.end <= engine.timeline.start:
         yield Message("No motions yet")
     else:
         arm, timeline = engine.arm, engine.timeline
-        yield (yield from beside(lambda: plotted(arm, timeline, asked)))
+        plot = yield from beside(lambda: plotted(arm, timeline, asked))
+        yield plot if not file else (yield from _drawn(station, plot, file))
+
+
+def _drawn(station: Station, plot: Plot, file: str) -> Talk[Message]:
+    """A plot in a file of the folder of the robot. Raises UsageError where this robot draws no files, FileError."""
+    draw, path = station.draw, station.folder.path(file)
+    if draw is None:
+        raise UsageError("PLOT draws no file at this robot", "PLOT alone shows the curves")
+    yield from may_write(station, path)
+    yield from beside(lambda: draw(path, plot))
+    return Message(f"{path} written")
 
 
 TIMELINE: Mapping[str, Handler] = {

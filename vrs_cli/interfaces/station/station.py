@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 from weakref import WeakSet, finalize
 
-from vrs_cli.dialogue.replies import Message, ProgramStopped, Tone
+from vrs_cli.dialogue.replies import Message, Plot, ProgramStopped, Tone
 from vrs_cli.dialogue.runs import Beside, Outcome, RunResult
 from vrs_cli.dialogue.talk import Slice, Talk, Terminal, at_once, beside, within
 from vrs_cli.engine.branches import Branches
@@ -105,6 +105,7 @@ class Station:
         self.stops = 0  # how often it was stopped by hand
         self.driver.answers, self.driver.then = self._answers, self._then
         self.layout = Layout()
+        self.draw: Callable[[Path, Plot], None] | None = None  # a plot into a file, where this robot does that
         self.journal: Path | None = None  # the file that all motions are written to as they are commanded
 
     @property

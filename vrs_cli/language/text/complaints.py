@@ -157,6 +157,8 @@ class _Complaint:
         last = self._last
         if last is None or last.type not in _ENDS_VALUE or self._type not in _VALUES | set(_OPENING):
             return None
+        if last.type == "RAW" and self._head is not None and self._head.row is not None and self._head.row.repeats:
+            return self._say(CannotInterpret, self._token_or_end(), f"a comma is missing before {self._text}")
         if last.type == "RAW":
             return self._say(CannotInterpret, self._token_or_end(), 'a name with blanks stands in quotes: "my file.v2"')
         if last.text.upper() in ("AT", "IN") and self._before[-2:-1] and self._before[-2].type == "WORD":
