@@ -29,7 +29,7 @@ def test_title_axis_and_legend_say_what_is_drawn() -> None:
     assert drawn[0] == "Joints [deg]"
     assert drawn[HEIGHT + 1].strip().startswith("+---")
     assert drawn[HEIGHT + 2].split() == ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0", "s"]
-    assert drawn[HEIGHT + 3].split() == "1 JT1 0.000 to 90.000 2 JT2 10.000 to 10.000".split()
+    assert drawn[HEIGHT + 3].split() == ["1", "JT1", "0.000", "to", "90.000", "2", "JT2", "10.000", "to", "10.000"]
     assert len(drawn) == HEIGHT + 4
 
 

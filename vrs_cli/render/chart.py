@@ -56,7 +56,7 @@ def round_step(least: float) -> float:
 
 
 def chart(plot: Plot, page: Page) -> Iterator[Line]:
-    """The title, the drawing, the time axis and the legend: all of it is seen at once, where the page is not too low."""
+    """The title, the drawing, the time axis and the legend: all is seen at once where the page is not too low."""
     width = WIDTH if page.width is None else max(LEAST_WIDTH, min(page.width - LABEL - 2, 2 * WIDTH))
     fine = page.unicode and page.colours
     legend = list(_legend(plot.curves, LABEL + width, fine))
@@ -127,9 +127,9 @@ def _time_axis(times: Sequence[float], width: int) -> Iterator[Line]:
     yield line(" " * LABEL + "".join("+" if column in figures else "-" for column in range(width)), Ink.NOTE)
     shown = ""
     for column, figure in sorted(figures.items()):
-        column = min(column, width - len(figure))  # the last one ends where the drawing does
-        if not shown or column > len(shown):
-            shown = f"{shown:<{column}}{figure}"
+        begin = min(column, width - len(figure))  # the last one ends where the drawing does
+        if not shown or begin > len(shown):
+            shown = f"{shown:<{begin}}{figure}"
     yield line(" " * LABEL + f"{shown} s", Ink.NOTE)
 
 

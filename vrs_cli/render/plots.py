@@ -62,7 +62,7 @@ class PlotError(UsageError):
 
 
 def plot_trajectory(path: str | Path, arm: RobotArm, timeline: Timeline, title: str) -> None:
-    """Draw the whole timeline into a file of a format of PICTURES: the same picture, byte by byte, for the same timeline.
+    """Draw the whole timeline into a picture file: the same bytes for the same timeline.
 
     Raises UsageError (no matplotlib, no picture file) or FileError.
     """
