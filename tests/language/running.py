@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from vrs_cli.errors import VrsError
+from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform, translation
 from vrs_cli.language.analysis.analyzer import analyze
@@ -57,6 +58,12 @@ class StillRobot:
 
     def speed(self, number: int) -> float:
         return 10.0 * number
+
+    def acceleration(self) -> float:
+        return 100.0
+
+    def configuration(self, joints: Joints) -> Configuration:
+        return Configuration(Arm.RIGHTY, Elbow.ABOVE, Wrist.FLIP if joints[4] < 0.0 else Wrist.NOFLIP)
 
     def state(self, number: int) -> float:
         return float(number)

@@ -14,7 +14,7 @@ from vrs_cli.files.bounds import Folder
 from vrs_cli.files.signal_file import parse_signals
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
-from vrs_cli.interfaces.tasks.performing import WAIT_TICK
+from vrs_cli.language.run.robot import TICK
 from vrs_cli.language.run.signals import InputChange
 
 # --- time ---
@@ -69,7 +69,7 @@ def test_a_wait_after_a_refused_motion_takes_its_time(session: Session) -> None:
 def test_a_wait_of_one_tick(session: Session) -> None:
     load(session, "WAIT", "t = TIME()")
     session.execute("main")
-    assert value(session, "t") == WAIT_TICK
+    assert value(session, "t") == TICK
 
 
 def test_time_goes_on_for_other_tasks_during_a_motion_of_the_prompt(session: Session) -> None:
@@ -144,7 +144,7 @@ def test_abort_lets_other_tasks_go_on_while_the_robot_brakes(session: Session) -
     session.settle()
     before, began = value(session, "n"), session.engine.now
     session.perform("ABORT")
-    ticks = (session.engine.now - began) / WAIT_TICK
+    ticks = (session.engine.now - began) / TICK
     assert ticks > 5
     assert value(session, "n") - before == pytest.approx(ticks, abs=1)
 

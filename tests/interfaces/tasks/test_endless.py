@@ -15,7 +15,7 @@ from vrs_cli.errors import EndlessWait
 from vrs_cli.files.signal_file import parse_signals
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
-from vrs_cli.interfaces.tasks.performing import WAIT_TICK
+from vrs_cli.language.run.robot import TICK
 
 
 def message(result: RunResult) -> str:
@@ -38,7 +38,7 @@ def test_it_says_what_it_waits_for(session: Session, condition: str, told: str) 
     load(session, "DRIVE 1, 20", f"WAIT {condition}")
     result = session.execute("main")
     assert message(result) == f"*Endless wait* waits for {told}"
-    assert 0.0 <= session.engine.now - session.engine.end <= WAIT_TICK
+    assert 0.0 <= session.engine.now - session.engine.end <= TICK
 
 
 def test_after_signal_retry_goes_on(session: Session) -> None:

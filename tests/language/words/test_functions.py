@@ -312,7 +312,7 @@ def test_a_function_works_or_is_refused_with_a_reason(function: Function) -> Non
 
 @pytest.mark.parametrize(
     "line",
-    ["x = TASK(2)", "x = FREE(1)", "x = IOSTAT(3)", "x = IOSTAT(5, 4)", "x = GETC(0)",
+    ["x = TASK(3)", "x = FREE(1)", "x = IOSTAT(3)", "x = IOSTAT(5, 4)", "x = GETC(0)",
      '$a[0] = "x"\n$s = $UNPACK($a[0], 0, 1)',
      '$a[0] = "x"\n$s = $UNPACK($a[0], 1, 129)', 'PACK $a[0], 0, 1 = "x"'],
 )  # fmt: skip

@@ -31,6 +31,7 @@ from vrs_cli.language.run.effects import (
     ControlTask,
     CycleBegins,
     DetachRobot,
+    EventSignal,
     Failed,
     Halt,
     Pause,
@@ -44,12 +45,11 @@ from vrs_cli.language.run.effects import (
     WaitEvent,
 )
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.robot import RobotReadings
+from vrs_cli.language.run.robot import TICK, RobotReadings
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.units import TERMINAL, AwaitLine, ReadRecord, UnitEffect
 from vrs_cli.trajectory.instant import on_grid
 
-WAIT_TICK = on_grid(0.028)  # [s] a WAIT is tested, and a busy loop seen to be one, every trajectory tick of VAL-II
 EVERYBODYS = (SetMonitorSpeed, SetParameter, SetSwitch)  # requests that a task without the robot may make
 
 
@@ -115,7 +115,7 @@ class Performer:
 
     def tick(self) -> float:
         """When a task that waits looks again."""
-        return on_grid(self._engine.now) + WAIT_TICK
+        return on_grid(self._engine.now) + TICK
 
     # --- the terminal and the files ---
 
@@ -152,7 +152,7 @@ class Performer:
     # --- waits ---
 
     def _wait(self, track: Track, wait: Wait) -> None:
-        first = on_grid(track.asked) + wait.ticks * WAIT_TICK
+        first = on_grid(track.asked) + wait.ticks * TICK
         if self._engine.now < first:
             track.until(first, wait)
         elif not wait.condition():
@@ -166,13 +166,17 @@ class Performer:
         if self._engine.now < end:
             track.until(end, wait)
 
-    def _set_event(self, _track: Track, event: SetEvent) -> None:
-        other = self._tasks.get(event.task)
+    def _set_event(self, track: Track, event: SetEvent) -> None:
+        other = track if event.task is None else self._tasks.get(event.task)
         if other is None or not other.running:
             raise TaskNotActive(f"task {event.task}", "an event is set for a task that runs")
-        other.event = True
-        if isinstance(other.pending, WaitEvent):
-            other.wake = self._engine.now
+        if event.on:
+            self._tasks.set_event(other)
+        else:
+            other.event = False
+
+    def _event_signal(self, track: Track, event: EventSignal) -> None:
+        track.event_signal = event.signal
 
     def _budget(self, track: Track, _event: Budget) -> None:
         track.wake = self.tick()
@@ -283,6 +287,7 @@ _ACTS: dict[type, Callable[[Performer, Track, Any], None]] = {
     Wait: Performer._wait,
     WaitEvent: Performer._wait_event,
     SetEvent: Performer._set_event,
+    EventSignal: Performer._event_signal,
     Budget: Performer._budget,
     Onward: lambda _performer, _track, _event: None,  # the next step at once
     CycleBegins: Performer._cycle_begins,

@@ -4,18 +4,21 @@ runs them: their task, other tasks, the units they have attached."""
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Mapping
 
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.parameters import FULL_SPEED
 from vrs_cli.engine.targets import check_joint_limits
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationTooClose, MotionError
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.tasks import Tasks
+from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.effects import TaskState
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
-from vrs_cli.language.run.robot import System
+from vrs_cli.language.run.robot import ROBOT_NUMBER, System
 from vrs_cli.language.words.values import key_of
 from vrs_cli.version import __version__
 
@@ -26,6 +29,8 @@ JOINTS_BELOW, BITS_BETWEEN = 6, 2
 
 NO_POWER, PROGRAM_CONTROL = 2, 7  # STATE(1)
 NEVER_MOVED, MOVING, AT_REST = 0, 1, 2  # STATE(2)
+COMPUTER_CONTROL = 5  # STATE(3): the last of the modes that the V+ 12.4 release notes list
+NO_FLAGS, AUTOMATIC = 0, 1  # STATE(4), whose bit 3 is the emergency stop, and STATE(5), as drivers for ROS read them
 MONITOR_SPEED, PROGRAM_SPEED, MOTION_SPEED = 1, 2, 3  # SPEED(n)
 
 
@@ -73,14 +78,45 @@ class Readings:
             return settings.speed.present.value
         raise IllegalValue(f"SPEED({number})", "1 monitor speed, 2 program speed, 3 speed of the next motion")
 
+    def acceleration(self) -> float:
+        return self.engine.settings.acceleration * FULL_SPEED
+
+    def configuration(self, joints: Joints) -> Configuration:
+        return self.engine.arm.configuration(joints)
+
     def state(self, number: int) -> float:
-        if number == 1:
-            return float(PROGRAM_CONTROL if self.engine.settings.switch("POWER") else NO_POWER)
-        if number == 2:
-            if self.moving():
-                return float(MOVING)
-            return float(AT_REST if len(self.engine.timeline) > 1 else NEVER_MOVED)
-        raise IllegalValue(f"STATE({number})", "1 how the robot is controlled, 2 whether it moves")
+        tell = STATES.get(number)
+        if tell is None:
+            raise IllegalValue(f"STATE({number})", f"it tells {', '.join(map(str, STATES))}")
+        return float(tell(self))
+
+    def _motion_state(self) -> int:
+        if self.moving():
+            return MOVING
+        return AT_REST if len(self.engine.timeline) > 1 else NEVER_MOVED
+
+    def _motion_span(self) -> tuple[float, float] | None:
+        """When the motion that is under way begins and ends [s]; None where the robot stands."""
+        if not self.moving():
+            return None
+        timeline = self.engine.timeline
+        first = last = timeline.index_at(self.engine.now)
+        number = timeline[first].motion.number
+        while first and timeline[first - 1].motion.number == number:
+            first -= 1
+        while last + 1 < len(timeline) and timeline[last + 1].motion.number == number:
+            last += 1
+        return timeline[first].start, timeline[last].finish
+
+    def _time_left(self) -> float:
+        """Until the motion under way ends [s]."""
+        span = self._motion_span()
+        return 0.0 if span is None else span[1] - self.engine.now
+
+    def _done(self) -> float:
+        """How much of the motion under way is done [%]; all of it where the robot stands."""
+        span = self._motion_span()
+        return 100.0 if span is None else 100.0 * (self.engine.now - span[0]) / (span[1] - span[0])
 
     def moving(self) -> bool:
         return self.engine.position().moving
@@ -104,6 +140,19 @@ class Readings:
         except MotionError:
             return TOO_FAR_BIT
         return 0
+
+
+# What STATE tells, by its argument. 1 to 3: V+ 12.4 release notes. 9 is above 0 in motion, as drivers for ROS expect;
+# that it counts seconds, and what 10 is, is from memory of the eV+ reference.
+STATES: Mapping[int, Callable[[Readings], float]] = {
+    1: lambda it: PROGRAM_CONTROL if it.engine.settings.switch("POWER") else NO_POWER,
+    2: Readings._motion_state,
+    3: lambda _it: COMPUTER_CONTROL,
+    4: lambda _it: NO_FLAGS,
+    5: lambda _it: AUTOMATIC,
+    9: Readings._time_left,
+    10: Readings._done,
+}
 
 
 # --- the system --------------------------------------------------------------------------------------------------
@@ -135,6 +184,14 @@ class SystemReadings(System):
     def run_state(self, task: int) -> int:
         track = self._tasks.get(task)
         return IDLE if track is None else RUN_STATES[track.task.state]
+
+    def event(self, task: int) -> bool:
+        track = self._tasks.get(task)
+        return track is not None and track.event
+
+    def robot_of(self, task: int) -> int:
+        track = self._tasks.get(task)
+        return ROBOT_NUMBER if track is not None and self._tasks.owns(track) else 0
 
     def program_status(self, name: str) -> int:
         stored = self._environment.programs.get(key_of(name.strip()))

@@ -13,7 +13,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import RobotNotAttached, TaskActive, TaskNotActive
 from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Track
-from vrs_cli.language.run.effects import AttachRobot, Pause, TaskState, Wait
+from vrs_cli.language.run.effects import AttachRobot, Pause, TaskState, Wait, WaitEvent
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.semantics.tasks import LAST_TASK
@@ -218,8 +218,16 @@ class Tasks:
         """Waits that a signal may end are looked at now, and so are reactions."""
         for track in self.running:
             track.task.reactions.changed(signal, on)
+            if on and track.event_signal == signal:
+                self.set_event(track)
             if (isinstance(track.pending, Wait) and not track.pending.ticks) or track.reacts:
                 track.wake = self._engine.now
+
+    def set_event(self, track: Track) -> None:
+        """SET.EVENT: a WAIT.EVENT of the task is looked at now."""
+        track.event = True
+        if isinstance(track.pending, WaitEvent):
+            track.wake = self._engine.now
 
     def set_run_signal(self, track: Track, signal: int) -> None:
         """RUNSIG: the signal that says whether the task runs."""

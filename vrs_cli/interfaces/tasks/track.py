@@ -47,7 +47,7 @@ class Track(Struct, eq=False):
     `awaited`: somebody waits for its end. `instant`: when it last went on, `before`: how many steps it had done then.
     `held`: what reactions have interrupted, and when that was asked for. `driven_by`: whoever let it go on last, who
     gets its questions; None where that one has gone. `times`: of who typed the line that it is; `issued`: when that
-    was, until its first request.
+    was, until its first request. `event`: whether it is set, `event_signal`: the input that sets it.
     """
 
     number: int
@@ -63,6 +63,7 @@ class Track(Struct, eq=False):
     mine: bool = False
     awaited: bool = False
     event: bool = False
+    event_signal: int | None = None
     run_signal: int | None = None
     stepping: Stepping | None = None
     instant: float = -1.0

@@ -62,9 +62,16 @@ class WaitEvent(Effect, frozen=True):
 
 
 class SetEvent(Effect, frozen=True):
-    """SET.EVENT: the event of a task."""
+    """SET.EVENT; CLEAR.EVENT where it is not `on`. `task`: None for the one that says so."""
 
-    task: int
+    task: int | None
+    on: bool = True
+
+
+class EventSignal(Effect, frozen=True):
+    """INT.EVENT: the input signal that sets the event of the task when it goes on; None for no signal any more."""
+
+    signal: int | None
 
 
 class CycleBegins(Effect, frozen=True):

@@ -18,11 +18,11 @@ from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.values import integer_between, key_of, plain
 from vrs_cli.trajectory.instant import LATEST
 
-LAST_TIMER = 15
+LAST_TIMER = 15  # V+ has negative ones, too
 
 
 class Timers:
-    """Timers 0 to 15, in seconds of the robot clock; one never set counts from the start of the clock."""
+    """Timers -15 to 15, in seconds of the robot clock; one never set counts from the start of the clock."""
 
     def __init__(self) -> None:
         self._zero: dict[int, float] = {}
@@ -38,7 +38,7 @@ class Timers:
         return now - self._zero.get(self._known(number), 0.0)
 
     def _known(self, number: float) -> int:
-        return integer_between(number, 0, LAST_TIMER, "timer")
+        return integer_between(number, -LAST_TIMER, LAST_TIMER, "timer")
 
 
 class StoredProgram(Struct, frozen=True, eq=False):

@@ -15,6 +15,7 @@ from math import cos, radians, sin, sqrt
 from operator import or_
 
 from vrs_cli.errors import ArithmeticOverflow, IllegalValue, NegativeSquareRoot, TypeMismatch, VrsError
+from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import (
     IDENTITY,
@@ -37,6 +38,7 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.formats import encode
 from vrs_cli.language.run.memory import Context
+from vrs_cli.language.run.robot import ROBOT_NUMBER, TICK
 from vrs_cli.language.run.units import NO_WAIT, checked_unit
 from vrs_cli.language.words.values import (
     FALSE,
@@ -291,14 +293,45 @@ IDLE, COMPLETED, FAILED, ABORTED, EXECUTING, PAUSED = range(6)
 
 
 def about_task(context: Context, select: float | None, task: float | None) -> float:
-    """TASK: 0 the number of this task, 1 what a task does."""
-    which = whole(_or(select, 0.0))
-    own = context.environment.system.task()
+    """TASK."""
+    which, system = whole(_or(select, 0.0)), context.environment.system
+    number = system.task() if task is None else whole(task)
     if which == 0:
-        return float(own)
+        return float(system.task())
     if which == 1:
-        return float(context.environment.system.run_state(own if task is None else whole(task)))
-    raise IllegalValue(f"TASK({which})", "0 the number of this task, 1 what a task does")
+        return float(system.run_state(number))
+    if which == 2:
+        return float(system.robot_of(number))
+    raise IllegalValue(f"TASK({which})", "0 the number of this task, 1 what a task does, 2 its robot")
+
+
+def event_of(context: Context, task: float | None) -> float:
+    """GET.EVENT: the events of a task as bits. There is one."""
+    system = context.environment.system
+    return float(system.event(system.task() if task is None else whole(task)))
+
+
+def selected(device: str, mode: float | None) -> float:
+    """SELECT. Raises IllegalValue for a device that there is not."""
+    if device != "ROBOT":
+        raise IllegalValue(f"SELECT({device})", "there is one robot: SELECT(ROBOT)")
+    integer_between(_or(mode, 0.0), -1, 0, "SELECT mode")
+    return float(ROBOT_NUMBER)
+
+
+# CONFIG. V+ has such bits; which is which is ours.
+_CONFIGURATION_BITS = {Arm.RIGHTY: 1, Elbow.BELOW: 2, Wrist.FLIP: 4}
+
+
+def configuration_bits(configuration: Configuration) -> int:
+    return sum(_CONFIGURATION_BITS.get(flag, 0) for flag in configuration.flags if flag is not None)
+
+
+def configured(context: Context, select: float | None) -> float:
+    """CONFIG."""
+    at_end = integer_between(_or(select, 0.0), 0, 1, "CONFIG")
+    joints = context.robot.destination_joints() if at_end else context.robot.joints()
+    return float(configuration_bits(context.robot.configuration(joints)))
 
 
 def free(which: float) -> float:
@@ -430,6 +463,9 @@ OF_VALUES: Mapping[str, Evaluator] = {
     "FLTB": unpacker("f"),
     "DBLB": unpacker("d"),
     "FREE": free,
+    "TPS": lambda: 1.0 / TICK,
+    "SELECT": selected,
+    "ROBOT.OPR": lambda _mode=None, _index=None: 0.0,
     "$DEFAULT": lambda: "./",
     "$UNPACK": unpacked,
 }
@@ -461,6 +497,8 @@ IN_CONTEXT: Mapping[str, Evaluator] = {
     "$TIME": clock_text,
     "STATUS": lambda it, name: float(it.environment.system.program_status(name)),
     "TASK": about_task,
+    "GET.EVENT": event_of,
+    "CONFIG": configured,
     "PRIORITY": lambda it: float(it.environment.system.priority()),
     "ID": lambda it, component: it.environment.system.identity(whole(component)),
     "IOSTAT": io_status,

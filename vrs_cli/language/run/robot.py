@@ -5,8 +5,13 @@ from __future__ import annotations
 from typing import Protocol
 
 from vrs_cli.errors import UnitNotAttached
+from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
+from vrs_cli.trajectory.instant import on_grid
+
+ROBOT_NUMBER = 1  # of SELECT ROBOT: there is one
+TICK = on_grid(0.028)  # [s] a WAIT is tested, and a busy loop seen to be one, every trajectory tick of VAL-II
 
 
 class RobotReadings(Protocol):
@@ -35,6 +40,10 @@ class RobotReadings(Protocol):
         """The robot clock [s]."""
 
     def speed(self, number: int) -> float: ...
+    def acceleration(self) -> float:
+        """In percent of the usual one."""
+
+    def configuration(self, joints: Joints) -> Configuration: ...
     def state(self, number: int) -> float: ...
     def moving(self) -> bool: ...
     def switch(self, name: str) -> bool:
@@ -63,6 +72,14 @@ class System:
     def run_state(self, task: int) -> int:  # noqa: ARG002 (for others to look at, as are those below)
         """What a task does (`operations.IDLE` and the like)."""
         return 0
+
+    def event(self, task: int) -> bool:  # noqa: ARG002
+        """Whether the event of a task is set."""
+        return False
+
+    def robot_of(self, task: int) -> int:  # noqa: ARG002
+        """The number of the robot that a task has attached; 0 where it has none."""
+        return ROBOT_NUMBER
 
     def program_status(self, name: str) -> int:  # noqa: ARG002
         """What a program does (`STATUS` in the table of functions)."""

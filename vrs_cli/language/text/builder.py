@@ -215,6 +215,7 @@ class _Given(Struct):
 
     row: Word
     arguments: Items = []
+    grouped: bool = False
     values: Items = []
     led: dict[str, Expression] = {}
     task: Expression | None = None
@@ -231,9 +232,10 @@ class _Given(Struct):
         if not wanted.repeated:
             self._refuse_beyond(self.values, 1, "values")
 
-    def put_group(self, _open: Token, given: _Piece, _close: Token) -> None:
+    def put_group(self, _open: Token, *given: _Piece | Token) -> None:
         """What stands in parentheses: as many places as the table has, so that those after them keep theirs."""
-        items, most = _items(given.children), self.row.grouped
+        self.grouped = True
+        items, most = (_items(given[0].children) if isinstance(given[0], _Piece) else []), self.row.grouped
         if self.row.tasked:
             self.task = items[0]
         else:
@@ -263,6 +265,8 @@ class _Given(Struct):
     def _in_order(self) -> Items:
         """The arguments in the order of the table: those between commas, those with a leading word, the task."""
         row, items = self.row, self.arguments
+        if row.may_lack_group and not self.grouped and items:
+            items = [*[None] * row.grouped, *items]
         if self.led:
             plain = sum(not argument.lead for argument in row.arguments)
             led = [self.led.get(argument.lead) for argument in row.arguments if argument.lead]

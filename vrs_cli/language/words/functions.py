@@ -114,8 +114,18 @@ _SYSTEM = (
     _real("SPEED(which)", "2 +",
         "1: the monitor speed, 2: the program speed in force, 3: that of the next motion, in percent", "SPEED(2)"),
     _real("STATE(which)", "2 +",
-        "1: what the robot does (7 under program control), 2: its motion (0 none yet, 1 moving, 2 stopped as planned)",
+        "1: what the robot does (7 under program control), 2: its motion (0 none yet, 1 moving, 2 stopped as planned), "
+        "3: who drives (5: programs), 4: the panel as bits (0: no emergency stop), 5: its key (1: automatic), "
+        "9: seconds until the motion ends, 10: how much of it is done [%]",
         "STATE(2)"),
+    _real("CONFIG([select])", "+",
+        "the configuration as bits, 1: RIGHTY, 2: BELOW, 4: FLIP; of the arm now (0), or where it will stop (1)",
+        "CONFIG()"),
+    _real("SELECT(device[, mode])", "+",
+        "the number of the robot that is chosen: 1; mode -1: how many there are",
+        "SELECT(ROBOT)", shapes=(Shape.WORD,)),
+    _real("ROBOT.OPR([mode][, index])", "+",
+        "what a robot of one make alone tells: 0, no robot here has such a mode", "ROBOT.OPR(1)"),
     _real("SWITCH(switch)", "2 +", "TRUE where a switch is enabled", "SWITCH(CP)"),
     _real("PARAMETER(parameter)", "2 +", "the value of a parameter", "PARAMETER(HAND.TIME)"),
     _real("HAND", "2 +", "the opening of the hand: 1 open, 0 closed", "IF HAND == 0 THEN"),
@@ -167,8 +177,10 @@ _TASKS = (
         'STATUS("pick")'),
     _real("TASK([select][, task])", "+",
         "0: the number of this task; 1: what a task does (0 nothing yet, 1 completed, 2 stopped by an error, "
-        "3 aborted, 4 it runs, 5 paused)",
+        "3 aborted, 4 it runs, 5 paused); 2: the number of the robot that a task has attached, 0 where it has none",
         "TASK(1, 2)"),
+    _real("GET.EVENT([task])", "+", "1 where the event of a task, or of this one, is set, otherwise 0", "GET.EVENT()"),
+    _real("TPS", "+", "how many ticks the system has in a second: those of a bare WAIT", "n = 2*TPS"),
     _real("PRIORITY", "+", "the priority of the program, as LOCK or a reaction has set it", "LOCK PRIORITY+1"),
     _real("FREE(which)", "+", "0: the percentage of memory that is free: 100, it does not run out", "FREE(0)"),
     _real("ID(component)", "+",
@@ -194,8 +206,14 @@ def _refused(name: str, summary: str, note: str, result: Kind = Kind.REAL) -> Fu
     return Function(f"{name}([number])", "+", summary, f"{name}(1)", note, state=State.REFUSED, result=result)
 
 
+_VISION = ("VFEATURE", "VRESULT", "VSTATE", "VLOCATION")
+
 _REFUSED = (
     _refused("BELT", "where a conveyor belt stands", "there is no conveyor at this robot"),
+    _refused("AIO.IN", "analog input", "there are no analog signals at this robot"),
+    *(_refused(name, "a camera", "there is no camera at this robot") for name in _VISION),
+    _refused("IOGETB", "the bus of the controller", "there is no bus; SIG and BITS read signals"),
+    _refused("IOGETS", "the bus of the controller", "there is no bus; SIG and BITS read signals"),
     _refused("DEVICE", "the state of a camera or another device", "there are no such devices at this robot"),
     _refused("KEYMODE", "the behaviour of pendant keys", "there is no pendant; PROMPT asks at the terminal"),
     _refused("PENDANT", "the keys of the pendant", "there is no pendant; PROMPT and GETC(4) read the terminal"),

@@ -57,7 +57,12 @@ _SETTINGS = (
     _setting("SPEED speed[, rotation] [MMPS | IPS | MONITOR] [ALWAYS]", "1 2 +",
         "program speed, in percent or as the speed of the tool tip, for the next motion or always", "SPEED 30 ALWAYS"),
     _setting("DURATION seconds [ALWAYS]", "2 +", "the least time that a motion takes", "DURATION 2 ALWAYS"),
-    _setting("ACCEL acceleration[, deceleration]", "+", "acceleration and deceleration in percent", "ACCEL 50, 30"),
+    _setting("ACCEL [(profile)] [acceleration][, deceleration]", "+",
+        "acceleration and deceleration in percent; profile 0 is LSPB, 1 SCURVE, 2 QUINTIC, another one 0",
+        "ACCEL (1) 50, 30"),
+    _setting("PAYLOAD [percent][, joint]", "+",
+        "the load that the servo of a joint, or of all, reckons with", "PAYLOAD 50",
+        "nothing is done: a virtual arm follows its path under any load"),
     _setting("SWIVEL [joint][, value] [ALWAYS]", "",
         "on a straight line of an arm with a joint too many: one joint ends at a value, or stays as it is",
         "SWIVEL 3, 20", "bare: all joints go as suits the line"),
@@ -98,6 +103,9 @@ _SETTINGS = (
     _setting("CALIBRATE", "1 2 +",
         "find the zero of the joints", "CALIBRATE", "nothing is done: a virtual robot is calibrated"),
     _setting("SELECT ROBOT = number", "+", "choose a robot", "SELECT ROBOT = 1", "there is one, number 1"),
+    _setting("ROBOT.OPR (mode) [value, ...]", "+",
+        "what a robot of one make alone can do", "ROBOT.OPR (1) 0",
+        "nothing is done: no robot here has such a mode"),
     _setting("ENABLE switch, ...", "2 +", "turn switches on", "ENABLE CP"),
     _setting("DISABLE switch, ...", "2 +", "turn switches off", "DISABLE MESSAGES"),
     _setting("SWITCH switch = value", "2 +", "turn a switch on or off", "SWITCH CP = OFF"),
@@ -201,7 +209,10 @@ _TASKS = (
     Word("RETRY [task]", "+", "let a task repeat the step at which it stopped", "RETRY 2"),
     Word("WAIT.EVENT [mask][, seconds]", "+",
         "wait until another task sets the event of this one, or for so many seconds", "WAIT.EVENT 1, 2.5"),
-    Word("SET.EVENT task", "+", "set the event of a task", "SET.EVENT 2"),
+    Word("SET.EVENT task[, flag]", "+", "set the event of a task; there is one flag, 1", "SET.EVENT 2"),
+    Word("CLEAR.EVENT [task][, flag]", "+", "clear the event of a task, or of this one", "CLEAR.EVENT"),
+    Word("INT.EVENT input[, level]", "+",
+        "let an input signal that goes on set the event of this task; 0: no more", "INT.EVENT 1001"),
     Word("ATTACH [(unit[, mode])] [$device]", "+",
         "take the robot (unit 0), as soon as no other task has it, the disk (5 to 8, 17 to 19) or the terminal (4)",
         'ATTACH (lun, 4) "DISK"', "mode 4 chooses a unit of the disk", shapes=(Shape.UNIT,)),
@@ -224,6 +235,9 @@ _FILES = (
 
 _NO_SENSOR = "there is no sensor line; a motion with AT or IN changes a motion under way"
 
+_VISION = ("VDISPLAY", "VTRAIN", "VWINDOW", "VSELECT", "VQUEUE", "VPARAMETER", "VRUN")
+_GRAPHICS = ("GCLEAR", "GLINE", "GTYPE", "GETEVENT", "FSET")
+
 _REFUSED = (
     refused("ELSEIF", "", "not a word of VAL-II", "write ELSE, and IF ... THEN on the next line"),
     refused("ENDIF", "", "not a word of VAL-II", "every block ends in END"),
@@ -245,6 +259,17 @@ _REFUSED = (
     refused("FEMPTY", "+", "emptying of buffers", "FCLOSE writes all there is"),
     refused("FCMND", "+", "disk commands from programs", "FDELETE deletes; FRENAME is typed at the prompt"),
     refused("ESTOP", "+", "power off at once", "use HALT"),
+    refused("AIO.OUT", "+", "analog output", "there are no analog signals at this robot"),
+    *(refused(name, "+", "a camera", "there is no camera at this robot") for name in _VISION),
+    *(refused(name, "+", "windows of a controller", "TYPE prints on the terminal") for name in _GRAPHICS),
+    refused("SETDEVICE", "+", "set up a camera or an encoder", "there are no such devices at this robot"),
+    refused("DEF.DIO", "+", "give signals to boards", "signals 1-512, 1001-1512 and 2001-2512 are there"),
+    refused("IOPUTB", "+", "write to the bus of the controller", "there is no bus; signals and BITS are there"),
+    refused("IOPUTS", "+", "write to the bus of the controller", "there is no bus; signals and BITS are there"),
+    refused("MOVEF", "+", "motion over three places in one", "write APPRO, MOVE and DEPART"),
+    refused("MOVESF", "+", "straight motion over three places in one", "write APPROS, MOVES and DEPARTS"),
+    refused("CALLP", "+", "a call through a pointer", "CALLS $name calls the program that a string names"),
+    refused("RELEASE", "+", "let other tasks run", "tasks take turns by themselves; WAIT waits for one tick"),
 )  # fmt: skip
 
 INSTRUCTIONS: Mapping[str, Word] = by_name(

@@ -295,6 +295,12 @@ class Word(Row, frozen=True, eq=False, dict=True):
         return sum(argument.shape in GROUPED for argument in self.arguments)
 
     @cached_property
+    def may_lack_group(self) -> bool:
+        """Whether the parentheses may be left out before other arguments: ACCEL (1) 50, and ACCEL 50."""
+        first = self.arguments[0] if self.arguments else None
+        return first is not None and first.shape is Shape.GROUP and first.optional
+
+    @cached_property
     def tasked(self) -> bool:
         """Whether the number of a task may stand before its arguments; among them it is the last."""
         return bool(self.arguments) and self.arguments[-1].shape is Shape.TASK

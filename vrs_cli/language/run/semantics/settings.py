@@ -22,17 +22,27 @@ from vrs_cli.engine.commands import (
     SetTool,
     SpeedUnit,
 )
-from vrs_cli.engine.parameters import ACCELERATION, DECELERATION, MONITOR_SPEED, PROGRAM_SPEED, ROTATION_SPEED
+from vrs_cli.engine.parameters import (
+    ACCELERATION,
+    DECELERATION,
+    FULL_SPEED,
+    MONITOR_SPEED,
+    PROGRAM_SPEED,
+    ROTATION_SPEED,
+)
 from vrs_cli.errors import IllegalJoint, IllegalValue
 from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
 from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, rotation_z
 from vrs_cli.language.run.effects import Event
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import NOTHING, Handler, Wording, transform
 from vrs_cli.language.run.operations import shift
-from vrs_cli.language.words.values import plain, whole
+from vrs_cli.language.words.values import integer_between, plain, whole
 from vrs_cli.trajectory.motion import Swivel
+
+LAST_PROFILE = 8  # V+ Language Reference Guide, ACCEL
 
 
 def _speed(_context: Context, it: Wording, speed: float, rotation: float | None = None) -> Iterable[Event]:
@@ -63,11 +73,41 @@ def _swivel(context: Context, it: Wording, joint: float | None = None, value: fl
 
 
 def _acceleration(
-    _context: Context, _it: Wording, acceleration: float, deceleration: float | None = None
+    context: Context,
+    _it: Wording,
+    profile: float | None = None,
+    acceleration: float | None = None,
+    deceleration: float | None = None,
 ) -> Iterable[Event]:
-    if deceleration is not None:
-        DECELERATION.checked(deceleration)
-    return (SetAcceleration(ACCELERATION.checked(acceleration), deceleration),)
+    """What is left out stays as it is."""
+    if profile is not None:
+        yield SetParameter("PROFILE", _profile(profile).name)
+    if acceleration is not None or deceleration is not None:
+        if deceleration is not None:
+            DECELERATION.checked(deceleration)
+        given = context.robot.acceleration() if acceleration is None else acceleration
+        yield SetAcceleration(ACCELERATION.checked(given), deceleration)
+
+
+def _profile(number: float) -> Profile:
+    """Profile 0 is a square wave of acceleration; one that a robot does not define is profile 0 (V+ Language Reference
+    Guide, ACCEL).
+    """
+    index = integer_between(number, 0, LAST_PROFILE, "a profile of")
+    profiles = tuple(Profile)
+    return profiles[index] if index < len(profiles) else profiles[0]
+
+
+def _payload(
+    context: Context, _it: Wording, percent: float | None = None, joint: float | None = None
+) -> Iterable[Event]:
+    """No servo is there that would need to know."""
+    if percent is not None and percent > FULL_SPEED:
+        raise IllegalValue(
+            f"PAYLOAD {plain(percent)}", "a load is 0 to 100 % of the largest, or negative: the usual one"
+        )
+    integer_between(joint or 0.0, 0, context.robot.dof, "joint")
+    return NOTHING
 
 
 def _mode(mode: Mode, on: bool, _context: Context, it: Wording, tolerance: float | None = None) -> Iterable[Event]:
@@ -133,6 +173,8 @@ SETTINGS: Mapping[str, Handler] = {
     "DURATION": _duration,
     "SWIVEL": _swivel,
     "ACCEL": _acceleration,
+    "PAYLOAD": _payload,
+    "ROBOT.OPR": lambda _context, _it, *_values: NOTHING,
     **{word: partial(_mode, mode, on) for word, (mode, on) in MODE_WORDS.items()},
     **{word: partial(_asks, SetConfiguration(flag)) for word, flag in _CONFIGURATIONS.items()},
     **{word: partial(_hand, opening, False) for word, opening in _HANDS.items()},

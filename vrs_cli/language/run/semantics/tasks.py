@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from functools import partial
 
-from vrs_cli.errors import IllegalValue
+from vrs_cli.errors import IllegalSignal, IllegalValue
 from vrs_cli.language.run.effects import (
     CallProgram,
     Control,
     ControlTask,
     Event,
+    EventSignal,
     Halt,
     Pause,
     Return,
@@ -21,6 +22,7 @@ from vrs_cli.language.run.effects import (
 )
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Handler, Wording
+from vrs_cli.language.words.signals import INPUTS
 from vrs_cli.language.words.values import integer_between, plain, whole
 
 MOST_STEPS = 9999  # that RETURN n leaves out
@@ -43,7 +45,8 @@ def _start(
 ) -> Iterable[Event]:
     number = None if task is None else checked_task(task)
     context.environment.program(call.name)
-    return (StartTask(number, call, *(1 if count is None else whole(count) for count in (cycles, step))),)
+    times = 1 if cycles is None else whole(cycles) or 1  # programs of V+ write 0 for once
+    return (StartTask(number, call, times, 1 if step is None else whole(step)),)
 
 
 def _control(control: Control, _context: Context, _it: Wording, task: float | None = None) -> Iterable[Event]:
@@ -62,6 +65,24 @@ def _wait_event(
     return (WaitEvent(event is not None or seconds is None, seconds),)
 
 
+def _event(
+    on: bool, _context: Context, _it: Wording, task: float | None = None, flag: float | None = None
+) -> Iterable[Event]:
+    integer_between(1.0 if flag is None else flag, 1, 1, "flag")
+    return (SetEvent(None if task is None else checked_task(task), on),)
+
+
+def _event_signal(context: Context, _it: Wording, number: float, level: float | None = None) -> Iterable[Event]:
+    """`level` is of the bus of a controller, which is not there."""
+    integer_between(1.0 if level is None else level, 1, 2, "level")
+    if whole(number) == 0:
+        return (EventSignal(None),)
+    if whole(number) not in INPUTS:
+        raise IllegalSignal(plain(number), f"INT.EVENT wants an input, {INPUTS[0]} to {INPUTS[-1]}, or 0")
+    context.environment.signals.read(number)
+    return (EventSignal(whole(number)),)
+
+
 TASKS: Mapping[str, Handler] = {
     "RETURN": _return,
     "RETURNE": lambda _context, _it: (Return(mended=True),),
@@ -72,5 +93,7 @@ TASKS: Mapping[str, Handler] = {
     "PCEXECUTE": partial(_start, task=PROCESS_CONTROL),
     **{control.value: partial(_control, control) for control in Control},
     "WAIT.EVENT": _wait_event,
-    "SET.EVENT": lambda _context, _it, task: (SetEvent(checked_task(task)),),
+    "SET.EVENT": partial(_event, True),
+    "CLEAR.EVENT": partial(_event, False),
+    "INT.EVENT": _event_signal,
 }
