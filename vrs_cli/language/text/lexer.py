@@ -235,9 +235,9 @@ class Lexer:
 
     def _row_of(self, word: re.Match[str], at_prompt: bool) -> Word:
         found = rows_for(word[0], *((COMMANDS, PROGRAM_WORDS) if at_prompt else (PROGRAM_WORDS,)))
-        if len(found) == 1 and (found[0].state is State.SUPPORTED or found[0].name == word[0].upper()):
+        if len(found) == 1 and found[0].name == word[0].upper():
             return found[0]
-        detail, hint = word[0], way(word[0], at_prompt=at_prompt)
+        detail, hint = word[0], way(word[0], at_prompt=at_prompt)  # RUN and CLEAR are not short for RUNSIG, CLEAR.EVENT
         if len(found) == 1 and not hint:
             return found[0]
         if len(found) > 1:

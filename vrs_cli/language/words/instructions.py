@@ -213,6 +213,8 @@ _TASKS = (
     Word("CLEAR.EVENT [task][, flag]", "+", "clear the event of a task, or of this one", "CLEAR.EVENT"),
     Word("INT.EVENT input[, level]", "+",
         "let an input signal that goes on set the event of this task; 0: no more", "INT.EVENT 1001"),
+    Word("RELEASE [task]", "+",
+        "let other tasks run, and go on at the next tick", "RELEASE -1", "tasks take turns by themselves, too"),
     Word("ATTACH [(unit[, mode])] [$device]", "+",
         "take the robot (unit 0), as soon as no other task has it, the disk (5 to 8, 17 to 19) or the terminal (4)",
         'ATTACH (lun, 4) "DISK"', "mode 4 chooses a unit of the disk", shapes=(Shape.UNIT,)),
@@ -269,7 +271,6 @@ _REFUSED = (
     refused("MOVEF", "+", "motion over three places in one", "write APPRO, MOVE and DEPART"),
     refused("MOVESF", "+", "straight motion over three places in one", "write APPROS, MOVES and DEPARTS"),
     refused("CALLP", "+", "a call through a pointer", "CALLS $name calls the program that a string names"),
-    refused("RELEASE", "+", "let other tasks run", "tasks take turns by themselves; WAIT waits for one tick"),
 )  # fmt: skip
 
 INSTRUCTIONS: Mapping[str, Word] = by_name(

@@ -18,6 +18,7 @@ from vrs_cli.language.run.effects import (
     SetEvent,
     StartTask,
     Stop,
+    Wait,
     WaitEvent,
 )
 from vrs_cli.language.run.memory import Context
@@ -96,4 +97,5 @@ TASKS: Mapping[str, Handler] = {
     "SET.EVENT": partial(_event, True),
     "CLEAR.EVENT": partial(_event, False),
     "INT.EVENT": _event_signal,
+    "RELEASE": lambda _context, _it, _task=None: (Wait(lambda: True, 1),),
 }
