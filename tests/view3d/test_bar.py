@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from math import inf
 
 import numpy as np
 import pytest
@@ -16,7 +17,9 @@ from vrs_cli.interfaces.roles.playback import Playback, command_after
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.view3d.app import App
+from vrs_cli.view3d.bar import Bar
 from vrs_cli.view3d.plots import KINDS
+from vrs_cli.view3d.strip import Span
 from vrs_cli.view3d.window import Window
 
 PLAYED = "MOVE #PPOINT(10, -90, 90, 0, 0, 0)\nDELAY 1\nMOVE #PPOINT(80, -90, 90, 0, 0, 0)\nDELAY 5"
@@ -131,6 +134,19 @@ def test_less_of_the_timeline_is_shown_at_will(page: Page) -> None:
     for _ in range(3):
         page.key("Show more or less of the timeline")
     page.until(lambda: page.gui("GuiSliderMessage")["max"] - page.gui("GuiSliderMessage")["min"] == 5.0)
+
+
+def test_the_slider_goes_from_and_to_round_times(app: App) -> None:
+    def ends(length: float, start: float) -> Span:
+        bar._length = length
+        return bar._span_of(Playback.of(start, start + 90.0, 1.0, 0.0), start + 1.0)
+
+    with Page(app.address) as page:
+        page.until(lambda: app.windows)
+        bar = next(part for part in app.windows[0].parts if isinstance(part, Bar))
+    assert ends(5.0, 116.172357) == (115.0, 120.0)
+    assert ends(60.0, 116.172357) == (60.0, 120.0)
+    assert ends(inf, 116.172357) == (115.0, 210.0)
 
 
 def test_the_strip_is_drawn_and_told(page: Page) -> None:

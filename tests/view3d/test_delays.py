@@ -56,7 +56,9 @@ class Looking:
         timeline = self.engine.timeline
         self.playback = Playback.following(timeline.start, timeline.end, 0.0, 0.0)
         self.seconds, self.node = 0.0, server.scene.get_handle_by_name
-        self.robot: Any = SimpleNamespace(arm=self.engine.arm, ahead=Ahead.AUTO)
+        self.robot: Any = SimpleNamespace(
+            arm=self.engine.arm, ahead=Ahead.AUTO, welcome=SimpleNamespace(one_user=False)
+        )
         window: Any = SimpleNamespace(
             client=server,
             playback=self.playback,
@@ -116,6 +118,15 @@ def test_one_robot_is_shown_where_both_are_in_one_place(looking: Looking) -> Non
 def test_without_a_prediction_there_is_no_second_robot(looking: Looking) -> None:
     looking.show(predicts=False, shown=1.25)
     assert looking.node("/predicted") is None
+
+
+def test_a_robot_of_ones_own_has_no_delays_to_tell_of(looking: Looking) -> None:
+    looking.robot.welcome.one_user = True
+    looking.show(predicts=False, round_trip=0.5)
+    assert not looking.told(), "the machine is busy"
+    looking.robot.welcome.one_user = False
+    looking.show()
+    assert "500 ms" in looking.told()
 
 
 def test_what_is_not_confirmed_and_what_was_wrong_have_their_colours(looking: Looking) -> None:

@@ -407,6 +407,24 @@ def test_a_robot_that_comes_back(tmp_path: Path) -> None:
             app.close()
 
 
+def test_a_key_is_heard_though_the_field_is_emptied_at_that_moment(app: App) -> None:
+    with sat(app) as it:
+        it.type("TYPE 6*7")
+        it.sees("42")
+        hands, field, heard = panel(app).hands, panel(app).line.field, list[str]()
+        hands.on(field, heard.append)
+
+        def emptied(*_said: object) -> None:
+            """Between what the page says and its being heard."""
+            thread = threading.Thread(target=hands.fill, args=(field, ""))
+            thread.start()
+            thread.join()
+
+        field._impl.sync_cb = emptied
+        it.page.set(field._impl.uuid, "x")
+        it.until(lambda: heard == ["x"])
+
+
 def test_nothing_is_left_of_a_browser_that_goes(app: App) -> None:
     with sat(app):
         done: list[int] = []

@@ -108,8 +108,8 @@ class Bar:
         timeline = self._window.watched.timeline
         self._window.change(lambda playback, wall: action.change(playback, wall, timeline))
 
-    def _slide(self, event: viser.GuiEvent[Any]) -> None:
-        """The slider has moved; by the user, where there is a client."""
+    async def _slide(self, event: viser.GuiEvent[Any]) -> None:
+        """The slider has moved; by the user, where there is a client. Read at once: it follows time."""
         if event.client is not None:
             self._window.doing(lambda: self._seek(float(event.target.value)))(event)
 
@@ -137,12 +137,11 @@ class Bar:
         return True
 
     def _span_of(self, playback: Playback, t: float) -> Span:
-        """All of it, or the page of it in which t is."""
-        length = self._length
-        if length == inf:
+        """All of it, or the page of it in which t is; from and to round times."""
+        if self._length == inf:
             return Span.over(playback.start, playback.end)
-        low = playback.start + floor((t - playback.start) / length) * length
-        return Span(low, low + length)
+        low = floor(t / self._length) * self._length
+        return Span(low, low + self._length)
 
     def _draw(self, timeline: Timeline, span: Span, doubts: Doubts) -> None:
         if span != self.span:

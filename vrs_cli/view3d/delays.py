@@ -113,8 +113,8 @@ class Delays:
 
     def _tell(self, t: float, seen: Previewed) -> None:
         if self._told is None:
-            if seen.round_trip < WORTH and not seen.predicts:
-                return
+            if not seen.predicts and (self._robot.welcome.one_user or seen.round_trip < WORTH):
+                return  # a robot of this machine is late where the machine is busy
             self._told = self._add_panel()
         told = "".join(f"<div>{line}</div>" for line in _lines(t, seen))
         style = "padding:0 0.625rem 0.4rem;font-size:0.8rem;font-variant-numeric:tabular-nums"

@@ -71,7 +71,7 @@ class CommandLine:
     def _typed(self, value: str) -> None:
         typed = self._typing.changed(value, self._wall())
         if typed.left is not None:
-            put(self.field, value=typed.left)
+            self._hands.fill(self.field, typed.left)
         if typed.text is not None:
             self._at = 0
             self._take(typed.text)
@@ -82,7 +82,7 @@ class CommandLine:
     def put(self, text: str) -> None:
         """Have a text in the field."""
         self._typing.put(text)
-        put(self.field, value=text)
+        self._hands.fill(self.field, text)
 
     def _take(self, text: str) -> None:
         """Lines that are ended: looked at one after the other, and sent."""
@@ -108,7 +108,7 @@ class CommandLine:
             self._next()
             return
         self._lines.clear()
-        if not self.field.value:
+        if not self._typing.text:
             self.put(checking.text)
         self.mistake.content = boxed(html((DiagnosticsReport((Diagnosed(mistake, checking.text),)),)))
         self.mistake.visible = True
@@ -152,7 +152,7 @@ class CommandLine:
     def _answered(self, value: str) -> None:
         typed = self._answering.changed(value, self._wall())
         if typed.left is not None:
-            put(self.answer, value=typed.left)
+            self._hands.fill(self.answer, typed.left)
         if typed.text is not None:
             self._give(typed.text)
 
@@ -171,7 +171,7 @@ class CommandLine:
         if asked is not None:
             self.asked.content = boxed(f"<b>{escape(_spoken(asked))}</b>")
             self._answering.put("")
-            put(self.answer, value="")
+            self._hands.fill(self.answer, "")
 
     # --- what is seen ---
 

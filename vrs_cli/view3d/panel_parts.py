@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -24,6 +25,7 @@ class Hands:
     def __init__(self, refused: Callable[[Exception], None]) -> None:
         self._refused = refused
         self._thread = ThreadPoolExecutor(1, "vrs panel")
+        self._loop: asyncio.AbstractEventLoop | None = None  # in which the page is heard, once it has said something
 
     def do(self, act: Act) -> None:
         def guarded() -> None:
@@ -41,12 +43,20 @@ class Hands:
         """
 
         async def changed(event: viser.GuiEvent[Any]) -> None:
-            value = event.target.value
+            value, self._loop = event.target.value, asyncio.get_running_loop()
             if event.client is not None:
                 self.do(lambda: act(value))
 
         hears = next(name for name in ("on_click", "on_upload", "on_update") if hasattr(handle, name))
         getattr(handle, hears)(changed)
+
+    def fill(self, field: Any, text: str) -> None:
+        """Have a text in a field in which a user may be typing: never between what he types and its being heard."""
+        if self._loop is None:
+            put(field, value=text)
+            return
+        with suppress(RuntimeError):  # the page has gone
+            self._loop.call_soon_threadsafe(lambda: put(field, value=text))
 
     def close(self) -> None:
         self._thread.shutdown(wait=False, cancel_futures=True)

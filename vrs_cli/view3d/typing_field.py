@@ -21,27 +21,27 @@ class Typed(NamedTuple):
 
 class TypingField:
     """Takes what the page says that its field holds, in order. Until the page has heard that lines were taken, it still
-    has them, and says so with what is typed behind them.
+    has them, and says so with what is typed behind them. `text`: what belongs in the field.
     """
 
     def __init__(self) -> None:
-        self._before = ""
+        self.text = ""
         self._taken, self._taken_at, self._rest = "", 0.0, ""
 
     def put(self, text: str) -> None:
         """The field holds another text: a suggestion, a line of before."""
-        self._before, self._taken = text, ""
+        self.text, self._taken = text, ""
 
     def changed(self, value: str, wall: float) -> Typed:
         """`wall`: the time of the day [s]."""
         late = self._is_late(value, wall)
         text = self._rest + value[len(self._taken) :] if late else value
         if "\n" not in text:
-            self._before = text
+            self.text = text
             self._taken = self._taken if late else ""
             return Typed(None, text if late else None)
         ended, rest = self._ended(text)
-        self._before, self._taken, self._taken_at, self._rest = rest, value, wall, rest
+        self.text, self._taken, self._taken_at, self._rest = rest, value, wall, rest
         return Typed(ended, rest)
 
     def _is_late(self, value: str, wall: float) -> bool:
@@ -52,7 +52,7 @@ class TypingField:
 
     def _ended(self, text: str) -> tuple[str, str]:
         """The lines that are ended, and the rest. Enter in the middle of a line ends all of it."""
-        if text.count("\n") == 1 and text.replace("\n", "") == self._before:
-            return self._before, ""
+        if text.count("\n") == 1 and text.replace("\n", "") == self.text:
+            return self.text, ""
         ended, _, rest = text.rpartition("\n")
         return ended, rest
