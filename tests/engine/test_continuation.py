@@ -12,7 +12,7 @@ import pytest
 
 from tests.examples import some
 from vrs_cli.engine.commands import Move, NamedTarget, PoseTarget, SetParameter, SetSpeed
-from vrs_cli.engine.continuation import TOGETHER, Gap
+from vrs_cli.engine.continuation import MOST_SAMPLES, Gap
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.following import Follower
 from vrs_cli.engine.position import joints_over
@@ -138,28 +138,20 @@ def test_joints_of_one_branch_are_proved_and_a_jump_is_not(name: str) -> None:
     there = arm.branch_joints(goal, arm.ways[0], q)
     assert there is not None
     weights = np.eye(len(q))[list(arm.held)]
-    assert proof.proved(*between(q, there, weights, pose, goal)).tolist() == [True]
+    assert proof.proved(between(q, there, there, weights), 1).tolist() == [True]
     jumped = tuple(x + 0.3 for x in there)
-    assert proof.proved(*between(q, jumped, weights, pose, goal)).tolist() == [False]
+    for pieces in (1, 64):
+        assert proof.proved(between(q, there, jumped, weights), pieces).tolist() == [False]
     if arm.redundancy:
         moved = tuple(x + 0.3 * w for x, w in zip(there, weights[0], strict=True))
-        assert proof.proved(*between(q, moved, weights, pose, goal)).tolist() == [False]
+        assert proof.proved(between(q, there, moved, weights), 64).tolist() == [False]
 
 
-def between(
-    a: tuple[float, ...], b: tuple[float, ...], weights: np.ndarray, *ends: tuple[float, ...]
-) -> tuple[Gaps, np.ndarray, np.ndarray]:
-    """A short way at constant speed; what it turns is so little that poses between are as good as linear. The guides
-    ask what there was at the start.
-    """
-    x = np.linspace(0.0, 1.0, 9)[:, None]
-    first, last = np.array(ends)
-    way = np.array(b) - np.array(a)
-    still = np.array([1e-10])
-    T = (first + x * (last - first)).reshape(1, -1, 3, 4)
-    bends = still, np.array([1e-5]), still, np.array([0.0])
-    guided = np.broadcast_to(weights @ np.array(a), (1, 9, len(weights)))
-    return Gaps(np.array([a]), np.array([b]), way[None], way[None], *bends, weights), T, guided
+def between(a: tuple[float, ...], b: tuple[float, ...], found: tuple[float, ...], weights: np.ndarray) -> Gaps:
+    """A short way from a to b at constant speed, at whose end other joints may have been found."""
+    way = (np.array(b) - np.array(a))[None]
+    turned = np.array([[1e-5, 0.0, 0.0, 0.0]])
+    return Gaps(np.array([a]), np.array([found]), way, way, np.zeros(1), turned, np.zeros(1), weights)
 
 
 @pytest.mark.parametrize(
@@ -172,7 +164,7 @@ def between(
 def test_a_line_that_nothing_proves_is_refused_soon(
     monkeypatch: pytest.MonkeyPatch, start: tuple[float, ...], way: tuple[float, float, float]
 ) -> None:
-    """The finest ways first: after as many samples as it takes to come down to one of them."""
+    """The finest ways first, and no more samples than a line that is possible takes."""
     halved, halves = list[Gap](), Gap.halves
 
     def counted(gap: Gap, follower: Follower) -> tuple[Gap, Gap]:
@@ -185,4 +177,4 @@ def test_a_line_that_nothing_proves_is_refused_soon(
     goal = at_position(here, *(a + b for a, b in zip(position(here), way, strict=True)))
     with pytest.raises(StraightLineSingular):
         engine.perform(Move(PoseTarget(goal), straight=True))
-    assert 20 < len(halved) <= 24 * TOGETHER
+    assert 20 < len(halved) <= MOST_SAMPLES

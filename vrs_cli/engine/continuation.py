@@ -4,26 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from itertools import groupby, pairwise
+from itertools import pairwise
 from math import hypot
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
 
 from vrs_cli.engine.boundary import most
 from vrs_cli.engine.following import Follower, Sample
-from vrs_cli.kinematics.arrays import Floats
-from vrs_cli.kinematics.numeric.continuation import Continuation, Gaps
+from vrs_cli.kinematics.numeric.continuation import Continuation, Gaps, fourth_of_turn
 from vrs_cli.kinematics.transform import position
-from vrs_cli.trajectory.path_batch import flange_poses, guide_values
-from vrs_cli.trajectory.polynomial import derivative
+from vrs_cli.trajectory.polynomial import Polynomial, derivative
 from vrs_cli.trajectory.segment import CartesianPath
 
-PIECES = (6, 30, 150)  # in which the way between two samples is looked at, before there is a sample more
+PIECES = (1, 4, 16, 64)  # in which the way between two samples is looked at, before there is a sample more
 AT_REST = 2.0**-6  # of a stretch from rest or to it: less than a thousandth of its way
 FINEST = 2.0**-24  # of a stretch, between samples
-MOST_SAMPLES = 2000  # of a line more than it had
+MOST_SAMPLES = 400  # of a line more than it had
 TOGETHER = 8  # ways that are halved at once, the finest first: where nothing goes on that is found soon
+
+
+class Pace(NamedTuple):
+    """Of a stretch: bounds of the fourth derivative of the tool's place [m/s4], of the first four of the angles that it
+    turns by, together [rad/s ...], and of the fourth of its guides.
+    """
+
+    place: float
+    turns: tuple[float, float, float, float]
+    guide: float
 
 
 class Followed(Struct, frozen=True, dict=True):
@@ -34,16 +43,14 @@ class Followed(Struct, frozen=True, dict=True):
     samples: list[Sample]
 
     @cached_property
-    def bend(self) -> tuple[float, float, float, float]:
-        """The greatest acceleration of the tool, rate of its rotation and of that [m/s2, rad/s, rad/s2], and second
-        derivative of its guides.
-        """
-        rates = [derivative(turn.angle) for turn in self.path.turns]
-        spin = sum(most(rate, self.duration) for rate in rates)
-        spin_rate = sum(most(derivative(rate), self.duration) for rate in rates)
-        places = (most(derivative(derivative(row)), self.duration) for row in self.path.position)
-        guides = (most(derivative(derivative(guide.value)), self.duration) for guide in self.path.guides)
-        return hypot(*places), spin, spin_rate + (spin * spin if len(rates) > 1 else 0.0), hypot(*guides)
+    def pace(self) -> Pace:
+        rates, turns = [turn.angle for turn in self.path.turns], list[float]()
+        for _ in range(4):
+            rates = [derivative(rate) for rate in rates]
+            turns.append(sum(most(rate, self.duration) for rate in rates))
+        places = (most(_fourth(row), self.duration) for row in self.path.position)
+        guides = (most(_fourth(guide.value), self.duration) for guide in self.path.guides)
+        return Pace(hypot(*places), (turns[0], turns[1], turns[2], turns[3]), hypot(*guides))
 
 
 class Gap(Struct, frozen=True):
@@ -99,7 +106,7 @@ def _gaps(follower: Follower, stretch: Followed) -> list[Gap]:
 def _gaps_without_proof(continuation: Continuation, follower: Follower, gaps: list[Gap]) -> list[Gap]:
     for pieces in PIECES:
         if gaps:
-            proved = continuation.proved(_arrays(follower, gaps), *_asked(follower, gaps, pieces))
+            proved = continuation.proved(_arrays(follower, gaps), pieces)
             gaps = [gap for gap, sure in zip(gaps, proved.tolist(), strict=True) if not sure]
     return gaps
 
@@ -108,24 +115,15 @@ def _arrays(follower: Follower, gaps: list[Gap]) -> Gaps:
     h = np.array([gap.lasting for gap in gaps])
     rows = [(gap.a.joints, gap.b.joints, gap.a.velocity, gap.b.velocity) for gap in gaps]
     begin, end, begin_rate, end_rate = np.array(rows).transpose(1, 0, 2)
-    place, turn, turn_bend, guide = np.array([gap.of.bend for gap in gaps]).T
+    place, guide = np.array([(gap.of.pace.place, gap.of.pace.guide) for gap in gaps]).T * h**4
+    turn = np.array([gap.of.pace.turns for gap in gaps]) * h[:, None] ** np.arange(1.0, 5.0)
     weights = np.array([guide.weights for guide in gaps[0].of.path.guides]).reshape(-1, begin.shape[1])
     lever = hypot(*position(follower.T_tool_flange))  # of the flange, which the tool carries
-    turn_bend = turn_bend + turn * turn  # of the rotation, as a matrix
-    bend = (place + lever * turn_bend) * h * h
-    square, rates = h * h, (begin_rate * h[:, None], end_rate * h[:, None])
-    return Gaps(begin, end, *rates, bend, turn * h, turn_bend * square, guide * square, weights)
+    place = place + lever * fourth_of_turn(*turn.T)
+    return Gaps(begin, end, begin_rate * h[:, None], end_rate * h[:, None], place, turn, guide, weights)
 
 
-def _asked(follower: Follower, gaps: list[Gap], pieces: int) -> tuple[Floats, Floats]:
-    """T_robot_flange (k, pieces + 1, 3, 4) and what r guides ask (k, pieces + 1, r) at the ends of the pieces of each
-    gap.
-    """
-    x = np.linspace(0.0, 1.0, pieces + 1)
-    poses, guided = [], []
-    for path, same in groupby(gaps, key=lambda gap: gap.of.path):
-        s = np.concatenate([gap.a.s + x * gap.lasting for gap in same])
-        poses.append(flange_poses(path, s, follower.tool))
-        guided.append(guide_values(path, s))
-    shape = len(gaps), pieces + 1
-    return np.concatenate(poses).reshape(*shape, 3, 4), np.concatenate(guided).reshape(*shape, -1)
+def _fourth(a: Polynomial) -> Polynomial:
+    for _ in range(4):
+        a = derivative(a)
+    return a

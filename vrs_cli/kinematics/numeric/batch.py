@@ -126,10 +126,17 @@ class NumericBatch(SerialBatch):
         missing = self._missing(have, T)
         if self.counts.all():
             return J, missing
-        R = np.swapaxes(have[..., :3], -1, -2)
-        J = np.concatenate((J[:, :3], R @ J[:, 3:]), axis=1)
-        missing = np.concatenate((missing[:, :3], np.einsum("nij,nj->ni", R, missing[:, 3:])), axis=1)
-        return J[:, self.counts], missing[:, self.counts]
+        turned = np.einsum("nji,nj->ni", have[..., :3], missing[:, 3:])
+        missing = np.concatenate((missing[:, :3], turned), axis=1)
+        return self._that_count(have, J), missing[:, self.counts]
+
+    def rows(self, q: Floats) -> Floats:
+        """Rows of the Jacobian that count (N, m, n)."""
+        return self.jacobian(q) if self.counts.all() else self._that_count(*self.forward_and_jacobian(q))
+
+    def _that_count(self, have: Floats, J: Floats) -> Floats:
+        turned = np.swapaxes(have[..., :3], -1, -2) @ J[:, 3:]
+        return np.concatenate((J[:, :3], turned), axis=1)[:, self.counts]
 
     def _missing(self, have: Floats, T: Floats) -> Floats:
         """(N, 6): the way and the turn from poses of the flange to others [m, rad]."""

@@ -1,23 +1,27 @@
 """Whether the joints of an arm without a closed form lead from sample to sample of a way: proved, not sampled.
 
-Between two samples the cubic c(t) through their joints and rates is near the joints that are looked for, where
-F(t, q) = 0: what the flange misses, as the place and the vector of the sines of the turn. The theorem of Kantorovich
-(Ortega and Rheinboldt, "Iterative Solution of Nonlinear Equations in Several Variables", 1970, 12.6.2) at c(t): with
-beta >= |F'(c)^-1|, eta >= beta |F(c)| and |F'(p) - F'(q)| <= L |p - q|, there are such joints within 2 eta of c if
-beta L eta <= 1/2, and no others within 1 / (beta L). As this holds at every t, and c is exact at both samples, one
-continuous branch leads from one to the other.
+Between two samples the cubic c(x) through their joints and rates, x from 0 to 1, is near the joints that are looked for,
+where F(x, q) = 0: what the flange misses, as the place and the vector of the sines of the turn. The theorem of
+Kantorovich (Ortega and Rheinboldt, "Iterative Solution of Nonlinear Equations in Several Variables", 1970, 12.6.2) at
+c(x): with beta >= |F'(c)^-1|, eta >= beta |F(c)| and |F'(p) - F'(q)| <= L |p - q|, there are such joints within 2 eta
+of c if beta L eta <= 1/2, and no others within 1 / (beta L). As this holds at every x, and c is exact at both samples,
+one continuous branch leads from one to the other.
 
-The cubic is looked at in pieces of g of it each. On one, |F| is at most what it is at the worse end and g2 / 8 of
-|F''|, and F' differs from the Jacobian J at the nearer end by no more than L times the way of c, which is half of the
-piece at most, and |F| times |J|. Some pieces have one matrix A for all, the inverse of J in their middle: where
-|1 - A F'| < 1, |F'^-1| is |A| / (1 - |1 - A F'|) at most (Neumann's series).
+|F(c(x))| is 1/384 of its fourth derivative by x at most, for it is 0 at both samples, and its slope is (the remainder of
+Hermite's interpolation; Davis, "Interpolation and Approximation", 1963, 3.1). A turn by angles, those of joints and of
+the path, has derivatives by x that Faa di Bruno's formula bounds by the sums of theirs; those of the place are longer by
+the levers: how far the flange is from the axes at most.
+
+beta: c is looked at in pieces of g of x each. On one the Jacobian J is as on the chord between those at its ends, but
+for g2 / 8 of its second derivative, and F' is J but for |F| times |J|. With A, the inverse of the mean of both ends,
+|1 - A F'| is |A| times half of their difference on the chord at most, and |F'^-1| is |A| / (1 - |1 - A F'|) at most
+(Neumann's series).
 
 Of an arm with more joints than it takes F has a row for each guide too: the sum of the joints by its weights, less what
 that is to be. It is linear in the joints, so it adds nothing to L.
 
 Lengths [m], sliding joints among them, are divided by `Continuation.length` [m], so that all is in rad; norms are
-Euclidean, that of the inverse Frobenius's. With n joints that turn, the second derivatives of a rotation by them are at
-most n, the first at most the root of n; those of the place follow from how far the flange is from the axes at most.
+Euclidean, that of the inverse Frobenius's.
 """
 
 from __future__ import annotations
@@ -30,12 +34,14 @@ import numpy as np
 
 from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.model import levers
-from vrs_cli.kinematics.numeric.batch import NumericBatch, with_guides
+from vrs_cli.kinematics.numeric.batch import NumericBatch
+from vrs_cli.kinematics.numeric.search import RATES
 
 LENGTH = 0.4  # of the longest lever: the proof is easiest about there
 MOST = 0.5  # of beta L eta
 LOST = 0.9  # of |1 - A F'|: F' has an inverse where it is less than 1
-BLOCKS = (6, 1)  # pieces that have one inverse for all
+HERMITE = 1.0 / 384.0  # of a fourth derivative: what the cubic is off at most
+SLOPES = 8.0 / 27.0  # of an error of the slopes at both ends: the same
 
 
 class Gaps(NamedTuple):
@@ -45,20 +51,31 @@ class Gaps(NamedTuple):
     end: Floats
     begin_rate: Floats
     end_rate: Floats
-    bend: Floats  # (k,) bounds: of the second derivative of the flange's place [m]
-    turn: Floats  # of the first of its rotation [rad]
-    turn_bend: Floats  # and of the second
-    guide_bend: Floats  # of that of the guides
+    place: Floats  # (k,) bounds: of the fourth derivative of the place that is asked for [m]
+    turn: Floats  # (k, 4) of the first four of the angles of the turn that is asked for, together [rad]
+    guide: Floats  # (k,) of the fourth of the guides
     weights: Floats  # of r guides (r, n)
 
-    def cubic(self, pieces: int) -> tuple[Floats, Floats, Floats]:
-        """Joints and rates at the ends of pieces (k, pieces + 1, n), and the second derivatives at both ends."""
+    def bends(self) -> tuple[Floats, Floats, Floats]:
+        """The second derivatives of the cubic at both ends and the third (k, n)."""
+        way, v, w = self.end - self.begin, self.begin_rate, self.end_rate
+        bend, third = 6.0 * way - 4.0 * v - 2.0 * w, 6.0 * (v + w - 2.0 * way)
+        return bend, bend + third, third
+
+    def cubic(self, pieces: int) -> Floats:
+        """Joints at the ends of pieces (k, pieces + 1, n)."""
+        bend, _, third = self.bends()
         x = np.linspace(0.0, 1.0, pieces + 1)[:, None]
-        p, v, w = self.begin[:, None], self.begin_rate[:, None], self.end_rate[:, None]
-        way = self.end[:, None] - p
-        square, cube = 3.0 * way - 2.0 * v - w, v + w - 2.0 * way
-        q = p + x * (v + x * (square + x * cube))
-        return q, v + x * (2.0 * square + 3.0 * x * cube), np.concatenate((square, square + 3.0 * cube), axis=1) * 2.0
+        halves = 0.5 * bend[:, None], third[:, None] / 6.0
+        return np.asarray(self.begin[:, None] + x * (self.begin_rate[:, None] + x * (halves[0] + x * halves[1])))
+
+
+class _Pace(NamedTuple):
+    """Bounds (k,) of the first three derivatives of the joints by x, those of all joints together."""
+
+    first: Floats
+    second: Floats
+    third: Floats
 
 
 class Continuation:
@@ -71,6 +88,7 @@ class Continuation:
         self.length = LENGTH * reached[0]
         sliding = np.cumsum(~batch.turning[::-1])[::-1]  # joints beyond their ranges, by a length at most
         self.levers = np.where(self.turns, np.array(reached) / self.length + sliding, 1.0)
+        self.longest = np.maximum.accumulate(self.levers[::-1])[::-1]  # of a joint and those behind it
         self.units = np.where(self.turns, 1.0, self.length)
         self.places = sum(model.task.counts[:3])
 
@@ -81,61 +99,55 @@ class Continuation:
         first, later = np.minimum.outer(range(n), range(n)), np.maximum.outer(range(n), range(n))
         return float(np.linalg.norm(np.where(self.turns[first], self.levers[later], 0.0), 2))
 
-    def proved(self, gaps: Gaps, T: Floats, guided: Floats) -> Flags:
-        """(k,): of each gap; T (k, pieces + 1, 3, 4) are the poses of the flange at the ends of pieces, `guided`
-        (k, pieces + 1, r) what the guides ask there.
-        """
-        k, count = T.shape[:2]
-        g = 1.0 / (count - 1)
-        q, rates, bends = gaps.cubic(count - 1)
-        J, missed = self._at(
-            q.reshape(k * count, -1), T.reshape(k * count, 3, 4), gaps.weights, guided.reshape(k * count, -1)
-        )
-        beta, lost = _inverses(J.reshape(k, count, *J.shape[1:]))
-        missed = _worse_end(missed.reshape(k, count))
-        bend = self._size(bends).max(axis=1)[:, None]
-        speed = _worse_end(self._size(rates)) + 0.5 * g * bend
+    def proved(self, gaps: Gaps, pieces: int) -> Flags:
+        """(k,): of each gap."""
         n = float(self.turns.sum())
-        lipschitz = hypot(self.place_bend, n)
-        place = gaps.bend[:, None] / self.length + self.place_bend * speed**2 + np.linalg.norm(self.levers) * bend
-        turn = gaps.turn_bend[:, None] + 2.0 * gaps.turn[:, None] * sqrt(n) * speed + n * speed**2 + sqrt(n) * bend
-        guide = gaps.guide_bend[:, None] + np.linalg.norm(gaps.weights * self.units) * bend
-        missed = missed + g * g / 8.0 * np.hypot(np.hypot(place, turn), guide)
-        lost = lost + beta * (lipschitz * 0.5 * g * speed + sqrt(n) * missed)
-        beta = beta / np.where(lost < LOST, 1.0 - lost, np.nan)
-        sure: Flags = (beta * beta * lipschitz * missed <= MOST) & (beta * missed <= MOST)
-        return np.asarray(sure.all(axis=1))
+        missed, bend = self._bounds(gaps)
+        J = self._jacobians(gaps, pieces)
+        A = _inverse(0.5 * (J[:, 1:] + J[:, :-1]))
+        size = _norm(A)
+        lost = 0.5 * _norm(A @ (J[:, 1:] - J[:, :-1]))
+        lost = lost + size * (bend / (8.0 * pieces**2) + sqrt(n) * missed)[:, None]
+        beta = size / np.where(lost < LOST, 1.0 - lost, np.nan)
+        least = np.fmin(MOST, MOST / (beta * hypot(self.place_bend, n)))
+        return np.asarray((beta * missed[:, None] <= least).all(axis=1))
 
-    def _at(self, q: Floats, T: Floats, weights: Floats, guided: Floats) -> tuple[Floats, Floats]:
-        """Of joints (N, n) for poses (N, 3, 4) and guides (N, r): J (N, n, n), and how much is missed (N,)."""
-        J, missed = with_guides(*self.batch.error(q, T), q, weights, guided)
-        J = J * self.units
-        J[:, : self.places] /= self.length
-        missed[:, : self.places] /= self.length
-        return J, np.linalg.norm(missed, axis=1)
+    def _bounds(self, gaps: Gaps) -> tuple[Floats, Floats]:
+        """(k,): how much of F is missed on the cubic at most, and of the second derivative of J on it."""
+        before, after, third = (np.abs(bend) for bend in gaps.bends())
+        rates = np.maximum(np.abs(gaps.begin_rate), np.abs(gaps.end_rate)) + third / 8.0
+        changes = np.stack((rates, np.maximum(before, after), third)) / self.units  # (3, k, n)
+        pace, far = _Pace(*changes.sum(axis=2)), _Pace(*(changes @ self.longest))
+        turn = [own + asked for own, asked in zip((*pace, 0.0), gaps.turn.T, strict=True)]
+        place = pace.first**2 * (far.first * pace.first + 6.0 * far.second) + 3.0 * far.second * pace.second
+        place = place + 4.0 * far.third * pace.first + gaps.place / self.length
+        sums = np.linalg.norm(gaps.weights * self.units)
+        fourth = np.sqrt(fourth_of_turn(*turn) ** 2 + place * place + gaps.guide**2)
+        missed = HERMITE * fourth + SLOPES * RATES * ((1.0 + sums) * pace.first + far.first)
+        size = hypot(float(np.linalg.norm(self.longest)), sqrt(float(self.turns.sum())))
+        return missed, size * (pace.first**2 + pace.second)
 
-    def _size(self, changes: Floats) -> Floats:
-        """(..., n) -> (...): of a change of the joints."""
-        return np.asarray(np.linalg.norm(changes / self.units, axis=-1))
+    def _jacobians(self, gaps: Gaps, pieces: int) -> Floats:
+        """(k, pieces + 1, n, n): at the ends of pieces, with a row for each guide."""
+        q = gaps.cubic(pieces)
+        J = np.empty((*q.shape[:2], q.shape[2], q.shape[2]))
+        rows = self.batch.rows(q.reshape(-1, q.shape[2])).reshape(*q.shape[:2], -1, q.shape[2])
+        J[:, :, : rows.shape[2]] = rows
+        J[:, :, rows.shape[2] :] = gaps.weights
+        J *= self.units
+        J[:, :, : self.places] /= self.length
+        return J
 
 
-def _worse_end(values: Floats) -> Floats:
-    """(k, pieces + 1) -> (k, pieces)."""
-    return np.maximum(values[:, 1:], values[:, :-1])
+def fourth_of_turn(first: Floats, second: Floats, third: Floats, fourth: Floats) -> Floats:
+    """A bound of the fourth derivative of a turn by angles, of whose derivatives these are bounds, all angles together."""
+    square = first * first
+    return np.asarray(square * square + 6.0 * square * second + 3.0 * second * second + 4.0 * first * third + fourth)
 
 
-def _inverses(J: Floats) -> tuple[Floats, Floats]:
-    """Of J (k, pieces + 1, n, n), by pieces (k, pieces): |A| of the inverse A in the middle of some pieces, NaN
-    where there is none, and |1 - A J| at the worse end.
-    """
-    k, count, n, _ = J.shape
-    block = next(size for size in BLOCKS if (count - 1) % size == 0)
-    first = np.arange(0, count - 1, block)
-    inverse = _inverse(J[:, first + block // 2])
-    J = J[:, first[:, None] + np.arange(block + 1)]
-    off = np.sqrt(((inverse[:, :, None] @ J - np.eye(n)) ** 2).sum(axis=(3, 4)))
-    off = np.maximum(off[..., 1:], off[..., :-1]).reshape(k, -1)
-    return np.repeat(np.sqrt((inverse * inverse).sum(axis=(2, 3))), block, axis=1), off
+def _norm(matrices: Floats) -> Floats:
+    """(..., n, n) -> (...): Frobenius's."""
+    return np.asarray(np.sqrt(np.einsum("...ij,...ij->...", matrices, matrices)))
 
 
 def _inverse(J: Floats) -> Floats:
