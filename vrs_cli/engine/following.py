@@ -98,22 +98,21 @@ class Follower:
         """
         samples = [self.sample(path, 0.0, near) if before is None else before._replace(s=0.0)]
         finest = duration * FINEST
-        refine = self._refine_ahead if path.guides else self._refine
         if self.singular(samples[0]):  # from there a joint may turn about at once
             for part in CLOSER:
-                refine(path, samples, duration * part, finest)
+                self._refine(path, samples, duration * part, finest)
             self._check_starts(path, samples)
         instants = [duration * step / steps for step in range(1, steps + 1)]
         for until in sorted({*marks, *instants}) if marks else instants:
             if until - samples[-1].s > LEAST_GAP * duration:
-                refine(path, samples, until, min(finest, steps * FINEST * (until - samples[-1].s)))
+                self._refine(path, samples, until, min(finest, steps * FINEST * (until - samples[-1].s)))
         if self.singular(samples[-1]):
             samples.pop()
             steady = len(samples) - 1
             for part in reversed(CLOSER):
                 if duration * (1.0 - part) - samples[-1].s > finest:
-                    refine(path, samples, duration * (1.0 - part), finest)
-            refine(path, samples, duration, finest)
+                    self._refine(path, samples, duration * (1.0 - part), finest)
+            self._refine(path, samples, duration, finest)
             self._check_starts(path, samples[steady:])
         self._check_range(path, samples, duration / steps)
         return samples
@@ -123,40 +122,36 @@ class Follower:
         return not any(sample.velocity) and min(self.arm.singularity(sample.joints)) < SINGULAR
 
     def _refine(self, path: CartesianPath, samples: list[Sample], until: float, finest: float) -> None:
-        """Append samples up to time `until`, halving the way while neighbours differ too much."""
-        pending = [until]
-        while pending:
-            last, s = samples[-1], pending[-1]
-            sample = self._sample(path, s, last.joints)
-            if sample is None:
-                raise self._earliest(path, last, s)
-            if not self._close(last, sample):
-                if sample.s - last.s > finest:
-                    pending.append(0.5 * (last.s + sample.s))
-                    continue
-                self._check_no_jump(last, sample, path)
-            samples.append(sample)
-            pending.pop()
-
-    def _refine_ahead(self, path: CartesianPath, samples: list[Sample], until: float, finest: float) -> None:
-        """`_refine` for joints that are looked for where they will be about, and by Newton's method: what it finds is
-        kept until the samples before it are there.
+        """Append samples up to time `until`, halving the way while neighbours differ too much. What is found beyond
+        such a way is kept until the samples before it are there.
         """
         pending: list[tuple[float, Sample | None]] = [(until, None)]
         while pending:
             last, (s, sample) = samples[-1], pending.pop()
+            halves = s - last.s > finest
             if sample is None or not self._close(last, sample):
-                sample = self._sample(path, s, _ahead(samples, s))
-            if sample is None or not (self._close(last, sample) or s - last.s > finest):
-                sample = self._sample(path, s, last.joints)  # the guess may lie beyond a fold of the arm
-            if sample is None:
+                sample = self._found(path, samples, s, soon=halves)
+            if sample is not None and self._close(last, sample):
+                samples.append(sample)
+            elif halves and (sample is not None or self.arm.guesses):
+                pending += (s, sample), (0.5 * (last.s + s), None)
+            elif sample is None:
                 raise self._earliest(path, last, s)
-            if not self._close(last, sample):
-                if s - last.s > finest:
-                    pending += (s, sample), (0.5 * (last.s + s), None)
-                    continue
+            else:
                 self._check_no_jump(last, sample, path)
-            samples.append(sample)
+                samples.append(sample)
+
+    def _found(self, path: CartesianPath, samples: list[Sample], s: float, *, soon: bool) -> Sample | None:
+        """The next sample, at a time; next to where the joints will be about if that is worth a guess, which may lie
+        beyond a fold of the arm: `soon`, if the way can still be halved.
+        """
+        last = samples[-1]
+        if not self.arm.guesses:
+            return self._sample(path, s, last.joints)
+        sample = self._sample(path, s, _ahead(samples, s), soon=True)
+        if soon or (sample is not None and self._close(last, sample)):
+            return sample
+        return self._sample(path, s, last.joints)
 
     def _earliest(self, path: CartesianPath, good: Sample, until: float) -> MotionError:
         """The refusal where the line first leaves the reach or a range, after a good sample."""
@@ -293,11 +288,13 @@ class Follower:
             raise self._refusal(path, s, near)
         return sample
 
-    def _sample(self, path: CartesianPath, s: float, near: Joints) -> Sample | None:
-        """None out of reach, or of a range."""
+    def _sample(self, path: CartesianPath, s: float, near: Joints, *, soon: bool = False) -> Sample | None:
+        """None out of reach, or of a range; `soon`: also where Newton's method does not find it next to `near`."""
         pose, twist = path.state(s)
         T_robot_flange = self.flange(pose)
-        at_once = state_on(self.arm, path, s, (pose, twist), T_robot_flange, near) if path.guides else None
+        at_once = state_on(self.arm, path, s, (pose, twist), T_robot_flange, near) if self.arm.guesses else None
+        if at_once is None and soon:
+            return None
         joints = at_once[0] if at_once else joints_on(self.arm, path, s, T_robot_flange, near)
         if joints is None or not self.arm.limits_ok(joints):
             return None

@@ -148,16 +148,16 @@ class StretchLoad:
 
     def _peak(self, joint: int, before: Sample, after: Sample) -> Sample:
         """Where a joint is fastest between two samples, by golden section."""
-        low, high, near = before.s, after.s, before.joints
-        a = self._sample(high - GOLDEN * (high - low), near)
-        b = self._sample(low + GOLDEN * (high - low), near)
+        low, high = before.s, after.s
+        a = self._sample(high - GOLDEN * (high - low), before.joints)
+        b = self._sample(low + GOLDEN * (high - low), a.joints)
         for _ in range(PEAK_STEPS):
             if abs(a.velocity[joint]) > abs(b.velocity[joint]):
                 high, b = b.s, a
-                a = self._sample(high - GOLDEN * (high - low), near)
+                a = self._sample(high - GOLDEN * (high - low), b.joints)
             else:
                 low, a = a.s, b
-                b = self._sample(low + GOLDEN * (high - low), near)
+                b = self._sample(low + GOLDEN * (high - low), a.joints)
         return max(a, b, key=lambda sample: abs(sample.velocity[joint]))
 
     def _sample(self, s: float, near: Joints) -> Sample:

@@ -32,11 +32,9 @@ def square(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[fl
     return None if found is None else found[0]
 
 
-def square_twice(
-    rows: Sequence[Sequence[float]], wanted: Sequence[float], also: Sequence[float]
-) -> tuple[tuple[float, ...], ...] | None:
-    """`square` of two that are wanted, by one elimination, which takes a pivot as it comes if it is `LARGE`."""
-    return _written(len(rows), 2)(rows, wanted, also)
+def squares(rows: Sequence[Sequence[float]], *wanted: Sequence[float]) -> tuple[tuple[float, ...], ...] | None:
+    """`square` of several that are wanted, by one elimination, which takes a pivot as it comes if it is `LARGE`."""
+    return _written(len(rows), len(wanted))(rows, *wanted)
 
 
 @cache

@@ -15,7 +15,7 @@ from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetSwivel, St
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalJoint, JointOutOfRange, LocationOutOfRange, LocationTooFar, NotAvailable
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.elimination import determinant, solve, square, square_twice
+from vrs_cli.kinematics.elimination import determinant, solve, square, squares
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.numeric.search import turn_between
 from vrs_cli.kinematics.robot_file import load_robot
@@ -233,13 +233,13 @@ def test_one_elimination_serves_two_that_are_wanted() -> None:
     for _ in range(50):
         rows = [[random.choice((0.0, 0.01, 1.0)) * random.uniform(-1.0, 1.0) for _ in range(7)] for _ in range(7)]
         wanted, also = ([random.uniform(-1.0, 1.0) for _ in range(7)] for _ in range(2))
-        found, first, second = square_twice(rows, wanted, also), square(rows, wanted), square(rows, also)
+        found, first, second = squares(rows, wanted, also), square(rows, wanted), square(rows, also)
         if first and second and max(map(abs, (*first, *second))) < 1e3:
             assert found is not None
             assert np.allclose(found, (first, second), rtol=0.0, atol=1e-8)
             compared += 1
     assert compared > 20
-    assert square_twice([[0.0, 1.0], [0.0, 1.0]], (1.0, 1.0), (0.0, 0.0)) is None
+    assert squares([[0.0, 1.0], [0.0, 1.0]], (1.0, 1.0), (0.0, 0.0)) is None
 
 
 def test_joints_and_rates_at_once_are_those_found_one_by_one() -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
-from vrs_cli.kinematics.elimination import damped, determinant, gram, square, square_twice
+from vrs_cli.kinematics.elimination import damped, determinant, gram, square, squares
 from vrs_cli.kinematics.jacobian import Demands, Jacobian, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
@@ -55,6 +55,7 @@ class NumericArm(RobotArm):
         self._all = tuple(range(model.joint_count))
         self.short = model.joint_count < model.task.size  # of joints: most poses are out of its task
         self.redundancy = max(0, model.joint_count - model.task.size)
+        self.guesses = self.redundancy > 0  # others may end a line in a singular pose, which a guess passes by
 
     # --- redundancy ------------------------------------------------------------------------------------------
 
@@ -124,13 +125,16 @@ class NumericArm(RobotArm):
         self, T: Transform, near: Joints, demands: Demands, twist: Twist, rates: Sequence[float]
     ) -> tuple[Joints, Joints] | None:
         task, sums, q = self.model.task, [weights for weights, _ in demands], near
-        if not all(task.counts) or len(q) != 6 + len(sums) or not self.unchanging.allows(T):
+        if len(q) != task.size + len(sums) or not self.unchanging.allows(T):
             return None
-        both, wanted, before = self.forward_and_jacobian, (*twist, *rates), LAST
+        both, all_count, before = self.forward_and_jacobian, all(task.counts), LAST
         for _ in range(FEW):
-            have, rows = both(q)
-            error = *missing(task, have, T), *[value - sum(map(mul, weights, q)) for weights, value in demands]
-            found = square_twice((*rows, *sums), error, wanted)
+            have, J = both(q)
+            miss = missing(task, have, T)
+            rows, error = (J, miss) if all_count else self.rows_that_count(q, J, miss)
+            wanted = twist if all_count else self.rows_that_count(q, J, twist)[1]
+            error = *error, *[value - sum(map(mul, weights, q)) for weights, value in demands]
+            found = squares((*rows, *sums), error, (*wanted, *rates))
             if found is None:
                 return None
             step, qd = found

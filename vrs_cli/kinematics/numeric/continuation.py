@@ -1,16 +1,16 @@
 """Whether the joints of an arm without a closed form lead from sample to sample of a way: proved, not sampled.
 
-Between two samples the cubic c(x) through their joints and rates, x from 0 to 1, is near the joints that are looked for,
-where F(x, q) = 0: what the flange misses, as the place and the vector of the sines of the turn. The theorem of
+Between two samples the cubic c(x) through their joints and rates, x from 0 to 1, is near the joints that are looked
+for, where F(x, q) = 0: what the flange misses, as the place and the vector of the sines of the turn. The theorem of
 Kantorovich (Ortega and Rheinboldt, "Iterative Solution of Nonlinear Equations in Several Variables", 1970, 12.6.2) at
 c(x): with beta >= |F'(c)^-1|, eta >= beta |F(c)| and |F'(p) - F'(q)| <= L |p - q|, there are such joints within 2 eta
 of c if beta L eta <= 1/2, and no others within 1 / (beta L). As this holds at every x, and c is exact at both samples,
 one continuous branch leads from one to the other.
 
-|F(c(x))| is 1/384 of its fourth derivative by x at most, for it is 0 at both samples, and its slope is (the remainder of
-Hermite's interpolation; Davis, "Interpolation and Approximation", 1963, 3.1). A turn by angles, those of joints and of
-the path, has derivatives by x that Faa di Bruno's formula bounds by the sums of theirs; those of the place are longer by
-the levers: how far the flange is from the axes at most.
+|F(c(x))| is 1/384 of its fourth derivative by x at most, for it is 0 at both samples, and its slope is (the remainder
+of Hermite's interpolation; Davis, "Interpolation and Approximation", 1963, 3.1). A turn by angles, those of joints and
+of the path, has derivatives by x that Faa di Bruno's formula bounds by the sums of theirs; those of the place are
+longer by the levers: how far the flange is from the axes at most.
 
 beta: c is looked at in pieces of g of x each. On one the Jacobian J is as on the chord between those at its ends, but
 for g2 / 8 of its second derivative, and F' is J but for |F| times |J|. With A, the inverse of the mean of both ends,
@@ -140,7 +140,7 @@ class Continuation:
 
 
 def fourth_of_turn(first: Floats, second: Floats, third: Floats, fourth: Floats) -> Floats:
-    """A bound of the fourth derivative of a turn by angles, of whose derivatives these are bounds, all angles together."""
+    """A bound of the fourth derivative of a turn by angles, of whose derivatives, together, these are bounds."""
     square = first * first
     return np.asarray(square * square + 6.0 * square * second + 3.0 * second * second + 4.0 * first * third + fourth)
 

@@ -20,7 +20,7 @@ from math import sqrt
 from operator import mul
 from typing import NamedTuple
 
-from vrs_cli.kinematics.elimination import damped, square
+from vrs_cli.kinematics.elimination import damped, squares
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform
@@ -82,11 +82,10 @@ def walk(
         rows, error = missing(q, pose)
         done = k / (len(poses) - 1)
         rows, error = [*rows, *axes], [*error, *(begin[i] + done * (end - begin[i]) - q[i] for i, end in asked)]
-        basis = _null_space(rows, basis) if basis else _some_null_space(rows)
+        inward = tuple([part / len(poses) * x for x in _inward(model, q)]) if part else (0.0,) * len(q)
+        step, basis = _step(rows, error, basis or _some_null_space(rows), inward)
         total = [_sum(a, b) for a, b in zip(total, basis, strict=True)] if total else basis
-        inward = [part / len(poses) * x for x in _inward(model, q)] if part else (0.0,) * len(q)
-        wanted = *error, *(_dot(direction, inward) for direction in basis)
-        q = _sum(q, square((*rows, *basis), wanted) or tuple(damped(rows, [error], DAMPING)[0]))
+        q = _sum(q, step)
         margin = min(margin, *_margins(model, q))
     arrives = max(map(abs, missing(q, poses[-1])[1])) < THERE
     return Walk(q, (*axes, *_orthonormal(total)), margin, arrives)
@@ -108,11 +107,18 @@ def _margins(model: RobotModel, q: Joints) -> Iterator[float]:
 # --- the null space ----------------------------------------------------------------------------------------------
 
 
-def _null_space(rows: Rows, near: Sequence[Joints]) -> list[Joints]:
-    """An orthonormal basis of what the joints may do without the task, each direction next to one of some others."""
-    zeros, rows = (0.0,) * len(rows), (*rows, *near)
-    found = [square(rows, (*zeros, *(float(i == k) for i in range(len(near))))) for k in range(len(near))]
-    return _orthonormal([there or direction for there, direction in zip(found, near, strict=True)])
+def _step(rows: Rows, error: Sequence[float], near: list[Joints], inward: Joints) -> tuple[Joints, list[Joints]]:
+    """The shortest step that makes up for an error, with what leads `inward` in the null space; and an orthonormal
+    basis of that, each direction next to one of some others.
+    """
+    free, task = range(len(near)), (0.0,) * len(rows)
+    units = [(*task, *(float(i == k) for i in free)) for k in free]
+    found = squares((*rows, *near), (*error, *(0.0 for _ in free)), *units)
+    if found is None:
+        return tuple(damped(rows, [error], DAMPING)[0]), near
+    step, *directions = found
+    basis = _orthonormal(directions)
+    return _sum(step, *(_scaled(unit, _dot(unit, inward) - _dot(unit, step)) for unit in basis)), basis
 
 
 def _some_null_space(rows: Rows) -> list[Joints]:
