@@ -6,7 +6,6 @@ the robot's clock has passed ten minutes. The bar: 500 times real time.
 
 from __future__ import annotations
 
-from statistics import median
 from time import process_time
 
 from vrs_cli.dialogue.questions import Answer, Question

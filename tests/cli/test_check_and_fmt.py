@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import json
 import os
+import re
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -103,7 +105,7 @@ def test_fmt_refuses_blocks_that_do_not_pair(vrs: Vrs, tmp_path: Path, body: str
     ("name", "status", "told"),
     [
         ("none.v2", 2, "*Nonexistent file* none.v2"),
-        ("folder", 2, "*File error* folder is a folder"),
+        ("folder", 2, "*Nonexistent file* folder holds no program file (program files end in .v2 or .pg)"),
         ("junk.v2", 1, "*File is not what it should be* junk.v2 is not a text"),
     ],
 )
@@ -136,7 +138,7 @@ def test_check_for_github(vrs: Vrs) -> None:
     ended = vrs("check", "bad.v2", "--format", "github")
     assert ended.status == 1
     first, *rest = ended.out.splitlines()
-    place = "file=bad.v2,line=2,col=3,endColumn=8,title=Unknown instruction (-452)"
+    place = "file=bad.v2,line=2,col=3,endColumn=8,title=Unknown instruction (V452)"
     assert first.startswith(f"::error {place}::*Unknown instruction* MOVEE")
     assert len(rest) == 2
 
@@ -154,3 +156,124 @@ def test_check_knows_the_robot(vrs: Vrs, tmp_path: Path) -> None:
     assert ended.status == 0
     assert "*Location too far*" in ended.out
     assert vrs("check", "far.v2", "--robot", "nobody").status == 2
+
+
+# --- folders, codes, mends --------------------------------------------------------------------------------------
+
+WARNS = """\
+.PROGRAM warn
+    MOVE a ; vrs: ignore V401
+    WAIT 3
+    b = 2
+    IF b > 1 AND -b**2 < 3 THEN
+        MOVE c
+    END
+.END
+"""
+
+
+def _codes(out: str) -> list[str]:
+    return re.findall(r"\.v2:\d+:\d+: (V\d{3}) ", out)
+
+
+def test_a_folder_stands_for_its_program_files(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "cell" / "deep").mkdir(parents=True)
+    (tmp_path / "cell" / ".hidden").mkdir()
+    for name in ("cell/a.v2", "cell/deep/b.PG", "cell/.hidden/c.v2", "cell/notes.txt"):
+        (tmp_path / name).write_text(BAD)
+    for named in (["cell"], ["cell/a.v2", "cell"], ["cell/**/*.[vP]*"]):
+        found = json.loads(vrs("check", "--format", "json", *named).out)["files"]
+        assert [one["path"] for one in found] == ["cell/a.v2", "cell/deep/b.PG"]
+    assert vrs("fmt", "--check", "cell").err.count("*Unknown instruction*") == 2
+    ended = vrs("check", "x*.v2")
+    assert (ended.status, ended.err.split(" (")[0]) == (2, "vrs check: *Nonexistent file* no file fits x*.v2")
+
+
+def test_codes_choose_warnings_and_never_hide_errors(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "warn.v2").write_text(WARNS)
+    assert _codes(vrs("check", "warn.v2").out) == ["V058", "V056", "V056", "V401"]
+    assert _codes(vrs("check", "warn.v2", "--ignore", "v056, V058").out) == ["V401"]
+    assert _codes(vrs("check", "warn.v2", "--select", "V05", "--ignore", "V058").out) == ["V056", "V056"]
+    assert _codes(vrs("check", "bad.v2", "--ignore", "V").out) == ["V452", "V460", "V412"]
+    assert vrs("check", "warn.v2", "--select", "E501").err.startswith("vrs check: --select: 'E501' is no code, as V401")
+
+
+def test_strict_fails_for_warnings(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "warn.v2").write_text(WARNS)
+    assert vrs("check", "warn.v2").status == 0
+    assert vrs("check", "--strict", "warn.v2").status == 1
+    assert vrs("check", "--strict", "--ignore", "V", "warn.v2") == (0, "", "")
+
+
+@pytest.mark.parametrize(
+    ("comment", "left"),
+    [("ignore-file", []), ("ignore-file V056 V058", ["V401"]), ("Ignore-File v401", ["V058", "V056", "V056"])],
+)
+def test_a_comment_does_without_warnings_of_a_file(vrs: Vrs, tmp_path: Path, comment: str, left: list[str]) -> None:
+    (tmp_path / "warn.v2").write_text(f"; the cell. vrs: {comment}\n{WARNS}")
+    assert _codes(vrs("check", "warn.v2").out) == left
+    assert _codes(vrs("run", "warn.v2", "--max-time", "1").err) == left
+
+
+def test_fix_writes_what_is_sure(vrs: Vrs, tmp_path: Path) -> None:
+    text = WARNS.replace("b > 1", "b NE 1")
+    (tmp_path / "warn.v2").write_text(text)
+    ended = vrs("check", "--fix", "warn.v2")
+    assert (ended.status, _codes(ended.out), ended.out.splitlines()[-1]) == (
+        0,
+        ["V401"],
+        "0 errors, 1 warning, 3 mended",
+    )
+    mended = (tmp_path / "warn.v2").read_text()
+    changed = [(a, b) for a, b in zip(text.split("\n"), mended.split("\n"), strict=True) if a != b]
+    assert changed == [
+        ("    WAIT 3", "    WAIT SIG(1003)"),
+        ("    IF b NE 1 AND -b**2 < 3 THEN", "    IF (b <> 1) AND (((-b) ** 2) < 3) THEN"),
+    ]
+    assert _codes(vrs("check", "--fix", "warn.v2").out) == ["V401"]
+    assert (tmp_path / "warn.v2").read_text() == mended
+    assert vrs("check", "--fix", "-").status == 2
+
+
+def test_a_mend_means_what_the_line_means(vrs: Vrs, tmp_path: Path) -> None:
+    rows = [
+        f"    TYPE {' '.join(f'{sign} {name}' if i else name for i, (sign, name) in enumerate(row))}"
+        for row in product(
+            [("AND", "a"), ("==", "-b**2")], [("OR", "NOT c"), ("<", "d")], [("BAND", "1"), ("XOR", "e")]
+        )
+    ]
+    given = "".join(f"    {name} = {value}\n" for name, value in zip("abcde", (1, -2, 0, 3, -1), strict=True))
+    (tmp_path / "mixed.v2").write_text(f".PROGRAM mixed()\n{given}" + "\n".join(rows) + "\n.END\n")
+    before = vrs("run", "mixed.v2").out
+    assert "mended" in vrs("check", "--fix", "mixed.v2").out
+    assert vrs("check", "--strict", "mixed.v2") == (0, "", "")
+    assert vrs("run", "mixed.v2").out == before
+
+
+def test_watch_checks_again_when_a_file_changes(vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    changes = [lambda: None, lambda: (tmp_path / "bad.v2").write_text(GOOD), (tmp_path / "bad.v2").unlink]
+
+    def sleep(_seconds: float) -> None:
+        if not changes:
+            raise KeyboardInterrupt
+        changes.pop(0)()
+
+    monkeypatch.setattr("time.sleep", sleep)
+    ended = vrs("check", "--watch", "bad.v2")
+    assert ended.status == 130
+    assert ended.out.splitlines()[-1] == "0 errors, 2 warnings"
+    assert "3 errors, 0 warnings" in ended.out
+    assert ended.err.count("checked; Ctrl-C ends it") == 3
+    assert "*Nonexistent file* bad.v2" in ended.err
+
+
+def test_fmt_shows_the_difference(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "ragged.v2").write_text(".program a\ntype 1\n.end")
+    ended = vrs("fmt", "--diff", "ragged.v2")
+    assert (ended.status, ended.err) == (1, "")
+    assert ended.out == (
+        "--- ragged.v2\n+++ ragged.v2\n@@ -1,3 +1,3 @@\n-.program a\n-type 1\n-.end\n\\ No newline at end of file\n"
+        "+.PROGRAM a()\n+    TYPE 1\n+.END\n"
+    )
+    vrs("fmt", "--write", "ragged.v2")
+    assert vrs("fmt", "--diff", "ragged.v2") == (0, "", "")

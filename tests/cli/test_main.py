@@ -81,8 +81,7 @@ def test_every_subcommand_has_help(vrs: Vrs, name: str) -> None:
     [
         (["rnu"], "vrs: unknown subcommand rnu (did you mean run?)"),
         (["zzz"], "vrs: unknown subcommand zzz (see vrs --help)"),
-        (["pick.v2"], "vrs: pick.v2 is a file, not a subcommand (write: vrs run pick.v2)"),
-        (["a/T.VRST"], "vrs: a/T.VRST is a file, not a subcommand (write: vrs replay a/T.VRST)"),
+        (["a/T.VRST"], "vrs replay: *Nonexistent file* a/T.VRST"),
         (["--vresion"], "vrs: unknown option --vresion"),
         (["run"], "vrs run: the following arguments are required: FILE.v2"),
         (["run", "--sav", "x", "y.v2"], "vrs run: unknown option --sav (did you mean --save?)"),

@@ -201,7 +201,7 @@ def test_all_mistakes_of_a_file_at_once_and_nothing_runs(vrs: Vrs, tmp_path: Pat
     (tmp_path / "bad.v2").write_text('.PROGRAM bad\nTYPE "x"\nMOVEE a\nGOTO 5\n.END\n')
     ended = vrs("run", "bad.v2", "--save", "t.vrst")
     assert (ended.status, ended.out) == (1, "")
-    assert "bad.v2:3:1: *Unknown instruction* " in ended.err
+    assert "bad.v2:3:1: V452 *Unknown instruction* " in ended.err
     assert "bad.v2:4:" in ended.err
     assert not Path("t.vrst").exists()
     told = json.loads(vrs("run", "bad.v2", "--json").out)

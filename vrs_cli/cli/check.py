@@ -2,123 +2,143 @@
 
 from __future__ import annotations
 
+import os
+import re
 import sys
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from argparse import ArgumentTypeError, Namespace
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
-from msgspec import Struct
-
-from vrs_cli.cli.command_line import Parser, chosen_robot
+from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, chosen_robot
+from vrs_cli.cli.findings import FORMATS, Finding
 from vrs_cli.cli.main import FAILED, OK, status_of
-from vrs_cli.cli.sources import Source, has_errors, read_source
-from vrs_cli.dialogue.numbers import count
+from vrs_cli.cli.sources import has_errors, program_files, read_source
 from vrs_cli.errors import FileError
 
 if TYPE_CHECKING:
+    from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.language.text.diagnostics import Diagnostic
 
+LOOKED_EVERY = 0.25  # [s] at the files, with --watch
 
 EPILOG = """\
-Exit status: 0 without errors (there may be warnings), 1 with errors.
+Codes are V and digits; the first of these stand for all that begin so. Errors are always told: a program
+with one does not run. A comment at the end of a line does without its warnings, one anywhere without those of
+the file:
+
+    MOVE part        ; vrs: ignore V401
+    ; vrs: ignore-file V056, V058
+
+Exit status: 0 without errors (there may be warnings; with --strict there are none), else 1.
 
   vrs check pick.v2 place.v2
-  vrs check pick.v2 --format json
-  vrs check *.v2 --format github    annotations of a GitHub workflow
+  vrs check cell                    all program files in a folder, and below it
+  vrs check "cell/**/*.v2" --ignore V056 --strict
+  vrs check cell --fix              mend what is sure: parentheses, words of VAL
+  vrs check pick.v2 --watch         again whenever a file changes, until Ctrl-C
+  vrs check cell --format github    annotations of a GitHub workflow
 """
-
-
-class Finding(Struct, frozen=True):
-    """A file and what is wrong with it, in the order of its lines."""
-
-    source: Source
-    diagnostics: tuple[Diagnostic, ...]
 
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Print all diagnostics of all files."""
-    from vrs_cli.interfaces.inspection import inspect
-
     options = _parser(prog).parse(arguments)
+    if STANDARD_STREAM in options.files and (options.fix or options.watch):
+        raise CommandLineError("--fix and --watch are for files, not for standard input", "name files")
     model = chosen_robot(prog, options)
-    findings, status = [], OK
-    for path in options.files:
-        try:
-            source = read_source(path)
-            findings.append(Finding(source, inspect(source.text, model)))
-        except FileError as error:  # the other files are checked all the same
-            print(f"{prog}: {error}", file=sys.stderr)
-            status = max(status, status_of(error))
-    print(_FORMATS[options.format](findings), end="")
-    return max(status, FAILED if any(has_errors(finding.diagnostics) for finding in findings) else OK)
+    if options.watch:
+        return _watch(prog, options, model)
+    return _check(prog, options, model)
 
 
 def _parser(prog: str) -> Parser:
-    parser = Parser(prog, "Find all mistakes in program files. Nothing is run, no file is changed.", EPILOG)
-    parser.add_argument("files", metavar="FILE.v2", nargs="+", help="program files (- is standard input)")
-    parser.add_argument("--format", choices=tuple(_FORMATS), default="text", help="text (default), json or github")
+    parser = Parser(prog, "Find all mistakes in program files. Nothing is run.", EPILOG)
+    parser.add_argument("files", metavar="FILE.v2", nargs="+", help="files, folders or patterns (- is standard input)")
+    parser.add_argument("--format", choices=tuple(FORMATS), default="text", help="text (default), json or github")
+    parser.add_argument("--select", metavar="CODES", type=_codes, default=("V",), help="warnings to tell: V401,V05")
+    parser.add_argument("--ignore", metavar="CODES", type=_codes, default=(), help="warnings not to tell")
+    parser.add_argument("--strict", action="store_true", help="status 1 for warnings too")
+    parser.add_argument("--fix", action="store_true", help="rewrite what can surely be mended, and tell the rest")
+    parser.add_argument("--watch", action="store_true", help="check again whenever a file changes")
     parser.add_robot()
     return parser
 
 
-def _text(findings: Sequence[Finding]) -> str:
-    """All of them, and how many there are; nothing for files without fault."""
-    told = "".join(finding.source.shown(finding.diagnostics) for finding in findings)
-    everything = [diagnostic for finding in findings for diagnostic in finding.diagnostics]
-    errors = sum(has_errors([diagnostic]) for diagnostic in everything)
-    if not everything:
-        return told
-    return f"{told}{count(errors, 'error')}, {count(len(everything) - errors, 'warning')}\n"
+def _codes(text: str) -> tuple[str, ...]:
+    """V401,V05: codes, or how they begin."""
+    codes = tuple(code.strip().upper() for code in text.split(","))
+    wrong = next((code for code in codes if not re.fullmatch("V[0-9]{0,4}", code)), None)
+    if wrong is not None:
+        raise ArgumentTypeError(f"{wrong!r} is no code, as V401 and V05 are")
+    return codes
 
 
-def _json(findings: Sequence[Finding]) -> str:
-    import json
-
-    files = [
-        {"path": finding.source.path, "diagnostics": [_object(one) for one in finding.diagnostics]}
-        for finding in findings
-    ]
-    return json.dumps({"files": files}, indent=2) + "\n"
-
-
-def _object(one: Diagnostic) -> dict[str, Any]:
-    return {
-        "severity": one.severity.value,
-        "code": one.code,
-        "message": one.message,
-        "text": one.text,
-        "detail": one.detail,
-        "hint": one.hint,
-        "line": one.span.line,
-        "column": one.span.column,
-        "end": one.span.end,
-    }
+def _check(prog: str, options: Namespace, model: RobotModel) -> int:
+    """Check all files once."""
+    findings, status = [], OK
+    for path in program_files(options.files):
+        try:
+            findings.append(_finding(path, options, model))
+        except FileError as error:  # the other files are checked all the same
+            print(f"{prog}: {error}", file=sys.stderr)
+            status = max(status, status_of(error))
+    FORMATS[options.format](findings)
+    wrong = any(finding.diagnostics if options.strict else has_errors(finding.diagnostics) for finding in findings)
+    return max(status, FAILED if wrong else OK)
 
 
-def _command(path: str, one: Diagnostic) -> str:
-    """A workflow command, as GitHub Actions reads it from the output of a step."""
-    span = one.span
-    properties = {
-        "file": path,
-        "line": span.line,
-        "col": span.column,
-        "endColumn": span.end,
-        "title": f"{one.text} ({one.code})",
-    }
-    shown = ",".join(f"{name}={_escaped(str(value), _PROPERTY)}" for name, value in properties.items())
-    return f"::{one.severity.value} {shown}::{_escaped(one.message, _DATA)}\n"
+def _finding(path: str, options: Namespace, model: RobotModel) -> Finding:
+    from vrs_cli.interfaces.inspection import inspect
+
+    source = read_source(path)
+    found = _chosen(inspect(source.text, model), options)
+    if not options.fix:
+        return Finding(source, found)
+    from vrs_cli.cli.mending import mended
+
+    return mended(Finding(source, found), lambda text: _chosen(inspect(text, model), options))
 
 
-# what a workflow command cannot hold as it stands (GitHub Actions toolkit, @actions/core)
-_DATA: Mapping[str, str] = {"%": "%25", "\r": "%0D", "\n": "%0A"}
-_PROPERTY: Mapping[str, str] = {**_DATA, ":": "%3A", ",": "%2C"}
+def _chosen(found: Iterable[Diagnostic], options: Namespace) -> tuple[Diagnostic, ...]:
+    """All errors, and the warnings that are wanted."""
+    return tuple(
+        one
+        for one in found
+        if has_errors([one]) or (one.label.startswith(options.select) and not one.label.startswith(options.ignore))
+    )
 
 
-def _escaped(text: str, table: Mapping[str, str]) -> str:
-    return text.translate({ord(character): code for character, code in table.items()})
+# --- --watch -----------------------------------------------------------------------------------------------------
 
 
-def _github(findings: Sequence[Finding]) -> str:
-    return "".join(_command(finding.source.path, one) for finding in findings for one in finding.diagnostics)
+def _watch(prog: str, options: Namespace, model: RobotModel) -> int:
+    """Check again and again. Ctrl-C ends it."""
+    import time
+
+    seen: object = None
+    while True:
+        now = _state(options.files)
+        if now != seen:
+            if sys.stdout.isatty():
+                print("\033[H\033[2J\033[3J", end="")
+            _check(prog, options, model)
+            print(f"{time.strftime('%H:%M:%S')} checked; Ctrl-C ends it", file=sys.stderr, flush=True)
+            sys.stdout.flush()
+            seen = _state(options.files) if options.fix else now
+        time.sleep(LOOKED_EVERY)
 
 
-_FORMATS = {"text": _text, "json": _json, "github": _github}
+def _state(named: Sequence[str]) -> object:
+    """What changes when a file does."""
+    try:
+        return [(path, _stamp(path)) for path in program_files(named)]
+    except FileError as error:
+        return str(error)
+
+
+def _stamp(path: str) -> tuple[int, int] | None:
+    try:
+        found = os.stat(path)
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size

@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+import os
 import sys
-from collections.abc import Sequence
+from argparse import Namespace
+from collections.abc import Iterable, Sequence
+from difflib import unified_diff
+from io import StringIO
 
 from msgspec import Struct
 
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser
 from vrs_cli.cli.main import FAILED, OK
-from vrs_cli.cli.sources import Source, read_source
+from vrs_cli.cli.sources import Source, program_files, read_source
 
 EPILOG = """\
 A file with mistakes is left as it is. Formatting twice changes nothing more.
 
   vrs fmt pick.v2
   vrs fmt --write pick.v2 place.v2
+  vrs fmt --write cell              all program files in a folder, and below it
+  vrs fmt --diff pick.v2            what would change
   vrs fmt --check pick.v2 || echo "run vrs fmt --write"
 """
+
+
+COLOURS = {"-": 31, "+": 32, "@": 36}  # of the lines of a difference
 
 
 class Formatted(Struct, frozen=True):
@@ -32,33 +41,53 @@ class Formatted(Struct, frozen=True):
 
 
 def main(prog: str, arguments: Sequence[str]) -> int:
-    """Print, rewrite or compare; returns 1 when a file has mistakes, or with --check would change."""
+    """Print, rewrite or compare; returns 1 when a file has mistakes, or with --check or --diff would change."""
     options = _parser(prog).parse(arguments)
     if options.write and STANDARD_STREAM in options.files:
         raise CommandLineError("--write cannot change standard input", "leave --write out")
-    formatted = [_formatted(source) for source in map(read_source, options.files)]
+    formatted = [_formatted(source) for source in map(read_source, program_files(options.files))]
     for one in formatted:
         if one.text is None:
             continue
-        if not (options.check or options.write):
+        if not (options.check or options.write or options.diff):
             print(one.text, end="")
-        elif one.changed and options.check:
-            print(f"{one.source.path} would change")
         elif one.changed:
-            from vrs_cli.files.atomic import write_atomically
-
-            write_atomically(one.source.path, one.text)
-            print(f"{one.source.path} rewritten")
-    wrong = any(one.text is None or (options.check and one.changed) for one in formatted)
+            _tell(one, options)
+    compared = options.check or options.diff
+    wrong = any(one.text is None or (compared and one.changed) for one in formatted)
     return FAILED if wrong else OK
+
+
+def _tell(one: Formatted, options: Namespace) -> None:
+    """A file that is not as it should be."""
+    path, text = one.source.path, one.text or ""
+    if options.diff:
+        print("".join(_difference(path, one.source.text, text)), end="")
+    elif options.check:
+        print(f"{path} would change")
+    else:
+        from vrs_cli.files.atomic import write_atomically
+
+        write_atomically(path, text)
+        print(f"{path} rewritten")
+
+
+def _difference(path: str, before: str, after: str) -> Iterable[str]:
+    """As `diff -u` tells it and `patch -p0` takes it; in colours on a terminal."""
+    coloured = sys.stdout.isatty() and "NO_COLOR" not in os.environ
+    for line in unified_diff(list(StringIO(before)), list(StringIO(after)), path, path):
+        ended = line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n"
+        colour = COLOURS.get(line[0]) if coloured else None
+        yield ended if colour is None else f"\033[{colour}m{ended.rstrip()}\033[0m\n"
 
 
 def _parser(prog: str) -> Parser:
     parser = Parser(prog, "Print program files as canonical VAL-II text: one layout, comments kept.", EPILOG)
-    parser.add_argument("files", metavar="FILE.v2", nargs="+", help="program files (- is standard input)")
+    parser.add_argument("files", metavar="FILE.v2", nargs="+", help="files, folders or patterns (- is standard input)")
     how = parser.add_mutually_exclusive_group()
     how.add_argument("--write", action="store_true", help="rewrite the files in place")
     how.add_argument("--check", action="store_true", help="change nothing; status 1 if a file would change")
+    how.add_argument("--diff", action="store_true", help="the same, and show what would change")
     return parser
 
 

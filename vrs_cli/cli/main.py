@@ -50,7 +50,7 @@ SUBCOMMANDS: Mapping[str, Row] = {
     "export": Row("export", "T.vrst --to FORMAT", "write a saved trajectory for other programs: csv, npz, mcap, ..."),
 }
 
-FILE_COMMANDS: Mapping[str, str] = {".v2": "run", ".pg": "run", ".vrst": "replay"}  # what a bare file is good for
+FILE_COMMANDS: Mapping[str, str] = {".v2": "shell", ".pg": "shell", ".vrst": "replay"}  # what a bare file opens
 
 HELP = """\
 usage: vrs [SUBCOMMAND] [ARGUMENTS]
@@ -59,6 +59,8 @@ A VAL-II shell and batch runner for a virtual PUMA 560 and other robots.
 
 {rows}
 
+  vrs FILE.v2              the shell, with that file loaded
+  vrs T.vrst               play a saved trajectory
   vrs SUBCOMMAND --help    all about one of them
   vrs --version            the version
 
@@ -104,16 +106,12 @@ def _chosen(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
     name = arguments[0]
     if name in SUBCOMMANDS:
         return name, f"vrs {name}", arguments[1:]
-    raise _unknown(name)
-
-
-def _unknown(name: str) -> UsageError:
+    suited = FILE_COMMANDS.get(os.path.splitext(name)[1].lower())
+    if suited is not None:
+        return suited, f"vrs {suited}", arguments
     from vrs_cli.cli.command_line import CommandLineError, did_you_mean
 
-    suited = FILE_COMMANDS.get(os.path.splitext(name)[1].lower())
-    if suited:
-        return CommandLineError(f"{name} is a file, not a subcommand", f"write: vrs {suited} {name}")
-    return CommandLineError(f"unknown subcommand {name}", did_you_mean(name, SUBCOMMANDS, "vrs"))
+    raise CommandLineError(f"unknown subcommand {name}", did_you_mean(name, SUBCOMMANDS, "vrs"))
 
 
 def _subcommand(name: str, prog: str, arguments: Sequence[str]) -> int:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import sys
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator
+from glob import glob
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
 
 from msgspec import Struct
 
 from vrs_cli.cli.command_line import STANDARD_STREAM
+from vrs_cli.errors import NonexistentFile
 
 if TYPE_CHECKING:
     from vrs_cli.language.text.diagnostics import Diagnostic
@@ -46,6 +50,35 @@ def read_source(path: str) -> Source:
     if path == STANDARD_STREAM:
         return Source("standard input", decode_program("standard input", sys.stdin.buffer.read()))
     return Source(str(find_program_file(path)), read_program_file(path))
+
+
+def program_files(named: Iterable[str]) -> tuple[str, ...]:
+    """The files that a command line names, each once: a file as it is, all program files in a folder and below it, all
+    that a pattern fits (`cell/*.v2`, `**/*.pg`). Raises NonexistentFile for a folder or a pattern without any.
+    """
+    return tuple(dict.fromkeys(path for name in named for path in _meant(name)))
+
+
+def _meant(name: str) -> Iterable[str]:
+    if os.path.isdir(name) and not any(os.path.isfile(name + suffix) for suffix in PROGRAMS):
+        return sorted(_below(name)) or _none(f"{name} holds no program file")
+    if not os.path.lexists(name) and any(sign in name for sign in "*?["):
+        found = [path for path in glob(name, recursive=True) if os.path.isfile(path)]
+        return sorted(found) or _none(f"no file fits {name}")
+    return (name,)
+
+
+def _below(folder: str) -> Iterator[str]:
+    """Hidden folders and files are left out."""
+    for here, folders, names in os.walk(folder):
+        folders[:] = [name for name in folders if not name.startswith(".")]
+        for name in names:
+            if is_program(name) and not name.startswith("."):
+                yield str(Path(here, name))
+
+
+def _none(detail: str) -> NoReturn:
+    raise NonexistentFile(detail, f"program files end in {' or '.join(PROGRAMS)}")
 
 
 def is_program(name: str) -> bool:

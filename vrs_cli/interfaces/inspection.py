@@ -27,6 +27,7 @@ from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.language.text.diagnostics import Diagnostic, Severity, error
 from vrs_cli.language.text.parts import Part, Placed, parts_of, programs_of, repeated_programs
 from vrs_cli.language.text.source import JOINTS_HIGH
+from vrs_cli.language.text.suppression import heeded
 from vrs_cli.language.words.values import precision_point
 
 # the motions whose first argument is where they go; those of the second row stop at a distance in front of it
@@ -90,7 +91,8 @@ class Inspector:
         found += self._out_of_reach(environment, tuple(programs_of(programs.values())))
         for placed, program in programs_of(programs.values()):
             found += placed.found(_unknown_settings(program))
-        return tuple(sorted(found, key=lambda one: (one.span.line, one.span.column)))
+        lines = tuple(line for placed in parts for line in placed.part.lines)
+        return heeded(lines, sorted(found, key=lambda one: (one.span.line, one.span.column)))
 
     # --- analysis ---
 

@@ -18,14 +18,14 @@ def test_message() -> None:
 def test_shown_with_its_line() -> None:
     found = error(UnknownInstruction, Span(12, 5, 10), "MOVEE")
     assert show(found, "    MOVEE a", "cell.v2") == (
-        "cell.v2:12:5: *Unknown instruction* MOVEE\n    MOVEE a\n    ^^^^^"
+        "cell.v2:12:5: V452 *Unknown instruction* MOVEE\n    MOVEE a\n    ^^^^^"
     )
     assert show(found, "    MOVEE a").startswith("*Unknown")
     assert show(found, "") == "*Unknown instruction* MOVEE"
 
 
 def test_a_warning_says_so() -> None:
-    assert show(warning(IllegalExpression, Span(1, 1, 2), "x"), "x", "a").startswith("a:1:1: warning: *Illegal")
+    assert show(warning(IllegalExpression, Span(1, 1, 2), "x"), "x", "a").startswith("a:1:1: V458 warning: *Illegal")
 
 
 def test_the_pointer_follows_tabs_and_stays_in_the_line() -> None:

@@ -15,6 +15,7 @@ from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.run.variables import Variables
 from vrs_cli.language.text.ast import File, Program, Section
 from vrs_cli.language.text.diagnostics import Diagnostic, error
+from vrs_cli.language.text.suppression import heeded
 
 
 class Brought(NamedTuple):
@@ -40,7 +41,8 @@ class Brought(NamedTuple):
         for analysis in analyses:
             diagnostics += analysis.diagnostics
             diagnostics += () if vplus else program_beyond_val2(analysis.program)
-        return cls(file, tuple(text.split("\n")), Layout.of(file), variables, analyses, tuple(diagnostics))
+        lines = tuple(text.split("\n"))
+        return cls(file, lines, Layout.of(file), variables, analyses, heeded(lines, diagnostics))
 
 
 def variables_of(sections: Iterable[Section], units: JointUnits) -> tuple[Variables, tuple[Diagnostic, ...]]:

@@ -221,8 +221,8 @@ class _Steps(Expressions):
         asked = statement.arguments[0] if statement.arguments else None
         number = None if asked is None else channel(asked)
         if asked is not None and number is not None:
-            hint = "DELAY n lets n seconds pass"
-            self.warn(OldMeaning, asked.span, f"it is taken as WAIT SIG({number})", hint)
+            clear, hint = f"SIG({number})", "DELAY n lets n seconds pass"
+            self.warn(OldMeaning, asked.span, f"it is taken as WAIT {clear}", hint, clear)
 
     def _set(self, statement: ast.Instruction) -> None:
         """A precision point takes joints, any other name a transformation."""

@@ -6,6 +6,8 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 from typing import Any
 
+from msgspec.structs import replace
+
 from vrs_cli.errors import (
     AmbiguousGrouping,
     CannotInterpret,
@@ -30,6 +32,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Span
 from vrs_cli.language.text.diagnostics import did_you_mean
 from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
+from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import Row, Shape, State, argument_at, usable_names
@@ -123,7 +126,7 @@ class Expressions(Names):
         if self._logical:
             for other in val_grouping(expression):
                 detail = f"it is taken as {other.ours}, VAL-II takes {other.theirs}"
-                self.warn(AmbiguousGrouping, other.span, detail, "add parentheses")
+                self.warn(AmbiguousGrouping, other.span, detail, "add parentheses", other.ours)
         self._logical = outer
 
     def _kind(self, expression: Expression, wanted: Kinds) -> Kind | None:
@@ -183,8 +186,8 @@ class Expressions(Names):
     def _check_power(self, expression: ast.Binary) -> None:
         left = expression.left
         if isinstance(left, ast.Unary) and left.operator == "-" and not left.grouped:
-            detail = "the sign binds before **"
-            self.warn(AmbiguousGrouping, expression.span, detail, "add parentheses")
+            detail, clear = "the sign binds before **", replace(expression, left=replace(left, grouped=True))
+            self.warn(AmbiguousGrouping, expression.span, detail, "add parentheses", expression_text(clear))
 
     # --- functions ---
 

@@ -59,8 +59,10 @@ class _Complaint:
         )
         return found or self._say(CannotInterpret, *self._other())
 
-    def _say(self, kind: type[ProgramError], detail: str, hint: str = "", at: Token | None = None) -> Diagnostic:
-        return error(kind, at.span if at is not None else self._place(), detail, hint)
+    def _say(
+        self, kind: type[ProgramError], detail: str, hint: str = "", at: Token | None = None, mend: str = ""
+    ) -> Diagnostic:
+        return error(kind, at.span if at is not None else self._place(), detail, hint, mend)
 
     def _place(self) -> Span:
         """The token, or the end of the line."""
@@ -130,7 +132,7 @@ class _Complaint:
         links = CONTROL[head.type].links_wanted
         relation = RELATIONS_OF_VAL.get(self._text.upper())
         if relation is not None:
-            return self._say(IllegalExpression, self._token_or_end(), f"write {relation}")
+            return self._say(IllegalExpression, self._token_or_end(), f"write {relation}", mend=relation)
         if "EQUAL" in self._accepted and head.type == "FOR":
             return self._say(CannotInterpret, "= is missing", f"the form is {CONTROL['FOR'].form}")
         if self._type in _VALUES or self._accepted.isdisjoint(links):
@@ -163,9 +165,9 @@ class _Complaint:
             return self._say(CannotInterpret, self._token_or_end(), 'a name with blanks stands in quotes: "my file.v2"')
         if last.text.upper() in ("AT", "IN") and self._before[-2:-1] and self._before[-2].type == "WORD":
             return self._say(CannotInterpret, f"{self._before[-2].value} takes no {last.text.upper()}", "", last)
-        relation = RELATIONS_OF_VAL.get(self._text.upper())
-        hint = f"write {relation}" if relation else self._nearest_modifier()
-        hint = hint or f"an operator or a comma is missing before {self._text}"
+        if relation := RELATIONS_OF_VAL.get(self._text.upper()):
+            return self._say(IllegalExpression, self._token_or_end(), f"write {relation}", mend=relation)
+        hint = self._nearest_modifier() or f"an operator or a comma is missing before {self._text}"
         return self._say(IllegalExpression, self._token_or_end(), hint)
 
     def _nearest_modifier(self) -> str:

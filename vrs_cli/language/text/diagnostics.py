@@ -23,7 +23,9 @@ class Severity(Enum):
 
 
 class Diagnostic(Struct, frozen=True):
-    """A finding in the source. `detail` says what, `hint` what would be right."""
+    """A finding in the source. `detail` says what, `hint` what would be right. `mend`: what to write in place of the
+    span, where that is sure: it means what the source means now, or can alone be meant; else empty.
+    """
 
     severity: Severity
     code: int
@@ -31,6 +33,12 @@ class Diagnostic(Struct, frozen=True):
     detail: str
     hint: str
     span: Span
+    mend: str = ""
+
+    @property
+    def label(self) -> str:
+        """The code as a file or an option names it: V452 of -452."""
+        return f"V{abs(self.code):03d}"
 
     @property
     def message(self) -> str:
@@ -55,14 +63,14 @@ class LineRefused(ProgramError):
         return self.diagnostic.text
 
 
-def error(kind: type[VrsError], span: Span, detail: str = "", hint: str = "") -> Diagnostic:
+def error(kind: type[VrsError], span: Span, detail: str = "", hint: str = "", mend: str = "") -> Diagnostic:
     """An error with the text and code of its class."""
-    return Diagnostic(Severity.ERROR, kind.code, kind.text, detail, hint, span)
+    return Diagnostic(Severity.ERROR, kind.code, kind.text, detail, hint, span, mend)
 
 
-def warning(kind: type[VrsError], span: Span, detail: str = "", hint: str = "") -> Diagnostic:
+def warning(kind: type[VrsError], span: Span, detail: str = "", hint: str = "", mend: str = "") -> Diagnostic:
     """A warning with the text and code of a class of errors."""
-    return Diagnostic(Severity.WARNING, kind.code, kind.text, detail, hint, span)
+    return Diagnostic(Severity.WARNING, kind.code, kind.text, detail, hint, span, mend)
 
 
 class Findings:
@@ -75,9 +83,9 @@ class Findings:
         """An error."""
         self.diagnostics.append(error(kind, span, detail, hint))
 
-    def warn(self, kind: type[VrsError], span: Span, detail: str, hint: str = "") -> None:
+    def warn(self, kind: type[VrsError], span: Span, detail: str, hint: str = "", mend: str = "") -> None:
         """A warning."""
-        self.diagnostics.append(warning(kind, span, detail, hint))
+        self.diagnostics.append(warning(kind, span, detail, hint, mend))
 
 
 def refusal(kind: type[VrsError], span: Span, detail: str = "", hint: str = "") -> LineRefused:
@@ -101,12 +109,13 @@ def counted(number: int, noun: str) -> str:
 
 
 def show(diagnostic: Diagnostic, source_line: str, path: str | None = None) -> str:
-    """`file:line:column: *Text* detail (hint)`, the line, and a line of carets under the place. Plain text.
+    """`file:line:column: V452 *Text* detail (hint)`, the line, and a line of carets under the place. Plain text.
+    Without a path, as at the prompt, the place and the code are left out.
 
     Of a very long line the stretch round the place is shown.
     """
     span = diagnostic.span
-    place = f"{path}:{span.line}:{span.column}: " if path is not None else ""
+    place = f"{path}:{span.line}:{span.column}: {diagnostic.label} " if path is not None else ""
     kind = "warning: " if diagnostic.severity is Severity.WARNING else ""
     lines = [f"{place}{kind}{diagnostic.message}"]
     if source_line.strip():

@@ -1,0 +1,105 @@
+"""What is wrong with program files, as people, programs and GitHub read it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
+
+from vrs_cli.cli.sources import Source, has_errors
+from vrs_cli.dialogue.numbers import count
+
+if TYPE_CHECKING:
+    from vrs_cli.language.text.diagnostics import Diagnostic
+
+
+class Finding(Struct, frozen=True):
+    """A file and what is wrong with it, in the order of its lines; what was mended in it before."""
+
+    source: Source
+    diagnostics: tuple[Diagnostic, ...]
+    mended: int = 0
+
+
+def _text(findings: Sequence[Finding]) -> None:
+    """All of them, and how many there are; nothing for files without fault. In colours on a terminal."""
+    for finding in findings:
+        if sys.stdout.isatty():
+            _draw(finding)
+        else:
+            print(finding.source.shown(finding.diagnostics), end="")
+    everything = [diagnostic for finding in findings for diagnostic in finding.diagnostics]
+    errors = sum(has_errors([diagnostic]) for diagnostic in everything)
+    mended = sum(finding.mended for finding in findings)
+    if everything or mended:
+        told = f"{count(errors, 'error')}, {count(len(everything) - errors, 'warning')}"
+        print(f"{told}, {mended} mended" if mended else told)
+
+
+def _draw(finding: Finding) -> None:
+    from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport
+    from vrs_cli.render.console import TerminalRenderer
+
+    lines = ["", *finding.source.text.split("\n"), ""]
+    items = [Diagnosed(one, lines[one.span.line], finding.source.path) for one in finding.diagnostics]
+    TerminalRenderer(sys.stdout).draw(DiagnosticsReport(tuple(items)))
+
+
+def _json(findings: Sequence[Finding]) -> None:
+    import json
+
+    files = [
+        {"path": finding.source.path, "diagnostics": [_object(one) for one in finding.diagnostics]}
+        for finding in findings
+    ]
+    print(json.dumps({"files": files}, indent=2))
+
+
+def _object(one: Diagnostic) -> dict[str, Any]:
+    return {
+        "severity": one.severity.value,
+        "code": one.code,
+        "label": one.label,
+        "message": one.message,
+        "text": one.text,
+        "detail": one.detail,
+        "hint": one.hint,
+        "line": one.span.line,
+        "column": one.span.column,
+        "end": one.span.end,
+        "mend": one.mend or None,
+    }
+
+
+def _github(findings: Sequence[Finding]) -> None:
+    for finding in findings:
+        for one in finding.diagnostics:
+            print(_command(finding.source.path, one))
+
+
+def _command(path: str, one: Diagnostic) -> str:
+    """A workflow command, as GitHub Actions reads it from the output of a step."""
+    span = one.span
+    properties = {
+        "file": path,
+        "line": span.line,
+        "col": span.column,
+        "endColumn": span.end,
+        "title": f"{one.text} ({one.label})",
+    }
+    shown = ",".join(f"{name}={_escaped(str(value), _PROPERTY)}" for name, value in properties.items())
+    return f"::{one.severity.value} {shown}::{_escaped(one.message, _DATA)}"
+
+
+# what a workflow command cannot hold as it stands (GitHub Actions toolkit, @actions/core)
+_DATA: Mapping[str, str] = {"%": "%25", "\r": "%0D", "\n": "%0A"}
+_PROPERTY: Mapping[str, str] = {**_DATA, ":": "%3A", ",": "%2C"}
+
+
+def _escaped(text: str, table: Mapping[str, str]) -> str:
+    return text.translate({ord(character): code for character, code in table.items()})
+
+
+FORMATS: Mapping[str, Callable[[Sequence[Finding]], None]] = {"text": _text, "json": _json, "github": _github}
