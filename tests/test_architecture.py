@@ -105,11 +105,11 @@ DEFERRED = (
     Deferred(("files/mcap_log.py",), ("mcap",), "mcap is an extra"),
     Deferred(("kinematics/urdf/macros.py",), ("xacro",), "xacro is an extra"),
     Deferred(("files/store.py",), ("vrs_cli.language.text.printer",), "most runs store no program"),
-    Deferred(("errors.py",), ("difflib",), "only mistakes need it"),
+    Deferred(("errors.py", "cli/fmt.py"), ("difflib",), "only mistakes need it"),
     Deferred(
         ("files/atomic.py", "files/disk.py", "files/folder.py"), ("tempfile", "shutil"), "most runs write nothing"
     ),
-    Deferred(("cli/check.py", "cli/run.py"), ("json",), "only --json needs it"),
+    Deferred(("cli/findings.py", "cli/run.py"), ("json",), "only --json needs it"),
     Deferred(("language/text/table.py",), ("lark",), "the table that lark makes is kept between runs"),
     Deferred(
         (

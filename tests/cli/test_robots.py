@@ -56,7 +56,7 @@ def test_check_knows_what_the_robot_cannot_reach(vrs: Vrs, tmp_path: Path) -> No
     (tmp_path / "pick.v2").write_text(TILTED)
     ended = vrs("check", "pick.v2", "--robot", "cobra600")
     assert "pick.v2:3:10: V610 warning: *Location out of range* tilted: this robot keeps its tool vertical" in ended.out
-    assert "pick.v2:4:10: V1026 warning: *Joint 3 out of range* #far: would be 300.00 mm" in ended.out
+    assert "pick.v2:4:10: V1023 warning: *Joint 3 out of range* #far: would be 300.00 mm" in ended.out
     assert ended.out.splitlines()[-1] == "0 errors, 2 warnings"
 
 

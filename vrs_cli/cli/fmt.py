@@ -6,7 +6,6 @@ import os
 import sys
 from argparse import Namespace
 from collections.abc import Iterable, Sequence
-from difflib import unified_diff
 from io import StringIO
 
 from msgspec import Struct
@@ -74,6 +73,8 @@ def _tell(one: Formatted, options: Namespace) -> None:
 
 def _difference(path: str, before: str, after: str) -> Iterable[str]:
     """As `diff -u` tells it and `patch -p0` takes it; in colours on a terminal."""
+    from difflib import unified_diff
+
     coloured = sys.stdout.isatty() and "NO_COLOR" not in os.environ
     for line in unified_diff(list(StringIO(before)), list(StringIO(after)), path, path):
         ended = line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n"
