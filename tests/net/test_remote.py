@@ -424,3 +424,16 @@ def test_who_asks_while_a_loop_ends_does_not_wait_for_ever() -> None:
     with pytest.raises(RequestRefused, match="let go"):
         loop.do(lambda: done.append("too late"))
     assert done in ([], ["done"])
+
+
+def test_who_looks_waits_for_no_other_thread(robot: vrs.Robot) -> None:
+    held, going = robot.held, threading.Event()
+    assert isinstance(held, RemoteRobot)
+    held._loop.soon(going.wait)
+    try:
+        assert held.previewed().timeline is held.timeline
+    finally:
+        going.set()
+    robot.leave()
+    with pytest.raises(RequestRefused, match="it was let go"):
+        held.previewed()

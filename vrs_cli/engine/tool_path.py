@@ -44,9 +44,13 @@ class ToolLine(NamedTuple):
     def end(self) -> float:
         return self.offset + self.times[-1]
 
+    def passed(self, t: float) -> int:
+        """How many of its points the tip has left behind at a time [s]."""
+        return sum(self.offset + time < t for time in self.times)
+
     def parted(self, t: float, tip: Vector) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
         """The points before a time [s] and those after it, both with the tip at that time."""
-        count = sum(self.offset + time < t for time in self.times)
+        count = self.passed(t)
         return (*self.points[:count], tip), (tip, *self.points[count:])
 
 

@@ -357,7 +357,9 @@ class FarEnd:
     @property
     def expected(self) -> tuple[Expected, ...]:
         """What is expected of what is under way."""
-        known = () if self.preview is None else self.preview.expected
+        return self._with_dragged(() if self.preview is None else self.preview.expected)
+
+    def _with_dragged(self, known: tuple[Expected, ...]) -> tuple[Expected, ...]:
         dragged = self._dragged
         return known if dragged is None else (*known, dragged)
 
@@ -380,21 +382,26 @@ class FarEnd:
         """From when on the timeline is not what the robot has said [s]: commands are on their way, the tool is dragged,
         or it is not heard any more.
         """
-        begins = [it.begin for it in self.expected if it.begin is not None]
+        return self._confirmed_until(self.expected)
+
+    def _confirmed_until(self, expected: tuple[Expected, ...]) -> float:
+        begins = [it.begin for it in expected if it.begin is not None]
         return min(begins if self.open else [*begins, self.heard], default=inf)
 
     def previewed(self) -> Previewed:
-        """What the robot will do, as it is known now."""
+        """What the robot will do, as it is known now. Any thread may look."""
         assert self.preview is not None, "there is a mirror"
+        plan = self.preview.plan
+        expected = self._with_dragged(plan.expected)
         return Previewed(
-            self.preview.timeline,
+            plan.timeline,
             self.now,
             self.heard,
             self.now + self.round_trip / 2.0,
             self.shown,
             self.ahead is not Ahead.PRESENT and self._passes,
-            self.unconfirmed,
-            self.expected,
+            self._confirmed_until(expected),
+            expected,
             not self.open,
             self.round_trip,
             self.flags.windows,

@@ -7,6 +7,7 @@ the command is expected there. What it changes is unconfirmed until the robot's 
 from __future__ import annotations
 
 from math import inf
+from threading import Lock
 from typing import Protocol
 
 from msgspec import Struct, structs
@@ -53,7 +54,7 @@ class _ArrivalClock(VirtualClock):
     realtime = True
 
 
-class _Plan(Struct, frozen=True):
+class Plan(Struct, frozen=True):
     """What all that is under way makes of the timeline that is `known`; `settings`: those after each command."""
 
     known: Timeline
@@ -63,7 +64,9 @@ class _Plan(Struct, frozen=True):
 
 
 class Preview:
-    """What is known of a robot, with all that is on its way to it. `forward`: the delay D_f that is expected [s]."""
+    """What is known of a robot, with all that is on its way to it. `forward`: the delay D_f that is expected [s]. Any
+    thread may call any method.
+    """
 
     def __init__(self, followed: Followed, forward: float) -> None:
         self.forward = forward
@@ -73,6 +76,7 @@ class Preview:
         self._told = self._settings = followed.settings  # by the robot, and with what it has done since
         self._plan = self._planned_after(followed.timeline)
         self._stale = False
+        self._lock = Lock()
 
     # --- what is sent, and what is answered ---
 
@@ -80,41 +84,52 @@ class Preview:
         """A command is on its way, issued at that time of the robot's clock [s]; what is expected of it. None: it
         cannot be planned here.
         """
-        self._underway[id], self._stale = Underway(request, issued, text), True
-        return self.expected[-1]
+        with self._lock:
+            self._underway[id], self._stale = Underway(request, issued, text), True
+            return self._planned().expected[-1]
 
     def begun(self, id: int) -> None:
         """The robot is at it. What changes by one that cannot be planned here is told as it comes."""
-        if id in self._underway and self._underway[id].request is None:
-            self.refused(id)
+        with self._lock:
+            if id in self._underway and self._underway[id].request is None:
+                self._forget(id)
 
     def done(self, id: int, version: int) -> None:
         """The robot has done it. The timeline has that version since, which may still be on its way."""
-        if id in self._underway:
-            self._underway[id], self._stale = structs.replace(self._underway[id], version=version), True
+        with self._lock:
+            if id in self._underway:
+                self._underway[id], self._stale = structs.replace(self._underway[id], version=version), True
 
     def refused(self, id: int) -> None:
         """The robot has not done it."""
+        with self._lock:
+            self._forget(id)
+
+    def _forget(self, id: int) -> None:
         self._stale |= self._underway.pop(id, None) is not None
 
     # --- what is expected ---
 
     @property
+    def plan(self) -> Plan:
+        """The timeline with all that is under way, and what is expected of each command, in the order of sending."""
+        with self._lock:
+            return self._planned()
+
+    @property
     def timeline(self) -> Timeline:
-        """With all that is under way."""
-        return self._planned().timeline
+        return self.plan.timeline
 
     @property
     def expected(self) -> tuple[Expected, ...]:
-        """What is expected of each command that is under way, in the order of sending."""
-        return self._planned().expected
+        return self.plan.expected
 
     @property
     def unconfirmed(self) -> float:
         """From when on [s] the timeline is not what the robot has said; infinity where it is."""
         return min((it.begin for it in self.expected if it.begin is not None), default=inf)
 
-    def _planned(self) -> _Plan:
+    def _planned(self) -> Plan:
         """Plan anew where something was sent, or the robot's own change has come."""
         known = self._followed.timeline
         if self._stale or self._plan.known is not known:
@@ -131,17 +146,17 @@ class Preview:
             self._settings = settings if it.id in confirmed else self._settings
         self._underway = {id: it for id, it in self._underway.items() if id not in confirmed}
 
-    def _planned_after(self, known: Timeline) -> _Plan:
+    def _planned_after(self, known: Timeline) -> Plan:
         engine, expected, settings = self._engine, list[Expected](), list[Settings]()
         if not self._underway:
-            return _Plan(known, known)
+            return Plan(known, known)
         engine.take_up(Bookmark(Book(known, known, number=UNCONFIRMED), self._settings, known.start))
         for id, it in self._underway.items():
             engine.clock.advance(it.issued + self.forward)
             begin, refused = (engine.now, None) if it.request is None else self._begin(it.request, it.issued)
             expected.append(Expected(id, it.text, it.issued, begin, refused, it.request is not None))
             settings.append(engine.settings)
-        return _Plan(known, engine.timeline, tuple(expected), tuple(settings))
+        return Plan(known, engine.timeline, tuple(expected), tuple(settings))
 
     def _begin(self, request: Request, issued: float) -> tuple[float | None, VrsError | None]:
         """Plan it: from when on it changes the timeline, or why the robot will not do it."""

@@ -68,6 +68,11 @@ class Loop:
         work.close()
         raise RequestRefused(*LET_GO)
 
+    @property
+    def ends(self) -> bool:
+        """Whether it is closed, or is about to be."""
+        return self._ends
+
     def soon(self, act: Callable[[], object]) -> None:
         """Something that nobody waits for. Safe in a signal handler."""
         self._loop.call_soon_threadsafe(act)
@@ -195,7 +200,9 @@ class RemoteRobot:
         self.client.far.ahead = ahead
 
     def previewed(self) -> Previewed:
-        return self._loop.do(self.client.far.previewed)
+        if self._loop.ends:
+            raise RequestRefused(*LET_GO)
+        return self.client.far.previewed()  # in the thread of who looks, fifty times a second
 
     # --- asking ---
 

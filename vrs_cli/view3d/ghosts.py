@@ -48,8 +48,11 @@ class Ghost:
             self._figure.visible = False
 
     def stand(self, at: Position, shown: Shown) -> None:
+        """Which of its links coincide with those of the arm is seen late enough where other things are read."""
         if self._figure is None:
             self._figure = Figure(self._scene, self._root, self._model, colour=self._colour, opacity=self._opacity)
+        elif at is self._at and self._figure.visible and not shown.reads:
+            return
         self._figure.pose(at.joints, at.hand, shown.frames.base)
         if at is not self._at:
             self._at, self._links = at, link_frames(self._model, at.joints)

@@ -76,6 +76,8 @@ class Path(Rooted):
             visible=False,
         )
         self._drawn: tuple[object, ...] = ()
+        self._parted: tuple[ToolLine, int] | None = None  # the line under way, and how many of its points are past
+        self._now = _none(UNDER_WAY)
         self.commands = False
 
     def show(self, shown: Shown) -> None:
@@ -142,10 +144,22 @@ class Path(Rooted):
             self._lines.points, self._lines.colors = _figure(lines, passed, now)
         if self._under_way.visible != (now is not None):
             self._under_way.visible = now is not None
-        ways = ((), ()) if now is None else now.parted(t, tip)
-        parted = _segments([(ways[0], _colour(now, PAST)), (ways[1], _colour(now, PLANNED))], UNDER_WAY)
-        if not np.array_equal(parted[0], self._under_way.points):
-            self._under_way.points, self._under_way.colors = parted
+        if now is not None:
+            self._part(now, t, tip)
+
+    def _part(self, line: ToolLine, t: float, tip: Vector) -> None:
+        """While the tip is between the same two points of the line, nothing but the tip is another."""
+        passed = min(line.passed(t), UNDER_WAY - 1)
+        if self._parted != (line, passed):
+            self._parted = line, passed
+            past, planned = (*line.points[:passed], tip), (tip, *line.points[passed:])
+            parts = [(past, _colour(line, PAST)), (planned, _colour(line, PLANNED))]
+            self._now, self._under_way.colors = _segments(parts, UNDER_WAY)
+        if passed:
+            self._now[passed - 1, 1] = tip
+        if passed < len(line.points):
+            self._now[passed, 0] = tip
+        self._under_way.points = self._now
 
 
 class _Found:

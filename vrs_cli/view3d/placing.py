@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import sqrt
+from typing import Any
 
 from viser import FrameHandle, SceneNodeHandle
-from viser._messages import SetOrientationMessage, SetPositionMessage
+from viser import _messages as its
 
 from vrs_cli.kinematics.transform import Transform, position
 
@@ -27,6 +28,20 @@ class Rooted:
     @visible.setter
     def visible(self, visible: bool) -> None:
         self._root.visible = visible
+
+
+class SetPositionMessage(its.SetPositionMessage):
+    """That of viser, which looks up the types of its fields each time that it is sent: most of what a picture costs."""
+
+    def as_serializable_dict(self, _buffers: list[memoryview] | None = None) -> dict[str, Any]:
+        return {"name": self.name, "position": self.position, "owner": self.owner, "type": "SetPositionMessage"}
+
+
+class SetOrientationMessage(its.SetOrientationMessage):
+    """As SetPositionMessage."""
+
+    def as_serializable_dict(self, _buffers: list[memoryview] | None = None) -> dict[str, Any]:
+        return {"name": self.name, "wxyz": self.wxyz, "owner": self.owner, "type": "SetOrientationMessage"}
 
 
 def place(node: SceneNodeHandle, T: Transform) -> None:

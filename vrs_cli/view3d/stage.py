@@ -45,18 +45,17 @@ class Stage:
         self._floor = scene.add_frame("/floor", show_axes=False)
         _lay_floor(scene, reach, floor_height(model))
         self._frames = {name: _named_frame(scene, name, 0.22 * reach) for name in ("world", "base", "tool")}
-        self._at: dict[str, Transform] = {}
+        self._frames["base"].visible = False
+        self._base = IDENTITY
 
     def pose(self, T_world_tool: Transform, base: Transform = IDENTITY) -> None:
         """Show the frames of this moment; `base` is BASE, T_robot_world. Nothing is sent of those that stand still."""
-        T_world_robot = inverse(base)
-        for name, node in (("floor", self._floor), *self._frames.items()):
-            T = {"tool": T_world_tool, "world": IDENTITY}.get(name, T_world_robot)
-            if self._at.get(name) != T:
-                self._at[name] = T
-                place(node, T)
-        if self._frames["base"].visible != (base != IDENTITY):
+        place(self._frames["tool"], T_world_tool)
+        if base != self._base:
+            self._base = base
             self._frames["base"].visible = base != IDENTITY
+            for node in (self._floor, self._frames["base"]):
+                place(node, inverse(base))
 
 
 def without_hall(scene: SceneApi) -> None:
