@@ -286,7 +286,7 @@ def test_a_case_folds_as_a_whole_and_by_its_values() -> None:
     [
         ("    APPRO ", "APPRO location, distance", 0),
         ("10  APPRO part, ", "APPRO location, distance", 1),
-        ("    MOVE SHIFT(part BY 1, ", "SHIFT(location", 1),
+        ("    MOVE SHIFT(part BY 1, ", "SHIFT(location", 2),
         ("    CALL pick(part, ", "pick(a, n)", 1),
         ("    x = ATAN2(SIN(1), ", "ATAN2(", 1),
         ("    x = ATAN2(SIN(", "SIN(", 0),

@@ -89,7 +89,7 @@ class Screen:
         return done.stdout
 
 
-_KEYS = frozenset({"Enter", "C-d", "C-c", "Up", "BSpace", "Tab"})
+_KEYS = frozenset({"Enter", "C-d", "C-c", "Up", "Down", "Right", "BSpace", "Tab", "F1", "C-l", "C-q"})
 
 
 def _runs(process: int) -> bool:

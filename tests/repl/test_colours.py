@@ -16,6 +16,8 @@ SHOWN = (
     "class:completion-menu class:completion-menu.completion class:completion-menu.completion.current",
     "class:completion-menu class:completion-menu.meta.completion",
     "class:completion-menu class:completion-menu.meta.completion class:completion-menu.meta.completion.current",
+    "class:bottom-toolbar class:argument",
+    "class:auto-suggestion",
     "class:exiting",
     "class:aborting",
     "class:control-character",

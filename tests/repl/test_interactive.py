@@ -11,8 +11,10 @@ from pathlib import Path
 
 import pytest
 from prompt_toolkit.application import create_app_session
+from prompt_toolkit.buffer import Buffer
 from prompt_toolkit.completion import CompleteEvent
 from prompt_toolkit.document import Document
+from prompt_toolkit.formatted_text import fragment_list_to_text
 from prompt_toolkit.input import PipeInput, create_pipe_input
 from prompt_toolkit.output import DummyOutput
 from prompt_toolkit.validation import ValidationError
@@ -26,7 +28,7 @@ from vrs_cli.language.words.values import Kind
 from vrs_cli.render.colours import Ink, toolkit_style
 from vrs_cli.repl import interactive
 from vrs_cli.repl.history import recovery_folder
-from vrs_cli.repl.interactive import LineValidator, Shell, ValCompleter
+from vrs_cli.repl.interactive import FromHistory, LineValidator, Shell, ValCompleter
 from vrs_cli.repl.interrupt import stoppable
 from vrs_cli.repl.lexer import ValLexer
 from vrs_cli.repl.local_seat import LocalSeat
@@ -72,6 +74,11 @@ def session(shell: Shell) -> Session:
 
 def lines(*texts: str) -> str:
     return "".join(text + ENTER for text in texts)
+
+
+def shown_below(shell: Shell) -> str:
+    """The toolbar."""
+    return fragment_list_to_text(shell._toolbar())
 
 
 def real(shell: Shell, name: str) -> object:
@@ -328,7 +335,7 @@ def test_a_failing_completion_is_told_in_the_toolbar(shell: Shell, monkeypatch: 
     assert list(ValCompleter(lambda: work).get_completions(Document("MO"), CompleteEvent(text_inserted=True))) == []
     assert work.seat.noted.startswith("internal error: RuntimeError: no names")
     shell._look()
-    assert work.seat.noted in " ".join(shell._toolbar().split())  # all of it, with the name of the report
+    assert work.seat.noted in " ".join(shown_below(shell).split())  # all of it, with the name of the report
     Path(work.seat.noted.rsplit(" ", 1)[1]).unlink()
 
 
@@ -510,6 +517,46 @@ def test_the_toolbar_shows_the_clock_and_the_last_message(shell: Shell) -> None:
     work.seat.take("DRIVE 1, 60")
     work.terminal.show(Message("all is well"))
     shell._look()
-    text = shell._toolbar()
+    text = shown_below(shell)
     assert "t 1.03 s" in text
     assert "X -139.3" in text
+
+
+# --- keys ----------------------------------------------------------------------------------------------------------
+
+F1 = "\x1bOP"
+
+
+def test_the_rest_of_a_line_is_suggested_from_the_history() -> None:
+    buffer = Buffer()
+    for line in ("count = 40+2", "count = 0", "MOVE part"):
+        buffer.history.append_string(line)
+    suggested = FromHistory().get_suggestion(buffer, Document("count = 4"))
+    assert suggested is not None
+    assert suggested.text == "0+2"
+    for text in ("", "  ", "MOVE part", "nothing"):
+        assert FromHistory().get_suggestion(buffer, Document(text)) is None
+
+
+@pytest.mark.parametrize("keys", [f"APPRO part, {F1}", lines("appro?"), lines("? APPRO")])
+def test_help_on_a_word(keys: str, capsys: pytest.CaptureFixture[str]) -> None:
+    run(keys, CTRL_C, lines("EXIT"))
+    assert "Motion to a distance [mm] in front of a location" in capsys.readouterr().out
+
+
+def test_a_question_in_a_program_is_no_step(capsys: pytest.CaptureFixture[str]) -> None:
+    shell = run(lines(".PROGRAM p", "MOVES?", "READY", ".END", "EXIT", "Y"))
+    assert "Straight-line motion to a location." in capsys.readouterr().out
+    assert len(session(shell).programs["p"].program.steps) == 1
+
+
+def test_the_form_of_the_word_stands_above_the_state() -> None:
+    with keyboard():
+        shell = Shell(Local())
+        shell.backstage.wait()
+        shell._look()
+        shell.prompts.default_buffer.text = "DRIVE 1, "
+        shell.prompts.default_buffer.cursor_position = 9
+        form, state = shown_below(shell).split("\n")
+    assert form.startswith(" DRIVE joint, change[, speed] [AT t | IN dt] | ")
+    assert state.startswith(" t 0.00 s")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from prompt_toolkit.application import create_app_session
+from prompt_toolkit.document import Document
 from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
@@ -11,6 +12,7 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.dialogue.questions import Answer, Editing, Question
 from vrs_cli.dialogue.replies import Message
 from vrs_cli.errors import ProgramExists, UsageError
+from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.editor.lines import named_program
 from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.session.session import Session
@@ -18,6 +20,7 @@ from vrs_cli.language.text.diagnostics import LineRefused
 from vrs_cli.repl.screen_editor import UNSAVED, ScreenEditor
 
 ENTER, SAVE, QUIT, FIND, UNDO, REDO, CUT = "\r", "\x13", "\x11", "\x06", "\x1a", "\x19", "\x0b"
+F1 = "\x1bOP"
 UP, DOWN, END, HOME, F3, F5 = "\x1b[A", "\x1b[B", "\x1b[F", "\x1b[H", "\x1bOR", "\x1b[15~"
 
 
@@ -32,7 +35,7 @@ def see(session: Session, keys: str, name: str = "p", step: int = 1) -> ScreenEd
     """The editor after the keys; they must leave it."""
     with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
         pipe.send_text(keys)
-        editor = ScreenEditor(ScreenDraft(session, named_program(name), step))
+        editor = ScreenEditor(ScreenDraft(session, named_program(name), step), Conversation(session))
         editor.run()
     return editor
 
@@ -48,7 +51,7 @@ def test_what_is_typed_is_noted_line_by_line_until_it_is_stored() -> None:
         pipe.send_text(f"move part{ENTER}ready{ENTER}{SAVE}{QUIT}")
         draft = ScreenDraft(session, named_program("p"), 1)
         draft.noted = lambda: noted.append(session.desk.drafted)
-        ScreenEditor(draft).run()
+        ScreenEditor(draft, Conversation(session)).run()
     assert ".PROGRAM p()\n    MOVE part\n    \n.END\n" in noted
     assert ".PROGRAM p()\n    MOVE part\n    READY\n    \n.END\n" in noted
     assert (noted[-1], session.desk.drafted) == ("", "")
@@ -167,7 +170,7 @@ class Screen(RecordingTerminal):
         assert isinstance(draft, ScreenDraft)
         with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
             pipe.send_text(self.keys)
-            ScreenEditor(draft).run()
+            ScreenEditor(draft, Conversation(self.session)).run()
         return True
 
 
@@ -183,3 +186,18 @@ def test_without_a_screen_it_names_the_line_editor() -> None:
         Session(RecordingTerminal()).perform("SEE p")
     with pytest.raises(UsageError, match="this terminal cannot"):
         Screen("").session.perform("SEE p")
+
+
+def test_words_and_the_names_of_the_text_are_suggested() -> None:
+    editor = see(session_with(".PROGRAM p()\n    heightlimit = 5\n    READY\n.END\n"), QUIT)
+    for typed, offered in (("    x = heig", "heightlimit"), ("    SIGNA", "SIGNAL")):
+        document = Document(f".PROGRAM p()\n    heightlimit = 5\n{typed}")
+        assert [one.text for one in editor._suggested(document)] == [offered]
+    assert editor._suggested(Document("heig")) == []
+
+
+def test_the_form_of_the_word_stands_below_and_f1_explains_it() -> None:
+    editor = see(session_with(), f"APPRO part, {F1}{QUIT}{QUIT}")
+    form = editor._form()
+    assert "".join(text for _, text, *_ in form).startswith(" APPRO location, distance [AT t | IN dt]")
+    assert [text for style, text, *_ in form if style] == ["distance"]

@@ -39,6 +39,55 @@ def test_values_and_mistakes_are_shown(tmp_path: Path, columns: int, rows: int) 
         shell.wait(lambda after: not any("form is" in row for row in after))
 
 
+@pytest.mark.parametrize(("columns", "rows"), SIZES)
+def test_a_line_is_helped_while_it_is_typed(tmp_path: Path, columns: int, rows: int) -> None:
+    """The history gives the rest of a line, and lines that begin so; the form of a word stands below."""
+    with screen(tmp_path, columns=columns, rows=rows) as shell:
+        typed(shell, "count = 40+2", "count = 0", "DRIVE 1, 10", "other = 1", "DRIVE 2, -5")
+        shell.wait_for(TOOLBAR)
+        shell.type("count = 4")
+        shell.wait(lambda rows: sum(row.startswith(".count = 40+2") for row in rows) == 2)
+        shell.type("Right", "Enter")
+        typed(shell, "count")
+        shell.wait_for("count            42")
+        shell.wait_for(TOOLBAR)
+        shell.type("DRI")
+        shell.wait_for("DRIVE joint, change[, speed]")  # in the menu
+        shell.type("Up", "Up")
+        shown = shell.wait_for(".DRIVE 1, 10")
+        assert " DRIVE joint, change[, speed] [AT t | IN dt] | turn one" in shown[-2]
+        shell.type("F1")
+        shell.wait_for("Example: DRIVE 1, -30, 50")
+        shown = shell.wait(lambda rows: rows[-1].startswith(" t "))
+        assert all(len(row) <= columns for row in shown)
+
+
+@pytest.mark.parametrize(("columns", "rows"), SIZES)
+def test_see_completes_and_shows_forms(tmp_path: Path, columns: int, rows: int) -> None:
+    with screen(tmp_path, columns=columns, rows=rows) as shell:
+        typed(shell, "SEE pick")
+        shell.wait_for("F1 help")
+        shell.type("MOV", "Tab")
+        shell.wait_for("MOVEST")
+        shell.type("Tab", "Tab", "Enter", " part")
+        shell.wait_for("1     MOVES part")
+        shown = shell.wait_for(" MOVES location [AT t | IN dt] | straight-line motion")
+        assert shown[-2].startswith(" MOVES location")
+        shell.type("F1")
+        shell.wait_for("Example: MOVES part")
+        shell.type("C-q", "C-q")
+        shell.wait_for(TOOLBAR)
+
+
+@pytest.mark.parametrize(("columns", "rows"), SIZES)
+def test_a_plot_is_seen_whole(tmp_path: Path, columns: int, rows: int) -> None:
+    with screen(tmp_path, columns=columns, rows=rows) as shell:
+        typed(shell, "DRIVE 1, 60", "PLOT")
+        shown = [row.rstrip() for row in shell.wait_for("JT6 0.000 to 0.000")]
+        assert "Joints [deg]" in shown
+        assert max(map(len, shown)) <= columns
+
+
 CELL = """\
 .PROGRAM pick
     TYPE "waiting for a part"

@@ -302,6 +302,13 @@ class HelpOverview(Spoken, frozen=True):
     groups: tuple[HelpGroup, ...]
 
 
+class HelpTopic(Spoken, frozen=True):
+    """HELP topic: forms of words, or keys, and what each does."""
+
+    title: str
+    rows: tuple[tuple[str, str], ...]
+
+
 class HelpEntry(Struct, frozen=True):
     """One meaning of a word. `sort` is what it is ("instruction", "function", ...)."""
 
@@ -434,6 +441,7 @@ Reply = (
     | Identification
     | FreeReport
     | HelpOverview
+    | HelpTopic
     | HelpPage
     | Displaced
     | TimelineTable

@@ -17,6 +17,7 @@ from msgspec.structs import replace
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.errors import InvalidName, UsageError
 from vrs_cli.interfaces.conversation.complete import Names, Suggestion, suggestions
+from vrs_cli.interfaces.conversation.signature import Signature, blanked, signature
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.interfaces.monitor.help import page
 from vrs_cli.kinematics.model import RobotModel
@@ -35,13 +36,11 @@ from vrs_cli.language.words.word import Shape
 from vrs_cli.lsp.occurrences import (
     Occurrence,
     SymbolKind,
-    blanked,
     heading_span,
     label_span,
     locals_of,
     occurrences,
 )
-from vrs_cli.lsp.signature import Signature, signature
 
 _WORD = re.compile(r"[#$]?[A-Za-z][\w.]*|\d+")
 _GOTO = re.compile(r"\bGOTO\s+\d*$", re.IGNORECASE)
@@ -209,7 +208,7 @@ class Document:
         if self._program_at(line) is None:
             return None
         before = self.lines[line - 1][: column - 1]
-        return signature(before, {program.key: program for _, program in self._programs()})
+        return signature(before, {program.key: program for _, program in self._programs()}.get)
 
     @cached_property
     def _names(self) -> Names:

@@ -9,6 +9,7 @@ from functools import lru_cache
 
 from msgspec import Struct
 
+from vrs_cli.interfaces.conversation.signature import blanked
 from vrs_cli.language.analysis.declarations import own_variables
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section, Span
@@ -16,7 +17,6 @@ from vrs_cli.language.text.parts import Part
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.word import Shape
 
-_QUOTED_OR_COMMENT = re.compile(r'"[^"]*"?|;.*')
 _GOTO = re.compile(r"\bGOTO\s+(\d+)", re.IGNORECASE)
 _DIGITS = re.compile(r"\d*")
 
@@ -55,11 +55,6 @@ def locals_of(part: Part) -> frozenset[str]:
     if not isinstance(node, Program):
         return frozenset()
     return frozenset({parameter.key for parameter in node.parameters} | {own.key for own in own_variables(node)})
-
-
-def blanked(line: str) -> str:
-    """The line with blanks for texts and comments, every column where it was."""
-    return _QUOTED_OR_COMMENT.sub(lambda found: " " * len(found[0]), line)
 
 
 # --- programs ------------------------------------------------------------------------------------------------------

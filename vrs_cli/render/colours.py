@@ -79,6 +79,7 @@ class Bar(Enum):
     TITLE = "title"
     MISTAKE = "mistake"
     CHOSEN = "chosen"
+    ARGUMENT = "argument"
 
 
 # text, background
@@ -87,6 +88,7 @@ BARS: Mapping[Bar, tuple[str, str]] = {
     Bar.TITLE: ("#ffffff", "#005f87"),
     Bar.MISTAKE: ("#ffffff", "#af0000"),
     Bar.CHOSEN: ("#ffffff", "#005f87"),
+    Bar.ARGUMENT: ("#ffffff", "#303030"),
 }
 
 

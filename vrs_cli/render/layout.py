@@ -328,6 +328,19 @@ def _help_overview(reply: replies.HelpOverview, page: Page) -> Iterator[Block]:
     yield line("HELP word explains one of them.", Ink.NOTE)
 
 
+def _help_topic(reply: replies.HelpTopic, page: Page) -> Iterator[Block]:
+    yield line(reply.title, Ink.HEADING)
+    width = page.width or PLAIN_WIDTH
+    column = min(max(len(form) for form, _ in reply.rows), width // 3)
+    for form, summary in reply.rows:
+        forms = wrap(form, column) if len(form) <= 2 * column else [form]
+        if len(forms[-1]) > column:
+            yield Line((("  ", Ink.TEXT), *scan(forms.pop())))
+        texts = wrap(_sentence(summary), width - column - 4)
+        for left, right in zip_longest(forms, texts, fillvalue=""):
+            yield Line((("  ", Ink.TEXT), *scan(left), (" " * (column + 2 - len(left)), Ink.TEXT), (right, Ink.TEXT)))
+
+
 def _help_page(reply: replies.HelpPage, page: Page) -> Iterator[Block]:
     for number, entry in enumerate(reply.entries):
         if number:
@@ -526,6 +539,7 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.Identification: _identification,
     replies.FreeReport: _free,
     replies.HelpOverview: _help_overview,
+    replies.HelpTopic: _help_topic,
     replies.HelpPage: _help_page,
     replies.Displaced: lambda reply, _page: (line(text, Ink.WARNING) for text in sentences(reply.displacement)),
     replies.TimelineTable: _timeline,

@@ -19,7 +19,9 @@ STYLE = Style.from_dict(
         "aborting": toolkit_style(Ink.NOTE),
         "control-character": toolkit_style(Ink.NOTE),
         "search": bar_style(Bar.CHOSEN),
+        "auto-suggestion": toolkit_style(Ink.NOTE),
         # our own
+        "argument": f"bold underline {bar_style(Bar.ARGUMENT)}",
         "title": bar_style(Bar.TITLE),
         "margin": toolkit_style(Ink.NOTE),
         "finding.error": f"underline {toolkit_style(Ink.ERROR)}",

@@ -16,10 +16,13 @@ from time import monotonic
 from typing import TYPE_CHECKING, NamedTuple
 
 from prompt_toolkit import PromptSession
-from prompt_toolkit.application import get_app
+from prompt_toolkit.application import get_app, run_in_terminal
+from prompt_toolkit.auto_suggest import AutoSuggest, Suggestion
+from prompt_toolkit.buffer import Buffer
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
 from prompt_toolkit.filters import Condition, has_validation_error, to_filter
+from prompt_toolkit.formatted_text import StyleAndTextTuples
 from prompt_toolkit.history import InMemoryHistory
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.layout import ConditionalContainer, Layout, Window
@@ -35,7 +38,8 @@ from vrs_cli.repl.interrupt import Ended, stoppable
 from vrs_cli.repl.lexer import ValLexer
 from vrs_cli.repl.place import Place
 from vrs_cli.repl.seat import KEEPING_UP, RESTING, Seat
-from vrs_cli.repl.toolbar import GAP, toolbar
+from vrs_cli.repl.toolbar import GAP, signature_row, toolbar
+from vrs_cli.repl.word_at import asked_about
 from vrs_cli.version import __version__
 
 if TYPE_CHECKING:
@@ -45,6 +49,7 @@ if TYPE_CHECKING:
 BANNER = f"vrs {__version__}: VAL-II for a virtual robot. HELP says what there is, EXIT leaves."
 IDLE = "."
 MENU_ROWS = 6
+LATE = 2000  # lines of the history that are looked at for each key
 QUESTION = "\0"  # comes in place of a line when a program asks for one
 
 
@@ -140,8 +145,11 @@ class Shell:
             style=STYLE,
             color_depth=colour_depth(),
             reserve_space_for_menu=MENU_ROWS,
-            key_bindings=key_bindings(),
+            key_bindings=key_bindings(self._help),
+            auto_suggest=FromHistory(),
+            enable_suspend=True,
         )
+        self.prompts.default_buffer.enable_history_search = to_filter(True)  # beside the menu: see `key_bindings`
         unfold_mistakes(self.prompts.layout)
         self.prompts.app.before_render += self._before_render
         self.prompts.app.after_render += lambda _app: self.backstage.begin()
@@ -227,7 +235,7 @@ class Shell:
                 work.seat.keep_up()
                 self._turn_to_question(work.seat, prompts)
             self._look()
-            state, now = self._toolbar().partition(GAP)[2], monotonic()
+            state, now = self._state().partition(GAP)[2], monotonic()
             if state != shown or now - drawn >= RESTING:
                 shown, drawn = state, now
                 self._redraw()
@@ -279,7 +287,21 @@ class Shell:
     def _message(self) -> str:
         return IDLE if self._status is None else self._status.prompt
 
-    def _toolbar(self) -> str:
+    def _toolbar(self) -> StyleAndTextTuples:
+        """The form of the word that is typed, if one is, and the state."""
+        state: StyleAndTextTuples = [("", self._state())]
+        if self.backstage.ready is None:
+            return state
+        found = self.backstage.ready.seat.signature(self.prompts.default_buffer.document.current_line_before_cursor)
+        width = self.prompts.app.output.get_size().columns
+        return state if found is None else [*signature_row(found, width), ("", "\n"), *state]
+
+    def _help(self, document: Document) -> None:
+        """F1: above the prompt."""
+        work = self.backstage.wait()
+        run_in_terminal(partial(work.seat.take, f"? {asked_about(document)}"))
+
+    def _state(self) -> str:
         work, status = self.backstage.ready, self._status
         width = self.prompts.app.output.get_size().columns
         if work is None or status is None:
@@ -320,12 +342,40 @@ def unfold_mistakes(layout: Layout) -> None:
             part.content.wrap_lines = part.content.dont_extend_height = to_filter(True)
 
 
-def key_bindings() -> KeyBindings:
-    """Ctrl-D also leaves where the line holds nothing but the indent of a program."""
+class FromHistory(AutoSuggest):
+    """The rest of the last line that begins so, of those that were typed of late."""
+
+    def get_suggestion(self, buffer: Buffer, document: Document) -> Suggestion | None:
+        text = document.current_line
+        if not text.strip():
+            return None
+        late = reversed(buffer.history.get_strings()[-LATE:])
+        found = next((line for line in late if line.startswith(text) and "\n" not in line), text)
+        return Suggestion(found[len(text) :]) if len(found) > len(text) else None
+
+
+def key_bindings(explain: Callable[[Document], None]) -> KeyBindings:
+    """Ctrl-D also leaves where the line holds nothing but the indent of a program. F1 explains the word at the cursor.
+    Up goes through the history unless something of the menu is chosen, which prompt-toolkit would choose from.
+    """
     bindings = KeyBindings()
+
+    @bindings.add("up", filter=Condition(_nothing_chosen))
+    def back(event: KeyPressEvent) -> None:
+        event.current_buffer.cancel_completion()
+        event.current_buffer.auto_up(count=event.arg)
+
+    @bindings.add("f1")
+    def help_on_word(event: KeyPressEvent) -> None:
+        explain(event.current_buffer.document)
 
     @bindings.add("c-d", filter=Condition(lambda: not get_app().current_buffer.text.strip()))
     def leave(event: KeyPressEvent) -> None:
         event.app.exit(exception=EOFError, style="class:exiting")
 
     return bindings
+
+
+def _nothing_chosen() -> bool:
+    state = get_app().current_buffer.complete_state
+    return state is not None and state.current_completion is None

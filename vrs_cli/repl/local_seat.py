@@ -40,6 +40,7 @@ class LocalSeat:
         self.session.desk.lives = terminal.attended and clock is not None
         self.conversation = talk = Conversation(self.session)
         self.status, self.mistake, self.suggestions = talk.status, talk.mistake, talk.suggestions
+        self.signature = talk.signature
         self.interrupt, self.stop_program = self.session.interrupt, talk.stop_program
         self.noted, self.failed = "", False
         self._file = file

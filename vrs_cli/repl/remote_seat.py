@@ -26,6 +26,7 @@ from vrs_cli.files.trajectory_file import Recording, read_trajectory
 from vrs_cli.interfaces.conversation.acts import Attend, DeskAct, LeaveEntry, StopProgram
 from vrs_cli.interfaces.conversation.complete import Suggestion
 from vrs_cli.interfaces.conversation.mishap import internal_error
+from vrs_cli.interfaces.conversation.signature import Signature, signature
 from vrs_cli.interfaces.conversation.status import Status
 from vrs_cli.interfaces.editor.screen import Findings, Found, KeepDraft, Kept, Page, ReadDraft
 from vrs_cli.interfaces.jog.jogger import Hand, Look, Seen
@@ -308,6 +309,10 @@ class RemoteSeat:
             return None
         found = self._look(lambda id: messages.Check(id, text), messages.Checked)
         return None if found is None else found.mistake
+
+    def signature(self, text: str, *, steps: bool = False) -> Signature | None:
+        """By the tables, which are here; the programs are not."""
+        return signature(text, lambda _key: None, at_prompt=not (self._status.in_program or steps))
 
     def suggestions(self, text: str, everything: bool) -> list[Suggestion]:
         found = self._look(lambda id: messages.Complete(id, text, everything), messages.Completed)

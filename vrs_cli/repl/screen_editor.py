@@ -5,19 +5,22 @@ What a program is, and what is wrong with it, says `interfaces.editor.screen`; h
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 
 from prompt_toolkit.application import Application
 from prompt_toolkit.buffer import Buffer
+from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
 from prompt_toolkit.filters import has_focus
 from prompt_toolkit.formatted_text import StyleAndTextTuples
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
-from prompt_toolkit.layout import Dimension, HSplit, Layout, Window
+from prompt_toolkit.layout import Dimension, Float, FloatContainer, HSplit, Layout, Window
 from prompt_toolkit.layout.containers import WindowRenderInfo
 from prompt_toolkit.layout.controls import BufferControl, FormattedTextControl, UIContent
 from prompt_toolkit.layout.margins import Margin, ScrollbarMargin
+from prompt_toolkit.layout.menus import CompletionsMenu
 from prompt_toolkit.layout.processors import (
     HighlightIncrementalSearchProcessor,
     Processor,
@@ -29,14 +32,33 @@ from prompt_toolkit.search import start_search
 from prompt_toolkit.widgets import SearchToolbar
 
 from vrs_cli.errors import VrsError
+from vrs_cli.interfaces.conversation.complete import Suggestion
 from vrs_cli.interfaces.conversation.entry import INDENT, depth
 from vrs_cli.interfaces.editor.screen import Page, canonical, canonical_line
+from vrs_cli.interfaces.monitor.help import page as help_page
 from vrs_cli.language.text.diagnostics import Diagnostic, Severity
+from vrs_cli.render.text import plain_text
 from vrs_cli.repl.colours import STYLE, colour_depth
 from vrs_cli.repl.lexer import ValLexer
+from vrs_cli.repl.seat import Typing
+from vrs_cli.repl.toolbar import signature_row
+from vrs_cli.repl.word_at import asked_about
 
-KEYS = " ^S save  ^Q quit  ^F find  F3 next  ^Z undo  ^Y redo  ^K cut line  F5 format"
+_BEGUN = re.compile(r"[#$]?[A-Za-z][\w.]*$")
+_NAME = re.compile(r"[#$]?\b[a-z][a-z0-9_.]*\b")
+MENU_ROWS = 8
+KEYS = " ^S save  ^Q quit  ^F find  F3 next  ^Z undo  ^Y redo  ^K cut line  F5 format  F1 help"
 UNSAVED = "Changes are not stored: ^S stores them, ^Q again leaves without them"
+
+
+class WordCompleter(Completer):
+    """Suggestions for Tab."""
+
+    def __init__(self, suggested: Callable[[Document], list[Suggestion]]) -> None:
+        self._suggested = suggested
+
+    def get_completions(self, document: Document, complete_event: CompleteEvent) -> Iterable[Completion]:  # noqa: ARG002
+        return [Completion(one.text, -one.length, display_meta=one.meta) for one in self._suggested(document)]
 
 
 class Underlined(Processor):
@@ -62,8 +84,8 @@ class Underlined(Processor):
 class ScreenEditor:
     """One program on the screen."""
 
-    def __init__(self, page: Page) -> None:
-        self.page = page
+    def __init__(self, page: Page, typing: Typing) -> None:
+        self.page, self._typing = page, typing
         self.message = ""
         self.findings: tuple[Diagnostic, ...] = ()
         self._draws = False  # there is a screen
@@ -75,6 +97,8 @@ class ScreenEditor:
         self.buffer = Buffer(
             multiline=True,
             document=Document(page.text, _start_of(page.text, page.row)),
+            completer=WordCompleter(self._suggested),
+            complete_while_typing=False,
             on_text_changed=lambda _: self._changed(),
             on_cursor_position_changed=lambda _: self._moved(),
         )
@@ -217,17 +241,37 @@ class ScreenEditor:
             right_margins=[ScrollbarMargin(display_arrows=False)],
             wrap_lines=False,
         )
+        form = Window(FormattedTextControl(self._form), height=1, style="class:bottom-toolbar")
         message = Window(
             FormattedTextControl(self._message), height=Dimension(min=1), wrap_lines=True, dont_extend_height=True
         )
         title = Window(FormattedTextControl(self._title), height=1, style="class:title")
         bar = Window(FormattedTextControl(KEYS), height=1, style="class:title")
-        return Layout(HSplit([title, text, self.search, message, bar]), focused_element=text)
+        body = HSplit([title, text, self.search, message, form, bar])
+        menu = Float(CompletionsMenu(max_height=MENU_ROWS), xcursor=True, ycursor=True)
+        return Layout(FloatContainer(body, [menu]), focused_element=text)
 
     def _title(self) -> str:
         changed = " (changed)" if self.buffer.text != self._kept else ""
         document = self.buffer.document
         return f" SEE {self.page.name}{changed}   step {self._row}, column {document.cursor_position_col + 1}"
+
+    def _form(self) -> StyleAndTextTuples:
+        """What the word that is typed takes, and what it does."""
+        document = self.buffer.document
+        found = self._typing.signature(document.current_line_before_cursor, steps=True) if self._row else None
+        return [] if found is None else [*signature_row(found, self.app.output.get_size().columns)]
+
+    def _suggested(self, document: Document) -> list[Suggestion]:
+        """What may come next: what the robot knows, and the names of this text."""
+        line = document.current_line_before_cursor
+        found = self._typing.suggestions(line, True) if document.cursor_position_row else []
+        begun = _BEGUN.search(line)
+        word = begun[0] if begun is not None else ""
+        names = dict.fromkeys(_NAME.findall(document.text)) if word.islower() else ()
+        known = {one.text for one in found} | {word}
+        own = [Suggestion(name, len(word)) for name in names if name.startswith(word) and name not in known]
+        return [*own, *found]
 
     def _message(self) -> StyleAndTextTuples:
         """What was last said; or the finding where the cursor is, the first one elsewhere."""
@@ -253,13 +297,14 @@ class ScreenEditor:
 
         keys.add("<any>", filter=typing, save_before=self._begins_word)(self._type)
         bind("enter", "tab", "f5", "c-s", "c-k")
-        bind("c-q", "c-c", "c-f", "f3", "c-z", "c-y", save=False)
+        bind("c-q", "c-c", "c-f", "f1", "f3", "c-z", "c-y", save=False)
         return keys
 
     def _acts(self, name: str) -> Callable[[KeyPressEvent], None]:
         actions: Mapping[str, Callable[[], None]] = {
-            "enter": self.new_line,
-            "tab": lambda: self.buffer.insert_text(INDENT),
+            "enter": self._enter,
+            "tab": self._tab,
+            "f1": self._explain,
             "f5": self.format,
             "c-s": self.save,
             "c-k": self._cut_line,
@@ -276,6 +321,30 @@ class ScreenEditor:
             action()
 
         return act
+
+    def _tab(self) -> None:
+        """The next suggestion behind a word that is begun, else blanks."""
+        if self.buffer.complete_state is not None:
+            self.buffer.complete_next()
+        elif _BEGUN.search(self.buffer.document.current_line_before_cursor):
+            self.buffer.start_completion(insert_common_part=True)
+        else:
+            self.buffer.insert_text(INDENT)
+
+    def _enter(self) -> None:
+        """What is chosen of the menu stays; a new line where nothing is."""
+        state = self.buffer.complete_state
+        if state is not None and state.current_completion is not None:
+            self.buffer.complete_state = None
+        else:
+            self.new_line()
+
+    def _explain(self) -> None:
+        """F1: the help on the word at the cursor, below the text."""
+        try:
+            self.message = plain_text(help_page(asked_about(self.buffer.document))).rstrip()
+        except VrsError as error:
+            self.message = str(error)
 
     def _begins_word(self, event: KeyPressEvent) -> bool:
         """Undo takes back a word at a time."""

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from vrs_cli.dialogue.questions import Editing, Jogging, Playing
     from vrs_cli.files.trajectory_file import Recording
     from vrs_cli.interfaces.conversation.complete import Suggestion
+    from vrs_cli.interfaces.conversation.signature import Signature
     from vrs_cli.interfaces.conversation.status import Status
     from vrs_cli.interfaces.editor.screen import Page
     from vrs_cli.interfaces.jog.jogger import Hand
@@ -19,7 +20,15 @@ KEEPING_UP, RESTING = 0.1, 1.0  # [s] between two looks at a clock on the wall: 
 SHORTEST = 0.01  # [s] however soon the next thing is due
 
 
-class Screens(Protocol):
+class Typing(Protocol):
+    """What helps while a line is typed, here or on a screen."""
+
+    def suggestions(self, text: str, everything: bool) -> list[Suggestion]: ...
+    def signature(self, text: str, *, steps: bool = False) -> Signature | None:
+        """What is being typed at the end of a line takes which arguments; `steps`: of a program, whatever is open."""
+
+
+class Screens(Typing, Protocol):
     """What fills a screen while a question of its own is open."""
 
     def page(self, question: Editing) -> Page: ...
@@ -79,7 +88,6 @@ class Seat(Screens, Protocol):
     def mistake(self, text: str) -> Diagnostic | None:
         """The first in a line that is not sent yet."""
 
-    def suggestions(self, text: str, everything: bool) -> list[Suggestion]: ...
     @property
     def withdrawn(self) -> bool:
         """Whether the question that is before the user waits for no answer any more."""

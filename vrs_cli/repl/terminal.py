@@ -239,7 +239,7 @@ class ShellTerminal:
         elif isinstance(question, Editing):
             from vrs_cli.repl.screen_editor import ScreenEditor
 
-            ScreenEditor(self.screens.page(question)).run()
+            ScreenEditor(self.screens.page(question), self.screens).run()
         elif isinstance(question, Watching):
             return self._watch()
         else:

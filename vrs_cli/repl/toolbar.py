@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from vrs_cli.interfaces.conversation.signature import Signature
     from vrs_cli.interfaces.conversation.status import Status
 
 GAP = " | "
+ACTIVE = "class:argument"
 LEAST_MESSAGE = 12  # columns: a shorter rest of the line says nothing
 
 
@@ -21,6 +24,24 @@ def toolbar(status: Status | None, last: str, width: int) -> str:
         if len(longer) <= width:
             text = longer
     return text + _message(last, width - len(text))
+
+
+def signature_row(found: Signature, width: int) -> list[tuple[str, str]]:
+    """The form of the word that is typed, its present argument marked, and what it does as far as that fits."""
+    from vrs_cli.render.blocks import shortened
+
+    begin, end = found.arguments[found.active]
+    pieces = [("", f" {found.form[:begin]}"), (ACTIVE, found.form[begin:end]), ("", found.form[end:])]
+    room = width - 1 - len(found.form) - len(GAP)
+    if room < 0:
+        return [(style, text) for (style, _), text in zip(pieces, _cut(pieces, width), strict=True)]
+    return [*pieces, ("", f"{GAP}{shortened(found.summary, room)}")] if room >= LEAST_MESSAGE else pieces
+
+
+def _cut(pieces: list[tuple[str, str]], width: int) -> Iterator[str]:
+    for _, text in pieces:
+        yield text[: max(width, 0)]
+        width -= len(text)
 
 
 def _message(last: str, room: int) -> str:

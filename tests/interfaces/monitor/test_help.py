@@ -2,9 +2,10 @@
 
 import pytest
 
+from vrs_cli.dialogue.replies import HelpPage, HelpTopic
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.errors import UsageError
-from vrs_cli.interfaces.monitor.help import overview, page
+from vrs_cli.interfaces.monitor.help import help_on, overview, page
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
@@ -23,10 +24,23 @@ def test_every_word_has_a_page(name: str) -> None:
 
 
 def test_the_overview_lists_what_can_be_used_and_nothing_else() -> None:
-    listed = {word for group in overview().groups for word in group.words}
+    *groups, _topics = overview().groups
+    listed = {word for group in groups for word in group.words}
     usable = {name for table in (FUNCTIONS, CONTROL, INSTRUCTIONS, COMMANDS) for name, row in table.items()
               if row.state is State.SUPPORTED}  # fmt: skip
     assert listed == usable | set(OPERATORS) | set(LINKS) | set(SWITCHES) | set(PARAMETERS)
+
+
+@pytest.mark.parametrize("topic", overview().groups[-1].words)
+def test_each_topic_says_what_its_words_do(topic: str) -> None:
+    found = next(iter(help_on(topic.lower())))
+    assert isinstance(found, HelpTopic)
+    assert all(form and summary for form, summary in found.rows)
+
+
+def test_a_word_that_is_a_topic_too_is_explained_as_well() -> None:
+    assert [type(reply) for reply in help_on("COMMANDS")] == [HelpTopic, HelpPage]
+    assert [type(reply) for reply in help_on("KEYS")] == [HelpTopic]
 
 
 def test_all_meanings_of_a_word_are_shown() -> None:

@@ -19,15 +19,18 @@ from vrs_cli.interfaces.conversation.complete import Suggestion, suggestions
 from vrs_cli.interfaces.conversation.entry import Entry, closes_entry, opens_entry
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.interfaces.conversation.names import names_of
+from vrs_cli.interfaces.conversation.signature import Signature, signature
 from vrs_cli.interfaces.conversation.status import Pace, Status
 from vrs_cli.interfaces.conversation.validate import mistake_in_entry
 from vrs_cli.interfaces.editor.screen import KeepDraft, ReadDraft, ScreenDraft
 from vrs_cli.interfaces.jog.jogger import Brake, HeldDown, Jogger, Look, Press
 from vrs_cli.interfaces.monitor.consent import leave, may_replace
 from vrs_cli.interfaces.monitor.files import load
+from vrs_cli.interfaces.monitor.help import EDITING, help_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.desk import Desk
 from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
+from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.language.text.parser import variables_in
 from vrs_cli.language.words.functions import FUNCTIONS
@@ -36,6 +39,7 @@ from vrs_cli.language.words.word import Role
 RUNNING = "*"  # the prompt while a program runs
 CONSTANTS = tuple(name.lower() for name, row in FUNCTIONS.items() if row.constant)
 
+_ASKED = re.compile(r"\s*(?:\?\s*(?P<behind>[#$]?[A-Za-z][\w.]*)?|(?P<before>[#$]?[A-Za-z][\w.]*)\s*\?)\s*")
 _NAME = re.compile(r"\s*\.\w+\s+([A-Za-z][\w.]*)")
 
 
@@ -115,7 +119,10 @@ class Conversation:
         return internal_error(error, afar=self.session.folder.closed)
 
     def _line(self, line: str, *, goes_on: bool) -> Talk[None]:
-        if self.entry is not None:
+        asked = self._asked(line)
+        if asked is not None:
+            yield from help_on(asked)
+        elif self.entry is not None:
             yield from self._step(self.entry, line, goes_on=goes_on)
         elif self.desk.editor is None and opens_entry(line):
             yield from self._open(line)
@@ -125,13 +132,21 @@ class Conversation:
     def mistake(self, text: str) -> Diagnostic | None:
         """The first mistake in a line that is not sent yet. Several lines (pasted) are not looked at."""
         session, entry = self.session, self.entry
-        if not text.strip() or "\n" in text:
+        if not text.strip() or "\n" in text or self._asked(text) is not None:
             return None
         if self.desk.editor is not None:
             return self.desk.editor.mistake(text)
         if entry is not None:
             return mistake_in_entry(entry, text, session.environment.kinds())
         return None if opens_entry(text) and not Entry(text).program else session.mistake(text)
+
+    def _asked(self, line: str) -> str | None:
+        """What `?`, `word?` or `?word` asks about: "" for all there is; None for another line."""
+        found = _ASKED.fullmatch(line)
+        if found is None:
+            return None
+        word = found["behind"] or found["before"] or ""
+        return word or (EDITING if self.desk.editor is not None else "")
 
     # --- typing a program ---
 
@@ -258,7 +273,17 @@ class Conversation:
     def suggestions(self, text: str, everything: bool) -> list[Suggestion]:
         """What may stand at the end of a line that is begun."""
         session = self.session
-        return suggestions(text, names_of(session), session.folder, in_program=self.in_program, everything=everything)
+        steps = self.in_program or isinstance(self.desk.on_screen, ScreenDraft)
+        return suggestions(text, names_of(session), session.folder, in_program=steps, everything=everything)
+
+    def signature(self, text: str, *, steps: bool = False) -> Signature | None:
+        """What is being typed at the end of a line takes which arguments; `steps`: of a program, whatever is open."""
+        programs = self.session.programs
+
+        def program(key: str) -> Program | None:
+            return stored.program if (stored := programs.get(key)) is not None else None
+
+        return signature(text, program, at_prompt=not (steps or self.in_program))
 
     def status(self) -> Status:
         """What the prompt and the toolbar show. For a desk of its own it is asked for as all else: `Holder.call`."""

@@ -6,10 +6,12 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from itertools import islice
+from typing import NamedTuple
 
-from vrs_cli.dialogue.replies import HelpEntry, HelpGroup, HelpOverview, HelpPage
-from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
+from vrs_cli.dialogue.replies import HelpEntry, HelpGroup, HelpOverview, HelpPage, HelpTopic, Reply
+from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch
 from vrs_cli.errors import UsageError, did_you_mean
+from vrs_cli.interfaces.editor.lines import LEAVING, SUBCOMMANDS
 from vrs_cli.language.words.foreign import own_word
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
@@ -31,8 +33,80 @@ RESULTS: Mapping[str, tuple[Kind, ...]] = {
 }
 
 
+KEYS: tuple[tuple[str, str], ...] = (
+    ("Tab", "what may come next: words, names, files"),
+    ("Right, End", "take the rest of the line that is suggested from the history"),
+    ("Up, Down", "lines typed before that begin as this one does"),
+    ("Ctrl-R", "search the lines typed before"),
+    ("F1", "help on the word at the cursor; the same: word? and Enter, ? alone for all words"),
+    ("Ctrl-C", "clear the line; stop the program that runs"),
+    ("Ctrl-D", "leave"),
+    ("Ctrl-Z", "suspend the shell; fg in the shell of the system goes on"),
+    ("Ctrl-L", "clear the screen"),
+    ("Ctrl-A, Ctrl-E", "go to the begin, to the end of the line"),
+    ("Ctrl-W, Ctrl-U, Ctrl-K", "cut the word before the cursor, all before it, all behind it; Ctrl-Y puts it back"),
+    ("Ctrl-_", "undo what was typed"),
+    ("vi keys", 'set keys = "vi" in the file that vrs config names'),
+)
+
+# topics beside the groups of the overview: what each is called, its title and rows
+EDITING = "EDITING"
+
+
+def _topics() -> Mapping[str, Topic]:
+    """All topics, by what they are called."""
+    letters = tuple((row.form, row.summary) for row in SUBCOMMANDS.values())
+    leaving = tuple((letter, summary) for letter, summary in LEAVING.items())
+    empty = (("an empty line", "go to the next step; end inserting"), ("an instruction", "takes the place of the step"))
+    groups = {title.upper(): Topic(title, tuple(map(_said, rows))) for title, rows in _groups().items()}
+    return {
+        **{_SHORT.get(title, title): topic for title, topic in groups.items()},
+        "KEYS": Topic("Keys at the prompt", KEYS),
+        EDITING: Topic("Lines of EDIT", (*letters, *leaving, *empty)),
+    }
+
+
+_SHORT = {  # one word for each group
+    "MONITOR COMMANDS": "COMMANDS",
+    "INPUT, OUTPUT AND PROGRAM FLOW": "FLOW",
+    "CONTROL STRUCTURES": "BLOCKS",
+    "FUNCTIONS WITH A REAL VALUE": "FUNCTIONS",
+    "FUNCTIONS WITH A LOCATION": "LOCATION.FUNCTIONS",
+    "FUNCTIONS WITH A STRING": "STRING.FUNCTIONS",
+    "WORDS THAT LINK": "LINKS",
+}
+
+
+class Topic(NamedTuple):
+    """What several words or keys do."""
+
+    title: str
+    rows: tuple[tuple[str, str], ...]
+
+
+def _said(row: Row | Switch | ParameterRow) -> tuple[str, str]:
+    return (row.form if isinstance(row, Row) else row.name), row.summary
+
+
+def help_on(word: str) -> Iterator[Reply]:
+    """HELP; `word` is "" where it stands alone. Raises UsageError."""
+    topic = _topics().get(word.upper())
+    known = word.upper() in ALL_NAMES
+    if topic is not None:
+        yield HelpTopic(topic.title, topic.rows)
+    if known or topic is None:
+        yield page(word) if word else overview()
+
+
 def overview() -> HelpOverview:
     """Every word that can be used, in groups."""
+    groups = {title: tuple(row.name for row in rows) for title, rows in _groups().items()}
+    groups["Topics"] = tuple(_topics())
+    return HelpOverview(tuple(HelpGroup(title, words) for title, words in groups.items() if words))
+
+
+def _groups() -> Mapping[str, tuple[Row | Switch | ParameterRow, ...]]:
+    """The rows of every word that can be used."""
     of_route = {title: [row for row in INSTRUCTIONS.values() if row.route is route] for route, title in ROUTES.items()}
     of_kind = {title: [row for row in FUNCTIONS.values() if row.result in kinds] for title, kinds in RESULTS.items()}
     rows: dict[str, Iterable[Row]] = {
@@ -41,10 +115,13 @@ def overview() -> HelpOverview:
         "Control structures": CONTROL.values(),
         **of_kind,
     }
-    groups = {title: tuple(row.name for row in of if row.state is State.SUPPORTED) for title, of in rows.items()}
-    groups |= {"Operators": tuple(OPERATORS), "Words that link": tuple(LINKS)}
-    groups |= {"Switches": tuple(SWITCHES), "Parameters": tuple(PARAMETERS)}
-    return HelpOverview(tuple(HelpGroup(title, words) for title, words in groups.items() if words))
+    return {
+        **{title: tuple(row for row in of if row.state is State.SUPPORTED) for title, of in rows.items()},
+        "Operators": tuple(OPERATORS.values()),
+        "Words that link": tuple(LINKS.values()),
+        "Switches": tuple(SWITCHES.values()),
+        "Parameters": tuple(PARAMETERS.values()),
+    }
 
 
 # --- one word ------------------------------------------------------------------------------------------------------

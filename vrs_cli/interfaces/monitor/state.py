@@ -28,7 +28,7 @@ from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.monitor.clock import clock_report
 from vrs_cli.interfaces.monitor.consent import leave
-from vrs_cli.interfaces.monitor.help import overview, page
+from vrs_cli.interfaces.monitor.help import help_on
 from vrs_cli.interfaces.monitor.running import of_task
 from vrs_cli.interfaces.station.operands import Handler, operand, real, word
 from vrs_cli.interfaces.station.station import Station
@@ -125,7 +125,7 @@ def free_memory() -> float | None:
 
 def _help(_station: Station, it: Instruction) -> Iterable[Reply]:
     asked = operand(it, 0)
-    yield overview() if asked is None else page(word(asked))
+    yield from help_on("" if asked is None else word(asked))
 
 
 def _speed(station: Station, it: Instruction) -> None:

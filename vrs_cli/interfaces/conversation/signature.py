@@ -1,20 +1,23 @@
-"""What an instruction or a function takes, and which argument is being typed."""
+"""What a command, an instruction or a function takes, and which argument is being typed."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 
 from msgspec import Struct
 
 from vrs_cli.interfaces.conversation.complete import top_level
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.words.functions import FUNCTIONS
-from vrs_cli.language.words.instructions import INSTRUCTIONS
+from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
+from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.values import key_of
-from vrs_cli.lsp.occurrences import blanked
+from vrs_cli.language.words.word import rows_for
 
-_FIRST = re.compile(r"\s*(?:\d+\s+)?([A-Za-z][\w.]*)\s")
+_QUOTED_OR_COMMENT = re.compile(r'"[^"]*"?|;.*')
+_FIRST = re.compile(r"\s*(?:\d+\s+)?(?:DO\s+(?=[A-Za-z]))?([A-Za-z][\w.]*)(\s|$)", re.IGNORECASE)
+_SEPARATOR = re.compile(r",|\bBY\b", re.IGNORECASE)
 _BEFORE_PARENTHESIS = re.compile(r"([#$]?[A-Za-z][\w.]*)\s*$")
 
 
@@ -27,25 +30,37 @@ class Signature(Struct, frozen=True):
     active: int
 
 
-def signature(before: str, programs: Mapping[str, Program]) -> Signature | None:
-    """Of the innermost function or program call that is open at the end of the text, else of the instruction."""
+Programs = Callable[[str], Program | None]  # by key
+
+
+def signature(before: str, programs: Programs, *, at_prompt: bool = False) -> Signature | None:
+    """Of the innermost function or program call that is open at the end of the text, else of its first word."""
     text = blanked(before)
     at = _open_parenthesis(text)
     if at is not None:
         found = _BEFORE_PARENTHESIS.search(text[:at])
         return _called(found[1], text[at + 1 :], programs) if found else None
     found = _FIRST.match(text)
-    row = INSTRUCTIONS.get(found[1].upper()) if found else None
-    if found is None or row is None or not row.arguments:
+    tables = (COMMANDS, INSTRUCTIONS, CONTROL) if at_prompt else (INSTRUCTIONS, CONTROL)
+    rows = rows_for(found[1], *tables) if found else ()
+    if found is None or len(rows) != 1 or not rows[0].arguments:
         return None
+    if not found[2] and rows[0].name != found[1].upper():
+        return None  # a word that is begun
+    row = rows[0]
     names = (argument.name for argument in row.arguments)
     return _signature(row.form, row.summary, names, text[found.end() :])
 
 
-def _called(name: str, rest: str, programs: Mapping[str, Program]) -> Signature | None:
+def blanked(line: str) -> str:
+    """The line with blanks for texts and comments, every column where it was."""
+    return _QUOTED_OR_COMMENT.sub(lambda found: " " * len(found[0]), line)
+
+
+def _called(name: str, rest: str, programs: Programs) -> Signature | None:
     if (row := FUNCTIONS.get(name.upper())) is not None:
         return _signature(row.form, row.summary, (argument.name for argument in row.arguments), rest)
-    program = programs.get(key_of(name))
+    program = programs(key_of(name))
     if program is None:
         return None
     names = [parameter.sigil + parameter.name for parameter in program.parameters]
@@ -56,7 +71,12 @@ def _signature(form: str, summary: str, names: Iterable[str], rest: str) -> Sign
     arguments = tuple(_places(form, names))
     if not arguments:
         return None
-    return Signature(form, summary, arguments, min(top_level(rest).count(","), len(arguments) - 1))
+    return Signature(form, summary, arguments, min(_separators(rest), len(arguments) - 1))
+
+
+def _separators(rest: str) -> int:
+    """How many arguments are complete; BY stands for a comma."""
+    return len(_SEPARATOR.findall(top_level(rest)))
 
 
 def _places(form: str, names: Iterable[str]) -> Iterator[tuple[int, int]]:
