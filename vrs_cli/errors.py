@@ -227,6 +227,12 @@ class PauseOfArm(ProgramError):
     code, text = 60, "Pause of the arm"
 
 
+class WithoutEffect(ProgramError):
+    """A warning: a switch or a parameter that means nothing to a virtual robot."""
+
+    code, text = 61, "No effect here"
+
+
 class NoProgramSpecified(ProgramError):
     code, text = -301, "No program specified"
 

@@ -65,6 +65,12 @@ class StillRobot:
     def configuration(self, joints: Joints) -> Configuration:
         return Configuration(Arm.RIGHTY, Elbow.ABOVE, Wrist.FLIP if joints[4] < 0.0 else Wrist.NOFLIP)
 
+    def place(self, joints: Joints) -> Transform:
+        return translation(joints[0], 0, 0)
+
+    def solve(self, T_world_tool: Transform, near: Joints, asked: Configuration | None) -> tuple[Joints, int]:
+        return near, int(asked is not None and T_world_tool is not self.pose)
+
     def state(self, number: int) -> float:
         return float(number)
 

@@ -51,6 +51,7 @@ from vrs_cli.engine.targets import (
 )
 from vrs_cli.errors import IllegalValue, PowerOff, TooLate
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
@@ -499,14 +500,16 @@ class Engine:
         """T_world_tool of joints, with the BASE and TOOL in force."""
         return world_pose(self.arm, self.frames, joints)
 
-    def joints_for(self, T_world_tool: Transform, near: Joints | None = None) -> Joints:
-        """The joints that a MOVE there from here, or from joints `near`, would end in.
-
-        Raises LocationOutOfRange, JointOutOfRange.
+    def joints_for(
+        self, T_world_tool: Transform, near: Joints | None = None, asked: Configuration | None = None
+    ) -> Joints:
+        """The joints that a MOVE there from here, or from joints `near`, would end in; in a configuration where one is
+        `asked`. Raises LocationOutOfRange, JointOutOfRange.
         """
         pose = compose(self.frames.base, T_world_tool)
         near = self.position().joints if near is None else near
-        return select(self.arm, self.settings, pose, self.frames, near)
+        settings = self.settings if asked is None else structs.replace(self.settings, configuration=asked)
+        return select(self.arm, settings, pose, self.frames, near)
 
     def explain(self, target: PoseTarget | JointTarget) -> Reach:
         """Why a MOVE or MOVES to a target from here is possible or not.

@@ -59,6 +59,15 @@ class Switch(Struct, frozen=True):
     summary: str
 
 
+class Idle(Struct, frozen=True):
+    """A switch or a parameter of V+ that means nothing to a virtual robot: it may be set and read, and changes
+    nothing. It may have an index, as of a robot: `SCALE.ACCEL[1]`.
+    """
+
+    name: str
+    summary: str
+
+
 class ParameterRow(Struct, frozen=True):
     """A row of the table of parameters. `words`: the words that may stand for a value; with `numbers`, or a number."""
 
@@ -115,6 +124,7 @@ PARAMETERS: Mapping[str, ParameterRow] = _table(
         "ON: a motion with AT is inserted, later ones stay; OFF: what was scheduled after it is dropped",
         words=("ON", "OFF"),
     ),
+    ParameterRow("LATCH.SIGNAL", 0.0, "the signal that LATCH is of; 0: none", "", 0.0, 2512.0),
     ParameterRow(
         "PROFILE",
         "LSPB",
@@ -140,6 +150,42 @@ PARAMETERS: Mapping[str, ParameterRow] = _table(
         1000.0,
     ),
 )
+
+
+# V+ Language Reference Guide and programs in public (val2 section 15); the summaries are from memory.
+IDLE_SWITCHES: Mapping[str, Idle] = _table(
+    Idle("AUTO.POWER.OFF", "arm power goes off after every error"),
+    Idle("BELT", "conveyor tracking"),
+    Idle("DECEL.100", "decelerations are no larger than usual"),
+    Idle("DELAY.IN.TOL", "how settling is timed"),
+    Idle("FORCE", "a force sensor"),
+    Idle("MCP.MESSAGES", "messages on the pendant"),
+    Idle("MCS.MESSAGES", "messages of monitor commands in programs"),
+    Idle("MONITORS", "windows of the controller"),
+    Idle("NETWORK", "the network of the controller"),
+    Idle("OBSTACLE", "obstacles around the arm"),
+    Idle("RETRY", "the button of the pendant that lets a program go on"),
+    Idle("ROBOT", "a robot is connected"),
+    Idle("SCALE.ACCEL", "accelerations smaller at small speeds"),
+    Idle("SCALE.ACCEL.ROT", "accelerations of turns smaller at small speeds"),
+    Idle("SET.SPEED", "PRIME sets the monitor speed"),
+    Idle("VISION", "a camera"),
+)
+IDLE_PARAMETERS: Mapping[str, Idle] = _table(
+    Idle("BELT.MODE", "conveyor tracking"),
+    Idle("JOG.TIME", "the time of a JOG"),
+    Idle("KERMIT.RETRY", "a serial line"),
+    Idle("KERMIT.TIMEOUT", "a serial line"),
+    Idle("NOT.CALIBRATED", "which robots are not calibrated"),
+    Idle("SCREEN.TIMEOUT", "the screen of the controller"),
+    Idle("TERMINAL", "the kind of terminal"),
+    Idle("VTIMEOUT", "a camera"),
+)
+
+
+def idle_of(table: Mapping[str, Idle], name: str) -> Idle | None:
+    """The row of a name, with an index or without; None where it is no such setting."""
+    return table.get(name.upper().partition("[")[0])
 
 
 def row_of(table: Mapping[str, V], name: str, what: str) -> V:

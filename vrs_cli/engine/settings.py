@@ -32,11 +32,14 @@ from vrs_cli.engine.parameters import (
     DECELERATION,
     DURATION,
     FULL_SPEED,
+    IDLE_PARAMETERS,
+    IDLE_SWITCHES,
     MONITOR_SPEED,
     PARAMETERS,
     PROGRAM_SPEED,
     ROTATION_SPEED,
     SWITCHES,
+    idle_of,
     row_of,
 )
 from vrs_cli.kinematics.configuration import NONE, Configuration
@@ -102,9 +105,13 @@ class Settings(Struct, frozen=True):
 
     def switch(self, name: str) -> bool:
         """Raises UsageError for an unknown name, as `parameter` does."""
+        if idle_of(IDLE_SWITCHES, name) is not None:
+            return self.switches.get(name.upper(), False)
         return self.switches[row_of(SWITCHES, name, "switch").name]
 
     def parameter(self, name: str) -> float | str:
+        if idle_of(IDLE_PARAMETERS, name) is not None:
+            return self.parameters.get(name.upper(), 0.0)
         return self.parameters[row_of(PARAMETERS, name, "parameter").name]
 
     @property
@@ -160,11 +167,14 @@ class Settings(Struct, frozen=True):
             case SetMode():
                 mode = self.modes[change.mode].put(change.on, change.always)
                 return replace(self, modes={**self.modes, change.mode: mode})
+            case SetParameter() if idle_of(IDLE_PARAMETERS, change.name) is not None:
+                return replace(self, parameters={**self.parameters, change.name.upper(): change.value})
             case SetParameter():
                 row = row_of(PARAMETERS, change.name, "parameter")
                 return replace(self, parameters={**self.parameters, row.name: row.checked(change.value)})
             case SetSwitch():
-                name = row_of(SWITCHES, change.name, "switch").name
+                idle = idle_of(IDLE_SWITCHES, change.name) is not None
+                name = change.name.upper() if idle else row_of(SWITCHES, change.name, "switch").name
                 return replace(self, switches={**self.switches, name: change.on})
 
     def after_motion(self, target: Target) -> Settings:

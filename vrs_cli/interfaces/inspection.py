@@ -7,9 +7,19 @@ from collections.abc import Iterator, Mapping
 from msgspec import Struct
 
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch, row_of
+from vrs_cli.engine.parameters import (
+    IDLE_PARAMETERS,
+    IDLE_SWITCHES,
+    PARAMETERS,
+    SWITCHES,
+    Idle,
+    ParameterRow,
+    Switch,
+    idle_of,
+    row_of,
+)
 from vrs_cli.engine.targets import check_joint_limits
-from vrs_cli.errors import IllegalValue, MotionError, UsageError
+from vrs_cli.errors import IllegalValue, MotionError, UsageError, WithoutEffect
 from vrs_cli.interfaces.station.brought import variables_of
 from vrs_cli.interfaces.tasks.readings import Readings
 from vrs_cli.kinematics.model import RobotModel
@@ -24,7 +34,7 @@ from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operations import trans
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section
-from vrs_cli.language.text.diagnostics import Diagnostic, Severity, error
+from vrs_cli.language.text.diagnostics import Diagnostic, Severity, error, warning
 from vrs_cli.language.text.parts import Part, Placed, parts_of, programs_of, repeated_programs
 from vrs_cli.language.text.source import JOINTS_HIGH
 from vrs_cli.language.text.suppression import heeded
@@ -89,8 +99,9 @@ class Inspector:
             found += placed.found(inspected.analysis.diagnostics)
             found += placed.found(inspected.of_running)
         found += self._out_of_reach(environment, tuple(programs_of(programs.values())))
+        idle = set[str]()
         for placed, program in programs_of(programs.values()):
-            found += placed.found(_unknown_settings(program))
+            found += placed.found(_settings_of(program, idle))
         lines = tuple(line for placed in parts for line in placed.part.lines)
         return heeded(lines, sorted(found, key=lambda one: (one.span.line, one.span.column)))
 
@@ -159,24 +170,38 @@ class _Memory(Struct, frozen=True):
 # --- switches and parameters ------------------------------------------------------------------------------------
 
 
-def _unknown_settings(program: Program) -> Iterator[Diagnostic]:
-    """An error at each switch and parameter that this robot does not have."""
+def _settings_of(program: Program, idle: set[str]) -> Iterator[Diagnostic]:
+    """An error at each switch and parameter that this robot does not have, and a warning at the first of each that
+    means nothing to it. `idle`: those that were warned of.
+    """
     for step in program.steps:
         if isinstance(step.statement, ast.Instruction) and step.statement.word in _SETTING:
-            table, what = _SETTING[step.statement.word]
             for word in step.statement.arguments:
                 if isinstance(word, ast.Word):
-                    try:
-                        row_of(table, word.text, what)
-                    except UsageError as refused:
-                        yield error(UsageError, word.span, refused.detail, refused.hint)
+                    yield from _setting(word, *_SETTING[step.statement.word], idle)
 
 
-_SETTING: Mapping[str, tuple[Mapping[str, Switch] | Mapping[str, ParameterRow], str]] = {
-    "ENABLE": (SWITCHES, "switch"),
-    "DISABLE": (SWITCHES, "switch"),
-    "SWITCH": (SWITCHES, "switch"),
-    "PARAMETER": (PARAMETERS, "parameter"),
+def _setting(
+    word: ast.Word,
+    table: Mapping[str, Switch] | Mapping[str, ParameterRow],
+    without: Mapping[str, Idle],
+    what: str,
+    idle: set[str],
+) -> Iterator[Diagnostic]:
+    row = idle_of(without, word.text)
+    if row is None:
+        try:
+            row_of(table, word.text, what)
+        except UsageError as refused:
+            yield error(UsageError, word.span, refused.detail, refused.hint)
+    elif row.name not in idle:
+        idle.add(row.name)
+        yield warning(WithoutEffect, word.span, f"{row.name}: {row.summary}", "it may be set and read")
+
+
+_SETTING: Mapping[str, tuple[Mapping[str, Switch] | Mapping[str, ParameterRow], Mapping[str, Idle], str]] = {
+    **dict.fromkeys(("ENABLE", "DISABLE", "SWITCH"), (SWITCHES, IDLE_SWITCHES, "switch")),
+    "PARAMETER": (PARAMETERS, IDLE_PARAMETERS, "parameter"),
 }
 
 

@@ -234,6 +234,7 @@ SAMPLES_OF = {
     Shape.SETTING: "0.1",
     Shape.WORD: "CP",
     Shape.INSTRUCTION: "READY",
+    Shape.ELEMENTS: "row[1]",
     Shape.GROUP: "5",
     Shape.UNIT: "lun",
     Shape.TASK: "2",
@@ -250,7 +251,7 @@ def forms(row: Word) -> Iterator[str]:
     """The row with every choice of its optional arguments; a comma holds the place of one before others."""
     for chosen in product(*((True, False) if argument.optional else (True,) for argument in row.arguments)):
         given = [SAMPLES_OF[one.shape] if there else "" for one, there in zip(row.arguments, chosen, strict=True)]
-        if row.grouped and not given[0] and any(given):
+        if row.grouped and not row.may_lack_group and not given[0] and any(given):
             continue  # what follows a parenthesis needs it
         values = [""] if row.value is None or row.value.optional else []
         values += [f" = {SAMPLES_OF[row.value.shape]}"] if row.value is not None else []

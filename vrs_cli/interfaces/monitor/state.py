@@ -23,7 +23,17 @@ from vrs_cli.dialogue.replies import (
 from vrs_cli.dialogue.talk import Talk
 from vrs_cli.engine.commands import SetMonitorSpeed
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch, row_of
+from vrs_cli.engine.parameters import (
+    IDLE_PARAMETERS,
+    IDLE_SWITCHES,
+    PARAMETERS,
+    SWITCHES,
+    Idle,
+    ParameterRow,
+    Switch,
+    idle_of,
+    row_of,
+)
 from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.monitor.clock import clock_report
@@ -145,26 +155,44 @@ def _signal(station: Station, it: Instruction) -> None:
     station.settle()
 
 
+_Tables = tuple[Mapping[str, Any], Mapping[str, Idle]]  # what there is, and what has no effect
+
+
 def _table(
-    title: str, table: Mapping[str, Any], value: Callable[[Settings, Any], str], station: Station, it: Instruction
+    title: str, tables: _Tables, value: Callable[[Settings, Any, str], str], station: Station, it: Instruction
 ) -> Talk[None]:
     """SWITCH, PARAMETER: give one a value, or show those that are named, all when none is. Raises UsageError."""
     if it.value is not None:
-        yield from station.do(it)
+        yield from _set(tables[1], station, it)
         return
-    names = [word(argument) for argument in it.arguments if argument is not None]
-    rows = [row_of(table, name, title.lower()) for name in names] or table.values()
+    names = [word(argument).upper() for argument in it.arguments if argument is not None] or tables[0]
     settings = station.engine.settings
-    yield SettingTable(title, tuple(SettingRow(row.name, value(settings, row), row.summary) for row in rows))
+    shown = ((name, idle_of(tables[1], name) or row_of(tables[0], name, title.lower())) for name in names)
+    rows = [(name if isinstance(row, Idle) else row.name, row) for name, row in shown]
+    yield SettingTable(title, tuple(SettingRow(name, value(settings, row, name), _told(row)) for name, row in rows))
 
 
-def _switch(settings: Settings, row: Switch) -> str:
-    return "ON" if settings.switches[row.name] else "OFF"
+def _told(row: Switch | ParameterRow | Idle) -> str:
+    return f"no effect here: {row.summary}" if isinstance(row, Idle) else row.summary
 
 
-def _parameter(settings: Settings, row: ParameterRow) -> str:
-    value = settings.parameters[row.name]
-    return value if isinstance(value, str) else f"{plain(value)} {row.unit}".rstrip()
+def _set(idle: Mapping[str, Idle], station: Station, it: Instruction) -> Talk[None]:
+    """The same as in a program; what has no effect says so."""
+    yield from station.do(it)
+    for argument in it.arguments:
+        row = None if argument is None else idle_of(idle, word(argument))
+        if row is not None:
+            yield Message(f"{row.name}: {_told(row)}")
+
+
+def _switch(settings: Settings, _row: Switch | Idle, name: str) -> str:
+    return "ON" if settings.switch(name) else "OFF"
+
+
+def _parameter(settings: Settings, row: ParameterRow | Idle, name: str) -> str:
+    value = settings.parameter(name)
+    unit = "" if isinstance(row, Idle) else row.unit
+    return value if isinstance(value, str) else f"{plain(value)} {unit}".rstrip()
 
 
 STATE: Mapping[str, Handler] = {
@@ -180,7 +208,8 @@ STATE: Mapping[str, Handler] = {
     "SPEED": _speed,
     "SIGNAL": _signal,
     "CALIBRATE": lambda _station, _it: (Message("A virtual robot is calibrated"),),
-    **dict.fromkeys(("RESET", "SELECT", "ENABLE", "DISABLE"), Station.do),  # the same as in a program
-    "SWITCH": partial(_table, "Switch", SWITCHES, _switch),
-    "PARAMETER": partial(_table, "Parameter", PARAMETERS, _parameter),
+    **dict.fromkeys(("RESET", "SELECT"), Station.do),  # the same as in a program
+    **dict.fromkeys(("ENABLE", "DISABLE"), partial(_set, IDLE_SWITCHES)),
+    "SWITCH": partial(_table, "Switch", (SWITCHES, IDLE_SWITCHES), _switch),
+    "PARAMETER": partial(_table, "Parameter", (PARAMETERS, IDLE_PARAMETERS), _parameter),
 }

@@ -88,7 +88,7 @@ class Driver:
         self.answers: Callable[[Track], bool] = lambda track: track.driven_by in (None, self.tasks.who)
         self.then: Callable[[Track], Callable[[RunResult], None] | None] = lambda _track: None
         self.lags: Callable[[], bool] = lambda: False  # whether who hears what programs TYPE is behind
-        environment.system = SystemReadings(engine.model.name, environment, self.tasks, self.devices)
+        environment.system = SystemReadings(engine, environment, self.tasks, self.devices)
 
     @property
     def waited(self) -> Track | None:

@@ -14,7 +14,7 @@ from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.tasks import Tasks
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform
+from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.language.run.effects import TaskState
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
@@ -133,13 +133,32 @@ class Readings:
                 self.engine.joints_for(place)
             else:
                 check_joint_limits(self.engine.model, place)
-        except JointOutOfRange as error:
-            return 1 << (error.joint - 1 + (BITS_BETWEEN if error.joint > JOINTS_BELOW else 0))
-        except LocationTooClose:
-            return TOO_CLOSE_BIT
-        except MotionError:
-            return TOO_FAR_BIT
+        except MotionError as error:
+            return _reason(error)
         return 0
+
+    def place(self, joints: Joints) -> Transform:
+        return self.engine.world_pose(joints)
+
+    def solve(self, T_world_tool: Transform, near: Joints, asked: Configuration | None) -> tuple[Joints, int]:
+        engine = self.engine
+        way = engine.arm.configuration(near) if asked is None else asked
+        try:
+            return engine.joints_for(T_world_tool, near, way), 0
+        except JointOutOfRange as error:
+            T_robot_flange = compose(compose(engine.frames.base, T_world_tool), inverse(engine.frames.tool))
+            found = engine.arm.branch_joints(T_robot_flange, way, near) or near
+            limits = zip(found, engine.model.lower, engine.model.upper, strict=True)
+            return tuple(min(max(angle, low), high) for angle, low, high in limits), _reason(error)
+        except MotionError as error:
+            return near, _reason(error)
+
+
+def _reason(error: MotionError) -> int:
+    """Why a place is out of reach, as a bit."""
+    if isinstance(error, JointOutOfRange):
+        return 1 << (error.joint - 1 + (BITS_BETWEEN if error.joint > JOINTS_BELOW else 0))
+    return TOO_CLOSE_BIT if isinstance(error, LocationTooClose) else TOO_FAR_BIT
 
 
 # What STATE tells, by its argument. 1 to 3: V+ 12.4 release notes. 9 is above 0 in motion, as drivers for ROS expect;
@@ -171,8 +190,24 @@ NOT_IN_MEMORY, NOT_EXECUTABLE, NOT_EXECUTING, RUNS, STOPPED = -1, -2, 0, 1, 2  #
 class SystemReadings(System):
     """The system of the tasks of a robot."""
 
-    def __init__(self, robot: str, environment: Environment, tasks: Tasks, devices: Devices) -> None:
-        self._robot, self._environment, self._tasks, self._devices = robot, environment, tasks, devices
+    def __init__(self, engine: Engine, environment: Environment, tasks: Tasks, devices: Devices) -> None:
+        self._robot, self._environment, self._tasks, self._devices = engine.model.name, environment, tasks, devices
+        self._engine = engine
+        self._latch: tuple[Transform, Joints] | None = None
+        self._latched = False
+        environment.signals.listeners.append(self._signal_changed)
+
+    def _signal_changed(self, signal: int, on: bool) -> None:
+        if on and signal == self._engine.settings.parameters["LATCH.SIGNAL"]:
+            position = self._engine.position()
+            self._latch, self._latched = (position.T_world_tool, position.joints), True
+
+    def latched(self) -> bool:
+        came, self._latched = self._latched, False
+        return came
+
+    def latch(self) -> tuple[Transform, Joints] | None:
+        return self._latch
 
     def task(self) -> int:
         return self._tasks.current

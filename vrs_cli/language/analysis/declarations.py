@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from functools import cached_property
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from vrs_cli.errors import ArgumentMismatch, CannotInterpret, InvalidName, MisplacedDeclaration, TypeMismatch
 from vrs_cli.language.analysis.names import Names
@@ -22,18 +23,15 @@ SORTS: Mapping[str, Kind] = {"REAL": Kind.REAL, "DOUBLE": Kind.REAL, "LOC": Kind
 
 
 class Own(Struct, frozen=True, dict=True):
-    """A variable of a program's own; `automatic`: of AUTO."""
+    """A variable of a program's own; `automatic`: of AUTO; `array`: declared as one, or first used as one."""
 
     variable: ast.Variable
     automatic: bool
+    array: bool
 
     @cached_property
     def key(self) -> str:
         return self.variable.key
-
-    @property
-    def array(self) -> bool:
-        return self.variable.indexes is not None
 
 
 def own_variables(program: Program) -> tuple[Own, ...]:
@@ -42,9 +40,26 @@ def own_variables(program: Program) -> tuple[Own, ...]:
     for statement in _declarations(program):
         for argument in statement.arguments:
             if isinstance(argument, ast.Variable) and statement.word != "GLOBAL":
-                found.setdefault(argument.key, Own(argument, statement.word == "AUTO"))
-    parameters = {parameter.key for parameter in program.parameters}
-    return tuple(own for key, own in found.items() if key not in parameters)
+                found.setdefault(argument.key, Own(argument, statement.word == "AUTO", argument.indexes is not None))
+    for parameter in program.parameters:
+        found.pop(parameter.key, None)
+    plain = {key for key, own in found.items() if not own.array}
+    for key in _first_used_as_arrays(program, plain) if plain else ():
+        found[key] = replace(found[key], array=True)
+    return tuple(found.values())
+
+
+def _first_used_as_arrays(program: Program, keys: set[str]) -> Iterator[str]:
+    """Yield the keys whose variable has an index where a step first names it. `keys` are used up."""
+    for node in ast.nodes(tuple(step.statement for step in program.steps if not _declares(step.statement))):
+        if isinstance(node, ast.Variable) and node.key in keys:
+            keys.discard(node.key)
+            if node.indexes is not None:
+                yield node.key
+
+
+def _declares(statement: ast.Statement | None) -> bool:
+    return isinstance(statement, ast.Instruction) and statement.word in DECLARATIONS
 
 
 def _declarations(program: Program) -> Iterator[ast.Instruction]:

@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from vrs_cli.errors import (
     AmbiguousGrouping,
     CannotInterpret,
+    IllegalArrayIndex,
     IllegalAssignment,
     IllegalExpression,
     NotAvailable,
@@ -102,6 +103,15 @@ class Expressions(Names):
         self.check(variable)
         for index in variable.indexes or ():
             self.value(index, REAL)
+
+    def _elements(self, expression: Expression) -> None:
+        """The first element of an array of reals, or the whole of it."""
+        if self.is_variable(expression):
+            assert isinstance(expression, ast.Variable)
+            if expression.indexes is None:
+                hint = f"{expression.name}[1], or {expression.name}[]"
+                self.fault(IllegalArrayIndex, expression.span, f"{expression.name} is no array", hint)
+            self.read(expression, REAL)
 
     def _label(self, expression: Expression) -> None:
         if not isinstance(expression, ast.Number):
@@ -280,6 +290,7 @@ _SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
     Shape.ITEM: Expressions._item,
     Shape.UNIT: Expressions._unit,
     Shape.LOCATION_VARIABLE: Expressions._location_variable,
+    Shape.ELEMENTS: Expressions._elements,
     Shape.LABEL: Expressions._label,
     Shape.SETTING: Expressions._setting,
     **dict.fromkeys((Shape.FILE, Shape.WORD, Shape.BRANCH, Shape.SWITCH), Expressions._word),

@@ -59,6 +59,7 @@ class Names(Findings):
         self.kinds: dict[str, Decided] = {}
         self.given: set[str] = set()
         self.own: set[str] = set()
+        self._arrays: dict[str, bool] = {}  # of those: whether it is one, once that is known
         self.first_read: dict[str, ast.Variable] = {}
         self.parameters = parameters
         self.declared: dict[str, ast.Variable] = {}
@@ -76,10 +77,12 @@ class Names(Findings):
 
     def declare(self, variable: ast.Variable, kind: Kind | None, *, own: bool) -> None:
         """AUTO, LOCAL (`own`) or GLOBAL; `kind`: of a bare name whose sort is said."""
+        self.check(variable)
+        self.declared[variable.key] = variable
         if own:
             self.own.add(variable.key)
-        self.declared[variable.key] = variable
-        self.check(variable)
+            if variable.indexes is not None:
+                self._arrays[variable.key] = True
         if kind is not None:
             self.kinds[variable.key] = Decided(kind, self.step)
 
@@ -98,13 +101,13 @@ class Names(Findings):
             self._check_declared(variable)
 
     def _check_declared(self, variable: ast.Variable) -> None:
-        """An array that AUTO or LOCAL declares is used as one, anything else is not."""
-        declared = self.declared[variable.key]
-        if (declared.indexes is None) is not (variable.indexes is None):
+        """A variable of AUTO or LOCAL is an array where it is declared or first used as one, and nothing else is."""
+        array = self._arrays.setdefault(variable.key, variable.indexes is not None)
+        if array is not (variable.indexes is not None):
             name = variable.sigil + variable.name
-            detail, hint = f"{name} is declared as an array", f"give an index: {name}[1]"
-            if declared.indexes is None:
-                detail, hint = f"{name} is not declared as an array", f"declare {name}[]"
+            detail, hint = f"{name} is an array of the program's own", f"give an index: {name}[1]"
+            if not array:
+                detail, hint = f"{name} is a variable of the program's own, no array", f"declare {name}[]"
             self.fault(IllegalArrayIndex, variable.span, detail, hint)
 
     def _check_length(self, variable: ast.Variable) -> None:

@@ -250,7 +250,7 @@ class ExpressionCompiler:
             return tree.constant(word_of(expression))
         if argument.shape is Shape.LOCATION_VARIABLE:
             return self.definable(expression)
-        if argument.shape in VARIABLES and isinstance(expression, ast.Variable):
+        if argument.shape in _BY_REFERENCE and isinstance(expression, ast.Variable):
             return self.reference(expression)
         if argument.shape is Shape.ITEM:
             return self.item(expression)
@@ -309,6 +309,7 @@ class ExpressionCompiler:
         return self.reference(expression)
 
 
+_BY_REFERENCE = {*VARIABLES, Shape.ELEMENTS}
 WORDS = {Shape.SWITCH, Shape.PARAMETER_NAME, Shape.WORD, Shape.BRANCH, Shape.FILE}
 _WANTED = {
     Shape.STRING: Kind.STRING,

@@ -14,8 +14,8 @@ from functools import reduce
 from math import cos, radians, sin, sqrt
 from operator import or_
 
-from vrs_cli.errors import ArithmeticOverflow, IllegalValue, NegativeSquareRoot, TypeMismatch, VrsError
-from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
+from vrs_cli.errors import ArithmeticOverflow, IllegalValue, NegativeSquareRoot, TypeMismatch, UndefinedValue, VrsError
+from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Flag, Wrist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import (
     IDENTITY,
@@ -320,11 +320,30 @@ def selected(device: str, mode: float | None) -> float:
 
 
 # CONFIG. V+ has such bits; which is which is ours.
-_CONFIGURATION_BITS = {Arm.RIGHTY: 1, Elbow.BELOW: 2, Wrist.FLIP: 4}
+_CONFIGURATION_BITS: Mapping[Flag, int] = {Arm.RIGHTY: 1, Elbow.BELOW: 2, Wrist.FLIP: 4}
 
 
 def configuration_bits(configuration: Configuration) -> int:
     return sum(_CONFIGURATION_BITS.get(flag, 0) for flag in configuration.flags if flag is not None)
+
+
+def configuration_of(bits: float) -> Configuration:
+    """What `configuration_bits` tells. Raises IllegalValue."""
+    number = integer_between(bits, 0, sum(_CONFIGURATION_BITS.values()), "configuration bits of")
+    return Configuration(
+        Arm.RIGHTY if number & _CONFIGURATION_BITS[Arm.RIGHTY] else Arm.LEFTY,
+        Elbow.BELOW if number & _CONFIGURATION_BITS[Elbow.BELOW] else Elbow.ABOVE,
+        Wrist.FLIP if number & _CONFIGURATION_BITS[Wrist.FLIP] else Wrist.NOFLIP,
+    )
+
+
+def latched_place(context: Context, select: float | None) -> tuple[Transform, Joints]:
+    """LATCH, #PLATCH. Raises UndefinedValue before the signal has come."""
+    integer_between(_or(select, 0.0), 0, 0, "LATCH")
+    found = context.environment.system.latch()
+    if found is None:
+        raise UndefinedValue("LATCH", "PARAMETER LATCH.SIGNAL names the signal, and it has not come yet")
+    return found
 
 
 def configured(context: Context, select: float | None) -> float:
@@ -499,6 +518,9 @@ IN_CONTEXT: Mapping[str, Evaluator] = {
     "TASK": about_task,
     "GET.EVENT": event_of,
     "CONFIG": configured,
+    "LATCH": lambda it, select: latched_place(it, select)[0],
+    "#PLATCH": lambda it, select: latched_place(it, select)[1],
+    "LATCHED": lambda it, _select: truth(it.environment.system.latched()),
     "PRIORITY": lambda it: float(it.environment.system.priority()),
     "ID": lambda it, component: it.environment.system.identity(whole(component)),
     "IOSTAT": io_status,

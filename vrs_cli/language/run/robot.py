@@ -44,6 +44,14 @@ class RobotReadings(Protocol):
         """In percent of the usual one."""
 
     def configuration(self, joints: Joints) -> Configuration: ...
+    def place(self, joints: Joints) -> Transform:
+        """T_world_tool of joints."""
+
+    def solve(self, T_world_tool: Transform, near: Joints, asked: Configuration | None) -> tuple[Joints, int]:
+        """The joints of a place in a configuration (that of `near` where none is asked), each within its range, and
+        0 or the reasons why they do not reach it as bits.
+        """
+
     def state(self, number: int) -> float: ...
     def moving(self) -> bool: ...
     def switch(self, name: str) -> bool:
@@ -80,6 +88,14 @@ class System:
     def robot_of(self, task: int) -> int:  # noqa: ARG002
         """The number of the robot that a task has attached; 0 where it has none."""
         return ROBOT_NUMBER
+
+    def latched(self) -> bool:
+        """Whether the signal that latches the place of the robot has come since this was asked last."""
+        return False
+
+    def latch(self) -> tuple[Transform, Joints] | None:
+        """T_world_tool and the joints when that signal came last; None where it has not come yet."""
+        return None
 
     def program_status(self, name: str) -> int:  # noqa: ARG002
         """What a program does (`STATUS` in the table of functions)."""

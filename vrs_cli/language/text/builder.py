@@ -124,6 +124,22 @@ def _to_word(expression: Expression) -> Expression:
     return expression
 
 
+def _to_indexed_word(expression: Expression) -> Expression:
+    """A switch or a parameter may have an index, as that of a robot: SCALE.ACCEL[1]."""
+    if isinstance(expression, ast.Variable) and expression.indexes and not expression.sigil and not expression.rest:
+        shown = [_index_text(index) for index in expression.indexes]
+        if all(shown):
+            return ast.Word(f"{expression.name}[{','.join(shown)}]", span=expression.span)
+    return _to_word(expression)
+
+
+def _index_text(index: Expression) -> str:
+    """A number or a name as it stands; "" for what is more than that."""
+    if isinstance(index, ast.Variable):
+        return index.name if index.indexes is None and not index.sigil else ""
+    return index.text if isinstance(index, ast.Number) else ""
+
+
 def _to_setting(expression: Expression) -> Expression:
     """A word that some parameter takes is not the variable of that name."""
     word = _to_word(expression) if isinstance(expression, ast.Variable) else expression
@@ -151,8 +167,8 @@ def _to_variable(expression: Expression) -> Expression:
 
 
 _FIT: Mapping[Shape, Callable[[Expression], Expression]] = {
-    Shape.SWITCH: _to_word,
-    Shape.PARAMETER_NAME: _to_word,
+    Shape.SWITCH: _to_indexed_word,
+    Shape.PARAMETER_NAME: _to_indexed_word,
     Shape.WORD: _to_word,
     Shape.BRANCH: _to_word,
     Shape.PROGRAM_TEXT: _to_applied,

@@ -254,7 +254,11 @@ class Lexer:
             return "= assigns; == compares, in IF, WHILE and the like"
         if re.match(_ELEMENT, rest):
             return f"an element of an array is {word}[index]"
-        near = did_you_mean(word, usable_names(COMMANDS, INSTRUCTIONS) if at_prompt else usable_names(PROGRAM_WORDS))
+        known = usable_names(COMMANDS, INSTRUCTIONS) if at_prompt else usable_names(PROGRAM_WORDS)
+        called = rest.startswith("(")  # as a program: only READ (lun) and the like look so
+        near = did_you_mean(
+            word, (name for name in known if not called or (name in PROGRAM_WORDS and PROGRAM_WORDS[name].grouped))
+        )
         if near:
             return near
         if rest and rest[0] != "(":
@@ -365,7 +369,8 @@ class Lexer:
         elif kind == "STRING":
             self._add(kind, text[1:-1], start, end)
         else:
-            comma = self._row is not None and self._row.comma == text
+            row = self._row
+            comma = row is not None and row.comma == text and self._place() == row.before_comma - 1
             self._add("COMMA" if comma else kind, text, start, end)
 
     def _named(self, text: str, end: int) -> tuple[str, str]:

@@ -206,8 +206,9 @@ def _operand_parts(own: list[Expression | None], row: Word, plain: int) -> Itera
     """The arguments before `=`: those in parentheses, `plain` ones between commas, those with a word before them."""
     grouped = trim(own[: row.grouped])
     if row.comma:
-        yield _list_text(own[:1])
-        yield f"{row.comma} {_list_text(own[1:])}" if len(own) > 1 else ""
+        before, after = own[: row.before_comma], own[row.before_comma :]
+        yield _list_text(before)
+        yield f"{row.comma} {_list_text(after)}" if after else ""
     elif row.grouped == len(row.arguments) and not grouped:
         yield _list_text(own)  # what is too much keeps its comma: without it, it would be the group
     else:

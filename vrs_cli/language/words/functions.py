@@ -110,6 +110,14 @@ _SIGNALS = (
     _real("TIME", "2 +", "the robot clock in seconds", "t = TIME"),
 )  # fmt: skip
 
+_LATCH = (
+    _location("LATCH([select])", "+",
+        "where the tool was when the signal of PARAMETER LATCH.SIGNAL last came on", "SET p = LATCH(0)"),
+    _precision("#PLATCH([select])", "+", "the joints when that signal last came on", "SET #p = #PLATCH(0)"),
+    _real("LATCHED([select])", "+",
+        "TRUE where that signal has come on since LATCHED was asked last", "WAIT LATCHED(0)"),
+)  # fmt: skip
+
 _SYSTEM = (
     _real("SPEED(which)", "2 +",
         "1: the monitor speed, 2: the program speed in force, 3: that of the next motion, in percent", "SPEED(2)"),
@@ -217,14 +225,10 @@ _REFUSED = (
     _refused("DEVICE", "the state of a camera or another device", "there are no such devices at this robot"),
     _refused("KEYMODE", "the behaviour of pendant keys", "there is no pendant; PROMPT asks at the terminal"),
     _refused("PENDANT", "the keys of the pendant", "there is no pendant; PROMPT and GETC(4) read the terminal"),
-    _refused(
-        "LATCH", "where the robot was when a signal came", "no latch is wired; REACTI and HERE come close",
-        Kind.LOCATION,
-    ),
 )  # fmt: skip
 
 FUNCTIONS: Mapping[str, Function] = by_name(
-    (*_ARITHMETIC, *_LOCATIONS, *_SIGNALS, *_SYSTEM, *_STRINGS, *_TASKS, *_UNITS, *_REFUSED)
+    (*_ARITHMETIC, *_LOCATIONS, *_SIGNALS, *_LATCH, *_SYSTEM, *_STRINGS, *_TASKS, *_UNITS, *_REFUSED)
 )
 WITH_BY = frozenset({"SHIFT", "SCALE"})  # the first argument is followed by BY, not by a comma
 

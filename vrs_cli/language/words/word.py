@@ -26,6 +26,7 @@ class Shape(Enum):
     REAL_VARIABLE = "real variable"
     LOCATION_VARIABLE = "location to define"
     STRING_VARIABLE = "string variable"
+    ELEMENTS = "element of an array of reals, from which on they are read"
     PROGRAM = "program"
     PROGRAM_TEXT = "string that names a program, and its arguments"
     LABEL = "label"
@@ -272,6 +273,11 @@ class Word(Row, frozen=True, eq=False, dict=True):
     @cached_property
     def leads(self) -> frozenset[str]:
         return frozenset(argument.lead for argument in self.arguments if argument.lead) - COMMAS
+
+    @cached_property
+    def before_comma(self) -> int:
+        """How many arguments stand before that sign."""
+        return next((place for place, argument in enumerate(self.arguments) if argument.lead in COMMAS), 0)
 
     @cached_property
     def comma(self) -> str:

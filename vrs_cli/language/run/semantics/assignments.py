@@ -13,7 +13,7 @@ from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import Event
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import NOTHING, Definable, Handler, Wording, transform
-from vrs_cli.language.run.operations import frame, pack, shift
+from vrs_cli.language.run.operations import configuration_bits, configuration_of, element, frame, pack, shift
 from vrs_cli.language.words.values import kind_of_value, numbers_of
 
 
@@ -57,6 +57,45 @@ def _decompose(context: Context, it: Wording, first: Reference) -> Iterable[Even
     return NOTHING
 
 
+def _solve_angles(
+    context: Context,
+    _it: Wording,
+    first: Reference,
+    flags: Reference,
+    error: Reference,
+    place: Transform,
+    before: Reference | None = None,
+    asked: float | None = None,
+) -> Iterable[Event]:
+    robot = context.robot
+    near = robot.joints() if before is None else _joints_from(context, before)
+    joints, reasons = robot.solve(transform(place), near, None if asked is None else configuration_of(asked))
+    for offset, number in enumerate(numbers_of(joints, context.environment.units)):
+        element(_beginning(first), offset).assign(number)
+    flags.assign(float(configuration_bits(robot.configuration(joints))))
+    error.assign(float(reasons))
+    return NOTHING
+
+
+def _solve_place(context: Context, it: Wording, target: Definable, error: Reference) -> Iterable[Event]:
+    joints = _joints_from(context, it.value)
+    target.define(context.robot.place(joints))
+    error.assign(float(context.robot.in_range(joints)))
+    return NOTHING
+
+
+def _joints_from(context: Context, array: Reference) -> Joints:
+    """Raises UndefinedValue where an element has no value."""
+    first, count = _beginning(array), context.robot.dof
+    values = [element(first, offset).value() for offset in range(count)]
+    return context.environment.units.read(value for value in values if isinstance(value, float))
+
+
+def _beginning(array: Reference) -> Reference:
+    """Of a whole array, its element 0."""
+    return array._replace(key=0) if array.key is None else array
+
+
 def _pack(_context: Context, it: Wording, array: Reference, first: float, count: float) -> Iterable[Event]:
     pack(array, first, count, it.value)
     return NOTHING
@@ -72,4 +111,6 @@ ASSIGNMENTS: Mapping[str, Handler] = {
     "SETI": _set_integer,
     "DECOMPOSE": _decompose,
     "PACK": _pack,
+    "SOLVE.ANGLES": _solve_angles,
+    "SOLVE.TRANS": _solve_place,
 }
