@@ -264,10 +264,9 @@ def _placed(row: Word, given: list[str]) -> str:
     group = _with_commas([text for one, text in places if one.shape in GROUPED])
     between = [text for one, text in places if one.shape not in {*GROUPED, Shape.TASK} and one.lead in {"", *COMMAS}]
     led = "".join(f" {one.lead} {text}" for one, text in places if one.lead not in {"", *COMMAS} and text)
-    lead = next((one.lead for one, _ in places if one.lead in COMMAS), "")
-    texts = _with_commas(between)
-    if lead:
-        texts = texts.replace(",", f" {lead}", 1)
+    signed = next((place for place, one in enumerate(row.arguments) if one.lead in COMMAS), len(between))
+    before, after = _with_commas(between[:signed]), _with_commas(between[signed:])
+    texts = f"{before} {row.arguments[signed].lead} {after}" if after else before
     return f"{task}{f'({group}) ' if group else ''}{texts}{led}"
 
 
