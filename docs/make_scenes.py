@@ -2,16 +2,16 @@
 
     python docs/make_scenes.py [NAME ...]
 
-drive.webp is an arm beside the prompt that moves it, puma.webp the joints of the PUMA 560, oat.webp the angles O, A
-and T, configurations.webp one place reached in four ways, ways.webp a cut, and a line that is refused. Needs the extra
-`view`, and Chromium.
+drive.webp is an arm beside the prompt that moves it, window.webp a page of `vrs view`, puma.webp the joints of the
+PUMA 560, oat.webp the angles O, A and T, configurations.webp one place reached in four ways, ways.webp a cut, and a
+line that is refused. Needs the extra `view`, and Chromium; the page also chromedriver and selenium, as its tests do.
 """
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -21,20 +21,24 @@ from PIL import Image, ImageDraw, ImageFont
 
 import vrs_cli as vrs
 from vrs_cli.engine.position import position_at
+from vrs_cli.interfaces.session.acts import Define
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import joint_axes, link_frames
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Vector
+from vrs_cli.view3d.app import App
 from vrs_cli.view3d.figure import Figure
+from vrs_cli.view3d.hosted import SHELL, Hosted
 from vrs_cli.view3d.paths import Path as Way
 from vrs_cli.view3d.reasons import Reasons
 from vrs_cli.view3d.shown import Part, Shown
 from vrs_cli.view3d.stage import FIELD, Stage
 from vrs_cli.view3d.still import Pixels, photographing
 
-IMAGES = Path(__file__).parent / "images"
+ROOT = Path(__file__).parent.parent
+IMAGES = ROOT / "docs" / "images"
 MONO = "DejaVuSansMono.ttf"
 DARK, PAPER, INK, BLUE, ORANGE = (30, 34, 40), (222, 226, 230), (40, 46, 54), (36, 96, 190), (214, 110, 40)
 PANEL = (440, 400)  # [px] of each picture in a row of several
@@ -172,6 +176,38 @@ def prompt(said: Sequence[str], T: Sequence[float]) -> Image.Image:
     return picture
 
 
+# --- the page --------------------------------------------------------------------------------------------------------
+
+PAGE = (1400, 800)  # [px]
+SHOWN = ROOT / "programs" / "pick_and_place.v2"
+STOPPED = 4.85  # [s] after it began, where it is shown: on its way back
+
+
+def window() -> None:
+    """`vrs view pick_and_place.v2`, while the arm is on its way."""
+    sys.path.insert(0, str(ROOT))
+    from tests.view3d.browser import alone, chromium
+
+    hosted = Hosted(load_robot("puma560"), rate=None)
+    app = App(hosted.hold_for_browser)
+    try:
+        with alone(), chromium() as browser:
+            browser.size(*PAGE)
+            browser.open(app.address, "/robot", "/tool")
+            (page,) = app.windows
+            with closing(hosted.hold(SHELL)) as shell:
+                shell.act(Define(SHOWN.read_text()))
+            page.type("EXECUTE pick.and.place")
+            browser.until(lambda: browser.run("return document.body.innerText.includes('Program completed')"))
+            start = page.watched.timeline[1].start
+            page.change(lambda playback, wall: playback.seek(start + STOPPED, wall).pause(wall))
+            browser.drawn(4)
+            save(Image.fromarray(browser.screen()), "window")
+    finally:
+        app.close()
+        hosted.close()
+
+
 # --- the joints ------------------------------------------------------------------------------------------------------
 
 
@@ -306,7 +342,7 @@ def shot(place: Place, robot: vrs.Robot, t: float, part: Part) -> Image.Image:
     return place.picture()
 
 
-SCENES = {scene.__name__: scene for scene in (drive, puma, oat, configurations, ways)}
+SCENES = {scene.__name__: scene for scene in (drive, window, puma, oat, configurations, ways)}
 
 
 def main(names: Sequence[str]) -> int:

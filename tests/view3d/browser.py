@@ -52,10 +52,29 @@ FLAGS = (
 NOBODY = "not an origin"  # so Chromium calls what no page has asked for
 
 CALMLY = """
-    requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 150);
+    const held = [];
+    window.__drawsNot = false;
+    requestAnimationFrame = draw => setTimeout(() => __drawsNot ? held.push(draw) : draw(performance.now()), 150);
+    window.__drawsAgain = () => { __drawsNot = false; held.splice(0).forEach(draw => requestAnimationFrame(draw)); };
     const often = setInterval;
     setInterval = (act, pause, ...rest) => often(act, Math.max(pause || 0, 60), ...rest);
 """  # a page draws 7 frames a second at most: software that draws without a pause lets nobody else have a turn
+
+PHOTOGRAPH = """
+    const canvas = __viserMutable.canvas, picture = document.createElement('img');
+    __drawsNot = true;
+    picture.id = 'photograph';
+    picture.src = canvas.toDataURL('image/png');
+    picture.style.cssText = 'position:absolute;inset:0;width:100%;height:100%;pointer-events:none';
+    canvas.style.display = 'none';
+    canvas.parentElement.append(picture);
+    return picture.decode();
+"""  # of the scene, in its place: a page that draws is not photographed in time, or white
+DEVELOPED = """
+    document.getElementById('photograph').remove();
+    __viserMutable.canvas.style.display = 'block';
+    __drawsAgain();
+"""
 
 Picture = NDArray[np.uint8]  # (height, width, 3)
 
@@ -226,12 +245,13 @@ class Browser:
         return _picture(base64.b64decode(data.partition(",")[2]))
 
     def screen(self) -> Picture:
-        """The whole page."""
-        return _picture(self.driver.get_screenshot_as_png())
-
-    def save(self, path: Path) -> None:
-        """Write the whole page to a file."""
-        path.write_bytes(self.driver.get_screenshot_as_png())
+        """The whole page with its panels, as it is drawn."""
+        self.drawn()
+        self.run(PHOTOGRAPH)
+        try:
+            return _picture(self.driver.get_screenshot_as_png())
+        finally:
+            self.run(DEVELOPED)
 
 
 def _picture(png: bytes) -> Picture:

@@ -135,12 +135,17 @@ def test_a_long_steered_session_is_a_bounded_picture(server: viser.ViserServer) 
     assert len(made) < 5000, "a block of segments, not all of the window"
 
 
-def test_a_segment_with_many_lines_goes_straight_on_where_there_is_no_more_room(server: viser.ViserServer) -> None:
-    engine = session("DRIVE 1, 100, 5", "DRIVE 1, -150, 5").engine
-    path = Path(server.scene, engine.model)
-    t = 0.5 * engine.end
+@pytest.mark.parametrize("part", [0.2, 0.5, 0.9])
+def test_of_a_segment_with_many_lines_only_those_around_the_tip_are_sent(
+    server: viser.ViserServer, part: float
+) -> None:
+    engine = session("DRIVE 1, 150, 5", "DRIVE 1, -300, 5").engine
+    t, path = part * engine.end, Path(server.scene, engine.model)
     path.show(seen(engine, t))
     now = server.scene.get_handle_by_name("/path/now")
     assert isinstance(now, viser.LineSegmentsHandle)
     assert len(now.points) == UNDER_WAY
-    assert tuple(now.colors[-1][0]) == PLANNED
+    lines, tip = drawn(server), position(engine.position(t).T_world_tool)
+    assert len(lines) > 2 * UNDER_WAY
+    assert max(np.linalg.norm(b - a) for a, b, _ in lines) < 0.1, "no line leaves the arc"
+    assert sum(tuple(np.float32(tip)) in (tuple(a), tuple(b)) for a, b, _ in lines) == 2

@@ -26,13 +26,14 @@ from vrs_cli.view3d.shown import Shown
 
 ERROR = 0.0005  # [m] between the way and its lines, at most
 MOST = 6000  # lines; of a way with more the part around the present is shown
-UNDER_WAY = 24  # lines of the segment under way, which are sent for each picture
+AROUND = 23  # lines of the segment under way around the tip: they are sent for each picture
+UNDER_WAY = AROUND + 1  # the tip parts one of them in two
 # viser takes the colours of single lines as linear light: these are seen as a blue, an orange, and lighter ones
 PAST, PLANNED = (11, 26, 147), (205, 49, 4)
 BLENDS = {PAST: (57, 77, 212), PLANNED: (244, 123, 36)}  # where one motion turns into the next
 THICK = 0.007  # of the reach
-DOT = 0.014  # of the reach: between two segments
-MARK = 0.026  # of the reach: where a command takes over
+DOT = 0.012  # of the reach: between two segments
+MARK = 0.02  # of the reach: where a command takes over
 LABELS = 40  # of commands at most
 
 Colour = tuple[int, int, int]
@@ -136,29 +137,33 @@ class Path(Rooted):
     def _move_on(self, t: float, tip: Vector) -> None:
         """What is past at t [s] has one colour, what is planned the other; the line under way is parted at the tip."""
         lines, place = self._found.lines, bisect_right(self._found.begins, t) - 1
-        now = lines[place] if place >= 0 and lines[place].end > t else None
-        drawn = (self.commands, id(lines), place, now is None)
+        line = lines[place] if place >= 0 and lines[place].end > t else None
+        passed = 0 if line is None else line.passed(t)
+        first = max(passed - 1, 0) // AROUND * AROUND
+        sent = None if line is None else first
+        drawn = (self.commands, id(lines), place, sent)
         if drawn != self._drawn and lines:
             self._drawn = drawn
-            passed = place + (now is None)
-            self._lines.points, self._lines.colors = _figure(lines, passed, now)
-        if self._under_way.visible != (now is not None):
-            self._under_way.visible = now is not None
-        if now is not None:
-            self._part(now, t, tip)
+            self._lines.points, self._lines.colors = _figure(lines, place + (line is None), sent)
+        if self._under_way.visible != (line is not None):
+            self._under_way.visible = line is not None
+        if line is not None:
+            self._part(line, first, passed, tip)
 
-    def _part(self, line: ToolLine, t: float, tip: Vector) -> None:
-        """While the tip is between the same two points of the line, nothing but the tip is another."""
-        passed = min(line.passed(t), UNDER_WAY - 1)
+    def _part(self, line: ToolLine, first: int, passed: int, tip: Vector) -> None:
+        """Of a line what is around the tip, from point `first` on. While the tip is between the same two points of it,
+        nothing but the tip is another.
+        """
+        here = passed - first
         if self._parted != (line, passed):
             self._parted = line, passed
-            past, planned = (*line.points[:passed], tip), (tip, *line.points[passed:])
+            past, planned = (*line.points[first:passed], tip), (tip, *line.points[passed : first + UNDER_WAY])
             parts = [(past, _colour(line, PAST)), (planned, _colour(line, PLANNED))]
             self._now, self._under_way.colors = _segments(parts, UNDER_WAY)
-        if passed:
-            self._now[passed - 1, 1] = tip
+        if here:
+            self._now[here - 1, 1] = tip
         if passed < len(line.points):
-            self._now[passed, 0] = tip
+            self._now[here, 0] = tip
         self._under_way.points = self._now
 
 
@@ -201,28 +206,34 @@ def _begins(before: ToolLine | None, line: ToolLine) -> bool:
     return before.motion.number != line.motion.number and not steered
 
 
-def _colour(line: ToolLine | None, colour: Colour) -> Colour:
-    blends = line is not None and line.phase is Phase.BLEND and line.motion.kind is not Kind.STEERED
+def _colour(line: ToolLine, colour: Colour) -> Colour:
+    blends = line.phase is Phase.BLEND and line.motion.kind is not Kind.STEERED
     return BLENDS[colour] if blends else colour
 
 
-def _figure(lines: Sequence[ToolLine], passed: int, now: ToolLine | None) -> tuple[Points, NDArray[np.uint8]]:
-    """All lines; those before number `passed` are past. The one under way has no length here."""
+def _figure(lines: Sequence[ToolLine], passed: int, first: int | None) -> tuple[Points, NDArray[np.uint8]]:
+    """All lines; those before number `passed` are past. Of that one what is around the tip, from point `first` on, has
+    no length.
+    """
 
     def parts() -> Iterator[tuple[Sequence[Vector], Colour]]:
         for number, line in enumerate(lines):
-            points = (line.points[0],) * len(line.points) if line is now else line.points
-            yield points, _colour(line, PAST if number < passed else PLANNED)
+            points = line.points
+            if first is not None and number == passed:
+                last = first + AROUND
+                yield points[: first + 1], _colour(line, PAST)
+                yield (points[first],) * len(points[first : last + 1]), _colour(line, PAST)
+                yield points[last:], _colour(line, PLANNED)
+            else:
+                yield points, _colour(line, PAST if number < passed else PLANNED)
 
     return _segments(list(parts()), sum(len(line.points) - 1 for line in lines))
 
 
 def _segments(parts: Sequence[tuple[Sequence[Vector], Colour]], count: int) -> tuple[Points, NDArray[np.uint8]]:
-    """Polylines as `count` lines (count, 2, 3) with their colours; of more, the last ones go straight on."""
+    """Polylines as `count` lines (count, 2, 3) with their colours, of which the last may have no length."""
     pairs = [pair for points, _ in parts for pair in pairwise(points)]
     inks = [colour for points, colour in parts for _ in points[1:]]
-    if len(pairs) > count:
-        pairs[count - 1 :], inks[count:] = [(pairs[count - 1][0], pairs[-1][1])], []
     found, colours = _none(count), np.zeros((count, 2, 3), np.uint8)
     if pairs:
         found[: len(pairs)] = pairs
