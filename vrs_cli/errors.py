@@ -409,14 +409,48 @@ class UnitNotAttached(FileError):
     code, text = -516, "Logical unit not attached"
 
 
+class UnitAttached(FileError):
+    """A device that cannot be shared is another task's."""
+
+    code, text = -515, "Device already attached"
+
+
+class DeviceNotReady(FileError):
+    """There is no such device here, or it cannot be had."""
+
+    code, text = -508, "Device not ready"
+
+
+class NetworkClosed(FileError):
+    """Nobody is at the other end, or not any more. (Public V+ programs test this code.)"""
+
+    code, text = -562, "Network connection closed"
+
+
+class NetworkTimeout(FileError):
+    """Nothing has come from the other end for too long. (The code is ours.)"""
+
+    code, text = -559, "Network timeout"
+
+
+class PortTaken(FileError):
+    """Another program listens at that port. (The code is ours.)"""
+
+    code, text = -560, "Network port in use"
+
+
 class NoDataReceived(FileError):
-    """GETC does not wait, and nothing is there."""
+    """READ or GETC does not wait, and nothing is there."""
 
     code, text = -526, "No data received"
 
 
 class LineMissing(NoDataReceived):
-    """GETC waits for a line of the terminal: the task asks for it, and does the step again."""
+    """GETC waits for something to come on a unit: the task asks for it, and does the step again."""
+
+    def __init__(self, unit: int, detail: str, hint: str = "") -> None:
+        super().__init__(detail, hint)
+        self.unit: Final = unit
 
 
 class FileOutside(FileError):

@@ -78,6 +78,8 @@ BEFORE = {  # what an example needs to have happened
     "FOPENA": WRITTEN,
     "FOPENR": WRITTEN,
     "FDELETE": WRITTEN,
+    "FOPEN": ['ATTACH (lun, 4) "TCP"'],
+    "FCMND": ['ATTACH (lun, 4) "TCP"', "handle = 1"],
     "FCLOSE": OPENED,
     "WRITE": [*ATTACHED, 'FOPENW (lun) "log.txt"'],
     "READ": OPENED,

@@ -29,6 +29,7 @@ from vrs_cli.cli.command_line import (
 from vrs_cli.cli.fence import Alone, Enough, memory, wall
 from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.cli.outputs import Outputs, add_output_options, journal
+from vrs_cli.cli.outside import PATIENCE, add_outside_options, chosen_outside
 from vrs_cli.cli.sources import Source, has_errors, read_source
 from vrs_cli.errors import FileError, LimitReached, UndefinedName
 
@@ -63,6 +64,7 @@ standard error. Time is the robot's and passes as fast as it computes, unless --
   vrs run pick.v2 --report pick.html
   vrs run pick.v2 --json | jq .duration_s
   vrs run theirs.v2 --sandbox box
+  vrs run driver.v2 --allow-net --record-units peers.jsonl
 """
 
 
@@ -86,6 +88,7 @@ def _parser(prog: str) -> Parser:
     )
     parser.add_argument("--signals", metavar="FILE", help="when input signals change: lines of time, signal, state")
     add_realtime_option(parser)
+    add_outside_options(parser)
     parser.add_argument("--save", metavar="T.vrst", help="save the trajectory, motion by motion")
     add_output_options(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object")
@@ -192,9 +195,10 @@ class _Batch(Struct, frozen=True):
         from vrs_cli.interfaces.station.station import Station
 
         model = chosen_robot("vrs run", self.options)
+        outside = chosen_outside(self.options, patience=PATIENCE)
         box, clock = self.options.sandbox, clock_of(self.options.realtime)
         folder = FREE if box is None else Folder(Path(box), closed=True)
-        station = Station(terminal, model, clock=clock, limits=self._limits(), folder=folder)
+        station = Station(terminal, model, clock=clock, limits=self._limits(), folder=folder, outside=outside)
         station.tasks.told = partial(self._tell_beside, terminal)
         if self.options.signals is not None:
             from vrs_cli.files.signal_file import read_signals

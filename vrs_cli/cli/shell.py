@@ -14,6 +14,7 @@ from vrs_cli.cli.command_line import (
     clock_of,
     with_rate,
 )
+from vrs_cli.cli.outside import add_outside_options, chosen_outside
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
@@ -41,10 +42,12 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     )
     parser.add_robot(default=None)
     add_realtime_option(parser)
+    add_outside_options(parser)
     options = parser.parse(list(with_rate(arguments)))
+    outside = chosen_outside(options)
     from vrs_cli.repl.shell import main as shell
 
-    return shell(_robot(prog, options), file=options.file, save=options.save, clock=clock_of(options.realtime))
+    return shell(_robot(prog, options), options.file, options.save, clock_of(options.realtime), outside)
 
 
 def _robot(prog: str, options: Namespace) -> RobotModel | None:

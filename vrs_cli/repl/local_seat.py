@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import cast
 
+from vrs_cli.devices.outside import Outside
 from vrs_cli.dialogue.questions import Editing, Jogging, Playing
 from vrs_cli.dialogue.replies import Plot
 from vrs_cli.dialogue.talk import Talk, Terminal
@@ -34,8 +35,9 @@ class LocalSeat:
         recorder: Recorder | None = None,
         clock: Clock | None = None,
         recovery: Path | None = None,
+        outside: Outside | None = None,
     ) -> None:
-        self.session = Session(terminal, model, clock=clock)
+        self.session = Session(terminal, model, clock=clock, outside=outside)
         self.session.draw = _draw
         self.session.desk.lives = terminal.attended and clock is not None
         self.conversation = talk = Conversation(self.session)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 from msgspec import Struct
 
 if TYPE_CHECKING:
+    from vrs_cli.devices.outside import Outside
     from vrs_cli.dialogue.talk import Terminal
     from vrs_cli.engine.clock import Clock
     from vrs_cli.kinematics.model import RobotModel
@@ -34,13 +35,15 @@ class Place(Protocol):
 
 
 class Local(Struct):
-    """A robot of this process. `file` is loaded first; `recovery`: where shells keep what is in memory alone."""
+    """A robot of this process. `file` is loaded first; `recovery`: where shells keep what is in memory alone;
+    `outside`: whom programs may talk to."""
 
     model: RobotModel | None = None
     file: str | None = None
     recorder: Recorder | None = None
     clock: Clock | None = None
     recovery: Path | None = None
+    outside: Outside | None = None
 
     @property
     def afar(self) -> bool:
@@ -65,7 +68,7 @@ class Local(Struct):
     def seat(self, terminal: Terminal) -> LocalSeat:
         from vrs_cli.repl.local_seat import LocalSeat
 
-        return LocalSeat(terminal, self.model, self.file, self.recorder, self.clock, self.recovery)
+        return LocalSeat(terminal, self.model, self.file, self.recorder, self.clock, self.recovery, self.outside)
 
 
 class Afar(Struct):

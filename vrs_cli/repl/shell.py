@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from vrs_cli.repl.place import Local, Place
 
 if TYPE_CHECKING:
+    from vrs_cli.devices.outside import Outside
     from vrs_cli.engine.clock import Clock
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.repl.recorder import Recorder
@@ -17,26 +18,37 @@ FAILED = 1
 
 
 def main(
-    model: RobotModel | None = None, file: str | None = None, save: str | None = None, clock: Clock | None = None
+    model: RobotModel | None = None,
+    file: str | None = None,
+    save: str | None = None,
+    clock: Clock | None = None,
+    outside: Outside | None = None,
 ) -> int:
     """Run the shell until the user leaves; returns the exit status.
 
-    `save`: a trajectory file that is written on, or begun; without `model` its robot is taken. The status is 1 when not
+    `save`: a trajectory file that is written on, or begun; without `model` its robot is taken. `outside`:
+    whom programs may talk to. The status is 1 when not
     all is in that file, and on a pipe when a line could not be carried out.
     """
     recorder, sound = _recorder(save), True
     try:
-        status = _run(model, file, recorder, clock)
+        status = _run(model, file, recorder, clock, outside)
     finally:
         if recorder is not None:
             sound = recorder.close()
     return status if sound else FAILED
 
 
-def _run(model: RobotModel | None, file: str | None, recorder: Recorder | None, clock: Clock | None) -> int:
+def _run(
+    model: RobotModel | None,
+    file: str | None,
+    recorder: Recorder | None,
+    clock: Clock | None,
+    outside: Outside | None,
+) -> int:
     if recorder is not None and model is None:
         model = recorder.model
-    place = Local(model, file, recorder, clock)
+    place = Local(model, file, recorder, clock, outside=outside)
     if on_terminal():
         from vrs_cli.repl.history import recovery_folder
 

@@ -78,8 +78,9 @@ def test_a_program_that_ends_leaves_nothing_open(session: Session, tmp_path: Pat
 
 @pytest.mark.parametrize(
     "line",
-    ["ATTACH (3)", "ATTACH (5.7, 9)", "ATTACH (5, 4)", 'ATTACH (5) "TAPE"', 'ATTACH (5) "TERMINAL"',
-     'ATTACH (0) "DISK"', "DETACH (9)", 'FOPENR (4) "a"', "FCLOSE (4)", "WRITE (0) 1", "READ (99) x"],
+    ["ATTACH (3)", "ATTACH (5.7, 9)", "ATTACH (5, 4)", "ATTACH (9)", 'ATTACH (4) "TCP"', 'ATTACH (5) "TERMINAL"',
+     'ATTACH (0) "DISK"', "DETACH (20)", "FCMND (4, 600)",
+     'FOPEN (4, 16) "/LOCAL_PORT 1"', 'FOPENR (4) "a"', "FCLOSE (4)", "WRITE (0) 1", "READ (99) x"],
 )  # fmt: skip
 def test_units_that_there_are_not(session: Session, line: str) -> None:
     with pytest.raises(IllegalValue):

@@ -16,7 +16,7 @@ from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, DECLARATIONS, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.operators import LINKS, OPERATORS
-from vrs_cli.language.words.word import RAW_SHAPES, Shape, State, Word
+from vrs_cli.language.words.word import GROUPED, RAW_SHAPES, Shape, State, Word
 
 ELSEWHERE = {
     "CALL",
@@ -81,8 +81,9 @@ def test_a_row_is_whole(row: Word) -> None:
     assert not row.summary.endswith(".")
     assert set(row.where) <= set("12+ ")
     assert row.modifiers <= {"AT", "ALWAYS", "UNIT", "SORT"}
-    optional = [argument.optional for argument in row.arguments if not argument.lead]
-    assert optional == sorted(optional), "what can be left out comes last"
+    grouped = [argument.optional for argument in row.arguments if argument.shape in GROUPED]
+    others = [argument.optional for argument in row.arguments if not (argument.lead or argument.shape in GROUPED)]
+    assert all(part == sorted(part) for part in (grouped, others)), "what can be left out comes last"
     assert not any(argument.repeated for argument in row.arguments[:-1])
     raw = [argument.shape in RAW_SHAPES for argument in row.arguments]
     assert not any(raw[1:])

@@ -21,7 +21,7 @@ from vrs_cli.language.words.word import Role, rows_for
         ("SIGNAL", "SIGNAL signal, ..."),
         ("READY", "READY [AT t | IN dt]"),
         ("COARSE", "COARSE [tolerance] [ALWAYS]"),
-        ("READ", "READ (unit) variable, ..."),
+        ("READ", "READ (unit[, handle[, mode]]) variable, ..."),
         ("DETACH", "DETACH [(unit)]"),
         ("PROMPT", "PROMPT [$text][, variable, ...]"),
     ],

@@ -99,6 +99,10 @@ class _Worked(Struct):
     ticket: Ticket[Any]
 
 
+class _Arrived(Struct):
+    """Something has come from outside: whoever waits is woken."""
+
+
 class _Closed(Struct):
     """Nobody is to drive any more."""
 
@@ -108,7 +112,7 @@ class Actor:
 
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
-        self._inbox: Inbox[_Request | _Reacted | _Withdrawn | _Worked | _Closed] = Inbox()
+        self._inbox: Inbox[_Request | _Reacted | _Withdrawn | _Worked | _Arrived | _Closed] = Inbox()
         self._present: list[_Request] = []  # in the middle of what they do: the last goes on first
         self._waiting: Turns[_Request] = Turns()  # to begin
         self._running: list[_Request] = []  # until a program has stopped
@@ -134,6 +138,7 @@ class Actor:
         clock = driver.engine.clock
         if isinstance(clock, WallClock) and clock.sleep is time.sleep:
             clock.sleep = self._inbox.wait  # to wait for the time is to wait for the inbox
+        driver.devices.outside.wake = lambda: self._inbox.put(_Arrived())
 
     # --- asking, from any thread ---
 

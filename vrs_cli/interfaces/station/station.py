@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 from weakref import WeakSet, finalize
 
+from vrs_cli.devices.outside import Outside
 from vrs_cli.dialogue.replies import Message, Plot, ProgramStopped, Tone
 from vrs_cli.dialogue.runs import Beside, Outcome, RunResult
 from vrs_cli.dialogue.talk import Slice, Talk, Terminal, at_once, beside, within
@@ -21,6 +22,7 @@ from vrs_cli.errors import (
     ProgramNotExecutable,
     RequestRefused,
     TaskNotActive,
+    UsageError,
 )
 from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.layout import Layout
@@ -68,7 +70,8 @@ class Station:
 
     `terminal` is where what it says by itself goes. `driver` runs its tasks. `task` is the robot program that runs or
     ran last, `last_program` its name. `desk` is that of whoever is served now. `lease` says who of them drives, None:
-    all do. `folder`: where its files are; `close` sees to it that all of what programs wrote is in these.
+    all do. `folder`: where its files are; `close` sees to it that all of what programs wrote is in these. `outside`:
+    whom programs may talk to; nobody, unless somebody is named.
     """
 
     def __init__(
@@ -80,7 +83,10 @@ class Station:
         clock: Clock | None = None,
         limits: Limits = USUAL,
         folder: Folder = FREE,
+        outside: Outside | None = None,
     ) -> None:
+        if outside is not None and outside.live and not (clock and clock.realtime):
+            raise UsageError("what comes from outside comes in real time", "give a clock on the wall")
         self.terminal = terminal
         self.engine = Engine(model or load_robot("puma560"), start=start, clock=clock)
         self.branches = Branches(self.engine)
@@ -92,7 +98,7 @@ class Station:
             self.unstored.watch()
         self.robot = Readings(self.engine)
         self.limits, self.folder = limits, folder
-        self.driver = Driver(self.engine, terminal, self.environment, self.robot, folder)
+        self.driver = Driver(self.engine, terminal, self.environment, self.robot, folder, outside)
         self.actor = Actor(self.driver)
         self.tasks, self.debugging = self.driver.tasks, self.driver.debugging
         self.tasks.told = self._tell

@@ -1,20 +1,37 @@
-"""The logical units of running programs: the disk, and the terminal as one more unit to read and to write."""
+"""The logical units of running programs: the disk, the terminal as one more unit to read and to write, and the devices
+that are attached by their names."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from msgspec import Struct, field
 
-from vrs_cli.errors import EndOfInput, LineMissing, NoDataReceived
+from vrs_cli.devices.device import YET, Device, Waits
+from vrs_cli.devices.outside import TCP, Outside
+from vrs_cli.errors import (
+    DeviceNotReady,
+    EndOfInput,
+    FileError,
+    LineMissing,
+    NoDataReceived,
+    UnitAttached,
+    UnitNotAttached,
+)
 from vrs_cli.files.disk import Disk
 from vrs_cli.language.run.units import (
+    ANY,
+    OTHERS,
     SUCCESS,
     TERMINAL,
     AttachUnit,
+    AwaitLine,
     CloseFile,
+    CommandDevice,
     DeleteFile,
     DetachUnit,
+    OpenDevice,
     OpenFile,
     ReadRecord,
     RecordRefused,
@@ -26,29 +43,83 @@ END_OF_LINE = "\r"  # what GETC gives at the end of a line of the terminal, as i
 
 
 class Devices(Struct, eq=False):
-    """`show` writes to the terminal (text, whether the line ends); its lines come by `line`."""
+    """`show` writes to the terminal (text, whether the line ends); its lines come by `line`. `outside` has all other
+    devices but the disk; `missed` is told of one that is not to be had.
+    """
 
     disk: Disk
     show: Callable[[str, bool], None]
+    outside: Outside
+    missed: Callable[[DeviceNotReady], None]
+    _devices: dict[tuple[int, int], Device] = field(default_factory=dict)  # by task and unit
+    _missing: set[str] = field(default_factory=set)
     _status: int = SUCCESS
     _length: int = 0
     _typed: list[int] = field(default_factory=list)  # what GETC has before it: characters, and the end of the input
     _taken: list[int] = field(default_factory=list)  # of that by the present step
+    _taken_of: dict[tuple[int, int], list[int]] = field(default_factory=dict)  # the same of devices
 
-    def perform(self, task: int, effect: UnitEffect) -> str | None:
-        """Do what a task asks for; the answer to it. Raises UnitNotAttached, FileOutside."""
+    def perform(self, task: int, effect: UnitEffect) -> str | Waits | None:
+        """Do what a task asks for; the answer to it, or that it waits. Raises UnitNotAttached, FileOutside."""
+        if isinstance(effect, AttachUnit):
+            return self._attach(task, effect)
+        device = self._devices.get((task, effect.unit))
+        return self._of_disk(task, effect) if device is None else self._of_device(device, task, effect)
+
+    def _attach(self, task: int, effect: AttachUnit) -> str:
+        unit, name = effect.unit, effect.device
+        if unit == TERMINAL:
+            self._status = SUCCESS
+        elif name is None:
+            unit = self.disk.free(task) if unit == ANY else unit
+            if (task, unit) not in self._devices:
+                self.disk.attach(task, unit)
+        else:
+            unit = self._free(task) if unit == ANY else unit
+            self._attach_device(task, unit, name)
+        return str(unit)
+
+    def _free(self, task: int) -> int:
+        """Raises UnitNotAttached."""
+        for unit in OTHERS:
+            if (task, unit) not in self._devices:
+                return unit
+        raise UnitNotAttached("units 9 to 16 are all in use", "DETACH one")
+
+    def _attach_device(self, task: int, unit: int, name: str) -> None:
+        """One that is not to be had is attached all the same: the status of all that is asked of it says so."""
+        there = self._devices.get((task, unit))
+        if there is not None and there.attached == name:
+            there.status = SUCCESS
+            return
+        if there is not None:
+            there.close()
+        device = self._devices[task, unit] = Device(name, name, self.outside)
+        with self._attempt(device):
+            self._begin(device)
+
+    def _begin(self, device: Device) -> None:
+        try:
+            if any(one.attached == device.name and one.open for one in self._devices.values() if device.name != TCP):
+                raise UnitAttached(device.name, "another task has it")
+            device.begin()
+        except (DeviceNotReady, UnitAttached) as fault:
+            device.fault = fault
+            if isinstance(fault, DeviceNotReady) and device.name not in self._missing:
+                self._missing.add(device.name)
+                self.missed(fault)
+            raise
+
+    def _of_disk(self, task: int, effect: UnitEffect) -> str | None:
+        """The disk and the terminal."""
         disk = self.disk
         match effect:
-            case AttachUnit(unit=unit) if unit == TERMINAL:
-                self._status = SUCCESS
-            case AttachUnit(unit=asked):
-                unit = disk.free(task) if asked is None else asked
-                disk.attach(task, unit)
-                return str(unit)
             case DetachUnit(unit=unit) if unit != TERMINAL:
                 disk.detach(task, unit)
             case OpenFile():
                 disk.open(task, effect.unit, effect.name, effect.access)
+            case OpenDevice() | CommandDevice():
+                disk.refuse(task, effect.unit, FileError.code)
             case CloseFile():
                 disk.close(task, effect.unit)
             case DeleteFile():
@@ -66,20 +137,86 @@ class Devices(Struct, eq=False):
                 disk.refuse(task, effect.unit, effect.code)
         return None
 
+    def _of_device(self, device: Device, task: int, effect: UnitEffect) -> str | Waits | None:
+        with self._attempt(device):
+            match effect:
+                case OpenDevice():
+                    if not device.dialing:
+                        device.open_at(effect.how)
+                    return device.dialled()
+                case CommandDevice():
+                    device.command(effect.command, effect.data)
+                case ReadRecord():
+                    return device.read(effect.notices, effect.wait)
+                case WriteRecord():
+                    return device.write(effect.text, effect.newline, effect.handle, effect.wait)
+                case RecordRefused():
+                    device.status = effect.code
+                case AwaitLine():
+                    return None if device.has_something else YET
+                case CloseFile():
+                    device.check_open()
+                    device.close()
+                    device.status = SUCCESS
+                case DetachUnit():
+                    device.close()
+                    del self._devices[task, effect.unit]
+                case _:
+                    raise FileError(device.name, "it is not the disk")
+        return None
+
+    @staticmethod
+    @contextmanager
+    def _attempt(device: Device) -> Iterator[None]:
+        """What goes wrong inside with the device is its status. Raises what is wrong with the program."""
+        try:
+            yield
+        except FileError as error:
+            device.status, device.length = error.code, 0
+
+    def expire(self, task: int, effect: UnitEffect) -> None:
+        """What a task waits for has not come in time."""
+        self._devices[task, effect.unit].expire(of_getc=isinstance(effect, AwaitLine))
+
     def status(self, task: int, unit: int) -> int:
+        if (device := self._devices.get((task, unit))) is not None:
+            return device.status
         return self._status if unit == TERMINAL else self.disk.status(task, unit)
 
     def length(self, task: int, unit: int) -> int:
+        if (device := self._devices.get((task, unit))) is not None:
+            return device.length
         return self._length if unit == TERMINAL else self.disk.length(task, unit)
 
+    def connection(self, task: int, unit: int) -> int | None:
+        """The handle of what the last READ has told of; None where the unit has no connections."""
+        device = self._devices.get((task, unit))
+        return None if device is None else device.handle
+
+    # --- what arrives ---
+
+    def arrive(self, now: float) -> None:
+        """Take what has arrived."""
+        for arrival in self.outside.take(now):
+            for device in self._devices.values():
+                if device.open and device.name == arrival.device:
+                    device.arrive(arrival)
+
+    # --- characters ---
+
     def begin_reading(self) -> None:
-        self._taken = []
+        self._taken, self._taken_of = [], {}
 
     def put_back(self) -> None:
         self._typed, self._taken = [*self._taken, *self._typed], []
+        for place, taken in self._taken_of.items():
+            self._devices[place].put_back(taken)
+        self._taken_of = {}
 
     def character(self, task: int, unit: int, wait: bool) -> int:
         """The code of the next character, or of what went wrong. The terminal has whole lines. Raises LineMissing."""
+        if (device := self._devices.get((task, unit))) is not None:
+            return self._character_of(device, (task, unit), wait)
         if unit != TERMINAL:
             return self.disk.character(task, unit)
         if self._typed:
@@ -87,7 +224,18 @@ class Devices(Struct, eq=False):
             return self._taken[-1]
         if not wait:
             return NoDataReceived.code
-        raise LineMissing("GETC waits for the terminal", "a program or an assignment can wait")
+        raise LineMissing(TERMINAL, "GETC waits for the terminal", "a program or an assignment can wait")
+
+    def _character_of(self, device: Device, place: tuple[int, int], wait: bool) -> int:
+        try:
+            byte = device.character(wait)
+        except FileError as error:
+            device.status = error.code
+            return error.code
+        if isinstance(byte, Waits):
+            raise LineMissing(place[1], f"GETC waits for {device.name}", "a program or an assignment can wait")
+        self._taken_of.setdefault(place, []).append(byte)
+        return byte
 
     def line(self, line: str | None, *, of_getc: bool = False) -> str | None:
         """A line of the terminal; what GETC has left of one is passed over. None where there is no more."""
@@ -95,3 +243,21 @@ class Devices(Struct, eq=False):
         self._typed = [*self._typed, *come] if of_getc else []
         self._status, self._length = (EndOfInput.code, 0) if line is None else (SUCCESS, len(line))
         return line
+
+    # --- endings ---
+
+    def rest(self, task: int) -> None:
+        """A task has stopped, and may go on: its connections stay open."""
+        self.disk.rest(task)
+
+    def release(self, task: int) -> None:
+        """A task has ended: all that it has open is closed, its units are free."""
+        self.disk.release(task)
+        for place in [place for place in self._devices if place[0] == task]:
+            self._devices.pop(place).close()
+
+    def close_all(self) -> None:
+        """Nothing runs any more."""
+        self.disk.close_all()
+        self._devices.clear()
+        self.outside.close_all()

@@ -16,10 +16,12 @@ from typing import TypeVar, cast
 
 from msgspec import Struct
 
+from vrs_cli.devices.outside import Nothing, Outside
+from vrs_cli.dialogue.replies import Message, Tone
 from vrs_cli.dialogue.runs import Outcome, RunResult
 from vrs_cli.dialogue.talk import Slice, Talk, Terminal
 from vrs_cli.engine.engine import Engine
-from vrs_cli.errors import ClockPaused, LimitReached, VrsError
+from vrs_cli.errors import ClockPaused, DeviceNotReady, LimitReached, VrsError
 from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.tasks.debugging import Debugging
@@ -70,15 +72,23 @@ class Driver:
     """
 
     def __init__(
-        self, engine: Engine, terminal: Terminal, environment: Environment, robot: RobotReadings, folder: Folder = FREE
+        self,
+        engine: Engine,
+        terminal: Terminal,
+        environment: Environment,
+        robot: RobotReadings,
+        folder: Folder = FREE,
+        outside: Outside | None = None,
     ) -> None:
         self.engine, self.terminal, self.environment = engine, terminal, environment
         self.inputs: Inputs = NO_INPUTS
         self.debugging = Debugging()
         self._transcript = Transcript(engine, terminal)
         self._written = Spent("max_disk", "write")
-        self.devices = Devices(Disk(folder, self._written.add), self._transcript.show)
-        self.tasks = Tasks(engine, environment, self.devices.disk)
+        disk = Disk(folder, self._written.add)
+        self.devices = Devices(disk, self._transcript.show, outside or Nothing(), self._missed)
+        self.devices.outside.tell = lambda text: terminal.show(Message(text))
+        self.tasks = Tasks(engine, environment, self.devices)
         self._performer = Performer(engine, environment, robot, self.tasks, self._transcript, self.devices)
         self._interrupted = False
         self._ended_by: LimitReached | None = None
@@ -97,8 +107,12 @@ class Driver:
         return last[0].track if last and last[0].then is None else None
 
     def close(self) -> None:
-        """Close the files of programs."""
-        self.devices.disk.close_all()
+        """Close the files of programs, and all else that they have open."""
+        self.devices.close_all()
+
+    def _missed(self, fault: DeviceNotReady) -> None:
+        """A program goes on without a device; whoever runs it is to know why."""
+        self.terminal.show(Message(str(fault), Tone.WARNING))
 
     def end_by(self, error: LimitReached) -> bool:
         """End the run before its next step with this error; False where none is under way. Safe in a signal handler."""
@@ -378,10 +392,17 @@ class Driver:
     def peek(self) -> float:
         """When something happens next [s]; infinity where nothing does by itself."""
         track = self.tasks.next()
-        return inf if track is None else min(track.wake, self.inputs.next_time)
+        if track is None:
+            return inf
+        return min(track.wake, self.inputs.next_time, self.devices.outside.due(self.engine.clock))
 
     def _happen(self, budget: int) -> None:
-        """What is due now: an input changes, or a task goes on."""
+        """What is due now: something arrives, an input changes, or a task goes on."""
+        clock = self.engine.clock
+        if self.devices.outside.due(clock) <= clock.now:
+            self.devices.arrive(clock.now)
+            self.tasks.look_at_units()
+            return
         if self.inputs.next_time <= self.engine.now:
             self.inputs = self.inputs.applied(self.engine.now, self.environment.signals)
             return

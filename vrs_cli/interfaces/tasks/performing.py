@@ -12,6 +12,7 @@ from typing import Any
 
 from msgspec import structs
 
+from vrs_cli.devices.device import Waits
 from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.dialogue.talk import Terminal
 from vrs_cli.engine.commands import Brake, Break, Move, Request, SetMonitorSpeed, SetParameter, SetSwitch, Stamp
@@ -48,8 +49,9 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.robot import TICK, RobotReadings
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.units import TERMINAL, AwaitLine, ReadRecord, UnitEffect
-from vrs_cli.trajectory.instant import on_grid
+from vrs_cli.trajectory.instant import LATEST, on_grid
 
+LOOK = 1.0  # [s] a unit is looked at so often where nothing arrives, so that a limit of time is seen
 EVERYBODYS = (SetMonitorSpeed, SetParameter, SetSwitch)  # requests that a task without the robot may make
 
 
@@ -124,10 +126,18 @@ class Performer:
         self._ask(track, event)
 
     def _unit(self, track: Track, event: UnitEffect) -> None:
-        if isinstance(event, AwaitLine) or (isinstance(event, ReadRecord) and event.unit == TERMINAL):
+        if isinstance(event, AwaitLine | ReadRecord) and event.unit == TERMINAL:
             self._ask(track, event)
+            return
+        answer = self._devices.perform(track.number, event)
+        if not isinstance(answer, Waits):
+            track.answer = answer
+            return
+        last = on_grid(track.asked + min(self._devices.outside.patience, LATEST))
+        if self._engine.now < last:
+            track.until(min(last, on_grid(self._engine.now) + LOOK), event)
         else:
-            track.answer = self._devices.perform(track.number, event)
+            self._devices.expire(track.number, event)
 
     def _ask(self, track: Track, event: Prompt | ReadRecord | AwaitLine) -> None:
         """It goes on when somebody has answered."""

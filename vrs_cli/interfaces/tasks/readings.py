@@ -253,6 +253,9 @@ class SystemReadings(System):
     def record_length(self, unit: int) -> int:
         return self._devices.length(self._tasks.current, unit)
 
+    def connection(self, unit: int) -> int | None:
+        return self._devices.connection(self._tasks.current, unit)
+
     def begin_reading(self) -> None:
         self._devices.begin_reading()
 

@@ -11,12 +11,13 @@ from collections.abc import Callable, Iterator
 from vrs_cli.dialogue.runs import Beside, Outcome
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import RobotNotAttached, TaskActive, TaskNotActive
-from vrs_cli.files.disk import Disk
+from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Track
 from vrs_cli.language.run.effects import AttachRobot, Pause, TaskState, Wait, WaitEvent
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.semantics.tasks import LAST_TASK
+from vrs_cli.language.run.units import UnitEffect
 
 
 class Tasks:
@@ -25,12 +26,12 @@ class Tasks:
     is served now, and drives what is begun.
     """
 
-    def __init__(self, engine: Engine, environment: Environment, disk: Disk) -> None:
+    def __init__(self, engine: Engine, environment: Environment, devices: Devices) -> None:
         self.current = PROMPT_LINE
         self.who: object = None
         self.failed: list[Beside] = []
         self.told: Callable[[Beside], None] = lambda _beside: None
-        self._engine, self._environment, self._disk = engine, environment, disk
+        self._engine, self._environment, self._devices = engine, environment, devices
         self._tracks: dict[int, Track] = {}
         self._owner: int | None = None
         environment.signals.listeners.append(self._signal_changed)
@@ -73,7 +74,7 @@ class Tasks:
         if there is not None and there.running:
             raise TaskActive(f"task {number} runs {there.task.program}", "ABORT stops it")
         if number != PROMPT_LINE:
-            self._disk.release(number)
+            self._devices.release(number)
         track = Track(number, task, self._engine.now, mine=number == ROBOT_PROGRAM, driven_by=self.who)
         self._tracks[number] = track
         self._take_robot(track)
@@ -153,9 +154,9 @@ class Tasks:
         self.release_robot(track)
         self._run_signal(track, running=False)
         if track.task.ended and not track.at_prompt:
-            self._disk.release(track.number)
+            self._devices.release(track.number)
         else:  # it may go on: what it has written is in its files
-            self._disk.rest(track.number)
+            self._devices.rest(track.number)
         if track.fault is not None and not track.awaited:
             self.failed.append(Beside(track.number, track.fault, self._engine.now))
             self.told(self.failed[-1])
@@ -167,7 +168,7 @@ class Tasks:
             raise TaskNotActive(f"task {number}", "there is nothing to clear")
         if track.running:
             raise TaskActive(f"task {number} runs {track.task.program}", f"ABORT {number} stops it")
-        self._disk.release(number)
+        self._devices.release(number)
         self.forget(number)
 
     def forget(self, number: int) -> None:
@@ -211,6 +212,14 @@ class Tasks:
         for other in self:
             if isinstance(other.pending, AttachRobot):
                 other.wake = self._engine.now
+
+    # --- units ---
+
+    def look_at_units(self) -> None:
+        """Something has arrived on a device: those that wait for that look again."""
+        for track in self.running:
+            if isinstance(track.pending, UnitEffect):
+                track.wake = self._engine.now
 
     # --- signals ---
 

@@ -38,7 +38,7 @@ from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import Row, Shape, State, argument_at, usable_names
 
-FORMAT_CODES = "BCDEFGHIOSUX"
+FORMAT_CODES = "BCDEFGHINOSUX"
 
 
 # The arguments that are variables to be given a value.

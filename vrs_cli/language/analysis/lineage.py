@@ -47,6 +47,8 @@ IN_VAL2: Mapping[str, str] = {
     "FOPENR": "STORES and LOAD at the prompt keep values in files",
     "FOPENW": "STORES and LOAD at the prompt keep values in files",
     "FOPENA": "STORES and LOAD at the prompt keep values in files",
+    "FOPEN": "PROMPT and TYPE talk to the terminal",
+    "FCMND": "PROMPT and TYPE talk to the terminal",
     "FCLOSE": "STORES and LOAD at the prompt keep values in files",
     "FDELETE": "FDELETE at the prompt deletes a file",
     "READ": "PROMPT reads from the terminal",

@@ -77,6 +77,8 @@ def encode(items: Iterable[TypeItem | None], units: JointUnits = TURNING) -> tup
             parts += (text if text.startswith(" ") else f" {text}" for text in shown)
         elif item is not None and item.code == "S":
             newline = False
+        elif item is not None and item.code == "N":  # says how to write, not what
+            continue
         elif item is not None and item.code in CONTROLS:
             parts.append(CONTROLS[item.code](1 if item.width is None else item.width))
         elif item is not None:

@@ -39,7 +39,7 @@ from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.formats import encode
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.robot import ROBOT_NUMBER, TICK
-from vrs_cli.language.run.units import NO_WAIT, checked_unit
+from vrs_cli.language.run.units import CLOSED, NO_WAIT, OPENED, checked_unit
 from vrs_cli.language.words.values import (
     FALSE,
     INTEGER_HIGH,
@@ -377,7 +377,14 @@ def next_character(context: Context, unit: float, mode: float | None) -> float:
 
 
 # Messages that are no errors (V+ Language Reference, system messages).
-MESSAGES = {1: "Success", 3: "Program completed", 8: "(HALTED)", 9: "(PAUSED)"}
+MESSAGES = {
+    1: "Success",
+    3: "Program completed",
+    8: "(HALTED)",
+    9: "(PAUSED)",
+    OPENED: "Network connection opened",
+    CLOSED: "Network connection closed",
+}
 
 
 def message(code: int) -> str:

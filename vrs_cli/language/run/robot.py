@@ -113,12 +113,16 @@ class System:
         """Characters of the last record of a logical unit."""
         return 0
 
+    def connection(self, unit: int) -> int | None:  # noqa: ARG002
+        """The handle of what the last READ of a logical unit has told of; None where the unit has no connections."""
+        return None
+
     def begin_reading(self) -> None:
         """A step with GETC begins."""
 
     def put_back(self) -> None:
-        """The step is done again when a line of the terminal has come: what it has taken of that is there again."""
+        """The step is done again when something has come: what it has taken of that is there again."""
 
     def character(self, unit: int, wait: bool) -> int:  # noqa: ARG002
-        """The code of the next character of a logical unit, or of what went wrong."""
+        """The code of the next character of a logical unit, or of what went wrong. Raises LineMissing."""
         return UnitNotAttached.code

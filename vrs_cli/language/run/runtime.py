@@ -270,9 +270,9 @@ class Task:
                 if isinstance(event, CallProgram):
                     self._call(event)
                     continue
-            except LineMissing:
+            except LineMissing as missing:
                 self._environment.system.put_back()
-                yield from self._say(AwaitLine())
+                yield from self._say(AwaitLine(missing.unit))
                 self._activations[-1].enter(self._activations[-1].op)
                 continue
             except VrsError as error:

@@ -16,13 +16,16 @@ from vrs_cli.language.words.values import plain, whole
 ROBOT = 0
 TERMINAL = 4
 DISKS = (5, 6, 7, 8, 17, 18, 19)
-DEVICES = {"DISK": DISKS, "SYSTEM": DISKS, "TERMINAL": (TERMINAL,), "MONITOR": (TERMINAL,)}
-UNITS = "0 is the robot, 4 the terminal, 5 to 8 and 17 to 19 are the disk"
+OTHERS = tuple(range(9, 17))  # of devices that ATTACH names, as TCP and SERIAL:1; it may name one for a disk unit, too
+USUAL_DEVICES = {"DISK": DISKS, "SYSTEM": DISKS, "TERMINAL": (TERMINAL,), "MONITOR": (TERMINAL,)}
+UNITS = "0 is the robot, 4 the terminal, 5 to 8 and 17 to 19 are the disk, 9 to 16 other devices"
 
 SUCCESS = 1  # the status of a unit when all went well
+OPENED, CLOSED = 100, 101  # of a connection, as READ tells (public V+ programs test these)
 MODE_BITS = 7  # of ATTACH: 1 do not queue, 2 do not wait, 4 choose a unit
 CHOOSE = 4
-NO_WAIT = 1  # of GETC
+ANY = -1  # stands for a unit that is to be chosen
+NO_WAIT = 1  # of READ and GETC
 
 
 class Access(Enum):
@@ -36,61 +39,85 @@ class Access(Enum):
 class UnitEffect(Effect, frozen=True):
     """What a program wants of a logical unit."""
 
+    unit: int
+
 
 class AttachUnit(UnitEffect, frozen=True):
-    """ATTACH of a unit, of any free one of the disk where it is None; answered by its number."""
+    """ATTACH; answered by the number of the unit, that of a free one for ANY. `device`: its name, None for those that
+    the numbers stand for.
+    """
 
-    unit: int | None
+    device: str | None = None
 
 
 class DetachUnit(UnitEffect, frozen=True):
-    unit: int
+    """DETACH."""
 
 
 class OpenFile(UnitEffect, frozen=True):
-    unit: int
+    """FOPENR and the like."""
+
     name: str
     access: Access
 
 
+class OpenDevice(UnitEffect, frozen=True):
+    """FOPEN; `how` is its text, as "/LOCAL_PORT 11000 /CLIENTS 1"."""
+
+    how: str
+
+
+class CommandDevice(UnitEffect, frozen=True):
+    """FCMND: a number that says what is to be done, and what it is to be done with."""
+
+    command: int
+    data: str
+
+
 class CloseFile(UnitEffect, frozen=True):
-    unit: int
+    """FCLOSE, of a file or of another device."""
 
 
 class DeleteFile(UnitEffect, frozen=True):
-    unit: int
+    """FDELETE."""
+
     name: str
 
 
 class ReadRecord(UnitEffect, frozen=True):
-    """READ: answered by the next line, or by None where there is none."""
+    """READ: answered by the next line, or by None where there is none. `notices`: that a connection is opened or closed
+    is told by the status, too; `wait`: for a line that has not come yet.
+    """
 
-    unit: int
+    notices: bool = False
+    wait: bool = True
 
 
 class AwaitLine(UnitEffect, frozen=True):
-    """GETC of the terminal, which has no line: the step is done again when one has come."""
+    """GETC of a unit on which nothing has come: the step is done again when something has, from the terminal a line."""
 
 
 class WriteRecord(UnitEffect, frozen=True):
-    """WRITE; `newline`: the record ends after the text."""
+    """WRITE; `newline`: the record ends after the text. `handle`: of the connection, None for the one of the last READ;
+    `wait`: for a connection where there is none.
+    """
 
-    unit: int
     text: str
     newline: bool
+    handle: int | None = None
+    wait: bool = True
 
 
 class RecordRefused(UnitEffect, frozen=True):
     """The record that was read is not what the variables of READ want: the status of the unit."""
 
-    unit: int
     code: int
 
 
 def checked_unit(number: float) -> int:
     """A unit that can be read and written. Raises IllegalValue."""
     unit = whole(number)
-    if unit != TERMINAL and unit not in DISKS:
+    if unit != TERMINAL and unit not in DISKS and unit not in OTHERS:
         raise IllegalValue(f"logical unit {plain(number)}", UNITS)
     return unit
 
@@ -103,10 +130,22 @@ def checked_disk(number: float, word: str) -> int:
     return unit
 
 
-def checked_device(name: str, unit: int | None) -> None:
-    """Whether the unit is one of that device. Raises IllegalValue."""
-    units = DEVICES.get(name.strip().upper())
-    if units is None:
-        raise IllegalValue(f"the device {name}", "there are DISK and TERMINAL")
-    if unit not in units and not (unit is None and units is DISKS):
-        raise IllegalValue(f"the device {name} with logical unit {unit}", UNITS)
+def checked_open(number: float, word: str) -> int:
+    """A unit that can be opened and closed. Raises IllegalValue."""
+    unit = checked_unit(number)
+    if unit == TERMINAL:
+        raise IllegalValue(f"logical unit {unit}", f"{word} wants one of the disk or another device: 5 to 19")
+    return unit
+
+
+def checked_device(device: str | None, unit: int | None) -> str | None:
+    """The name of the device of a unit; None for those that the numbers stand for. Raises IllegalValue."""
+    name = "" if device is None else device.strip().upper()
+    usual = USUAL_DEVICES.get(name)
+    if not name and unit in OTHERS:
+        raise IllegalValue(f"logical unit {unit}", f'name its device: ATTACH ({unit}) "TCP"')
+    if not name or (usual is not None and (unit in usual or (unit is None and usual is DISKS))):
+        return None
+    if usual is not None or unit in (ROBOT, TERMINAL):
+        raise IllegalValue(f"the device {device} with logical unit {unit}", UNITS)
+    return name

@@ -197,8 +197,8 @@ _TASKS = (
 
 _UNITS = (
     _real("IOSTAT(unit[, mode])", "+",
-        "the status of a logical unit: 1, or the (negative) code of what went wrong last; "
-        "mode 2: the characters of its last record",
+        "the status of a logical unit: 1, 100 or 101 where READ tells of a connection that is opened or closed, or the "
+        "(negative) code of what went wrong last; mode 2: the characters of its last record",
         "IF IOSTAT(lun) < 0 THEN"),
     _real("GETC(unit[, mode])", "+",
         "the code of the next character of a unit, or the (negative) code of what went wrong; "

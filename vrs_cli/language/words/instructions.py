@@ -224,8 +224,9 @@ _TASKS = (
     Word("RELEASE [task]", "+",
         "let other tasks run, and go on at the next tick", "RELEASE -1", "tasks take turns by themselves, too"),
     Word("ATTACH [(unit[, mode])] [$device]", "+",
-        "take the robot (unit 0), as soon as no other task has it, the disk (5 to 8, 17 to 19) or the terminal (4)",
-        'ATTACH (lun, 4) "DISK"', "mode 4 chooses a unit of the disk", shapes=(Shape.UNIT,)),
+        "take the robot (unit 0), as soon as no other task has it; or the disk (5 to 8, 17 to 19), the terminal (4) or "
+        "another device (9 to 16): TCP, SERIAL:1",
+        'ATTACH (lun, 4) "DISK"', "mode 4 chooses a unit that is free", shapes=(Shape.UNIT,)),
     Word("DETACH [(unit)]", "+",
         "come to rest and let the robot go; or close the file of a unit, and let that go", "DETACH (lun)"),
 )  # fmt: skip
@@ -235,12 +236,21 @@ _FILES = (
     Word("FOPENW (unit) $file", "+", "open a new file to write", 'FOPENW (lun) "log.txt"'),
     Word("FOPENA (unit) $file", "+",
         "open a file to write at its end, a new one where there is none", 'FOPENA (lun) "log.txt"'),
-    Word("FCLOSE (unit)", "+", "close a file", "FCLOSE (lun)"),
+    Word("FOPEN (unit[, mode]) $how", "+",
+        "open a TCP port for clients, or connect to one", 'FOPEN (lun, 16) "/LOCAL_PORT 11000 /CLIENTS 1"',
+        "/REMOTE_PORT, after an address, is that of another program; /BUFFER_SIZE is the longest line"),
+    Word("FCMND (unit, command) [$data]", "+",
+        "command a device. 600: close the connection whose handle the data hold, as two characters",
+        "FCMND (lun, 600) $INTB(handle)"),
+    Word("FCLOSE (unit)", "+", "close a file, or a TCP port with all its connections", "FCLOSE (lun)"),
     Word("FDELETE (unit) $file", "+", "delete a file", 'FDELETE (lun) "log.txt"'),
-    Word("READ (unit) variable, ...", "+",
-        "read a line of a file, or of the terminal, into variables", "READ (lun) x, y, $name"),
-    Word("WRITE (unit) [item, ...]", "+",
-        "write a line to a file, or to the terminal, as TYPE does", 'WRITE (lun) "x =", /F8.2, x'),
+    Word("READ (unit[, handle[, mode]]) variable, ...", "+",
+        "read a line of a file, of the terminal or of another device into variables. The handle, a variable, is set to "
+        "that of the connection; mode 1: do not wait for a line",
+        "READ (lun) x, y, $name", shapes=(Shape.GROUP, Shape.UNIT)),
+    Word("WRITE (unit[, handle]) [item, ...]", "+",
+        "write a line to a file, to the terminal or to another device, as TYPE does; to the connection of a handle",
+        'WRITE (lun) "x =", /F8.2, x'),
 )  # fmt: skip
 
 _NO_SENSOR = "there is no sensor line; a motion with AT or IN changes a motion under way"
@@ -267,7 +277,6 @@ _REFUSED = (
     refused("FOPEND", "+", "reading of a disk directory", "FDIRECTORY at the prompt lists a folder"),
     refused("FSEEK", "+", "records of a file by number", "READ and WRITE go from line to line"),
     refused("FEMPTY", "+", "emptying of buffers", "FCLOSE writes all there is"),
-    refused("FCMND", "+", "disk commands from programs", "FDELETE deletes; FRENAME is typed at the prompt"),
     refused("ESTOP", "+", "power off at once", "use HALT"),
     refused("AIO.OUT", "+", "analog output", "there are no analog signals at this robot"),
     *(refused(name, "+", "a camera", "there is no camera at this robot") for name in _VISION),

@@ -16,20 +16,25 @@ from vrs_cli.language.run.formats import TypeItem, encode
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Handler, Wording
 from vrs_cli.language.run.units import (
+    ANY,
     CHOOSE,
     MODE_BITS,
+    NO_WAIT,
     ROBOT,
     Access,
     AttachUnit,
     CloseFile,
+    CommandDevice,
     DeleteFile,
     DetachUnit,
+    OpenDevice,
     OpenFile,
     ReadRecord,
     RecordRefused,
     WriteRecord,
     checked_device,
     checked_disk,
+    checked_open,
     checked_unit,
 )
 from vrs_cli.language.text.ast import Format, Span
@@ -87,16 +92,15 @@ def _attach(
         return
     given = asked.value() if isinstance(asked, Reference) else asked
     unit = ROBOT if given is None else whole(cast(float, given))
-    if device is not None:
-        checked_device(device, unit)
-    yield AttachRobot() if unit == ROBOT else AttachUnit(checked_unit(unit))
+    name = checked_device(device, unit)
+    yield AttachRobot() if unit == ROBOT else AttachUnit(checked_unit(unit), name)
 
 
 def _attach_any(asked: Unit, device: str | None) -> Answers:
-    checked_device(device or "DISK", None)
+    name = checked_device(device, None)
     if not isinstance(asked, Reference):
         raise IllegalValue("ATTACH mode 4", "it wants a variable for the number: ATTACH (lun, 4)")
-    answer = yield AttachUnit(None)
+    answer = yield AttachUnit(ANY, name)
     if answer is None:
         raise UnitNotAttached("no unit is free", "DETACH one")
     asked.assign(float(answer))
@@ -111,15 +115,26 @@ def _open(access: Access, _context: Context, _it: Wording, unit: float, name: st
     return (OpenFile(checked_disk(unit, access.value), name, access),)
 
 
-def _write(context: Context, _it: Wording, unit: float, *items: TypeItem | None) -> Iterable[Event]:
-    return (WriteRecord(checked_unit(unit), *encode(items, context.environment.units)),)
+def _write(
+    context: Context, _it: Wording, number: float, handle: float | None = None, *items: TypeItem | None
+) -> Iterable[Event]:
+    connection = None if handle is None else whole(handle)
+    waits = not any(isinstance(item, Format) and item.code == "N" for item in items)
+    unit, units = checked_unit(number), context.environment.units
+    return (WriteRecord(unit, *encode(items, units), connection, waits),)
 
 
-def _read(_context: Context, _it: Wording, number: float, *variables: Reference | None) -> Answers:
-    """One record, whose values go to the variables: all of them, or none and the unit says why."""
+def _read(
+    context: Context, _it: Wording, number: float, handle: Unit, mode: float | None, *variables: Reference | None
+) -> Answers:
+    """One record, whose values go to the variables: all of them, or none and the unit says why. `handle`, where it is a
+    variable, is that of the connection on which it has come.
+    """
     targets = [variable for variable in variables if variable is not None]
-    unit = checked_unit(number)
-    line = yield ReadRecord(unit)
+    unit, waits = checked_unit(number), not whole(mode or 0.0) & NO_WAIT
+    line = yield ReadRecord(unit, isinstance(handle, Reference), waits)
+    if isinstance(handle, Reference) and (connection := context.environment.system.connection(unit)) is not None:
+        handle.assign(float(connection))
     if line is None:
         return
     try:
@@ -129,6 +144,16 @@ def _read(_context: Context, _it: Wording, number: float, *variables: Reference 
         return
     for target, value in zip(targets, values, strict=True):
         target.assign(value)
+
+
+def _command(_context: Context, _it: Wording, unit: float, command: float, data: str | None = None) -> Iterable[Event]:
+    return (CommandDevice(checked_open(unit, "FCMND"), whole(command), data or ""),)
+
+
+def _fopen(_context: Context, _it: Wording, unit: float, mode: float | None, how: str) -> Iterable[Event]:
+    """The mode of a V+ program (16 for TCP) says what the device shows already."""
+    whole(mode or 0.0)
+    return (OpenDevice(checked_open(unit, "FOPEN"), how),)
 
 
 def _record(line: str, kinds: list[Kind]) -> list[Value]:
@@ -157,7 +182,9 @@ INPUT_OUTPUT: Mapping[str, Handler] = {
     "ATTACH": _attach,
     "DETACH": _detach,
     **{access.value: partial(_open, access) for access in Access},
-    "FCLOSE": lambda _context, _it, unit: (CloseFile(checked_disk(unit, "FCLOSE")),),
+    "FOPEN": _fopen,
+    "FCLOSE": lambda _context, _it, unit: (CloseFile(checked_open(unit, "FCLOSE")),),
+    "FCMND": _command,
     "FDELETE": lambda _context, _it, unit, name: (DeleteFile(checked_disk(unit, "FDELETE"), name),),
     "READ": _read,
     "WRITE": _write,

@@ -1,0 +1,90 @@
+"""The options of `vrs run` and the shell that let programs talk to others: TCP, serial lines, recordings of both."""
+
+from __future__ import annotations
+
+import argparse
+from math import inf
+from typing import TYPE_CHECKING
+
+from vrs_cli.cli.command_line import CommandLineError, positive
+
+if TYPE_CHECKING:
+    from vrs_cli.devices.outside import Outside
+
+PATIENCE = 60.0  # [s] that a unit of `vrs run` waits; at a prompt somebody is there to end it
+
+
+def add_outside_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group(
+        "units", "What programs may talk to by ATTACH. With --allow-net and --serial time passes as with --realtime."
+    )
+    group.add_argument("--allow-net", action="store_true", help="TCP ports and connections on this machine")
+    group.add_argument(
+        "--net-host", metavar="ADDRESS", help="and from other machines: the address to open ports at, 0.0.0.0 for all"
+    )
+    group.add_argument(
+        "--serial",
+        metavar="N=DEVICE",
+        action="append",
+        default=[],
+        type=_serial,
+        help="what SERIAL:N is: a path, as /dev/ttyUSB0,9600, or pty for a pseudo-terminal",
+    )
+    group.add_argument(
+        "--patience", metavar="S", type=positive, help=f"how long a unit waits (vrs run: {PATIENCE:g} s)"
+    )
+    group.add_argument("--record-units", metavar="FILE", help="write down all that comes from there, and when")
+    group.add_argument("--replay-units", metavar="FILE", help="give the same again, or what a script says")
+
+
+def _serial(text: str) -> tuple[str, str]:
+    number, equals, device = text.partition("=")
+    if not (number.isdigit() and equals and device):
+        raise argparse.ArgumentTypeError(f"{text} (as 1=pty or 1=/dev/ttyUSB0,9600)")
+    return str(int(number)), device
+
+
+def chosen_outside(options: argparse.Namespace, *, patience: float = inf) -> Outside | None:
+    """Whom programs may talk to; None for nobody. What is real makes `options.realtime` so.
+
+    Raises CommandLineError, FileError.
+    """
+    live = options.allow_net or options.serial
+    _check(options, live)
+    patience = options.patience or patience
+    outside = _sockets(options, patience) if live else _script(options, patience)
+    if outside is not None and outside.live and options.realtime is None:
+        options.realtime = 1.0
+    if outside is None or options.record_units is None:
+        return outside
+    from vrs_cli.devices.recording import Recording
+
+    return Recording(outside, options.record_units)
+
+
+def _check(options: argparse.Namespace, live: bool) -> None:
+    if live and getattr(options, "sandbox", None) is not None:
+        raise CommandLineError("--sandbox has no connections", "leave out --allow-net and --serial")
+    if live and options.replay_units is not None:
+        raise CommandLineError("--replay-units stands for others", "leave out --allow-net and --serial")
+    if options.net_host is not None and not options.allow_net:
+        raise CommandLineError("--net-host says where ports are opened", "give --allow-net too")
+    if options.record_units is not None and not live and options.replay_units is None:
+        raise CommandLineError("--record-units has nothing to record", "give --allow-net or --serial too")
+
+
+def _sockets(options: argparse.Namespace, patience: float) -> Outside:
+    from vrs_cli.devices.sockets import LOOPBACK, Sockets
+
+    host = (options.net_host or LOOPBACK) if options.allow_net else None
+    return Sockets(host, dict(options.serial), patience)
+
+
+def _script(options: argparse.Namespace, patience: float) -> Outside:
+    if options.replay_units is None:
+        from vrs_cli.devices.outside import Nothing
+
+        return Nothing("--allow-net and --serial let programs have TCP and serial lines")
+    from vrs_cli.devices.script import read_script
+
+    return read_script(options.replay_units, patience)

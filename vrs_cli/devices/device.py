@@ -1,0 +1,318 @@
+"""A device to which a unit of a task is attached: what has arrived on its connections and was not read yet.
+
+Bytes are characters here, code for code, so that a string of V+ holds any. A line ends with LF, CR LF or CR, which are
+no part of it; one that is longer than the longest comes in several. What a peer sends before it closes without an end
+of line is a line, too.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from enum import Enum
+from typing import Final
+
+from msgspec import Struct, field
+
+from vrs_cli.devices.address import LONGEST, Address, read_address
+from vrs_cli.devices.outside import TCP, Arrival, Event, Outside
+from vrs_cli.errors import (
+    FileError,
+    FileNotOpened,
+    FileOpened,
+    NetworkClosed,
+    NetworkTimeout,
+    NoDataReceived,
+    VrsError,
+)
+from vrs_cli.language.run.units import CLOSED, OPENED, SUCCESS
+
+FULL = 65536  # bytes that are sent to a peer before the program waits until he has taken them
+ENOUGH = 8192  # bytes
+CLOSE_CONNECTION, HANDLE = 600, 2  # of FCMND (public V+ programs); a handle has two bytes there
+END_OF_LINE = "\r\n"  # of what is written
+RETURN, LINE_FEED = 13, 10
+_END = re.compile(rb"[\r\n]")
+
+
+class Waits(Enum):
+    """What is asked for has not come yet."""
+
+    YET = "yet"
+
+
+YET: Final = Waits.YET
+
+
+class Connection(Struct, eq=False):
+    """`told`: the program knows that it is open. `unwritten` [bytes]: sent since all had left; `asked`: it is to be
+    told when that is so again. `taken` [bytes]: read since the world outside was told. `returned`: a line has ended
+    with CR, and a LF that follows belongs to it.
+    """
+
+    handle: int
+    told: bool
+    data: bytearray = field(default_factory=bytearray)
+    ended: bool = False
+    gone: bool = False
+    unwritten: int = 0
+    taken: int = 0
+    asked: bool = False
+    returned: bool = False
+
+    def record(self, longest: int) -> bytes | None:
+        """The next line; None where it is not all there."""
+        data = self.data
+        self._pass_line_feed()
+        end = _END.search(data, 0, longest + 1)
+        if end is None:
+            return self._cut(longest) if len(data) > longest or (self.ended and data) else None
+        line, self.returned = data[: end.start()], data[end.start()] == RETURN
+        del data[: end.end()]
+        self._pass_line_feed()
+        return bytes(line)
+
+    def byte(self) -> int | None:
+        self._pass_line_feed()
+        return self.data.pop(0) if self.data else None
+
+    def _pass_line_feed(self) -> None:
+        if self.returned and self.data:
+            self.returned = False
+            if self.data[0] == LINE_FEED:
+                del self.data[0]
+
+    def _cut(self, length: int) -> bytes:
+        piece = bytes(self.data[:length])
+        del self.data[:length]
+        return piece
+
+
+class Device(Struct, eq=False):
+    """`attached`: what ATTACH has named, `name`: with its port once that is known. `fault`: why it cannot be had.
+    `status`, `length` and `handle` are those of the last operation. `expired`: GETC has waited long enough; `dialing`:
+    a connection was asked for.
+    """
+
+    attached: str
+    name: str
+    outside: Outside
+    fault: VrsError | None = None
+    address: Address | None = None
+    open: bool = False
+    status: int = SUCCESS
+    length: int = 0
+    handle: int = 0
+    expired: bool = False
+    dialing: bool = False
+    _refused: int | None = None  # of the connection that is asked for: 0 where it is there
+    _connections: dict[int, Connection] = field(default_factory=dict)
+
+    # --- opening and closing ---
+
+    def begin(self) -> None:
+        """It is attached. A serial line is open then. Raises DeviceNotReady."""
+        self.outside.check(self.name)
+        if self.name != TCP:
+            self.outside.open(self.name, None)
+            self.open = True
+            self._connections[0] = Connection(0, told=True)
+
+    def open_at(self, how: str) -> None:
+        """FOPEN; `dialled` tells what comes of it. Raises IllegalValue, FileOpened, FileError, DeviceNotReady,
+        PortTaken.
+        """
+        self._check_fault()
+        if self.open:
+            raise FileOpened(self.name, "FCLOSE closes it")
+        if self.name != TCP:
+            raise FileError(f"{self.name} has no ports", "FOPEN is for TCP")
+        address = read_address(how)
+        self.outside.open(address.name, address)
+        self.name, self.address, self.open, self.dialing = address.name, address, True, bool(address.host)
+
+    def dialled(self) -> Waits | None:
+        """Whether a connection that is asked for is there: the status says so."""
+        if self.dialing and self._refused is None:
+            return YET
+        refused, self._refused, self.dialing = self._refused, None, False
+        if refused:
+            self.close()
+        self.status = refused or SUCCESS
+        return None
+
+    def close(self) -> None:
+        """All its connections, too."""
+        if self.open:
+            self.outside.close(self.name)
+        if self.address is not None:
+            self.name, self.address = TCP, None
+        self.open, self.dialing, self._refused = False, False, None
+        self._connections.clear()
+
+    def command(self, number: int, data: str) -> None:
+        """FCMND. Raises FileError, and as `check_open` does."""
+        self.check_open()
+        if number != CLOSE_CONNECTION or len(data) < HANDLE:
+            raise FileError(f"FCMND {number}", f"{CLOSE_CONNECTION} and $INTB(handle) close a connection")
+        handle = ord(data[0]) << 8 | ord(data[1])
+        if handle in self._connections:
+            self._release(handle)
+        self.status = SUCCESS
+
+    def check_open(self) -> None:
+        """Raises FileNotOpened, and why it cannot be had."""
+        self._check_fault()
+        if not self.open:
+            raise FileNotOpened(self.name, "FOPEN opens a port")
+
+    def _check_fault(self) -> None:
+        if self.fault is not None:
+            raise self.fault.with_traceback(None)
+
+    def _release(self, handle: int) -> None:
+        del self._connections[handle]
+        self.outside.release(self.name, handle)
+
+    # --- what arrives ---
+
+    def arrive(self, arrival: Arrival) -> None:
+        """Keep it until it is read."""
+        handle, event = arrival.handle, arrival.event
+        if event is Event.REFUSED:
+            self._refused = arrival.code
+        elif event is Event.OPENED:
+            self._connections[handle] = Connection(handle, told=self.dialing)
+            self._refused = 0
+        elif (one := self._connections.get(handle)) is None:
+            return
+        elif event is Event.CAME:
+            one.data += arrival.data
+        elif event is Event.WRITTEN:
+            one.unwritten, one.asked = 0, False
+        else:
+            one.ended, one.gone = True, one.gone or event is Event.GONE
+
+    # --- reading ---
+
+    def read(self, notices: bool, wait: bool) -> str | Waits | None:
+        """A line; None where the status says more. Raises NoDataReceived, NetworkClosed, and as `check_open` does."""
+        self.check_open()
+        for one in self._in_turn(self.handle + 1):
+            if notices and not one.told:
+                one.told = True
+                self._told(one, OPENED)
+                return None
+            before = len(one.data)
+            line = one.record(self._longest)
+            if line is not None:
+                self._consumed(one, before - len(one.data))
+                self._told(one, SUCCESS, len(line))
+                return line.decode("latin-1")
+            if one.ended:
+                self._release(one.handle)
+                self._told(one, CLOSED if notices else NetworkClosed.code)
+                return None
+        return self._nothing(wait)
+
+    def character(self, wait: bool) -> int | Waits:
+        """The next byte. Raises NetworkTimeout, and as `read` does."""
+        self.check_open()
+        if self.expired:
+            self.expired = False
+            raise NetworkTimeout(self.name)
+        for one in self._in_turn(self.handle):
+            byte = one.byte()
+            if byte is not None:
+                self._consumed(one, 1)
+                self._told(one, SUCCESS)
+                return byte
+            if one.ended:
+                self._release(one.handle)
+                self._told(one, SUCCESS)
+                raise NetworkClosed(self.name)
+        self._nothing(wait)
+        return YET
+
+    def put_back(self, bytes_: Iterable[int]) -> None:
+        """The present step takes these again."""
+        one = self._connections.get(self.handle)
+        if one is not None:
+            one.data[:0] = bytes(bytes_)
+
+    @property
+    def has_something(self) -> bool:
+        """Whether GETC has something to tell."""
+        return self.expired or not self.open or any(one.data or one.ended for one in self._connections.values())
+
+    def _consumed(self, one: Connection, count: int) -> None:
+        """Told now and then, as it costs more than a byte."""
+        one.taken += count
+        if one.taken >= ENOUGH:
+            self.outside.consumed(self.name, one.handle, one.taken)
+            one.taken = 0
+
+    def _in_turn(self, first: int) -> list[Connection]:
+        """The connections, so that each has its turn."""
+        return sorted(self._connections.values(), key=lambda one: (one.handle < first, one.handle))
+
+    def _told(self, one: Connection, status: int, length: int = 0) -> None:
+        self.handle, self.status, self.length = one.handle, status, length
+
+    def _nothing(self, wait: bool) -> Waits:
+        """Raises NoDataReceived; NetworkClosed where nothing can come."""
+        if not self._connections and not self._listens:
+            raise NetworkClosed(self.name)
+        if not wait:
+            raise NoDataReceived(self.name)
+        return YET
+
+    @property
+    def _listens(self) -> bool:
+        return self.address is not None and not self.address.host
+
+    @property
+    def _longest(self) -> int:
+        return LONGEST if self.address is None else self.address.longest
+
+    # --- writing ---
+
+    def write(self, text: str, newline: bool, handle: int | None, wait: bool) -> Waits | None:
+        """Send it to a connection: that of the handle, or of the last READ, or the first. Raises NetworkClosed, and as
+        `check_open` does.
+        """
+        self.check_open()
+        one = self._connections.get(self.handle if handle is None else handle)
+        if one is None and handle is None:
+            one = next(iter(self._connections.values()), None)
+        if one is None:
+            if wait and handle is None and self._listens:
+                return YET
+            raise NetworkClosed(self.name)
+        if one.gone:
+            self._release(one.handle)
+            raise NetworkClosed(self.name)
+        if one.unwritten > FULL:
+            return self._until_written(one)
+        data = (text + END_OF_LINE * newline).encode("latin-1", "replace")
+        one.unwritten += len(data)
+        self.outside.send(self.name, one.handle, data)
+        self.status, self.length = SUCCESS, len(text)
+        return None
+
+    def _until_written(self, one: Connection) -> Waits:
+        if not one.asked:
+            one.asked = True
+            self.outside.ask(self.name, one.handle)
+        return YET
+
+    # --- waiting in vain ---
+
+    def expire(self, *, of_getc: bool) -> None:
+        """What is asked for has not come in time."""
+        if of_getc:
+            self.expired = True
+        else:
+            if self.dialing:
+                self.close()
+            self.status, self.length = NetworkTimeout.code, 0

@@ -1,0 +1,116 @@
+"""The world outside, as units see it: it is told what to open and to send, and gives what arrives.
+
+What arrives does so at an instant of the robot's clock, before all that programs do at that instant. So programs that
+are given the same arrivals at the same times do the same: a recording holds no more, and a script stands for peers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from enum import Enum
+from math import inf
+from typing import Protocol
+
+from msgspec import Struct
+
+from vrs_cli.devices.address import Address
+from vrs_cli.engine.clock import Clock
+from vrs_cli.errors import DeviceNotReady
+
+
+class Event(Enum):
+    """What happens on a device without the program's doing."""
+
+    OPENED = "opened"  # a connection
+    REFUSED = "refused"  # one that was asked for: the code says why
+    CAME = "data"
+    ENDED = "closed"  # no more comes; what is sent may arrive
+    GONE = "gone"  # nothing that is sent arrives any more
+    WRITTEN = "written"  # all that was sent has left
+
+
+class Arrival(Struct, frozen=True):
+    """`device`: the name by which it was opened; `handle`: of the connection, 0 where there is only one."""
+
+    device: str
+    event: Event
+    handle: int = 0
+    data: bytes = b""
+    code: int = 0
+
+
+class Outside(Protocol):
+    """Sockets, serial lines, or what stands for them.
+
+    `live`: what arrives comes from others, in real time. `patience` [s] of the robot's clock: how long a unit waits.
+    `wake` is called, in any thread, when something has come; `tell` hears what whoever runs programs is to know.
+    """
+
+    wake: Callable[[], None]
+    tell: Callable[[str], None]
+
+    @property
+    def live(self) -> bool: ...
+    @property
+    def patience(self) -> float: ...
+
+    def check(self, device: str) -> None:
+        """Whether a unit may be attached to it. Raises DeviceNotReady."""
+
+    def open(self, device: str, address: Address | None) -> None:
+        """Open it, or begin to: a connection that is asked for is OPENED or REFUSED later. Without an address it is a
+        serial line. Raises DeviceNotReady, PortTaken.
+        """
+
+    def send(self, device: str, handle: int, data: bytes) -> None: ...
+    def ask(self, device: str, handle: int) -> None:
+        """Let it be known when all that was sent there is WRITTEN."""
+
+    def consumed(self, device: str, handle: int, count: int) -> None:
+        """So many bytes that came were read: as many more may come."""
+
+    def release(self, device: str, handle: int) -> None:
+        """Close a connection, whose handle may be another's from now on."""
+
+    def close(self, device: str) -> None:
+        """Close it with all its connections; its port is free then."""
+
+    def close_all(self) -> None: ...
+    def due(self, clock: Clock) -> float:
+        """When the next arrivals are to be taken [s]; infinity where nothing is known to come."""
+
+    def take(self, now: float) -> Iterable[Arrival]:
+        """What has arrived up to `now`, in its order."""
+
+
+class Nothing:
+    """There is no world outside."""
+
+    live = False
+    patience = inf
+    wake: Callable[[], None] = staticmethod(lambda: None)
+    tell: Callable[[str], None] = staticmethod(lambda _text: None)
+
+    def __init__(self, hint: str = "") -> None:
+        self.hint = hint
+
+    def check(self, device: str) -> None:
+        raise DeviceNotReady(f"the device {device}", self.hint)
+
+    def open(self, device: str, address: Address | None) -> None:  # noqa: ARG002
+        self.check(device)
+
+    def send(self, device: str, handle: int, data: bytes) -> None: ...
+    def ask(self, device: str, handle: int) -> None: ...
+    def consumed(self, device: str, handle: int, count: int) -> None: ...
+    def release(self, device: str, handle: int) -> None: ...
+    def close(self, device: str) -> None: ...
+    def close_all(self) -> None: ...
+    def due(self, clock: Clock) -> float:  # noqa: ARG002
+        return inf
+
+    def take(self, now: float) -> Iterable[Arrival]:  # noqa: ARG002
+        return ()
+
+
+TCP, SERIAL = "TCP", "SERIAL:"

@@ -1,0 +1,183 @@
+"""Peers that are written down: a script for tests and batch runs, or the recording of a run with real ones.
+
+    {"time": 0.5, "device": "TCP:11000", "event": "opened", "handle": 1}
+    {"in": 0.1, "data": "J 0 -90 90 0 0 0\\r\\n"}
+    {"after": "done\\r\\n", "event": "closed"}
+
+A line that names no device or handle is of those of the line before. `time` and `in` [s] are of the robot's clock;
+`after` is a text that the program has to write there first. Blank lines and those that begin with # are passed over.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from math import inf, isfinite
+from pathlib import Path
+
+from msgspec import Struct, field, structs
+
+from vrs_cli.devices.address import Address
+from vrs_cli.devices.outside import SERIAL, TCP, Arrival, Event
+from vrs_cli.engine.clock import Clock
+from vrs_cli.errors import DeviceNotReady, FileDamaged, NonexistentFile, PortTaken, VrsError
+from vrs_cli.files.opening import open_to_read
+from vrs_cli.trajectory.instant import LATEST, TICK, on_grid
+from vrs_cli.wire.records import RecordError
+from vrs_cli.wire.unit_lines import UnitLine, read_unit_line
+
+SENT, OPEN = "sent", "open"  # lines of a recording: what the program wrote, and what came of opening the device
+EVENTS = {event.value: event for event in Event}
+FAULTS: dict[int, type[VrsError]] = {error.code: error for error in (DeviceNotReady, PortTaken)}
+
+
+class _Part(Struct):
+    """What is written down of one device. `due` [s]: of its next line, None while that is not known. `written`: by the
+    program, since the last text that was waited for. `last` [s]: when the line before was due.
+    """
+
+    lines: deque[tuple[int, UnitLine]] = field(default_factory=deque)
+    opened: deque[int] = field(default_factory=deque)  # codes: what comes of opening it, 0 where it is well
+    sent: dict[int, bytearray] = field(default_factory=dict)  # by handle: what the program is to write
+    open: bool = False
+    due: float | None = None
+    last: float = 0.0
+    written: bytearray = field(default_factory=bytearray)
+
+    def look(self, now: float) -> float:
+        """When its next line is due [s]. What comes by it is later than what the program has done."""
+        if self.due is None and self.open and self.lines:
+            _, line = self.lines[0]
+            if line.after is None:
+                self.due = max(on_grid(self.last + line.within) if line.time is None else line.time, now + TICK)
+            elif (place := self.written.find(text := _bytes(line.after))) >= 0:
+                del self.written[: place + len(text)]
+                self.due = on_grid(now + line.within) + TICK
+        return inf if self.due is None else self.due
+
+    def taken(self, now: float) -> Iterable[tuple[int, UnitLine]]:
+        """The lines that are due."""
+        while self.due is not None and self.due <= now:
+            yield self.lines.popleft()
+            self.last, self.due = self.due, None
+            following = self.lines[0][1] if self.lines else None
+            if following is not None and following.time is not None and following.time <= now:
+                self.due = now
+
+
+class Script:
+    """Stands for the world outside. Where a program writes something else than when it was recorded, it tells."""
+
+    live = False
+    wake: Callable[[], None] = staticmethod(lambda: None)
+    tell: Callable[[str], None] = staticmethod(lambda _text: None)
+
+    def __init__(self, lines: Iterable[UnitLine], patience: float = inf) -> None:
+        self.patience = patience
+        self._parts: dict[str, _Part] = {}
+        self._differs = False
+        for number, line in enumerate(lines):
+            part = self._parts.setdefault(line.device, _Part())
+            if line.event == OPEN:
+                part.opened.append(line.code)
+            elif line.event == SENT:
+                part.sent.setdefault(line.handle or 0, bytearray()).extend(_bytes(line.data))
+            else:
+                part.lines.append((number, line))
+
+    def check(self, device: str) -> None:
+        if device != TCP and not (device.startswith(SERIAL) and device in self._parts):
+            raise DeviceNotReady(f"the device {device}", "the file of --replay-units has nothing of it")
+
+    def open(self, device: str, address: Address | None) -> None:  # noqa: ARG002
+        part = self._parts.setdefault(device, _Part())
+        code = part.opened.popleft() if part.opened else 0
+        if code:
+            raise FAULTS[code](device)
+        part.open, part.due = True, None
+
+    def send(self, device: str, handle: int, data: bytes) -> None:
+        part = self._parts[device]
+        part.written += data
+        if self._differs or handle not in part.sent:
+            return
+        expected = part.sent[handle]
+        self._differs = expected[: len(data)] != data
+        if self._differs:
+            was = expected[: len(data)].decode("latin-1")
+            self.tell(f"{device}: the program writes {data.decode('latin-1')!r}, it wrote {was!r} when it was recorded")
+        del expected[: len(data)]
+
+    def ask(self, device: str, handle: int) -> None: ...
+    def consumed(self, device: str, handle: int, count: int) -> None: ...
+    def release(self, device: str, handle: int) -> None: ...
+
+    def close(self, device: str) -> None:
+        part = self._parts[device]
+        part.open, part.due = False, None
+        part.written.clear()
+
+    def close_all(self) -> None: ...
+
+    def due(self, clock: Clock) -> float:
+        return min((part.look(clock.now) for part in self._parts.values()), default=inf)
+
+    def take(self, now: float) -> Iterable[Arrival]:
+        lines = [one for part in self._parts.values() for one in part.taken(now)]
+        for _, line in sorted(lines, key=lambda one: one[0]):
+            yield Arrival(line.device, EVENTS[line.event], line.handle or 0, _bytes(line.data), line.code)
+
+
+def read_script(path: str, patience: float = inf) -> Script:
+    """Raises NonexistentFile, and FileDamaged which names every line that is wrong."""
+    try:
+        with open_to_read(Path(path)) as stream:
+            text = stream.read().decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        why = error.strerror if isinstance(error, OSError) and error.strerror else "it is no text"
+        raise NonexistentFile(f"{path} cannot be read: {why}") from None
+    return Script(parse_script(text, path), patience)
+
+
+def parse_script(text: str, path: str = "units") -> list[UnitLine]:
+    """The lines that a text has, each with its device and handle. Raises FileDamaged with all that are wrong."""
+    lines, wrong = list[UnitLine](), list[str]()
+    device, handle = "", None
+    for number, written in enumerate(text.split("\n"), 1):
+        if not written.strip() or written.lstrip().startswith("#"):
+            continue
+        try:
+            line = read_unit_line(written)
+            device, handle = line.device or device, handle if line.handle is None and not line.device else line.handle
+            if handle is None:
+                handle = 0 if device.startswith(SERIAL) or device.count(":") > 1 else 1
+            lines.append(_checked(structs.replace(line, device=device, handle=handle)))
+        except (RecordError, ValueError) as error:
+            wrong.append(f"{path}:{number}: {error}")
+    if wrong:
+        raise FileDamaged("\n".join(wrong), 'a line is {"time": 0.5, "device": "TCP:11000", "data": "go\\n"}')
+    return lines
+
+
+def _checked(line: UnitLine) -> UnitLine:
+    """With its times on the grid. Raises ValueError."""
+    if not line.device:
+        raise ValueError('no device is named: "device": "TCP:11000"')
+    if line.event not in (*EVENTS, SENT, OPEN):
+        raise ValueError(f"{line.event!r} is no event: {', '.join(EVENTS)}")
+    if line.code and line.event == OPEN and line.code not in FAULTS:
+        raise ValueError(f"the code {line.code} is not one of {', '.join(map(str, FAULTS))}")
+    for seconds in (line.time or 0.0, line.within):
+        if not (isfinite(seconds) and 0.0 <= seconds <= LATEST):
+            raise ValueError(f"{seconds:g} is no time from 0 to {LATEST:g} s")
+    _bytes(line.data)
+    _bytes(line.after or "")
+    return line if line.time is None else structs.replace(line, time=on_grid(line.time))
+
+
+def _bytes(text: str) -> bytes:
+    """Raises ValueError for characters that are no bytes."""
+    try:
+        return text.encode("latin-1")
+    except UnicodeEncodeError:
+        raise ValueError(f"{text!r} has characters beyond 255, which are no bytes") from None
