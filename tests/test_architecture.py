@@ -102,7 +102,7 @@ DEFERRED = (
     ),
     Deferred(("repl/echo.py",), ("termios",), "Windows has none"),
     Deferred(("files/atomic.py",), ("fcntl",), "Windows has none"),
-    Deferred(("devices/serial_line.py",), ("termios", "tty"), "Windows has none"),
+    Deferred(("devices/serial_line.py",), ("termios", "tty", "fcntl"), "Windows has none"),
     Deferred(("files/lock.py",), ("filelock",), "most runs write nothing"),
     Deferred(("files/mcap_log.py",), ("mcap",), "mcap is an extra"),
     Deferred(("kinematics/urdf/macros.py",), ("xacro",), "xacro is an extra"),

@@ -105,6 +105,7 @@ class Device(Struct, eq=False):
     handle: int = 0
     expired: bool = False
     dialing: bool = False
+    _fresh: bool = False
     _refused: int | None = None  # of the connection that is asked for: 0 where it is there
     _connections: dict[int, Connection] = field(default_factory=dict)
 
@@ -178,6 +179,7 @@ class Device(Struct, eq=False):
 
     def arrive(self, arrival: Arrival) -> None:
         """Keep it until it is read."""
+        self._fresh = True
         handle, event = arrival.handle, arrival.event
         if event is Event.REFUSED:
             self._refused = arrival.code
@@ -231,8 +233,8 @@ class Device(Struct, eq=False):
                 self._release(one.handle)
                 self._told(one, SUCCESS)
                 raise NetworkClosed(self.name)
-        self._nothing(wait)
-        return YET
+        self._fresh = False
+        return self._nothing(wait)
 
     def put_back(self, bytes_: Iterable[int]) -> None:
         """The present step takes these again."""
@@ -241,9 +243,9 @@ class Device(Struct, eq=False):
             one.data[:0] = bytes(bytes_)
 
     @property
-    def has_something(self) -> bool:
-        """Whether GETC has something to tell."""
-        return self.expired or not self.open or any(one.data or one.ended for one in self._connections.values())
+    def has_more(self) -> bool:
+        """Whether something has come since GETC had to wait; what it takes in one step it takes again."""
+        return self.expired or self._fresh or not self.open
 
     def _consumed(self, one: Connection, count: int) -> None:
         """Told now and then, as it costs more than a byte."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from typing import Any
 
 from vrs_cli.errors import DeviceNotReady
@@ -12,10 +13,10 @@ USUAL_SPEED = 9600
 
 
 class FileEnd:
-    """`keeps`: what is held open with it."""
+    """The end of a line that is open as a file."""
 
-    def __init__(self, handle: int, keeps: tuple[int, ...] = ()) -> None:
-        self._handle, self._keeps = handle, keeps
+    def __init__(self, handle: int) -> None:
+        self._handle = handle
         os.set_blocking(handle, False)
 
     def fileno(self) -> int:
@@ -28,8 +29,37 @@ class FileEnd:
         return os.write(self._handle, data)
 
     def close(self) -> None:
-        for handle in (self._handle, *self._keeps):
-            os.close(handle)
+        os.close(self._handle)
+
+
+class PseudoEnd(FileEnd):
+    """Of a pseudo-terminal called `name`. It lasts until `leave`: who has opened it stays, whatever programs do. The
+    other end is held open, so that others may come and go there.
+    """
+
+    def __init__(self) -> None:
+        """Raises OSError, termios.error."""
+        import tty
+
+        ours, self._theirs = os.openpty()
+        tty.setraw(self._theirs)
+        self.name = os.ttyname(self._theirs)
+        super().__init__(ours)
+
+    def close(self) -> None:
+        """It stays open."""
+
+    def unread(self) -> int:
+        """Bytes that nobody at the other end has read yet."""
+        import fcntl
+        import termios
+
+        return int.from_bytes(fcntl.ioctl(self._theirs, termios.FIONREAD, bytes(4)), sys.byteorder)
+
+    def leave(self) -> None:
+        """What is unread is lost then."""
+        super().close()
+        os.close(self._theirs)
 
 
 def open_serial(what: str) -> tuple[FileEnd, str]:
@@ -43,16 +73,12 @@ def open_serial(what: str) -> tuple[FileEnd, str]:
     except ImportError:
         raise DeviceNotReady("a serial line", "this system has none that vrs can open") from None
     try:
-        return _pseudo(tty) if what == PSEUDO else _device(what, termios, tty)
+        if what != PSEUDO:
+            return _device(what, termios, tty)
+        end = PseudoEnd()
+        return end, end.name
     except (OSError, termios.error) as error:
         raise DeviceNotReady(f"{what}: {error.args[-1]}", "name a serial device, or pty") from None
-
-
-def _pseudo(tty: Any) -> tuple[FileEnd, str]:
-    """The other end is held open, so that programs may come and go there."""
-    ours, theirs = os.openpty()
-    tty.setraw(theirs)
-    return FileEnd(ours, (theirs,)), os.ttyname(theirs)
 
 
 def _device(what: str, termios: Any, tty: Any) -> tuple[FileEnd, str]:

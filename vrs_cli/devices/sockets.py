@@ -24,7 +24,7 @@ from typing import Protocol
 
 from vrs_cli.devices.address import Address
 from vrs_cli.devices.outside import SERIAL, TCP, Arrival, Event
-from vrs_cli.devices.serial_line import open_serial
+from vrs_cli.devices.serial_line import PseudoEnd, open_serial
 from vrs_cli.engine.clock import Clock
 from vrs_cli.errors import DeviceNotReady, NetworkClosed, PortTaken
 from vrs_cli.trajectory.instant import TICK
@@ -32,6 +32,7 @@ from vrs_cli.trajectory.instant import TICK
 WINDOW = 65536  # bytes that have come and were not read, of one connection
 PIECE = 16384  # bytes that are taken at once
 GRACE = 0.5  # [s] that what was written has to leave when its device is closed
+LOOK = 0.005  # [s] between two looks whether that has happened, where nobody tells
 LOOPBACK = "127.0.0.1"
 ALONE = {"TCP_KEEPIDLE": 30, "TCP_KEEPINTVL": 10, "TCP_KEEPCNT": 3}  # [s], [s], times: a peer that is gone is missed
 
@@ -117,6 +118,7 @@ class Sockets:
         self._coming = Lock()
         self._due: float | None = None
         self._open: set[str] = set()
+        self._pseudo: dict[str, PseudoEnd] = {}
         self._wanted: deque[Callable[[], None]] = deque()
         self._thread: Thread | None = None
         # of the thread alone
@@ -139,9 +141,8 @@ class Sockets:
 
     def open(self, device: str, address: Address | None) -> None:
         if address is None:
-            ends, told = open_serial(self.serial[device.removeprefix(SERIAL)])
+            ends = self._serial_line(device)
             self._begin(device, partial(self._connected, device, 0, ends))
-            self.tell(f"{device} is {told}")
         elif address.host:
             self._check_host(address.host)
             self._begin(device, partial(self._dial, device, address))
@@ -150,6 +151,16 @@ class Sockets:
             where = listener.getsockname()
             self._begin(device, partial(self._listen, _Port(device, listener, address.clients)))
             self.tell(f"TCP port {where[1]} is open at {where[0]}")
+
+    def _serial_line(self, device: str) -> Ends:
+        """Raises DeviceNotReady."""
+        if device in self._pseudo:
+            return self._pseudo[device]
+        ends, told = open_serial(self.serial[device.removeprefix(SERIAL)])
+        if isinstance(ends, PseudoEnd):
+            self._pseudo[device] = ends
+        self.tell(f"{device} is {told}")
+        return ends
 
     def _listener(self, address: Address) -> socket.socket:
         """Raises PortTaken, DeviceNotReady."""
@@ -200,6 +211,12 @@ class Sockets:
     def close_all(self) -> None:
         for device in tuple(self._open):
             self.close(device)
+        last = time.monotonic() + GRACE
+        for ends in self._pseudo.values():
+            while ends.unread() and time.monotonic() < last:
+                time.sleep(LOOK)
+            ends.leave()
+        self._pseudo.clear()
 
     def due(self, clock: Clock) -> float:
         """An instant at which no program has done anything yet."""

@@ -153,7 +153,7 @@ class Devices(Struct, eq=False):
                 case RecordRefused():
                     device.status = effect.code
                 case AwaitLine():
-                    return None if device.has_something else YET
+                    return None if device.has_more else YET
                 case CloseFile():
                     device.check_open()
                     device.close()
