@@ -20,6 +20,7 @@ PLACE, TURN = 1e-8, 1e-7  # of a target, whose numbers are rounded [m, rad]
 CONTINUOUS, RATE = 1e-8, 1e-6  # at a boundary, one side of which may come from inverse kinematics
 SMOOTH = ("scurve", "quintic")  # profiles whose acceleration does not jump
 EXACT = 1e-9
+LED = 1e-11  # [m] how near joints lead to a pose
 ROUNDED = 1e-12
 ROUNDING = 1.0 + 1e-6
 HONEST = 1.001  # of a limit, by differences of positions 1 ms apart
@@ -399,7 +400,7 @@ def leads_there(robot: Robot, timeline: list[Piece], samples: Samples, index: Ar
         s, q = np.clip(samples.times[rows] - piece.start, 0.0, piece.duration), samples.joints[rows]
         tip = robot.tip(q, piece.tool)
         world = np.linalg.norm((np.linalg.inv(piece.base) @ tip)[:, :3, 3] - samples.xyz[rows], axis=1).max()
-        if world > robot.exact:
+        if world > LED:
             yield f"the tool is told {world} m from where the joints lead, from {piece.start}"
         if piece.line is None:
             off = np.abs(piece.joints_at(s) - q).max()
@@ -408,5 +409,5 @@ def leads_there(robot: Robot, timeline: list[Piece], samples: Samples, index: Ar
             off = np.linalg.norm((want - tip)[:, robot.places, 3], axis=1).max()
             if robot.turns and angle(want, tip).max() > TURN:
                 yield f"the tool is turned by {angle(want, tip).max()} beside its line, from {piece.start}"
-        if off > robot.exact:
+        if off > LED:
             yield f"the joints are {off} from where they should be, from {piece.start}"

@@ -20,7 +20,7 @@ ROBOTS = Path(__file__).parents[2] / "vrs_cli" / "kinematics" / "robots"
 STEP = 1e-30
 MM = 1e-3
 LEVEL = (0.0, 0.0, 0.0, 90.0, -90.0, 0.0)  # a frame that is not turned
-SEARCHED = ("iiwa14", "panda", "xarm6")  # joints found by iteration, and lines whose words may change
+SEARCHED = ("iiwa14", "panda", "xarm6")  # joints found by iteration: words may change on a line
 WORDS = (("RIGHTY", "LEFTY"), ("ABOVE", "BELOW"), ("NOFLIP", "FLIP"))
 
 
@@ -48,11 +48,6 @@ class Robot:
     @property
     def n(self) -> int:
         return len(self.links)
-
-    @property
-    def exact(self) -> float:
-        """[m] How near joints lead to a pose: 1e-8 mm, 1e-6 where they are found by iteration."""
-        return 1e-9 if self.name in SEARCHED else 1e-11
 
     @property
     def turns(self) -> bool:

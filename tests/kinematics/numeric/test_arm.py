@@ -15,6 +15,7 @@ from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetSwivel, St
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalJoint, JointOutOfRange, LocationOutOfRange, LocationTooFar, NotAvailable
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.configuration import NONE
 from vrs_cli.kinematics.elimination import determinant, solve, square, squares
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.numeric.search import turn_between
@@ -78,6 +79,15 @@ def test_arrays_are_solved_within_the_limits(arm: RobotArm) -> None:
     found_near = ~np.isnan(near[:, 0])
     assert found_near.mean() > 0.98
     assert np.abs(arm.forward_batch(near[found_near]) - T[found_near]).max() < 1e-9
+
+
+def test_arrays_near_a_singular_pose_are_exact_to_rounding() -> None:
+    """What a search leaves would be many times as much of a joint: readings 1 ms apart would differ by it."""
+    arm, random = arm_for(load_robot("xarm6")), Random(1)
+    q = np.array([(0.3, -0.4, -1.2, 0.7, random.uniform(1.8e-3, 2e-3), 0.2) for _ in range(50)])
+    near = q + np.array([[random.uniform(-1e-2, 1e-2) for _ in range(6)] for _ in range(50)])
+    found = arm.inverse_branch_batch(arm.forward_batch(q), NONE, near)
+    assert np.abs(arm.forward_batch(found) - arm.forward_batch(q)).max() < 1e-14
 
 
 def test_a_line_of_seven_joints_uses_all_of_them_as_its_guide_says() -> None:

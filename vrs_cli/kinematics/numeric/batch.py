@@ -78,10 +78,10 @@ class NumericBatch(SerialBatch):
                 weights, values = guides
                 J, error = with_guides(J, error, q[rows], weights, values[rows])
             done = np.abs(error).max(axis=1) < CONVERGED
-            found[rows[done]] = q[rows[done]]
-            rows, J, error = rows[~done], J[~done], error[~done]
             before = q[rows]
             q[rows] = self._next_joints(before, J, error, bounded=bounded)
+            found[rows[done]] = q[rows[done]]  # one step more: what converges by chance a step later differs by nothing
+            rows, before = rows[~done], before[~done]
             if self.short:
                 stuck = rows[np.abs(q[rows] - before).max(axis=1) < CONVERGED]
                 there = stuck[self._at_the_goal(q[stuck], T[stuck])]
