@@ -8,6 +8,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 from functools import partial
+from itertools import count
 from math import radians
 from statistics import fmean
 from typing import Any
@@ -186,8 +187,14 @@ def straight(profile: Profile) -> Figure:
     engine.perform(Move(PoseTarget(pose._replace(py=pose.py + 0.2)), straight=True))
     before, at = engine.timeline, engine.end
     engine.perform(Move(PoseTarget(pose), straight=True))
-    motion = engine.deltas[-1].motion._replace(profile=profile)
-    planned = each(lambda _: plan(engine.arm, before, motion, at, at), range(20))
+    motion, turn = engine.deltas[-1].motion._replace(profile=profile), count()
+
+    def planned_anew(_: int) -> object:
+        """A hair beside those before, which are remembered."""
+        goal = pose._replace(py=pose.py + 1e-9 * next(turn))
+        return plan(engine.arm, before, motion._replace(pose=goal), at, at)
+
+    planned = each(planned_anew, range(20))
     if profile is Profile.LSPB:
         return Figure("f, MOVES of 200 mm, verified", planned, "600")
     return Figure(f"f, MOVES of 200 mm, {profile.name}, verified", planned)

@@ -1,7 +1,7 @@
 """Ten minutes of robot time in batch: `python -m benchmarks.program`.
 
 The program picks and places with joint-interpolated and straight-line motions, loops, signals and arithmetic, until
-the robot's clock has passed ten minutes. The bar: 500 times real time.
+the robot's clock has passed ten minutes: in a round whose lines come again, and with every place new. Seconds are CPU.
 """
 
 from __future__ import annotations
@@ -42,6 +42,9 @@ feeder   300 350 -200 90 90 0
 tray    -250 500 -220 90 90 0
 .END
 """
+ANEW = "SET part = SHIFT(feeder BY 40*RANDOM, 40*RANDOM, 20*RANDOM)"
+NEW = PROGRAM.replace("APPRO feeder, 60", f"{ANEW}\n            APPRO part, 60").replace("MOVES feeder", "MOVES part")
+NEW = NEW.replace("place*60, 0, 0", "place*60+20*RANDOM, 40*RANDOM, 20*RANDOM")
 
 
 class Silent:
@@ -62,11 +65,11 @@ class Silent:
         del doing
 
 
-def run_once() -> tuple[float, float, int]:
+def run_once(program: str) -> tuple[float, float, int]:
     """Seconds of computing, seconds of the robot, motions."""
     session = Session(Silent())
     begin = process_time()
-    session.load_text(PROGRAM)
+    session.load_text(program)
     result = session.execute("work")
     took = process_time() - begin
     if result.fault is not None:
@@ -75,12 +78,14 @@ def run_once() -> tuple[float, float, int]:
 
 
 def main() -> None:
-    run_once()  # imports and caches
-    runs = [run_once() for _ in range(REPEATS)]
-    took = min(run[0] for run in runs)
-    _, robot, motions = runs[0]
-    print(f"{robot:.0f} s of the robot, {motions} motions: {took * 1e3:.0f} ms")
-    print(f"{robot / took:.0f} times real time (bar: 500)")
+    run_once(PROGRAM)  # imports and caches
+    for title, program in (("the same places", PROGRAM), ("every place new", NEW)):
+        runs = [run_once(program) for _ in range(REPEATS)]
+        took = min(run[0] for run in runs)
+        _, robot, motions = runs[0]
+        print(
+            f"{title}: {robot:.0f} s of the robot, {motions} motions: {took * 1e3:.0f} ms, {robot / took:.0f} s per s"
+        )
 
 
 if __name__ == "__main__":

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from functools import lru_cache
+from itertools import chain
+from math import copysign
 
 from msgspec import structs
 
@@ -14,9 +17,10 @@ from vrs_cli.trajectory.instant import on_grid
 from vrs_cli.trajectory.laws.law import NoTimes
 from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.limits import JointLimits
-from vrs_cli.trajectory.motion import Kind, Motion
+from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import Segment, rest, stay_inside
 
+REMEMBERED = 512  # lines: a program that goes round plans each of its own once
 STREAM_STAYS = "give a time after it, or end where it begins; with PARAMETER INSERT = OFF it is dropped"
 
 
@@ -66,12 +70,29 @@ def _joint_segments(problem: Problem) -> tuple[Segment, ...]:
 
 
 def _line_segments(problem: Problem) -> tuple[Segment, ...]:
+    """A line is planned once: from the same state it is the same line, whenever it begins, for times are exact."""
+    begin, motion = problem.begin, problem.motion
+    plain = motion._replace(number=0, start=Start.AT, hand=0.0, text="", relative=None, rounding=None)
+    same = structs.replace(problem, motion=plain, begin=0.0, latest=problem.latest - begin)
     try:
-        return straight_segments(problem)
+        segments = _remembered_line(same, _signs_of_zeros(same))
     except MotionError as error:
         if problem.here.joints.at_rest:
             raise
         raise NoWay from error
+    return tuple([Segment(begin + s.start, begin + s.finish, s.path, s.phase, motion) for s in segments])
+
+
+@lru_cache(REMEMBERED)
+def _remembered_line(problem: Problem, zeros: tuple[float, ...]) -> tuple[Segment, ...]:  # noqa: ARG001 (see there)
+    return straight_segments(problem)
+
+
+def _signs_of_zeros(problem: Problem) -> tuple[float, ...]:
+    """What makes two problems that are equal the same: 0.0 and -0.0 are equal, and lead to other bits."""
+    here, motion = problem.here, problem.motion
+    values = chain(*here.joints, *(here.tool or ()), motion.pose or (), motion.frames.base, motion.frames.tool)
+    return tuple([copysign(1.0, x) for x in values if x == 0.0])
 
 
 def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:

@@ -56,7 +56,6 @@ class WristCircleBatch(NumericBatch):
         there = np.flatnonzero(~np.isnan(q[:, 0]))
         there = there[np.argsort(rows[there], kind="stable")]
         q, rows = q[there], rows[there]
-        q = self._next_joints(q, *self.error(q, T[rows]), bounded=False)  # to rounding, singular or nearly
         q = self.turned_near(q, self.middle)
         first = _first_of_each(q, rows)
         return q[first], rows[first]

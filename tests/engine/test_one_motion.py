@@ -1,0 +1,47 @@
+"""One motion by itself: a line that was planned before is the same line, later."""
+
+from __future__ import annotations
+
+import pytest
+from msgspec import structs
+
+from vrs_cli.engine import one_motion
+from vrs_cli.engine.one_motion import plan_motion
+from vrs_cli.engine.problem import Here, NotInTime, Problem
+from vrs_cli.engine.straight import straight_segments
+from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.transform import at_position
+from vrs_cli.trajectory.motion import Kind, Motion, Start
+from vrs_cli.trajectory.state import JointState
+
+BEGIN = (0.1, -0.7, 2.9, 0.0, 0.8, 0.0)
+
+
+def line(number: int, begin: float, zero: float = 0.0) -> Problem:
+    arm = arm_for(load_robot("puma560"))
+    pose = arm.forward(BEGIN)
+    goal = at_position(pose, pose.px + 0.05, pose.py, pose.pz)
+    motion = Motion(number, Kind.STRAIGHT, Start.AFTER, pose=goal, text=f"line {number}", hand=0.5 * (number % 2))
+    joints = (*BEGIN[:3], zero, *BEGIN[4:])
+    return Problem(arm, Here(JointState(joints, (0.0,) * 6)), motion, begin)
+
+
+def test_a_line_that_was_planned_before_is_the_same_later_with_its_own_motion() -> None:
+    first, later = plan_motion(line(1, 2.0)), plan_motion(line(2, 64.25))
+    assert [s.path is t.path for s, t in zip(first, later, strict=True)] == [True] * len(first)
+    assert later == straight_segments(line(2, 64.25))
+    assert {s.motion.text for s in later} == {"line 2"}
+
+
+def test_zeros_with_another_sign_are_another_state() -> None:
+    one_motion._remembered_line.cache_clear()
+    for zero in (0.0, -0.0, 0.0):
+        plan_motion(line(1, 0.0, zero))
+    assert one_motion._remembered_line.cache_info()[:2] == (1, 2)  # hits, misses
+
+
+def test_a_line_is_of_no_use_when_it_is_too_late_wherever_it_was_planned_before() -> None:
+    plan_motion(line(1, 8.0))
+    with pytest.raises(NotInTime):
+        plan_motion(structs.replace(line(1, 8.0), latest=8.01))
