@@ -66,6 +66,7 @@ LIVES_IN = {
     "msgspec": {*FLOORS[FLOORS.index("engine") :]},  # but see `test_bytes_are_made_and_read_in_one_room`
     "filelock": {"files/lock.py"},
     "mcap": {"files/mcap_log.py"},
+    "shtab": {"cli/completion.py"},
     "xacro": {"kinematics/urdf/macros.py"},
     "nats": {"net/nats.py"},
     "matplotlib": {"render"},

@@ -244,7 +244,7 @@ def test_an_at_beyond_the_end_of_the_run_is_refused_where_it_stands(vrs: Vrs, tm
     [
         (["none.v2"], "vrs run: *Nonexistent file* none.v2"),
         (["pikc.v2"], "vrs run: *Nonexistent file* pikc.v2 (did you mean pick.v2?)"),
-        (["."], "vrs run: *File error* . is a folder (name a program file)"),
+        (["."], "vrs run: *Nonexistent file* . holds no program file (program files end in .v2 or .pg)"),
         (["pick.v2", "othr"], "vrs run: pick.v2 holds no program othr (did you mean other?)"),
         (["pick.v2", "zzz"], "vrs run: pick.v2 holds no program zzz (it holds pick, other)"),
         (["empty.v2"], "vrs run: empty.v2 holds no program"),

@@ -42,7 +42,7 @@ Exit status: 0 without errors (there may be warnings; with --strict there are no
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Print all diagnostics of all files."""
-    options = _parser(prog).parse(arguments)
+    options = parser(prog).parse(arguments)
     if STANDARD_STREAM in options.files and (options.fix or options.watch):
         raise CommandLineError("--fix and --watch are for files, not for standard input", "name files")
     model = chosen_robot(prog, options)
@@ -51,7 +51,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     return _check(prog, options, model)
 
 
-def _parser(prog: str) -> Parser:
+def parser(prog: str) -> Parser:
     parser = Parser(prog, "Find all mistakes in program files. Nothing is run.", EPILOG)
     parser.add_argument("files", metavar="FILE.v2", nargs="+", help="files, folders or patterns (- is standard input)")
     parser.add_argument("--format", choices=tuple(FORMATS), default="text", help="text (default), json or github")

@@ -70,6 +70,10 @@ class Parser(argparse.ArgumentParser):
             raise self._unknown(extra[0])
         return values
 
+    def arguments(self) -> tuple[argparse.Action, ...]:
+        """All arguments and options."""
+        return tuple(self._actions)
+
     def options(self) -> tuple[str, ...]:
         """All options, `--like` and `-l`."""
         return tuple(self._option_string_actions)

@@ -20,11 +20,7 @@ there and back. What concerns the connection is told on stderr.
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Hand over to the shell; returns its exit status. Raises what the robot refuses."""
-    parser = Parser(prog, "The VAL-II shell at a robot that is served.", EXAMPLES + EPILOG)
-    add_connection(parser)
-    told = "a motion AT t begins T after t: what takes no longer to arrive is not too late"
-    parser.add_argument("--behind", metavar="T", type=duration, default=0.0, help=told)
-    options = parser.parse(arguments)
+    options = parser(prog).parse(arguments)
     from vrs_cli.repl.connection import Connection
     from vrs_cli.repl.place import Afar
     from vrs_cli.repl.shell import at, on_terminal
@@ -39,6 +35,14 @@ def main(prog: str, arguments: Sequence[str]) -> int:
         return at(Afar(connection, client.told))
     finally:
         connection.close()
+
+
+def parser(prog: str) -> Parser:
+    parser = Parser(prog, "The VAL-II shell at a robot that is served.", EXAMPLES + EPILOG)
+    add_connection(parser)
+    told = "a motion AT t begins T after t: what takes no longer to arrive is not too late"
+    parser.add_argument("--behind", metavar="T", type=duration, default=0.0, help=told)
+    return parser
 
 
 def once(told: Callable[[str], None]) -> Callable[[str], None]:

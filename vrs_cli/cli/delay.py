@@ -32,12 +32,12 @@ Each connection has delays of its own, the same for the same seed and number. Ct
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Serve until Ctrl-C."""
-    options = _parser(prog).parse(arguments)
+    options = parser(prog).parse(arguments)
     end_by(asyncio.run(_serve(_proxy(options), options, partial(print, flush=True))))
     return OK
 
 
-def _parser(prog: str) -> Parser:
+def parser(prog: str) -> Parser:
     parser = Parser(prog, "Let a line between a client and a server be slow, uneven and lossy.", EPILOG)
     parser.add_argument("listen", metavar="LISTEN", type=_address, help="where clients connect")
     parser.add_argument("target", metavar="TARGET", type=_address, help="the server")

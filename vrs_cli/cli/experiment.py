@@ -51,7 +51,7 @@ A row is the mean over all seeds. All of it happens in virtual time, and is the 
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Try all, and print tables; returns 1 where the flags are not what the logs say, or miss an error."""
-    options = _parser(prog).parse(arguments)
+    options = parser(prog).parse(arguments)
     picture = options.plot if options.plot != STANDARD_STREAM else None
     if picture is not None:
         from vrs_cli.render.plots import check_plot
@@ -69,7 +69,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     return OK if all(row.sound for row in rows) else FAILED
 
 
-def _parser(prog: str) -> Parser:
+def parser(prog: str) -> Parser:
     parser = Parser(prog, "Try what delays do to who commands a robot from afar.", EPILOG)
     parser.add_argument("what", metavar="delays", choices=("delays",), help="the experiment")
     told = "mean delays, gamma distributed (default: 200ms)"

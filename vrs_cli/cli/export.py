@@ -32,12 +32,9 @@ or Chrome of this machine.
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Write a saved trajectory in another format."""
     from vrs_cli.files.atomic import check_writable
-    from vrs_cli.files.exports import EXPORTERS
-    from vrs_cli.view3d.pictures import PICTURES
 
-    formats = {**EXPORTERS, **PICTURES}
-    options = _parser(prog, formats).parse(arguments)
-    exporter = _format(formats, options.to, options.output)
+    options = parser(prog).parse(arguments)
+    exporter = _format(_formats(), options.to, options.output)
     _check_number(exporter, options)
     if options.output != STANDARD_STREAM:
         check_distinct((options.file, options.output))
@@ -53,8 +50,15 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     return 0
 
 
-def _parser(prog: str, formats: Mapping[str, Exporter]) -> Parser:
-    rows = "\n".join(f"  {one.name:5} {one.summary}" for one in formats.values())
+def _formats() -> Mapping[str, Exporter]:
+    from vrs_cli.files.exports import EXPORTERS
+    from vrs_cli.view3d.pictures import PICTURES
+
+    return {**EXPORTERS, **PICTURES}
+
+
+def parser(prog: str) -> Parser:
+    rows = "\n".join(f"  {one.name:5} {one.summary}" for one in _formats().values())
     parser = Parser(prog, "Write a saved trajectory in a format of other programs.", EPILOG.format(formats=rows))
     parser.add_argument("file", metavar="T.vrst", help="a saved trajectory")
     parser.add_argument(

@@ -41,7 +41,7 @@ class Formatted(Struct, frozen=True):
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Print, rewrite or compare; returns 1 when a file has mistakes, or with --check or --diff would change."""
-    options = _parser(prog).parse(arguments)
+    options = parser(prog).parse(arguments)
     if options.write and STANDARD_STREAM in options.files:
         raise CommandLineError("--write cannot change standard input", "leave --write out")
     formatted = [_formatted(source) for source in map(read_source, program_files(options.files))]
@@ -82,7 +82,7 @@ def _difference(path: str, before: str, after: str) -> Iterable[str]:
         yield ended if colour is None else f"\033[{colour}m{ended.rstrip()}\033[0m\n"
 
 
-def _parser(prog: str) -> Parser:
+def parser(prog: str) -> Parser:
     parser = Parser(prog, "Print program files as canonical VAL-II text: one layout, comments kept.", EPILOG)
     parser.add_argument("files", metavar="FILE.v2", nargs="+", help="files, folders or patterns (- is standard input)")
     how = parser.add_mutually_exclusive_group()

@@ -18,10 +18,7 @@ How editors are told to start it: docs/editors.md.
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Serve one editor over standard input and output until it says goodbye."""
-    parser = Parser(prog, "The VAL-II language server (LSP), over standard input and output.", EPILOG)
-    parser.add_argument("--stdio", action="store_true", help="the only way it speaks; some editors say so")
-    parser.add_robot()
-    options = parser.parse(arguments)
+    options = parser(prog).parse(arguments)
     if find_spec("pygls") is None:
         raise CommandLineError("the language server needs pygls, which is not installed", how_to_install("pygls"))
     from vrs_cli.lsp.server import server
@@ -29,3 +26,10 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     output = os.fdopen(os.dup(sys.stdout.fileno()), "wb")  # pygls closes what it writes to
     server(chosen_robot(prog, options)).start_io(sys.stdin.buffer, output)
     return 0
+
+
+def parser(prog: str) -> Parser:
+    parser = Parser(prog, "The VAL-II language server (LSP), over standard input and output.", EPILOG)
+    parser.add_argument("--stdio", action="store_true", help="the only way it speaks; some editors say so")
+    parser.add_robot()
+    return parser

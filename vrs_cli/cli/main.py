@@ -36,6 +36,7 @@ SUBCOMMANDS: Mapping[str, Row] = {
     "check": Row("check", "FILE.v2 ...", "find all mistakes in program files, without running them"),
     "fmt": Row("fmt", "FILE.v2 ...", "print or rewrite program files as canonical VAL-II text"),
     "robots": Row("robots", "[NAME|FILE]", "the robots that there are, or all about one"),
+    "completion": Row("completion", "SHELL", "what bash, zsh or fish need to complete vrs with the Tab key"),
     "lsp": Row("lsp", "", "the language server, which editors start"),
     "where": Row("where", "T.vrst --at TIME ...", "where the robot is at any time of a saved trajectory"),
     "verify": Row("verify", "T.vrst", "whether a saved trajectory is whole, and one that the robot can do"),

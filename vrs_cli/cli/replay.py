@@ -30,7 +30,7 @@ Without a terminal, or with --step, a table is printed; with --csv, --plot or --
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Play, print or write a saved trajectory."""
-    options = _parser(prog).parse(arguments)
+    options = parser(prog).parse(arguments)
     outputs = Outputs.of(options)
     recording = read_recording(prog, options.file, lenient=options.lenient)
     from vrs_cli.kinematics.forms import arm_for
@@ -47,7 +47,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     return 0
 
 
-def _parser(prog: str) -> Parser:
+def parser(prog: str) -> Parser:
     parser = Parser(prog, "Play a saved trajectory on the terminal.", EPILOG)
     parser.add_argument("file", metavar="T.vrst", help="a saved trajectory")
     parser.add_argument(

@@ -28,13 +28,17 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     from vrs_cli.kinematics.forms import arm_for
     from vrs_cli.render.text import text_of
 
-    parser = Parser(prog, "The robots that are built in, or all about one robot.", EPILOG)
-    parser.add_argument("robot", metavar="NAME|FILE", nargs="?", help="a robot's name, or its TOML or URDF file")
-    parser.add_choices()
-    options = parser.parse(arguments)
+    options = parser(prog).parse(arguments)
     shown = _list() if options.robot is None else _one(arm_for(chosen_robot(prog, options)))
     print(text_of(shown), end="")
     return 0
+
+
+def parser(prog: str) -> Parser:
+    parser = Parser(prog, "The robots that are built in, or all about one robot.", EPILOG)
+    parser.add_argument("robot", metavar="NAME|FILE", nargs="?", help="a robot's name, or its TOML or URDF file")
+    parser.add_choices()
+    return parser
 
 
 def _list() -> Iterator[Block]:

@@ -30,11 +30,12 @@ from vrs_cli.cli.fence import Alone, Enough, memory, wall
 from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.cli.outputs import Outputs, add_output_options, journal
 from vrs_cli.cli.outside import PATIENCE, add_outside_options, chosen_outside
-from vrs_cli.cli.sources import Source, has_errors, read_source
+from vrs_cli.cli.sources import Source, has_errors, is_program, program_files, read_source
 from vrs_cli.errors import FileError, LimitReached, UndefinedName
 
 if TYPE_CHECKING:
     from vrs_cli.cli.batch import BatchTerminal, Object
+    from vrs_cli.cli.run_many import Heard
     from vrs_cli.dialogue.runs import Beside, RunResult
     from vrs_cli.interfaces.station.station import Station
     from vrs_cli.interfaces.tasks.limits import Limits
@@ -58,6 +59,7 @@ standard input. With --json, or --csv -, the result stands alone on standard out
 standard error. Time is the robot's and passes as fast as it computes, unless --realtime is given.
 
   vrs run pick.v2
+  vrs run cell --max-time 60        all program files in a folder, and a summary
   vrs run cell.v2 load.part --cycles 5 --save cell.vrst
   vrs run cell.v2 --signals cell.csv --max-time 60
   vrs run pick.v2 --csv pick.csv --rate 50 --plot pick.svg
@@ -70,16 +72,42 @@ standard error. Time is the robot's and passes as fast as it computes, unless --
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Load, check and execute; returns 1 when the file has errors or the program stopped with one."""
-    options = _parser(prog).parse(list(with_rate(arguments)))
+    options = parser(prog).parse(list(with_rate(arguments)))
+    files = program_files(_files(options))
     if options.sandbox is not None:
         _fence_in(options)
-    return _Batch(options, Outputs.of(options), read_source(options.file)).run()
+    if len(files) > 1:
+        from vrs_cli.cli.run_many import run_many
+
+        return run_many(prog, options, files, _run)
+    return _run(options, files[0])
 
 
-def _parser(prog: str) -> Parser:
+def _files(options: argparse.Namespace) -> list[str]:
+    """What is named beside a program: the last of several words is one, unless it is a program file, a folder or a
+    pattern. Raises CommandLineError.
+    """
+    files: list[str] = options.files[:-1]
+    last: str = options.files[-1]
+    options.program = None
+    if not files or is_program(last) or os.path.isdir(last) or set(last) & set("*?["):
+        return [*files, last]
+    options.program = last
+    if len(files) > 1:
+        raise CommandLineError(f"{last} is no program file", "of several files the first program of each is executed")
+    return files
+
+
+def _run(options: argparse.Namespace, path: str, heard: Heard | None = None) -> int:
+    """Execute one file."""
+    options.file = path
+    return _Batch(options, Outputs.of(options), read_source(path), heard).run()
+
+
+def parser(prog: str) -> Parser:
     parser = Parser(prog, "Load a VAL-II file and execute a program of it on the virtual robot.", EPILOG)
-    parser.add_argument("file", metavar="FILE.v2", help="a program file (- is standard input)")
-    parser.add_argument("program", metavar="PROGRAM", nargs="?", help="the program; default: the first of the file")
+    told = "a program file (- is standard input), and the name of its program (default: the first); or files, folders"
+    parser.add_argument("files", metavar="FILE.v2", nargs="+", help=told)
     parser.add_argument("--cycles", metavar="N", type=_cycles, default=1, help="how often; negative: without end")
     parser.add_robot()
     _add_limits(parser)
@@ -139,11 +167,12 @@ def _cycles(text: str) -> int:
 
 
 class _Batch(Struct, frozen=True):
-    """One run: the options, and the text to load."""
+    """One run: the options, the text to load, and who hears how it goes where there are several."""
 
     options: argparse.Namespace
     outputs: Outputs
     source: Source
+    heard: Heard | None = None
 
     def run(self) -> int:
         """Load and execute; the exit status."""
@@ -244,6 +273,8 @@ class _Batch(Struct, frozen=True):
         from vrs_cli.dialogue.replies import Message
         from vrs_cli.render.control import for_stream
 
+        if self.heard is not None:
+            self.heard.ended(result)
         faults = [one.fault for one in result.beside] + ([result.fault] if result.fault else [])
         if self.options.json:
             self._print_json(station, result, [fault_object(fault) for fault in faults])
@@ -277,7 +308,11 @@ class _Batch(Struct, frozen=True):
 
         from vrs_cli.cli.batch import run_object
 
-        print(json.dumps(run_object(station.engine, result, errors), indent=2))
+        found = run_object(station.engine, result, errors)
+        if self.heard is None:
+            print(json.dumps(found, indent=2))
+        else:
+            self.heard.printed(found)
 
 
 def _say(progress: RunProgress, text: str) -> None:

@@ -64,7 +64,7 @@ Ctrl-C, or SIGTERM, ends it. See docs/serve.md and docs/security.md.
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Serve until a signal says to end."""
-    options = _parser(prog).parse(list(with_rate(arguments)))
+    options = parser(prog).parse(list(with_rate(arguments)))
     _check(options)
     import asyncio
 
@@ -131,7 +131,7 @@ def _named(options: argparse.Namespace, hub: Hub) -> str:
     return ", and ".join(said + own)
 
 
-def _parser(prog: str) -> Parser:
+def parser(prog: str) -> Parser:
     from vrs_cli.net.messages import PORT
 
     parser = Parser(prog, "Serve virtual robots to others: vrs connect, vrs view, vrs.connect(URL).", EPILOG)

@@ -35,6 +35,14 @@ All subcommands: vrs --help
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Hand over to the shell; returns its exit status."""
+    options = parser(prog).parse(list(with_rate(arguments)))
+    outside = chosen_outside(options)
+    from vrs_cli.repl.shell import main as shell
+
+    return shell(_robot(prog, options), options.file, options.save, clock_of(options.realtime), outside)
+
+
+def parser(prog: str) -> Parser:
     parser = Parser(prog, "The interactive VAL-II shell of a virtual robot.", EPILOG)
     parser.add_argument("file", metavar="FILE.v2", nargs="?", help="a program file to load first")
     parser.add_argument(
@@ -43,11 +51,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     parser.add_robot(default=None)
     add_realtime_option(parser)
     add_outside_options(parser)
-    options = parser.parse(list(with_rate(arguments)))
-    outside = chosen_outside(options)
-    from vrs_cli.repl.shell import main as shell
-
-    return shell(_robot(prog, options), options.file, options.save, clock_of(options.realtime), outside)
+    return parser
 
 
 def _robot(prog: str, options: Namespace) -> RobotModel | None:

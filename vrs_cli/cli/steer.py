@@ -57,11 +57,11 @@ A line that is no target is named and left out.
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Follow a stream to its end; returns 1 when some of its lines were no targets, or out of reach."""
-    options = _parser(prog).parse(list(with_rate(arguments)))
+    options = parser(prog).parse(list(with_rate(arguments)))
     return _Run(prog, options, Outputs.of(options)).run()
 
 
-def _parser(prog: str) -> Parser:
+def parser(prog: str) -> Parser:
     from vrs_cli.kinematics.model import PROFILES
 
     parser = Parser(prog, "Let the virtual robot follow a stream of targets.", EPILOG)

@@ -23,7 +23,7 @@ The file holds hashes of tokens: what is printed here is told once. A server rea
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Print a line for each name: the name and its token."""
-    options = _parser(prog).parse(arguments)
+    options = parser(prog).parse(arguments)
     from vrs_cli.net.tokens import NAME_RULE, Wanted, add_tokens, good_name, take_out
 
     wrong = next((name for name in options.names if not good_name(name)), None)
@@ -40,7 +40,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     return OK
 
 
-def _parser(prog: str) -> Parser:
+def parser(prog: str) -> Parser:
     parser = Parser(prog, "Make tokens, each for one who may enter a server (vrs serve --tokens FILE).", EPILOG)
     parser.add_argument("names", metavar="NAME", nargs="+", help="what others see; own robots are called so too")
     parser.add_argument("--file", metavar="FILE", required=True, help="the file of tokens, made if need be")

@@ -29,14 +29,17 @@ GET = """\
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Put a file, or get one."""
-    puts = prog.endswith("put")
-    options = _parser(prog, puts=puts).parse(arguments)
-    (_put if puts else _get)(prog, options)
+    options = parser(prog).parse(arguments)
+    (_put if _puts(prog) else _get)(prog, options)
     return 0
 
 
-def _parser(prog: str, *, puts: bool) -> Parser:
-    if puts:
+def _puts(prog: str) -> bool:
+    return prog.endswith("put")
+
+
+def parser(prog: str) -> Parser:
+    if _puts(prog):
         parser = Parser(prog, "Put a file into the folder of a robot that is served.", PUT + EPILOG)
         parser.add_argument("file", metavar="FILE", type=Path, help="a program file, a trajectory, any other")
         parser.add_argument("--as", dest="called", metavar="NAME", help="how it is called there (default: as here)")

@@ -22,7 +22,7 @@ this follows every straight line too, and tells all that is wrong. Exit status 1
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Tell what is wrong in a file, line by line, or that nothing is."""
-    options = _parser(prog).parse(arguments)
+    options = parser(prog).parse(arguments)
     recording = read_recording(prog, options.file, lenient=True, told=False)
     from vrs_cli.engine.breaches import on_lines
     from vrs_cli.files.soundness import in_lines
@@ -42,7 +42,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     return UNSOUND if wrong else SOUND
 
 
-def _parser(prog: str) -> Parser:
+def parser(prog: str) -> Parser:
     parser = Parser(prog, "Whether a saved trajectory is whole, and one that the robot can do.", EPILOG)
     parser.add_argument("file", metavar="T.vrst", help="a saved trajectory")
     parser.add_argument("--json", action="store_true", help="print one JSON object: sound, checksums, faults")

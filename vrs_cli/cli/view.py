@@ -43,7 +43,7 @@ the robot again, + and - change the rate, q leaves.
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Watch until the user leaves."""
-    options = _parser(prog).parse(arguments)
+    options = parser(prog).parse(arguments)
     if not options.terminal:
         from vrs_cli.cli.browser import show
 
@@ -59,7 +59,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     return 0
 
 
-def _parser(prog: str) -> Parser:
+def parser(prog: str) -> Parser:
     from vrs_cli.net.far_end import Ahead
     from vrs_cli.net.mirror import WINDOW
 

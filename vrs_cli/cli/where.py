@@ -23,7 +23,7 @@ Before the first motion, after the last and between motions the robot stands sti
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Print where the robot is at the times asked for."""
-    options = _parser(prog).parse(arguments)
+    options = parser(prog).parse(arguments)
     recording = read_recording(prog, options.file, lenient=options.lenient)
     from vrs_cli.engine.position import position_at
     from vrs_cli.kinematics.forms import arm_for
@@ -35,7 +35,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     return 0
 
 
-def _parser(prog: str) -> Parser:
+def parser(prog: str) -> Parser:
     parser = Parser(prog, "Where the robot of a saved trajectory is at any time: joints, tool and hand.", EPILOG)
     parser.add_argument("file", metavar="T.vrst", help="a saved trajectory")
     parser.add_argument(

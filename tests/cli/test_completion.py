@@ -1,0 +1,48 @@
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Vrs
+from vrs_cli.cli.completion import SHELLS
+
+TRIED = {  # words before the Tab key, and what completes the last of them
+    "ch": ["check"],
+    "check --fo": ["--format"],
+    "run --robot plan": ["planar2", "planar3"],
+    "check here/p": ["here/pick.v2"],
+    "serve --ser": [],
+}
+COMPLETE = {
+    "bash": 'source {file}; COMP_WORDS=(vrs {words}); COMP_CWORD={last}; _shtab_vrs; echo "${{COMPREPLY[@]}}"',
+    "fish": 'source {file}; complete -C "vrs {words}" | string split -f1 \\t',
+}
+
+
+@pytest.mark.parametrize("words", TRIED)
+@pytest.mark.parametrize("shell", COMPLETE)
+def test_a_shell_completes_what_is_typed(vrs: Vrs, tmp_path: Path, shell: str, words: str) -> None:
+    program = shutil.which(shell)
+    if program is None:
+        pytest.skip(f"there is no {shell}")
+    (tmp_path / "here").mkdir()
+    (tmp_path / "here" / "pick.v2").touch()
+    script = tmp_path / f"vrs.{shell}"
+    script.write_text(vrs("completion", shell).out)
+    line = COMPLETE[shell].format(file=script, words=words, last=len(words.split()))
+    done = subprocess.run([program, "-c", line], capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert done.stdout.split() == TRIED[words], done.stderr
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_every_subcommand_is_there(vrs: Vrs, shell: str) -> None:
+    ended = vrs("completion", shell)
+    assert (ended.status, ended.err) == (0, "")
+    assert all(word in ended.out for word in ("connect", "experiment", "select", "so100"))
+
+
+def test_a_shell_that_is_not_known(vrs: Vrs) -> None:
+    assert vrs("completion", "csh").err.startswith("vrs completion: shell: invalid choice: 'csh'")
