@@ -48,7 +48,7 @@ def test_a_name_behind_one_file_is_its_program(vrs: Vrs) -> None:
     assert vrs("run", "cell/1.v2", "cell/2.v2", "other") == (2, "", f"vrs run: {told}\n")
 
 
-@pytest.mark.parametrize("option", ["--save", "--csv", "--plot", "--report"])
+@pytest.mark.parametrize("option", ["--save", "--csv", "--plot", "--report", "--record-units"])
 def test_one_file_of_many_runs_is_refused(vrs: Vrs, tmp_path: Path, option: str) -> None:
     ended = vrs("run", "cell", option, "out.x")
     assert (ended.status, ended.out) == (2, "")

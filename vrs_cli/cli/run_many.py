@@ -15,7 +15,7 @@ from vrs_cli.errors import VrsError
 if TYPE_CHECKING:
     from vrs_cli.dialogue.runs import RunResult
 
-ALONE = ("save", "csv", "plot", "report")  # options that name one file, of one run
+ALONE = ("save", "csv", "plot", "report", "record_units")  # options that name one file, of one run
 BROKEN = "not executed"
 
 Object = dict[str, Any]
@@ -44,7 +44,7 @@ def run_many(prog: str, options: Namespace, files: Sequence[str], run: Run) -> i
     """Execute the first program of each file; the worst status. Raises CommandLineError."""
     for name in ALONE:
         if getattr(options, name) is not None:
-            raise CommandLineError(f"--{name} is for one file", "run the files one by one for it")
+            raise CommandLineError(f"--{name.replace('_', '-')} is for one file", "run the files one by one for it")
     rows, objects = list[Row](), list[Object]()
     for path in files:
         if not (options.json or options.quiet):
