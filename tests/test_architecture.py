@@ -106,13 +106,14 @@ DEFERRED = (
     Deferred(("devices/serial_line.py",), ("termios", "tty", "fcntl"), "Windows has none"),
     Deferred(("files/lock.py",), ("filelock",), "most runs write nothing"),
     Deferred(("files/mcap_log.py",), ("mcap",), "mcap is an extra"),
+    Deferred(("cli/completion.py",), ("shtab",), "a wrong name of a shell is told without it"),
     Deferred(("kinematics/urdf/macros.py",), ("xacro",), "xacro is an extra"),
     Deferred(("files/store.py",), ("vrs_cli.language.text.printer",), "most runs store no program"),
     Deferred(("errors.py", "cli/fmt.py"), ("difflib",), "only mistakes need it"),
     Deferred(
         ("files/atomic.py", "files/disk.py", "files/folder.py"), ("tempfile", "shutil"), "most runs write nothing"
     ),
-    Deferred(("cli/findings.py", "cli/run.py"), ("json",), "only --json needs it"),
+    Deferred(("cli/findings.py", "cli/run.py", "cli/run_many.py"), ("json",), "only --json needs it"),
     Deferred(("language/text/table.py",), ("lark",), "the table that lark makes is kept between runs"),
     Deferred(
         (
