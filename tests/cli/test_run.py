@@ -252,7 +252,7 @@ def test_an_at_beyond_the_end_of_the_run_is_refused_where_it_stands(vrs: Vrs, tm
         (["pick.v2", "--save", "a", "--csv", "./a"], "vrs run: a is named twice"),
         (["pick.v2", "--save", "pick.v2/t.vrst"], "vrs run: *File error* pick.v2/t.vrst cannot be written: not a dir"),
         (["pick.v2", "--csv", "none/t.csv"], "vrs run: *File error* none/t.csv cannot be written: no such file"),
-        (["pick.v2", "--plot", "t.pdf"], "vrs run: *No plot* t.pdf is no picture file"),
+        (["pick.v2", "--plot", "t.gif"], "vrs run: *No plot* t.gif is no picture file"),
         (["pick.v2", "--json", "--csv", "-"], "vrs run: --json and --csv - both want standard output"),
         (["pick.v2", "--save", "-"], "vrs run: --save - has no file"),
         (["pick.v2", "--cycles", "x"], "vrs run: --cycles: 'x' is not a whole number"),

@@ -20,6 +20,7 @@ from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.repl.keeping import Keeper
+from vrs_cli.repl.logged import LoggedTerminal
 from vrs_cli.repl.recorder import Recorder
 from vrs_cli.repl.seat import KEEPING_UP, RESTING, SHORTEST
 
@@ -37,7 +38,9 @@ class LocalSeat:
         recovery: Path | None = None,
         outside: Outside | None = None,
     ) -> None:
-        self.session = Session(terminal, model, clock=clock, outside=outside)
+        self._log = LoggedTerminal(terminal)
+        self.session = Session(self._log, model, clock=clock, outside=outside)
+        self.session.log = self._log
         self.session.draw = _draw
         self.session.desk.lives = terminal.attended and clock is not None
         self.conversation = talk = Conversation(self.session)
@@ -62,6 +65,8 @@ class LocalSeat:
             self._keeper.offer()
 
     def take(self, text: str) -> None:
+        if self._log.path is not None:
+            self._log.typed(self.status().prompt, text)
         self._do(self.conversation.lines(text))
 
     def answer(self) -> None:
@@ -79,6 +84,7 @@ class LocalSeat:
         self._keep()
 
     def end(self) -> None:
+        self._log.end()
         if self._keeper is not None:
             self._keeper.forget()
 

@@ -10,6 +10,8 @@ from tests.interfaces.monitor.people import at, last, loaded
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.dialogue import replies
 from vrs_cli.dialogue.talk import Reading, Running
+from vrs_cli.errors import FileError, FileOutside
+from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.values import Kind
 
@@ -106,3 +108,39 @@ def test_all_of_a_file_is_there_at_once_and_others_have_their_turn_before(tmp_pa
         seen.append((session.environment.count(), len(session.programs)))
     assert ticket.error() is None
     assert sorted(set(seen)) == [(0, 0), (1000, 20)]
+
+
+# --- folders -------------------------------------------------------------------------------------------------------
+
+
+def said(session: Session, line: str) -> str:
+    session.perform(line)
+    return last(session, replies.Message).text
+
+
+def test_another_folder(folder: Path) -> None:
+    (folder / "cells").mkdir()
+    session = at(RecordingTerminal(), "a = 5")
+    assert said(session, "CD cells") == said(session, "PWD") == str(folder / "cells")
+    session.perform("STORE all")
+    assert (folder / "cells" / "all.v2").is_file()
+    session.load_text('.PROGRAM p\nATTACH (5)\nFOPENW (5) "log.txt"\nWRITE (5) "x"\nFCLOSE (5)\n.END\n')
+    session.perform("EXECUTE p")
+    assert (folder / "cells" / "log.txt").is_file()  # programs have their files there too
+    assert said(session, "CD ..") == str(folder)
+    with pytest.raises(FileError, match="none is no folder"):
+        session.perform("CD none")
+
+
+def test_no_way_leads_out_of_a_closed_folder(folder: Path) -> None:
+    (folder / "box" / "cells" / "deep").mkdir(parents=True)
+    session = Session(RecordingTerminal(), folder=Folder(folder / "box", closed=True))
+    assert said(session, "PWD") == "/"
+    assert said(session, "CD cells/deep") == "/cells/deep"
+    assert said(session, "CD ..") == "/cells"
+    assert [said(session, "CD ..") for _ in range(2)] == ["/", "/"]
+    assert said(session, "CD cells") == "/cells"
+    assert said(session, "CD") == "/"
+    for out in ("CD ../..", f"CD {folder}", "CD cells/../.."):
+        with pytest.raises(FileOutside):
+            session.perform(out)

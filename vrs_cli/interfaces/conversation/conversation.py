@@ -79,6 +79,8 @@ class Conversation:
         self.desk.interrupted = False
         lines = text.splitlines() or [""]
         for number, line in enumerate(lines, 1):
+            if line.strip():
+                self.desk.typed.append(line.rstrip())
             goes_on = closes_entry(line) and opens_entry(next(filter(str.strip, islice(lines, number, None)), ""))
             yield from self._guarded(self._line(line, goes_on=goes_on), line)
             if self.desk.interrupted:

@@ -13,9 +13,10 @@ from vrs_cli.dialogue.questions import Playing
 from vrs_cli.dialogue.replies import FileTable, FileText, Message, ReplayRow, ReplayTable, Reply, Tone, report
 from vrs_cli.dialogue.talk import Reading, Talk, beside
 from vrs_cli.engine.position import position_at
-from vrs_cli.errors import ProgramExists, UsageError
+from vrs_cli.errors import FileError, ProgramExists, UsageError
 from vrs_cli.files import store as files
 from vrs_cli.files.atomic import write_atomically
+from vrs_cli.files.bounds import Folder
 from vrs_cli.files.continuing import bookmark_of
 from vrs_cli.files.folder import copy, delete, entries, existing, rename, target
 from vrs_cli.files.program_file import find_program_file, read_program_file
@@ -247,6 +248,51 @@ def _fdirectory(station: Station, it: Instruction) -> Talk[None]:
     yield FileTable(str(asked), entries(asked, folder))
 
 
+def _cd(station: Station, it: Instruction) -> Talk[None]:
+    """Raises FileError for what is no folder, FileOutside for one out of a closed one."""
+    asked, home = operand(it, 0), station.home
+    if asked is None:
+        station.change_folder(home)
+    else:
+        path = _closed_path(station, word(asked)) if home.closed else station.folder.path(word(asked))
+        if not path.is_dir():
+            raise FileError(f"{word(asked)} is no folder", "FDIRECTORY lists what there is")
+        station.change_folder(Folder(Path(os.path.normpath(path)), closed=home.closed))
+    yield from _pwd(station, it)
+
+
+def _closed_path(station: Station, name: str) -> Path:
+    """A folder below the closed one, or by `..` and `/` one between, and that itself."""
+    home, present = station.home.root, station.folder.root
+    if name.strip() == "..":
+        return present if present == home else present.parent
+    return home if name.strip() == "/" else station.folder.inside(name)
+
+
+def _pwd(station: Station, _it: Instruction) -> Talk[None]:
+    """A closed folder does not tell where it is."""
+    root, home = station.folder.root, station.home
+    yield Message(f"/{root.relative_to(home.root).as_posix().strip('.')}" if home.closed else os.path.abspath(root))
+
+
+def _log(station: Station, it: Instruction) -> Talk[None]:
+    """Raises UsageError where the session cannot be written down, FileError."""
+    asked, log = operand(it, 0), station.log
+    if log is None:
+        raise UsageError("LOG writes no file at this robot", "LOG is for a shell at its own robot")
+    if asked is not None:
+        path = station.folder.path(word(asked))
+        yield from may_write(station, path)
+        log.begin(path)
+        yield Message(f"{path} takes down what is typed and answered; LOG alone ends it")
+    elif log.path is None:
+        raise UsageError("no LOG is written", "LOG session.txt begins one; .html and .cast are other forms")
+    else:
+        path = log.path
+        log.end()
+        yield Message(f"{path} is complete")
+
+
 def _fdelete(station: Station, it: Instruction) -> Talk[None]:
     path = existing(path_of(station, it))
     if not (yield from agreed(station, f"The file {path} will be deleted.")):
@@ -289,6 +335,9 @@ FILES: Mapping[str, Handler] = {
     "FLIST": _flist,
     "FDIRECTORY": _fdirectory,
     "LISTF": _fdirectory,
+    "CD": _cd,
+    "PWD": _pwd,
+    "LOG": _log,
     "FDELETE": _fdelete,
     "FCOPY": _fcopy,
     "FRENAME": _frename,

@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any
 
 from vrs_cli.dialogue.replies import (
+    FileText,
     FreeReport,
     Identification,
     Message,
@@ -40,7 +41,7 @@ from vrs_cli.interfaces.monitor.clock import clock_report
 from vrs_cli.interfaces.monitor.consent import leave
 from vrs_cli.interfaces.monitor.help import help_on
 from vrs_cli.interfaces.monitor.running import of_task
-from vrs_cli.interfaces.station.operands import Handler, operand, real, word
+from vrs_cli.interfaces.station.operands import Handler, operand, real, real_or, word
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.run.semantics.settings import MODE_WORDS
 from vrs_cli.language.run.semantics.tasks import PROCESS_CONTROL
@@ -138,6 +139,13 @@ def _help(_station: Station, it: Instruction) -> Iterable[Reply]:
     yield from help_on("" if asked is None else word(asked))
 
 
+def _history(station: Station, it: Instruction) -> Iterable[Reply]:
+    """The lines that whoever asks has typed, without this one."""
+    typed = tuple(station.desk.typed)[:-1]
+    first = max(len(typed) - whole(real_or(station, it, 0, float(len(typed)))), 0)
+    yield FileText(tuple(f"{number:5d}  {line}" for number, line in enumerate(typed, 1) if number > first))
+
+
 def _speed(station: Station, it: Instruction) -> None:
     argument = operand(it, 0)
     assert argument is not None
@@ -203,6 +211,7 @@ STATE: Mapping[str, Handler] = {
     "ID": _id,
     "FREE": _free,
     "HELP": _help,
+    "HISTORY": _history,
     "EXIT": lambda station, _it: leave(station),
     "QUIT": lambda station, _it: leave(station),
     "SPEED": _speed,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -40,6 +41,9 @@ class LineEditor(Protocol):
         """What is wrong with a line that is not sent yet."""
 
 
+MOST_TYPED = 1000  # lines that HISTORY knows
+
+
 @dataclass(eq=False)
 class Desk:
     """`name` and `role` are those of who is at it. `attended`: a person is there, who can be asked. `lives`: whoever
@@ -51,6 +55,7 @@ class Desk:
     `editor`: EDIT is open, and lines go to it; `last_edited` is its program, or that of the one before. `on_screen`:
     the program of SEE, the arm of JOG, the recording of REPLAY, while it fills the screen. `drafted`: that program
     while it is changed and not stored, as a file would hold it. `last_statement` is what a bare DO repeats,
+    `typed` are the lines so far,
     `command_files` are those that are carried out, the innermost last. `interrupted`, by Ctrl-C or ABORT: what was to
     come after the present line does not. `left`: whoever was at it has gone, and a program that was waited for goes on.
     """
@@ -67,6 +72,7 @@ class Desk:
     drafted: str = ""
     last_statement: Statement | None = None
     command_files: list[Path] = field(default_factory=list)
+    typed: deque[str] = field(default_factory=lambda: deque(maxlen=MOST_TYPED))
     interrupted: bool = False
     left: bool = False
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TypeVar
+from typing import Protocol, TypeVar
 from weakref import WeakSet, finalize
 
 from vrs_cli.devices.outside import Outside
@@ -65,6 +65,17 @@ class LineStopped(KeyboardInterrupt):
     """A line of the prompt was stopped, by Ctrl-C or ABORT, before it was done."""
 
 
+class Log(Protocol):
+    """Writes down what is typed and answered. `path` is the file, None where none is written."""
+
+    @property
+    def path(self) -> Path | None: ...
+    def begin(self, path: Path) -> None:
+        """Raises FileError."""
+
+    def end(self) -> None: ...
+
+
 class Station:
     """One robot, its programs and variables, one clock.
 
@@ -111,6 +122,8 @@ class Station:
         self.stops = 0  # how often it was stopped by hand
         self.driver.answers, self.driver.then = self._answers, self._then
         self.layout = Layout()
+        self.home = folder  # where CD without a folder leads, and no CD out of a closed one
+        self.log: Log | None = None  # what writes down the session, where somebody can have that
         self.draw: Callable[[Path, Plot], None] | None = None  # a plot into a file, where this robot does that
         self.journal: Path | None = None  # the file that all motions are written to as they are commanded
 
@@ -132,6 +145,13 @@ class Station:
     def task(self) -> Task | None:
         track = self.tasks.get(ROBOT_PROGRAM)
         return None if track is None else track.task
+
+    def change_folder(self, folder: Folder) -> None:
+        """What is typed has its files there, and what programs open from now on; those in a closed folder have all of
+        that, as before."""
+        self.folder = folder
+        if not folder.closed:
+            self.driver.change_folder(folder)
 
     def close(self) -> None:
         """The end of the session: the files of programs are closed. It comes by itself when a process ends."""

@@ -85,8 +85,8 @@ class Driver:
         self.debugging = Debugging()
         self._transcript = Transcript(engine, terminal)
         self._written = Spent("max_disk", "write")
-        disk = Disk(folder, self._written.add)
-        self.devices = Devices(disk, self._transcript.show, outside or Nothing(), self._missed)
+        self._disk = Disk(folder, self._written.add)
+        self.devices = Devices(self._disk, self._transcript.show, outside or Nothing(), self._missed)
         self.devices.outside.tell = lambda text: terminal.show(Message(text))
         self.tasks = Tasks(engine, environment, self.devices)
         self._performer = Performer(engine, environment, robot, self.tasks, self._transcript, self.devices)
@@ -105,6 +105,10 @@ class Driver:
         """The task until whose end somebody lets time go on. Any thread may ask."""
         last = self._runs[-1:]
         return last[0].track if last and last[0].then is None else None
+
+    def change_folder(self, folder: Folder) -> None:
+        """Where programs have the files that they open from now on."""
+        self._disk.folder = folder
 
     def close(self) -> None:
         """Close the files of programs, and all else that they have open."""

@@ -77,6 +77,8 @@ _EDITORS_AND_DISK = (
     Word("FDELETE file", "2 +", "delete a disk file", "FDELETE old.v2", drastic=True),
     Word("FRENAME new = old", "2 +", "rename a disk file", "FRENAME new.v2 = old.v2", shapes=(Shape.FILE, Shape.FILE)),
     Word("FCOPY new = old", "2 +", "copy a disk file", "FCOPY new.v2 = old.v2", shapes=(Shape.FILE, Shape.FILE)),
+    Word("CD [folder]", "+", "go to a folder of files; bare: back to the first", "CD cells"),
+    _observer("PWD", "", "the folder of files", "PWD"),
     Word("COMMANDS file", "2 +", "carry out a file of monitor commands", "COMMANDS start.pc"),
 )  # fmt: skip
 
@@ -151,6 +153,9 @@ _OURS = (
         "PLOT velocity, 1, 2, arm.svg"),
     Word("SAVE file", "", "write the trajectory to a file", "SAVE demo.vrst"),
     Word("REPLAY file", "", "play a trajectory file", "REPLAY demo.vrst"),
+    Word("LOG [file]", "",
+        "take down what is typed and answered: text, .html, or .cast for asciinema; bare: no more", "LOG session.html"),
+    _observer("HISTORY [n]", "", "the lines that were typed, or the last n of them", "HISTORY 20"),
     _observer("EXIT", "", "leave the shell", "EXIT"),
     _observer("QUIT", "", "leave the shell", "QUIT"),
 )  # fmt: skip
@@ -158,8 +163,7 @@ _OURS = (
 _MODULES = "programs that belong together go to a file of their own: STORE file = program, ..."
 
 _REFUSED = (
-    refused("CD", "+", "the folder of files", "start vrs in the folder, or write it before the name of a file"),
-    refused("DEFAULT", "+", "the folder of files", "start vrs in the folder, or write it before the name of a file"),
+    refused("DEFAULT", "+", "the folder of files", "use CD folder"),
     refused("DEBUG", "+", "the debugger", "use BPT, WATCH, SSTEP and XSTEP"),
     refused("PANIC", "+", "stop at once", "use ABORT"),
     refused("MODULE", "+", "a group of programs", _MODULES),
@@ -190,7 +194,7 @@ _BESIDE = """
     HERE POINT TEACH DELETEP DELETEL DPOINT DELETER DELETES COPY RENAME EDIT SEE
     LOAD LOADP LOADL STORE STOREP STOREL STORER STORES SAVE FDELETE FRENAME FCOPY COMMANDS
     EXECUTE PRIME SSTEP XSTEP NEXT ABORT PROCEED RETRY KILL CYCLE.END PCEXECUTE PCABORT PCEND PCPROCEED PCRETRY
-    BPT WATCH SPEED SIGNAL RESET ENABLE DISABLE SWITCH PARAMETER CLOCK BRANCH EXIT QUIT SET TIMER
+    BPT WATCH SPEED SIGNAL RESET ENABLE DISABLE SWITCH PARAMETER CLOCK BRANCH EXIT QUIT SET TIMER CD LOG
 """
 BESIDE = frozenset(_BESIDE.split())
 # those of them that move the robot, or ask where it is: not from another branch than that of the program

@@ -1,0 +1,70 @@
+"""LOG: what is typed and answered, in a file."""
+
+from __future__ import annotations
+
+import json
+from io import StringIO
+from pathlib import Path
+
+import pytest
+
+from vrs_cli.repl.local_seat import LocalSeat
+from vrs_cli.repl.terminal import PlainTerminal
+
+LINES = (".PROGRAM p", 'TYPE "<hallo>", /S', "TYPE $CHR(27)", ".END", "EXECUTE", "MOVE nowhere", "HISTORY 2")
+
+
+def logged(path: Path, *lines: str) -> str:
+    """What the file has after these lines, and what the shell has said."""
+    said = StringIO()
+    seat = LocalSeat(PlainTerminal(said, []))
+    for line in (f"LOG {path}", *(lines or LINES), "LOG", "WHERE"):
+        seat.take(line)
+    assert f"{path} is complete" in said.getvalue()
+    return path.read_text()
+
+
+def test_a_transcript_as_text(tmp_path: Path) -> None:
+    path = tmp_path / "s.txt"
+    assert logged(path).splitlines() == [
+        f"{path} takes down what is typed and answered; LOG alone ends it",
+        "..PROGRAM p",
+        '    1.? TYPE "<hallo>", /S',
+        "    2.? TYPE $CHR(27)",
+        "    3.? .END",
+        "Program p: 2 steps",
+        ".EXECUTE",
+        "<hallo>^[",
+        "Program completed",
+        ".MOVE nowhere",
+        "*Undefined value* nowhere",
+        ".HISTORY 2",
+        "    6  EXECUTE",
+        "    7  MOVE nowhere",
+        ".LOG",
+    ]
+
+
+def test_a_transcript_as_a_page(tmp_path: Path) -> None:
+    page = logged(tmp_path / "s.html")
+    assert page.endswith("</pre></body></html>\n")
+    assert "&lt;hallo&gt;" in page
+    assert '<span style="color:#eb0000;">*Undefined value* nowhere</span>' in page
+
+
+def test_a_transcript_as_a_cast(tmp_path: Path) -> None:
+    header, *events = [json.loads(line) for line in logged(tmp_path / "s.cast").splitlines()]
+    assert header["version"] == 2
+    times = [time for time, _, _ in events]
+    assert times == sorted(times)
+    assert {kind for _, kind, _ in events} == {"o"}
+    assert any(text == "\x1b[38;2;235;0;0m*Undefined value* nowhere\x1b[0m\r\n" for _, _, text in events)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"), [("LOG", "no LOG is written"), ("LOG none/s.txt", "cannot be written: no such file")]
+)
+def test_what_cannot_be_logged(line: str, said: str) -> None:
+    stream = StringIO()
+    LocalSeat(PlainTerminal(stream, [])).take(line)
+    assert said in stream.getvalue()

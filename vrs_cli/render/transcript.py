@@ -1,0 +1,125 @@
+"""What a session says, written down as it comes: as text, as a page of HTML, or as a cast that asciinema plays."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Protocol, TextIO
+
+from vrs_cli.dialogue.replies import Reply
+from vrs_cli.render.blocks import Grid, Line, Page, grid_lines, line, split
+from vrs_cli.render.colours import COLOURS, Ink
+from vrs_cli.render.control import visible
+from vrs_cli.render.html import pieces_html
+from vrs_cli.render.layout import blocks
+
+WIDTH, HEIGHT = 100, 30  # characters of a cast
+PAGE = Page(WIDTH, unicode=True)
+
+
+class Writer(Protocol):
+    """One format."""
+
+    def begin(self) -> str: ...
+    def line(self, line: Line, seconds: float) -> str:
+        """A line that came so many seconds after the begin."""
+
+    def end(self) -> str: ...
+
+
+def lines_of(reply: Reply) -> Iterator[Line]:
+    """A reply in lines."""
+    for block in blocks(reply, PAGE):
+        for part in split(block, WIDTH) if isinstance(block, Grid) else (block,):
+            yield from grid_lines(part) if isinstance(part, Grid) else (part,)
+
+
+def typed_line(prompt: str, text: str) -> Line:
+    """A line that somebody typed."""
+    return Line(((prompt, Ink.NOTE), (text, Ink.HEADING)))
+
+
+class TextWriter:
+    def begin(self) -> str:
+        return ""
+
+    def line(self, line: Line, seconds: float) -> str:  # noqa: ARG002 (the interface)
+        return f"{line.text}\n"
+
+    def end(self) -> str:
+        return ""
+
+
+class HtmlWriter:
+    def begin(self) -> str:
+        return '<!DOCTYPE html>\n<html><head><meta charset="utf-8"><title>vrs</title></head><body><pre>\n'
+
+    def line(self, line: Line, seconds: float) -> str:  # noqa: ARG002 (the interface)
+        return f"{pieces_html(line.pieces)}\n"
+
+    def end(self) -> str:
+        return "</pre></body></html>\n"
+
+
+class CastWriter:
+    """asciicast v2 (docs.asciinema.org/manual/asciicast/v2)."""
+
+    def begin(self) -> str:
+        return json.dumps({"version": 2, "width": WIDTH, "height": HEIGHT, "title": "vrs"}) + "\n"
+
+    def line(self, line: Line, seconds: float) -> str:
+        drawn = "".join(_ansi(text, ink) for text, ink in line.pieces)
+        return json.dumps([round(seconds, 3), "o", f"{drawn}\r\n"]) + "\n"
+
+    def end(self) -> str:
+        return ""
+
+
+def _ansi(text: str, ink: Ink) -> str:
+    colour, bold = COLOURS[ink]
+    codes = ["1"] * bold
+    if colour:
+        codes.append(f"38;2;{int(colour[1:3], 16)};{int(colour[3:5], 16)};{int(colour[5:7], 16)}")
+    return f"\x1b[{';'.join(codes)}m{text}\x1b[0m" if codes else text
+
+
+WRITERS: Mapping[str, Callable[[], Writer]] = {".html": HtmlWriter, ".htm": HtmlWriter, ".cast": CastWriter}
+
+
+class Transcript:
+    """A file that is being written. Raises OSError."""
+
+    def __init__(self, path: Path, clock: Callable[[], float]) -> None:
+        self.path = path
+        self._clock, self._begun, self._open_line = clock, clock(), ""
+        self._writer = WRITERS.get(path.suffix.lower(), TextWriter)()
+        self._stream: TextIO = path.open("w", encoding="utf-8", newline="\n")
+        self._put(self._writer.begin())
+
+    def typed(self, prompt: str, text: str) -> None:
+        self._line(typed_line(prompt, text))
+
+    def reply(self, reply: Reply) -> None:
+        for one in lines_of(reply):
+            self._line(one)
+
+    def type(self, text: str) -> None:
+        """What a program types: lines are written when they are complete."""
+        *complete, self._open_line = (self._open_line + text).split("\n")
+        for one in complete:
+            self._line(line(one))
+
+    def close(self) -> None:
+        if self._open_line:
+            self._line(line(self._open_line))
+        self._put(self._writer.end())
+        self._stream.close()
+
+    def _line(self, one: Line) -> None:
+        shown = Line(tuple((visible(text), ink) for text, ink in one.pieces))
+        self._put(self._writer.line(shown, self._clock() - self._begun))
+
+    def _put(self, text: str) -> None:
+        self._stream.write(text)
+        self._stream.flush()
