@@ -130,6 +130,21 @@ def test_a_last_joint_that_turns_the_hand_is_one(tmp_path: Path, name: str, chil
     assert (model.joint_count, model.origin.tip) == (6, child)
 
 
+def test_a_jaw_beside_one_that_the_wrist_turns(tmp_path: Path) -> None:
+    wrist = joint("wrist_roll", "l4", "fixed_jaw") + fixed("fixed_jaw", "fixed_jaw_tip")
+    model = loaded(tmp_path, arm(4) + wrist + joint("gripper", "fixed_jaw", "moving_jaw", axis="0 1 0"))
+    assert model.origin is not None
+    assert (model.joint_count, model.origin.tip, model.origin.fingers) == (5, "fixed_jaw", ("gripper",))
+
+
+def test_a_joint_that_does_not_move_the_place_of_grasping_is_a_jaw(tmp_path: Path) -> None:
+    text = arm(5) + fixed("l5", "gripper_tcp") + joint("j6", "l5", "gripper", axis="0 1 0")
+    model = loaded(tmp_path, text + fixed("gripper", "end"))
+    assert model.origin is not None
+    assert (model.joint_count, model.origin.tip, model.origin.fingers) == (5, "gripper_tcp", ("j6",))
+    assert "--tip gripper takes it for one" in told(model)[0]
+
+
 TWO_ARMS = arm(1) + arm(6, "l1", "left_") + arm(6, "l1", "right_") + arm(2, "l1", "head_")
 
 

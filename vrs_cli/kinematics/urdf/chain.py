@@ -75,12 +75,12 @@ def choice(tree: Tree, base: str | None, tip: str | None) -> Choice:
 def _arms(tree: Tree, link: str, joints: int) -> list[tuple[str, ...]]:
     """The tips of all arms below a link that is moved by so many joints, each with what is to be said of it."""
     nexts = tree.nearest(link)
-    while len(nexts) == 1 and not _is_hand(tree, nexts, joints):
+    while len(nexts) == 1 and not _is_hand(tree, link, joints):
         link, joints = nexts[0].child, joints + _counts(nexts[0])
         nexts = tree.nearest(link)
     if not nexts:
         return [(_end(tree, link),)]
-    if _is_hand(tree, nexts, joints):
+    if _is_hand(tree, link, joints):
         tip = _parting(tree, link, nexts)
         return [(tip, _jaw_note(nexts[0], tip)) if len(nexts) == 1 else (tip,)]
     depths = [_depth(tree, joint) for joint in nexts]
@@ -116,12 +116,14 @@ def _depth(tree: Tree, joint: Joint) -> int:
     return deepest
 
 
-def _is_hand(tree: Tree, nexts: Sequence[Joint], joints: int) -> bool:
-    """Whether branches are fingers: by their names, as all but one mimic it, or as short ones at the end of an arm."""
+def _is_hand(tree: Tree, link: str, joints: int) -> bool:
+    """Whether the branches on a link are fingers, `joints` of an arm before it: by their names, as all but one mimic
+    it, or as short ones at the end of an arm."""
     if not joints:
         return False
+    nexts = tree.nearest(link)
     if len(nexts) == 1:
-        return _is_finger(nexts[0]) and not any(map(_counts, _behind(tree, nexts))) and not _is_in_hand(tree, nexts[0])
+        return not any(map(_counts, _behind(tree, nexts))) and _is_jaw(tree, link, nexts[0])
     if all(map(_is_finger, nexts)) or sum(map(_counts, nexts)) < 2:
         return True
     return joints >= ARM and (
@@ -129,18 +131,20 @@ def _is_hand(tree: Tree, nexts: Sequence[Joint], joints: int) -> bool:
     )
 
 
-def _is_in_hand(tree: Tree, joint: Joint) -> bool:
-    """Whether the joint before is a finger's too, as in a file that describes one alone."""
-    link = joint.parent
-    while (before := tree.by_child.get(link)) is not None and not before.moves:
-        link = before.parent
-    return before is not None and _is_finger(before)
+def _is_jaw(tree: Tree, link: str, last: Joint) -> bool:
+    """Whether a single joint at the end, on a link, is a jaw: by its names, unless the one before is a finger's too (in
+    a file that describes one alone), or as it does not move the place between the fingers."""
+    if _is_finger(last):
+        return not _is_finger(tree.by_child[link])
+    return any(_rank(held, GRASPS) < len(GRASPS) for held in tree.together(link))
 
 
 def _is_finger(joint: Joint) -> bool:
-    if _FINGER_LINK.search(joint.child):
+    """By its names; a wrist may carry a jaw that is fixed to it."""
+    if _FINGER_LINK.search(joint.name):
         return True
-    return bool(_FINGER_JOINT.search(joint.name)) and not _WRIST_JOINT.search(joint.name)
+    named = _FINGER_JOINT.search(joint.name) or _FINGER_LINK.search(joint.child)
+    return bool(named) and not _WRIST_JOINT.search(joint.name)
 
 
 def _behind(tree: Tree, joints: Iterable[Joint]) -> list[Joint]:
@@ -149,8 +153,9 @@ def _behind(tree: Tree, joints: Iterable[Joint]) -> list[Joint]:
 
 def _fingers(tree: Tree, moving: Sequence[Joint]) -> list[Joint]:
     """All joints of the hand that the last joint of an arm carries."""
-    nexts = [joint for joint in tree.nearest(moving[-1].child) if joint not in moving]
-    if not nexts or not _is_hand(tree, nexts, len(moving)):
+    link = moving[-1].child
+    nexts = tree.nearest(link)
+    if not nexts or not _is_hand(tree, link, len(moving)):
         return []
     return [joint for first in nexts for joint in tree.moving_below(first)]
 
