@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from tests.kinematics.short_arms import forward, random_arm, turn_between
-from tests.laws.short_arms import TOOLS, lines_there_and_back, middling
+from tests.laws.short_arms import TOOLS, check_way, lines_there_and_back, middling
 from vrs_cli.engine.commands import Move, PoseTarget
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.task import Task
-from vrs_cli.kinematics.transform import Transform, at_position, compose, rotation_about
+from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, position, rotation_about
 
 
 @pytest.mark.parametrize(("seed", "joints", "profile", "tool"), [(6, 4, "SCURVE", TOOLS[1]), (7, 5, "LSPB", TOOLS[0])])
@@ -38,6 +39,25 @@ def test_move_takes_the_turn_that_is_nearest_of_all() -> None:
             others.append(turn_between(forward(model, np.array(q))[:3, :3], R))
     assert others
     assert turned <= min(others) + 1e-3
+
+
+@pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])
+def test_a_line_at_whose_end_a_range_turns_the_tool_turns_it_on_the_way(profile: str) -> None:
+    """Up from a table, the tool pointing down: joint 4 comes to its end."""
+    model = replace(load_robot("so100"), profile=profile)
+    start = model.units.read((-90.0, 135.86, -121.17, 55.74, 90.0))
+    engine = Engine(model, start=start)
+    table = engine.position().T_world_tool
+    x, y, z = position(table)
+    above = at_position(table, x, y, z + 0.06)
+    ends = []
+    for goal in (above, table):
+        begin = engine.end
+        engine.perform(Move(PoseTarget(goal), straight=True))
+        check_way(engine, IDENTITY, begin, goal)
+        ends.append(engine.position(engine.end).joints)
+    assert ends[0][3] == pytest.approx(model.upper[3], abs=1e-9)
+    assert ends[1] == pytest.approx(start, abs=1e-8)  # a way that closes
 
 
 def test_what_an_arm_cannot_do_is_said_with_the_task_that_would() -> None:

@@ -15,6 +15,8 @@ from vrs_cli.kinematics.robot_file import load_robot, robot_names
 
 SHORT = Path(__file__).parents[1] / "kinematics" / "urdf" / "short.urdf"
 CAUGHT = ((-70.8, 20.2, 146.4, 103.9, 2.9), (-18.7, 35.0, 54.9, 132.3, -59.1), (-66.2, 92.8, 116.3, 122.2, 183.9))
+NEARLY = (-132.68, 105.57, -70.99, -34.52, -237.15)  # which other joints, sooner there, miss by 3e-4 rad
+SINGULAR = (-40.552521, 19.888211, -163.773385, -118.635869, 4.128425)  # of an SO-100: 4e-5 of the largest freedom
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -30,7 +32,12 @@ def test_a_robot_goes_back_to_taught_places(robot: str) -> None:
     assert not list(refused(model, lambda q: np.reshape(forward(q), (3, 4)), 10, Random(560)))
 
 
-@pytest.mark.parametrize("degrees", CAUGHT)
+@pytest.mark.parametrize("degrees", [*CAUGHT, NEARLY])
 def test_places_around_which_searches_are_caught_by_limits(degrees: tuple[float, ...]) -> None:
     arm = arm_for(load_robot(SHORT))
     check_way_back(arm, arm.model.units.read(degrees), lambda q: np.reshape(arm.forward(q), (3, 4)))
+
+
+def test_a_place_whose_joints_are_singular() -> None:
+    arm = arm_for(load_robot("so100"))
+    check_way_back(arm, arm.model.units.read(SINGULAR), lambda q: np.reshape(arm.forward(q), (3, 4)))

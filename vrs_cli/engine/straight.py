@@ -41,6 +41,7 @@ SAME_VELOCITY = 5e-7  # [rad/s] two joint velocities that are one
 EAGER = 1.05  # a line that starts in motion is slowed so much more than its load
 ATTEMPTS = 6  # to slow down a line that starts in motion
 INSTANT_STEPS = 50  # to find when a part of a line is done
+AS_ASKED = 1e-6  # [rad] a turn that is none
 NO_WAY = 1e-9  # [m] a line that only turns
 
 Seeds = tuple[Joints, ...]
@@ -53,6 +54,36 @@ def straight_segments(problem: Problem) -> tuple[Segment, ...]:
     Raises LocationOutOfRange or JointOutOfRange when the line leaves the reach, StraightLineSingular when the joints
     could follow only at less than 1/`slowest` of the speed asked, or not as they move now; NotInTime.
     """
+    try:
+        return _segments_to(problem)
+    except MotionError as failure:
+        turned = _turned_as_it_can_be(problem)
+        if turned is None:
+            raise
+        try:
+            segments = _segments_to(structs.replace(problem, motion=problem.motion._replace(pose=turned)))
+        except MotionError:
+            raise failure from None
+        return tuple(replace(segment, motion=problem.motion) for segment in segments)
+
+
+def _turned_as_it_can_be(problem: Problem) -> Transform | None:
+    """The goal of an arm that turns its tool as nearly as it can, with the tool as its ranges let it be there: an even
+    turn to that may pass where the least turn on the way does not. None of other arms, and where the goal is in reach
+    as it is.
+    """
+    motion, tool = problem.motion, problem.motion.frames.tool
+    steady = problem.arm.holding(tool).steady
+    if steady is None or motion.pose is None:
+        return None
+    T_robot_flange = compose(motion.pose, inverse(tool))
+    q = steady.within_ranges(T_robot_flange, problem.here.joints.joints)
+    if q is None or steady.missing_turn(q, T_robot_flange) < AS_ASKED:
+        return None
+    return compose(problem.arm.forward(q), tool)
+
+
+def _segments_to(problem: Problem) -> tuple[Segment, ...]:
     arm, joints, state = problem.arm, problem.here.joints.joints, problem.tool
     failure: MotionError | None = None
     for configuration in arm.line_ways(joints):

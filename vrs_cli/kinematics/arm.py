@@ -55,6 +55,12 @@ class Steady(Protocol):
     StraightLineSingular.
     """
 
+    def within_ranges(self, T: Transform, near: Joints) -> Joints | None:
+        """Those with the least turn missing that are found downhill from joints that are near, inside the limits."""
+
+    def missing_turn(self, q: Joints, T: Transform) -> float:
+        """By how much the tool is turned away from a pose that is asked for [rad]."""
+
     def joint_velocity_on(self, q: Joints, T: Transform, twist: Twist, T_flange_tool: Transform) -> Joints:
         """[rad/s]"""
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 R = TypeVar("R")
 
-SAME_TURN = 1e-3  # [rad] two turns that are missing and are one: then the way that is reached sooner is taken
+SAME_TURN = 1e-5  # [rad] two turns that are missing and are one: then the joints that are reached sooner are taken
 
 
 class SteadyArm(RobotArm):
@@ -83,8 +83,11 @@ class SteadyArm(RobotArm):
             raise self._nowhere(T, near)
         return found
 
+    def within_ranges(self, T: Transform, near: Joints) -> Joints | None:
+        found = self._batch.searched(T, [near], bounded=True)
+        return found[0][0] if found else None
+
     def missing_turn(self, q: Joints, T: Transform) -> float:
-        """By how much the tool is turned away from a pose that is asked for [rad]."""
         from vrs_cli.kinematics.numeric.steady.way import Way  # here: it brings numpy
 
         return float(Way(self._batch.conditions, q, T).at.angle[0])

@@ -24,6 +24,7 @@ from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT, Unchanging
 
 FOLLOWING = 12  # steps of Newton's method from joints that are near
 SETTLED = 1e-7  # [rad, m] after a step so small the next one would be rounding: they shrink with the square
+THERE, TURNED = 1e-10, 1e-7  # [m, rad] of a pose: nothing is missing, though in singular joints steps shrink slowly
 BRANCH = 0.5  # [rad, m] from joints that are near: farther off is another branch
 DAMPING = 1e-6  # of the way downhill, where nothing else decides it
 
@@ -114,6 +115,10 @@ class SteadyBatch(SerialBatch):
             there = rows[done & (np.linalg.norm(at.away, axis=1) < LEVEL)]
             found[there], turned[there] = q[there], at.angle[np.isin(rows, there)]
             rows, multipliers = rows[~done], multipliers[~done]
+        if len(rows):
+            at = conditions.terms(q[rows], T[rows])
+            had = (np.linalg.norm(at.away, axis=1) < THERE) & (at.angle < TURNED)
+            found[rows[had]], turned[rows[had]] = q[rows[had]], at.angle[had]
         return Found(found, turned)
 
     def _downhill(self, at: Terms, multipliers: Floats, q: Floats, *, bounded: bool) -> tuple[Floats, Floats]:
