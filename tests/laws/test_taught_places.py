@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import pi
 from pathlib import Path
 from random import Random
 
@@ -36,6 +37,11 @@ def test_a_robot_goes_back_to_taught_places(robot: str) -> None:
 def test_places_around_which_searches_are_caught_by_limits(degrees: tuple[float, ...]) -> None:
     arm = arm_for(load_robot(SHORT))
     check_way_back(arm, arm.model.units.read(degrees), lambda q: np.reshape(arm.forward(q), (3, 4)))
+
+
+def test_a_place_whose_joints_are_singular_though_all_of_them_count(tmp_path: Path) -> None:
+    drawn = draw_arm(Random(1), 5)
+    check_way_back(arm_for(drawn.model(tmp_path)), (2.27689, 0.65366, -7.25687, -pi, -0.74253), drawn.forward)
 
 
 def test_a_place_whose_joints_are_singular() -> None:

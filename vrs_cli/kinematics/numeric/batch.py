@@ -16,6 +16,8 @@ from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT, Unchanging
 
+SINGULAR = 5e-9  # [m, rad] an error that steps do not lessen in a singular pose, and that is none all the same
+
 
 class NumericBatch(SerialBatch):
     """Rows that do not converge are NaN."""
@@ -87,6 +89,9 @@ class NumericBatch(SerialBatch):
                 there = stuck[self._at_the_goal(q[stuck], T[stuck])]
                 found[there] = q[there]
                 rows = np.setdiff1d(rows, stuck)
+        if guides is None and len(rows):  # a place, and no part of a line
+            there = rows[np.abs(self.error(q[rows], T[rows])[1]).max(axis=1) < SINGULAR]
+            found[there] = q[there]
         return found
 
     def _at_the_goal(self, q: Floats, T: Floats) -> Flags:
