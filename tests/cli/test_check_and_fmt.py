@@ -277,3 +277,25 @@ def test_fmt_shows_the_difference(vrs: Vrs, tmp_path: Path) -> None:
     )
     vrs("fmt", "--write", "ragged.v2")
     assert vrs("fmt", "--diff", "ragged.v2") == (0, "", "")
+
+
+OLD = ".PROGRAM old()\n    a = 5\n    IF NOT a == 5 GOTO 10\n    TYPE RX(3)\n10  TYPE 1\n.END\n"
+
+
+def test_the_dialect_of_files_that_say_none(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "old.v2").write_text(OLD.replace("    TYPE RX(3)\n", ""))
+    (tmp_path / "new.v2").write_text(OLD)
+    assert vrs("check", "--dialect", "val2", "old.v2").status == 0
+    refused = vrs("check", "--dialect", "val2", "new.v2")
+    assert refused.status == 1
+    assert "RX is of V+, and this program is in VAL-II" in refused.out
+    assert "IF (NOT a) == 5 GOTO 10" in vrs("fmt", "--dialect", "val2", "old.v2").out
+    assert "IF NOT a == 5 GOTO 10" in vrs("fmt", "old.v2").out
+
+
+def test_a_file_in_another_language_is_named(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "main.src").write_text("DEF main( )\nPTP HOME\nEND\n")
+    ended = vrs("check", "main.src")
+    assert ended.status == 1
+    assert "this file is in KRL (KUKA), not in VAL-II" in ended.out
+    assert ended.out.splitlines()[-1] == "1 error, 0 warnings"

@@ -9,7 +9,7 @@ from argparse import ArgumentTypeError, Namespace
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, chosen_robot
+from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, chosen_dialect, chosen_robot
 from vrs_cli.cli.findings import FORMATS, Finding
 from vrs_cli.cli.main import FAILED, OK, status_of
 from vrs_cli.cli.sources import has_errors, program_files, read_source
@@ -61,6 +61,7 @@ def parser(prog: str) -> Parser:
     parser.add_argument("--fix", action="store_true", help="rewrite what can surely be mended, and tell the rest")
     parser.add_argument("--watch", action="store_true", help="check again whenever a file changes")
     parser.add_robot()
+    parser.add_dialect()
     return parser
 
 
@@ -91,12 +92,12 @@ def _finding(path: str, options: Namespace, model: RobotModel) -> Finding:
     from vrs_cli.interfaces.inspection import inspect
 
     source = read_source(path)
-    found = _chosen(inspect(source.text, model), options)
+    found = _chosen(inspect(source.text, model, chosen_dialect(options)), options)
     if not options.fix:
         return Finding(source, found)
     from vrs_cli.cli.mending import mended
 
-    return mended(Finding(source, found), lambda text: _chosen(inspect(text, model), options))
+    return mended(Finding(source, found), lambda text: _chosen(inspect(text, model, chosen_dialect(options)), options))
 
 
 def _chosen(found: Iterable[Diagnostic], options: Namespace) -> tuple[Diagnostic, ...]:

@@ -16,6 +16,7 @@ from vrs_cli.kinematics.task import Task
 if TYPE_CHECKING:
     from vrs_cli.engine.clock import WallClock
     from vrs_cli.kinematics.model import RobotModel
+    from vrs_cli.language.words.dialect import Dialect
 
 STANDARD_STREAM = "-"
 DEFAULT_RATE = 100.0  # [Hz]
@@ -48,6 +49,11 @@ class Parser(argparse.ArgumentParser):
         told = "a robot's name (vrs robots), or its TOML or URDF file"
         self.add_argument("--robot", metavar="NAME|FILE", default=default, help=told)
         self.add_choices()
+
+    def add_dialect(self) -> None:
+        """The option of `chosen_dialect`."""
+        told = "how far the language goes, where a file does not say it: val, val2, or vplus (usual)"
+        self.add_argument("--dialect", choices=("val", "val2", "vplus"), default="vplus", help=told)
 
     def add_choices(self) -> None:
         """The options that choose an arm of a URDF file, and what counts of its locations."""
@@ -98,6 +104,13 @@ def _words(arguments: Iterable[str]) -> Iterable[str]:
 def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
     """A hint: the known word that is near, or where all are listed."""
     return suggestion(word, known, f"see {prog} --help")
+
+
+def chosen_dialect(options: argparse.Namespace) -> Dialect:
+    """The dialect of the option of `add_dialect`."""
+    from vrs_cli.language.words.dialect import Dialect
+
+    return Dialect[options.dialect.upper()]
 
 
 def chosen_robot(prog: str, options: argparse.Namespace) -> RobotModel:

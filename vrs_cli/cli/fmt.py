@@ -7,12 +7,16 @@ import sys
 from argparse import Namespace
 from collections.abc import Iterable, Sequence
 from io import StringIO
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser
+from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, chosen_dialect
 from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.cli.sources import Source, program_files, read_source
+
+if TYPE_CHECKING:
+    from vrs_cli.language.words.dialect import Dialect
 
 EPILOG = """\
 A file with mistakes is left as it is. Formatting twice changes nothing more.
@@ -44,7 +48,8 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     options = parser(prog).parse(arguments)
     if options.write and STANDARD_STREAM in options.files:
         raise CommandLineError("--write cannot change standard input", "leave --write out")
-    formatted = [_formatted(source) for source in map(read_source, program_files(options.files))]
+    dialect = chosen_dialect(options)
+    formatted = [_formatted(source, dialect) for source in map(read_source, program_files(options.files))]
     for one in formatted:
         if one.text is None:
             continue
@@ -85,6 +90,7 @@ def _difference(path: str, before: str, after: str) -> Iterable[str]:
 def parser(prog: str) -> Parser:
     parser = Parser(prog, "Print program files as canonical VAL-II text: one layout, comments kept.", EPILOG)
     parser.add_argument("files", metavar="FILE.v2", nargs="+", help="files, folders or patterns (- is standard input)")
+    parser.add_dialect()
     how = parser.add_mutually_exclusive_group()
     how.add_argument("--write", action="store_true", help="rewrite the files in place")
     how.add_argument("--check", action="store_true", help="change nothing; status 1 if a file would change")
@@ -92,11 +98,11 @@ def parser(prog: str) -> Parser:
     return parser
 
 
-def _formatted(source: Source) -> Formatted:
+def _formatted(source: Source, dialect: Dialect) -> Formatted:
     """The canonical text; what stands in its way is told on standard error."""
     from vrs_cli.language.analysis.structure import canonical_text
 
-    text = canonical_text(source.text)
+    text = canonical_text(source.text, dialect)
     if isinstance(text, str):
         return Formatted(source, text)
     print(source.shown(text), end="", file=sys.stderr)

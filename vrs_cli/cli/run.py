@@ -19,6 +19,7 @@ from vrs_cli.cli.command_line import (
     CommandLineError,
     Parser,
     add_realtime_option,
+    chosen_dialect,
     chosen_robot,
     clock_of,
     positive,
@@ -110,6 +111,7 @@ def parser(prog: str) -> Parser:
     parser.add_argument("files", metavar="FILE.v2", nargs="+", help=told)
     parser.add_argument("--cycles", metavar="N", type=_cycles, default=1, help="how often; negative: without end")
     parser.add_robot()
+    parser.add_dialect()
     _add_limits(parser)
     parser.add_argument(
         "--sandbox", metavar="FOLDER", help="for a program of somebody else: its files are in this folder alone"
@@ -228,6 +230,7 @@ class _Batch(Struct, frozen=True):
         box, clock = self.options.sandbox, clock_of(self.options.realtime)
         folder = FREE if box is None else Folder(Path(box), closed=True)
         station = Station(terminal, model, clock=clock, limits=self._limits(), folder=folder, outside=outside)
+        station.dialect = chosen_dialect(self.options)
         station.tasks.told = partial(self._tell_beside, terminal)
         if self.options.signals is not None:
             from vrs_cli.files.signal_file import read_signals

@@ -10,6 +10,7 @@ from vrs_cli.cli.command_line import (
     CommandLineError,
     Parser,
     add_realtime_option,
+    chosen_dialect,
     chosen_robot,
     clock_of,
     with_rate,
@@ -39,7 +40,8 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     outside = chosen_outside(options)
     from vrs_cli.repl.shell import main as shell
 
-    return shell(_robot(prog, options), options.file, options.save, clock_of(options.realtime), outside)
+    clock, dialect = clock_of(options.realtime), chosen_dialect(options)
+    return shell(_robot(prog, options), options.file, options.save, clock, outside, dialect)
 
 
 def parser(prog: str) -> Parser:
@@ -49,6 +51,7 @@ def parser(prog: str) -> Parser:
         "--save", metavar="T.vrst", help="record every motion in a file; go on with it if it is there already"
     )
     parser.add_robot(default=None)
+    parser.add_dialect()
     add_realtime_option(parser)
     add_outside_options(parser)
     return parser

@@ -38,6 +38,7 @@ from vrs_cli.language.text.diagnostics import Diagnostic, Severity, error, warni
 from vrs_cli.language.text.parts import Part, Placed, parts_of, programs_of, repeated_programs
 from vrs_cli.language.text.source import JOINTS_HIGH
 from vrs_cli.language.text.suppression import heeded
+from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.language.words.values import precision_point
 
 # the motions whose first argument is where they go; those of the second row stop at a distance in front of it
@@ -46,12 +47,12 @@ IN_FRONT = frozenset({"APPRO", "APPROS"})
 CHANGING_FRAMES = frozenset({"TOOL", "BASE"})  # with one of them in the file, nobody knows where a location is
 
 
-def inspect(text: str, model: RobotModel) -> tuple[Diagnostic, ...]:
+def inspect(text: str, model: RobotModel, dialect: Dialect = Dialect.VPLUS) -> tuple[Diagnostic, ...]:
     """Everything that is wrong with a file by itself, as LOAD into an empty memory finds it; steps that nothing
     leads to; constants that no run could take; constant locations that this robot cannot reach. In the order of the
     lines.
     """
-    inspector = Inspector(model)
+    inspector = Inspector(model, dialect)
     return inspector.inspect(inspector.read(text))
 
 
@@ -70,7 +71,8 @@ class _Inspected(Struct, frozen=True, eq=False):
 class Inspector:
     """Inspects one file, and its next versions too: of the parts that have not changed it knows what it found."""
 
-    def __init__(self, model: RobotModel) -> None:
+    def __init__(self, model: RobotModel, dialect: Dialect = Dialect.VPLUS) -> None:
+        self._dialect = dialect
         self._engine = Engine(model)
         robot = Engine(model)  # which may be asked anything
         self._constants = Constants(Context(Environment(units=model.units), Readings(robot)), robot.perform)
@@ -80,7 +82,7 @@ class Inspector:
 
     def read(self, text: str) -> Parts:
         """The parts of the present version."""
-        parts = parts_of(text, self._known)
+        parts = parts_of(text, self._known, self._dialect)
         self._known = {placed.part.lines: placed.part for placed in parts}
         return parts
 

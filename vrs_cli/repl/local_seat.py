@@ -19,6 +19,7 @@ from vrs_cli.interfaces.jog.jogger import Hand, Jogger
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.repl.keeping import Keeper
 from vrs_cli.repl.logged import LoggedTerminal
 from vrs_cli.repl.recorder import Recorder
@@ -37,10 +38,12 @@ class LocalSeat:
         clock: Clock | None = None,
         recovery: Path | None = None,
         outside: Outside | None = None,
+        dialect: Dialect | None = None,
     ) -> None:
         self._log = LoggedTerminal(terminal)
         self.session = Session(self._log, model, clock=clock, outside=outside)
         self.session.log = self._log
+        self.session.dialect = dialect or self.session.dialect
         self.session.draw = _draw
         self.session.desk.lives = terminal.attended and clock is not None
         self.conversation = talk = Conversation(self.session)

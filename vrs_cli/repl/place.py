@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from vrs_cli.dialogue.talk import Terminal
     from vrs_cli.engine.clock import Clock
     from vrs_cli.kinematics.model import RobotModel
+    from vrs_cli.language.words.dialect import Dialect
     from vrs_cli.repl.local_seat import LocalSeat
     from vrs_cli.repl.recorder import Recorder
     from vrs_cli.repl.remote_seat import Far, RemoteSeat
@@ -36,7 +37,8 @@ class Place(Protocol):
 
 class Local(Struct):
     """A robot of this process. `file` is loaded first; `recovery`: where shells keep what is in memory alone;
-    `outside`: whom programs may talk to."""
+    `outside`: whom programs may talk to; `dialect`: of what is typed.
+    """
 
     model: RobotModel | None = None
     file: str | None = None
@@ -44,6 +46,7 @@ class Local(Struct):
     clock: Clock | None = None
     recovery: Path | None = None
     outside: Outside | None = None
+    dialect: Dialect | None = None
 
     @property
     def afar(self) -> bool:
@@ -68,7 +71,8 @@ class Local(Struct):
     def seat(self, terminal: Terminal) -> LocalSeat:
         from vrs_cli.repl.local_seat import LocalSeat
 
-        return LocalSeat(terminal, self.model, self.file, self.recorder, self.clock, self.recovery, self.outside)
+        ours = (self.model, self.file, self.recorder, self.clock, self.recovery, self.outside, self.dialect)
+        return LocalSeat(terminal, *ours)
 
 
 class Afar(Struct):

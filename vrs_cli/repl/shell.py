@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from vrs_cli.devices.outside import Outside
     from vrs_cli.engine.clock import Clock
     from vrs_cli.kinematics.model import RobotModel
+    from vrs_cli.language.words.dialect import Dialect
     from vrs_cli.repl.recorder import Recorder
 
 FAILED = 1
@@ -23,6 +24,7 @@ def main(
     save: str | None = None,
     clock: Clock | None = None,
     outside: Outside | None = None,
+    dialect: Dialect | None = None,
 ) -> int:
     """Run the shell until the user leaves; returns the exit status.
 
@@ -32,23 +34,16 @@ def main(
     """
     recorder, sound = _recorder(save), True
     try:
-        status = _run(model, file, recorder, clock, outside)
+        status = _run(Local(model, file, recorder, clock, outside=outside, dialect=dialect))
     finally:
         if recorder is not None:
             sound = recorder.close()
     return status if sound else FAILED
 
 
-def _run(
-    model: RobotModel | None,
-    file: str | None,
-    recorder: Recorder | None,
-    clock: Clock | None,
-    outside: Outside | None,
-) -> int:
-    if recorder is not None and model is None:
-        model = recorder.model
-    place = Local(model, file, recorder, clock, outside=outside)
+def _run(place: Local) -> int:
+    if place.recorder is not None and place.model is None:
+        place.model = place.recorder.model
     if on_terminal():
         from vrs_cli.repl.history import recovery_folder
 

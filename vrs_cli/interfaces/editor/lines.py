@@ -27,6 +27,7 @@ from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, errors, f
 from vrs_cli.language.text.meaning import resolve_line, resolve_program, variables_named_like_functions
 from vrs_cli.language.text.parser import parse_prompt, parse_step
 from vrs_cli.language.text.printer import print_program, program_header, step_texts
+from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.language.words.values import Kind, key_of
 
 HEADER_LINE = 1  # of a program's text; its steps follow
@@ -166,7 +167,7 @@ def _overlay(draft: Draft, _argument: str, line: str) -> Change:
     width = max(len(above), len(below.rstrip()))
     pairs = zip(above.ljust(width), below.ljust(width)[:width], strict=True)
     text = "".join(old if new.isspace() else new for old, new in pairs)
-    return Change(replace(draft, inserting=False).entered(_step(text)).moved(draft.at))
+    return Change(replace(draft, inserting=False).entered(_step(text, 1, draft.program.dialect)).moved(draft.at))
 
 
 def _teach(_draft: Draft, _argument: str, _line: str) -> Change:
@@ -224,7 +225,7 @@ def taken(draft: Draft, line: str, known: Mapping[str, Kind]) -> Change:
 
 def checked_step(program: Program, line: str, known: Mapping[str, Kind]) -> tuple[Step, tuple[Reply, ...]]:
     """A step of a program, and the warnings about it. Raises LineRefused."""
-    step = _step(line)
+    step = _step(line, 1, program.dialect)
     if step.statement is None:
         return step, ()
     own = {parameter.key for parameter in program.parameters}
@@ -238,9 +239,9 @@ def checked_step(program: Program, line: str, known: Mapping[str, Kind]) -> tupl
 
 
 @lru_cache(maxsize=20_000)
-def _step(text: str, line: int = 1) -> Step:
+def _step(text: str, line: int, dialect: Dialect) -> Step:
     """Remembered: a line that is typed changes one step of many."""
-    return parse_step(text, line)
+    return parse_step(text, line, dialect)
 
 
 # --- programs as the memory holds them -----------------------------------------------------------------------------
@@ -263,7 +264,7 @@ def _relocated(step: Step, text: str, line: int) -> Step:
         begin = len(text) - len(text.lstrip())
         span = Span(line, begin + 1, len(text) + 1)
         return replace(step, statement=replace(step.statement, span=span), span=span)
-    return _step(text, line)
+    return _step(text, line, Dialect.VPLUS)  # printed: its parentheses say all
 
 
 # --- the editor ----------------------------------------------------------------------------------------------------
@@ -363,7 +364,7 @@ def opened(station: Station, asked: Program, step: int = 1) -> Draft:
     """The program of that name as it is in memory, or a new one. Parameters that are named replace its own."""
     programs = station.programs
     if key_of(asked.name) not in programs:
-        return Draft(asked, analysed=partial(analysis_of, station))
+        return Draft(replace(asked, dialect=station.dialect), analysed=partial(analysis_of, station))
     program = programs[key_of(asked.name)].program
     if asked.parameters:
         program = replace(program, parameters=asked.parameters)

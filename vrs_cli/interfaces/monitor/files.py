@@ -54,7 +54,7 @@ def load(station: Station, named: Path) -> Talk[None]:
         yield from _load_trajectory(station, path)
         return
     text = read_program_file(path, station.folder)
-    file, diagnostics = yield from beside(lambda: parse_file(text))
+    file, diagnostics = yield from beside(lambda: parse_file(text, station.dialect))
     ready = yield from station.ready(file, text)
     values = yield from beside(ready.variables.values)
     kept = yield from _kept(station, values)

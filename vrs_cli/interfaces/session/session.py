@@ -33,7 +33,7 @@ from vrs_cli.interfaces.session.command_file import carry_out_file
 from vrs_cli.interfaces.station.operands import path_of
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.analysis.analyzer import check_line
-from vrs_cli.language.analysis.lineage import beyond_val2
+from vrs_cli.language.analysis.lineage import beyond_dialect, beyond_val2
 from vrs_cli.language.text.ast import (
     DoInstruction,
     Instruction,
@@ -154,7 +154,7 @@ class Session(Station):
 
     def _reading(self, line: str) -> _Reading:
         """Raises LineRefused for a line that cannot be read."""
-        statement = parse_prompt(line, self.names())
+        statement = parse_prompt(line, self.names(), self.dialect)
         if statement is None or isinstance(statement, ProgramHeader):
             return _Reading(line, statement, ())
         return _Reading(line, statement, check_line(statement, self.environment.kinds()))
@@ -162,6 +162,7 @@ class Session(Station):
     def _check(self, statement: Statement, read: _Reading) -> Iterator[Reply]:
         """Raises LineRefused for the first error; warnings are answered."""
         found = read.findings
+        found += tuple(beyond_dialect(statement, self.dialect))
         found += () if self.robot.switch("VPLUS") else tuple(beyond_val2(statement, at_prompt=True))
         wrong = first_error(found)
         if wrong is not None:

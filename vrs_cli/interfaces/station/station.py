@@ -55,6 +55,7 @@ from vrs_cli.language.text.ast import (
 from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.language.text.diagnostics import Diagnostic, first_error
 from vrs_cli.language.text.parser import parse_file
+from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.language.words.values import Value
 from vrs_cli.language.words.word import Role
 
@@ -115,6 +116,7 @@ class Station:
         self.tasks.told = self._tell
         self._closing = finalize(self, self.driver.close)
         self.engine.postponed.append(self._postponed)
+        self.dialect = Dialect.VPLUS  # of what is typed, and of files that name none
         self.last_program: str | None = None
         self.desk = self._own_desk = Desk(attended=terminal.attended)
         self._desks: WeakSet[Desk] = WeakSet((self.desk,))
@@ -166,7 +168,7 @@ class Station:
         A program with errors is kept, and not executable. Programs of the same name are replaced. Raises
         ProgramInterlocked where one of these is on the stack of a task.
         """
-        file, diagnostics = parse_file(text)
+        file, diagnostics = parse_file(text, self.dialect)
         brought = at_once(self.ready(file, text))
         self.take(brought)
         return tuple(diagnostics) + brought.diagnostics

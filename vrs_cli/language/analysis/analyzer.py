@@ -27,6 +27,7 @@ from vrs_cli.language.analysis.channels import channel
 from vrs_cli.language.analysis.confusions import first_assignment
 from vrs_cli.language.analysis.declarations import Declarations, Own, own_variables
 from vrs_cli.language.analysis.kinds import Expressions, miscounted
+from vrs_cli.language.analysis.lineage import beyond
 from vrs_cli.language.analysis.names import ANY_KIND, BARE, PLACE, REAL, STRING, with_article
 from vrs_cli.language.analysis.structure import Block, BlockKind, structure_of
 from vrs_cli.language.analysis.surroundings import Candidates, Surroundings
@@ -93,7 +94,7 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
         if step.statement is not None:
             steps.statement(index + 1, step.statement)
     steps.finish()
-    found = (*structure.diagnostics, *steps.diagnostics)
+    found = (*structure.diagnostics, *steps.diagnostics, *beyond(program))
     ordered = sorted(found, key=lambda one: (one.span.line, one.span.column))
     kinds = {key: decided.kind for key, decided in steps.kinds.items()}
     needs = frozenset(one.key for one in steps.without_value())

@@ -1,24 +1,26 @@
-"""What VAL-II had not: while the switch VPLUS is off, the words and forms of V+ are refused, with the way of VAL-II.
+"""What a dialect has not: a program in it is refused the words and forms of later ones, with what is written instead.
+So is every program of V+ while the switch VPLUS is off.
 
-The tables say by their column `where` which rows are of V+ alone; `IN_VAL2` says what a VAL-II programmer writes.
+The tables say by their column `where` which rows are of which; `IN_VAL2` and `IN_VAL` what a programmer writes there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from vrs_cli.errors import NotAvailable
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Span, Statement
 from vrs_cli.language.text.diagnostics import Diagnostic, error
+from vrs_cli.language.text.precedence import RELATIONS
+from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.operators import LINKS, OPERATORS
 from vrs_cli.language.words.word import Word
 
-V_PLUS = "+"  # the column of a row that V+ alone has
 NOTHING_LIKE_IT = "there is nothing like it"
 
 IN_VAL2: Mapping[str, str] = {
@@ -78,14 +80,77 @@ IN_VAL2: Mapping[str, str] = {
 }
 
 
+# what a VAL programmer writes
+IN_VAL: Mapping[str, str] = {
+    "CALL": "GOSUB carries out a program",
+    "SET": "SHIFT, INVERSE and FRAME define locations, HERE teaches them",
+    "BITS": "SIGNAL sets signals one by one",
+    "DURATION": "SPEED makes a motion slower",
+    "TIMER": "DELAY holds the arm",
+    "DECOMPOSE": "POINT shows the numbers",
+    "LOCK": "IGNORE ends a reaction",
+}
+_Block = ast.If | ast.IfGoto | ast.While | ast.Do | ast.For | ast.Case
+_BLOCKS: Mapping[type, str] = {
+    ast.If: "IF a EQ b THEN 10 branches",
+    ast.IfGoto: "IF a EQ b THEN 10 branches",
+    ast.While: "IF a EQ b THEN 10 and GOTO make a loop",
+    ast.Do: "IF a EQ b THEN 10 and GOTO make a loop",
+    ast.For: "IF a EQ b THEN 10 and GOTO make a loop",
+    ast.Case: "IF a EQ b THEN 10 branches",
+}
+
+
+def beyond(program: Program) -> Iterator[Diagnostic]:
+    """What of a program its dialect has not."""
+    if program.dialect is Dialect.VPLUS:
+        return
+    for step in program.steps:
+        if step.statement is not None:
+            yield from _beyond(step.statement, INSTRUCTIONS, _Told(program.dialect, "this program is in"))
+
+
+def beyond_dialect(statement: Statement, dialect: Dialect) -> Iterator[Diagnostic]:
+    """The same of a line of the prompt."""
+    inner = statement.statement if isinstance(statement, ast.DoInstruction) else statement
+    if dialect is not Dialect.VPLUS:
+        yield from _beyond(
+            inner, COMMANDS if inner is statement else INSTRUCTIONS, _Told(dialect, "this session is in")
+        )
+
+
 def beyond_val2(statement: Statement, *, at_prompt: bool = False) -> Iterator[Diagnostic]:
     """What of a step, or of a line of the prompt, V+ alone has."""
     inner = statement.statement if isinstance(statement, ast.DoInstruction) else statement
     table = COMMANDS if at_prompt and inner is statement else INSTRUCTIONS
-    for node in ast.nodes(inner):
+    yield from _beyond(inner, table, _Told(Dialect.VAL2))
+
+
+def _beyond(statement: Statement | None, table: Mapping[str, Word], told: _Told) -> Iterator[Diagnostic]:
+    for node in ast.nodes(statement):
         look = _LOOKS.get(type(node))
         if look is not None:
-            yield from look(node, table)
+            yield from look(node, table, told)
+        if told.dialect is Dialect.VAL and isinstance(node, _Block) and not getattr(node, "then", False):
+            yield error(NotAvailable, node.span, f"this form is of VAL-II, and {told.why} VAL", _BLOCKS[type(node)])
+
+
+class _Told(NamedTuple):
+    """The dialect that decides, and `why`, in words; "" where the switch VPLUS does."""
+
+    dialect: Dialect
+    why: str = ""
+
+    def refused(self, what: str, instead: str, span: Span, of: Dialect = Dialect.VPLUS) -> Diagnostic:
+        why = f"{self.why} {self.dialect.title}" if self.why else "VPLUS is off"
+        return error(NotAvailable, span, f"{what} of {of.title}, and {why}", f"in {self.dialect.title}: {instead}")
+
+    def named(self, name: str, where: str, span: Span) -> Iterator[Diagnostic]:
+        """The refusal of a row that the dialect has not."""
+        if not self.dialect.knows(where):
+            of = Dialect.VAL2 if Dialect.VAL2.knows(where) else Dialect.VPLUS
+            ways = {**IN_VAL2, **IN_VAL} if self.dialect is Dialect.VAL else IN_VAL2
+            yield self.refused(f"{name} is", ways.get(name, NOTHING_LIKE_IT), span, of)
 
 
 def program_beyond_val2(program: Program) -> Iterator[Diagnostic]:
@@ -95,42 +160,34 @@ def program_beyond_val2(program: Program) -> Iterator[Diagnostic]:
             yield from beyond_val2(step.statement)
 
 
-def _refused(what: str, instead: str, span: Span) -> Diagnostic:
-    return error(NotAvailable, span, f"{what} of V+, and VPLUS is off", f"in VAL-II: {instead}")
-
-
-def _named(name: str, where: str, span: Span) -> Iterator[Diagnostic]:
-    if where.strip() == V_PLUS:
-        yield _refused(f"{name} is", IN_VAL2.get(name, NOTHING_LIKE_IT), span)
-
-
-def _instruction(node: ast.Instruction, table: Mapping[str, Word]) -> Iterator[Diagnostic]:
+def _instruction(node: ast.Instruction, table: Mapping[str, Word], told: _Told) -> Iterator[Diagnostic]:
     row = table.get(node.word) or INSTRUCTIONS[node.word]
-    yield from _named(row.name, row.where, node.span)
+    yield from told.named(row.name, row.where, node.span)
     if node.modifiers.unit is not None:
-        yield from _named(node.modifiers.unit, LINKS[node.modifiers.unit].where, node.span)
+        yield from told.named(node.modifiers.unit, LINKS[node.modifiers.unit].where, node.span)
     task = node.arguments[-1] if row.tasked and len(node.arguments) == len(row.arguments) else None
-    if task is not None and row.where.strip() != V_PLUS:
-        yield _refused("the number of a task is", IN_VAL2["EXECUTE"], task.span)
+    if task is not None and told.dialect.knows(row.where):
+        yield told.refused("the number of a task is", IN_VAL2["EXECUTE"], task.span)
 
 
-def _call(node: ast.Call, _table: Mapping[str, Word]) -> Iterator[Diagnostic]:
+def _call(node: ast.Call, _table: Mapping[str, Word], told: _Told) -> Iterator[Diagnostic]:
     row = FUNCTIONS.get(node.name)
     if row is not None:
-        yield from _named(row.name, row.where, node.span)
+        yield from told.named(row.name, row.where, node.span)
 
 
-def _binary(node: ast.Binary, _table: Mapping[str, Word]) -> Iterator[Diagnostic]:
-    yield from _named(node.operator, OPERATORS[node.operator].where, node.span)
+def _binary(node: ast.Binary, _table: Mapping[str, Word], told: _Told) -> Iterator[Diagnostic]:
+    if node.operator not in RELATIONS or told.dialect is not Dialect.VAL:  # there they are EQ and the like, behind IF
+        yield from told.named(node.operator, OPERATORS[node.operator].where, node.span)
 
 
-def _variable(node: ast.Variable, _table: Mapping[str, Word]) -> Iterator[Diagnostic]:
+def _variable(node: ast.Variable, _table: Mapping[str, Word], told: _Told) -> Iterator[Diagnostic]:
     if len(node.indexes or ()) > 1 or node.rest:
         hint = f"one index: {node.sigil}{node.name}[10*i+j]"
-        yield _refused("an array with several indexes is", hint, node.span)
+        yield told.refused("an array with several indexes is", hint, node.span)
 
 
-_LOOKS: Mapping[type, Callable[[Any, Mapping[str, Word]], Iterator[Diagnostic]]] = {
+_LOOKS: Mapping[type, Callable[[Any, Mapping[str, Word], _Told], Iterator[Diagnostic]]] = {
     ast.Instruction: _instruction,
     ast.Call: _call,
     ast.Binary: _binary,

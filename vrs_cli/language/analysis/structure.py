@@ -16,6 +16,7 @@ from vrs_cli.language.text.ast import Program, Span, Statement, Step
 from vrs_cli.language.text.diagnostics import Diagnostic, Findings, Severity, warning
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.printer import print_file
+from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.language.words.instructions import INSTRUCTIONS, LOOP_JUMPS
 
 
@@ -203,11 +204,11 @@ _ACTIONS: Mapping[type, Callable[[_Pairing, int, Any], None]] = {
 # --- canonical text, in which no block is unpaired -----------------------------------------------------------
 
 
-def canonical_text(text: str) -> str | tuple[Diagnostic, ...]:
+def canonical_text(text: str, dialect: Dialect = Dialect.VPLUS) -> str | tuple[Diagnostic, ...]:
     """Return the canonical text of a file, or its errors if a line cannot be read or a block has no beginning or no
-    end: a layout would show such a program as something that it is not.
+    end: a layout would show such a program as something that it is not. `dialect`: where the file says none.
     """
-    file, found = parse_file(text)
+    file, found = parse_file(text, dialect)
     unpaired = (
         one
         for part in file.parts

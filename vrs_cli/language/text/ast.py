@@ -11,6 +11,7 @@ from collections.abc import Iterator
 
 from msgspec import Struct
 
+from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.language.words.values import NAME_LENGTH
 
 
@@ -302,6 +303,7 @@ class Program(Node, frozen=True):
     parameters: tuple[Variable, ...]
     steps: tuple[Step, ...]
     comment: str | None
+    dialect: Dialect = Dialect.VPLUS
 
     @property
     def key(self) -> str:

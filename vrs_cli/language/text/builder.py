@@ -19,7 +19,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Span
 from vrs_cli.language.text.diagnostics import LineRefused, refusal
 from vrs_cli.language.text.lexer import Token, label_value
-from vrs_cli.language.text.precedence import ORDER, RELATIONS, Grouping
+from vrs_cli.language.text.precedence import LOGICAL, ORDER, RELATIONS, VAL_ORDER, Grouping
 from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.word import Argument, Row, Shape, Word
@@ -489,6 +489,34 @@ class Builder:
         ):
             return replace(inner, span=span, grouped=True)
         return inner
+
+
+class ValBuilder(Builder):
+    """Groups as VAL-II's own table of operators does. Where ours is another, parentheses say it from then on, so that
+    the tree and its text mean the same in every dialect.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._theirs: Grouping[Expression] = Grouping(VAL_ORDER, _unary, _binary)
+
+    def expression(self, children: Children) -> Expression:
+        ours = self._grouping.tree(children)
+        if not any(type(child) is Token and child.value in LOGICAL for child in children):
+            return ours
+        theirs = self._theirs.tree(children)
+        return ours if theirs == ours else _with_parentheses(theirs, outermost=True)
+
+
+def _with_parentheses(expression: Expression, *, outermost: bool = False) -> Expression:
+    """Each operation in parentheses, but the outermost."""
+    grouped = not outermost
+    if isinstance(expression, ast.Binary) and not expression.grouped:
+        left, right = map(_with_parentheses, (expression.left, expression.right))
+        return replace(expression, left=left, right=right, grouped=grouped)
+    if isinstance(expression, ast.Unary) and not expression.grouped:
+        return replace(expression, operand=_with_parentheses(expression.operand), grouped=grouped)
+    return expression
 
 
 def _check_by(name: str, given: Sequence[Any]) -> None:

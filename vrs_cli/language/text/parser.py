@@ -17,13 +17,15 @@ from msgspec.structs import replace
 
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Entry, Expression, Number, ProgramHeader, Span, Statement, Step, Variable
-from vrs_cli.language.text.builder import Builder, signed_number
+from vrs_cli.language.text.builder import Builder, ValBuilder, signed_number
 from vrs_cli.language.text.complaints import complaint
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused
 from vrs_cli.language.text.lexer import Lexer, Token, label_value, patterns_of
+from vrs_cli.language.text.makers import foreign_file
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, resolve_line, variables_named_like_functions
-from vrs_cli.language.text.source import FileReader, header_end
+from vrs_cli.language.text.source import FileReader, dialect_in, header_end
 from vrs_cli.language.text.table import END, Rule, table_of
+from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.language.words.instructions import OPERATOR_WORDS
 from vrs_cli.language.words.monitor import COMMANDS
 
@@ -32,26 +34,36 @@ REMEMBERED = 50_000  # steps: a text that is being changed is read again and aga
 STARTS = ("step", "prompt", "header", "entry")
 
 
-def parse_file(text: str) -> tuple[ast.File, tuple[Diagnostic, ...]]:
+def parse_file(
+    text: str, dialect: Dialect = Dialect.VPLUS, *, whole: bool = True
+) -> tuple[ast.File, tuple[Diagnostic, ...]]:
     """The programs and sections of a file, and everything that cannot be read in it.
 
-    A bad line of a program is kept as BadLine. Line ends may be LF, CR LF or CR.
+    A bad line of a program is kept as BadLine. Line ends may be LF, CR LF or CR. `dialect`: where the file says none.
+    Where it is a `whole` file, one in another maker's language is told of as such, and not read.
     """
-    return FileReader(_parser()).read(text)
+    foreign = foreign_file(text) if whole else None
+    if foreign is not None:
+        return ast.File(()), (foreign,)
+    own, wrong = dialect_in(text, dialect)
+    file, found = FileReader(_parser(own), own).read(text)
+    return file, (*wrong, *found)
 
 
-def parse_step(text: str, line: int = 1) -> Step:
+def parse_step(text: str, line: int = 1, dialect: Dialect = Dialect.VPLUS) -> Step:
     """A program line: label, statement and comment, each or none. Raises LineRefused."""
-    return _parser().step(text, line)
+    return _parser(dialect).step(text, line)
 
 
-def parse_prompt(text: str, names: Container[str] = ()) -> Statement | ProgramHeader | None:
+def parse_prompt(
+    text: str, names: Container[str] = (), dialect: Dialect = Dialect.VPLUS
+) -> Statement | ProgramHeader | None:
     """A line of the prompt; None for a blank or a comment. `names`: the keys of what has a value. Raises LineRefused.
 
     A monitor command is an Instruction, an expression alone is Show, everything else that can be done a DoInstruction.
     """
-    at = header_end(text)
-    return _parser().prompt(text, names) if at is None else _parser().header(text, 1, at)
+    at, parser = header_end(text), _parser(dialect)
+    return parser.prompt(text, names) if at is None else parser.header(text, 1, at)
 
 
 def variables_in(lines: Iterable[str]) -> set[str]:
@@ -78,12 +90,12 @@ def grammar_dir() -> Path:
 
 
 class LineParser:
-    """The grammar, ready to parse lines."""
+    """The grammar, ready to parse lines. `builder`: makes their trees; without one, by our order of operators."""
 
-    def __init__(self) -> None:
+    def __init__(self, builder: Builder | None = None) -> None:
         grammar = (grammar_dir() / GRAMMAR).read_text(encoding="utf-8")
         self._table = table_of(grammar, STARTS)
-        self._reductions = [_reduction(rule, Builder()) for rule in self._table.rules]
+        self._reductions = [_reduction(rule, builder or Builder()) for rule in self._table.rules]
         self._patterns = patterns_of(self._table.terminals)
         self.step = lru_cache(maxsize=REMEMBERED)(self._step)
 
@@ -202,9 +214,14 @@ def _text(comment: Token | None) -> str | None:
     return None if comment is None else comment.value[1:]
 
 
+def _parser(dialect: Dialect) -> LineParser:
+    return _parsers(dialect is Dialect.VPLUS)
+
+
 @cache
-def _parser() -> LineParser:
-    return LineParser()
+def _parsers(ours: bool) -> LineParser:
+    """Whether expressions group by our order of operators, or by that of VAL-II."""
+    return LineParser(None if ours else ValBuilder())
 
 
 # --- usual lines of a section of variables -------------------------------------------------------------------

@@ -18,6 +18,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Program, ProgramHeader, Section, Span, Step
 from vrs_cli.language.text.diagnostics import Diagnostic, Findings, LineRefused, did_you_mean, error
 from vrs_cli.language.text.meaning import resolve_program
+from vrs_cli.language.words.dialect import DIALECTS, Dialect
 from vrs_cli.language.words.values import key_of
 
 PROGRAM, END = ".PROGRAM", ".END"
@@ -87,12 +88,34 @@ def _directive(text: str) -> str:
     return match[1].upper() if match is not None else ""
 
 
+def dialect_in(text: str, usual: Dialect) -> tuple[Dialect, tuple[Diagnostic, ...]]:
+    """The dialect that a comment above the first program names (`; dialect: val2`), else the usual one; and what is
+    wrong with that line.
+    """
+    if "dialect" not in text.lower():
+        return usual, ()
+    for line in lines_of(text):
+        if line.directive:
+            break
+        match = re.match(_DIALECT, line.text)
+        if match is not None:
+            word = match[1].lower()
+            if word in DIALECTS:
+                return Dialect[word.upper()], ()
+            detail, hint = f"there is no dialect {match[1]}", f"there are {', '.join(DIALECTS)}"
+            return usual, (error(CannotInterpret, line.span, detail, hint),)
+    return usual, ()
+
+
+_DIALECT = r"(?i)[ \t]*;[ \t]*dialect[ \t]*[:=][ \t]*(\S+)"
+
+
 class FileReader(Findings):
     """Reads a file line by line, and goes on after each mistake."""
 
-    def __init__(self, parser: Parser) -> None:
+    def __init__(self, parser: Parser, dialect: Dialect = Dialect.VPLUS) -> None:
         super().__init__()
-        self._parser = parser
+        self._parser, self._dialect = parser, dialect
         self._programs: set[str] = set()
 
     def read(self, text: str) -> tuple[File, tuple[Diagnostic, ...]]:
@@ -147,7 +170,8 @@ class FileReader(Findings):
         steps = tuple(self._step(inner, numbered) for inner in body[:written])
         if header is None:
             return BadLine(line.text.strip(), span=line.span)
-        return resolve_program(Program(header.name, header.parameters, steps, header.comment, span=header.span))
+        program = Program(header.name, header.parameters, steps, header.comment, self._dialect, span=header.span)
+        return resolve_program(program)
 
     def _header(self, line: SourceLine) -> ProgramHeader | None:
         at = header_end(line.text)

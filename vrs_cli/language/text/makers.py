@@ -1,0 +1,85 @@
+"""Files in the language of another maker: named at their first tell-tale lines, instead of a mistake in every line."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from typing import NamedTuple
+
+from vrs_cli.errors import CannotInterpret
+from vrs_cli.language.text.ast import Span
+from vrs_cli.language.text.diagnostics import Diagnostic, error
+
+WAY = "MOVE, MOVES, APPRO, WAIT SIG(n), SIGNAL and TYPE do it in VAL-II; a program begins with .PROGRAM name"
+
+
+class Maker(NamedTuple):
+    """A language: `sure`: lines that no VAL-II has; `likely`: those of which two are proof where no .PROGRAM stands."""
+
+    title: str
+    sure: str
+    likely: str
+
+
+_MAKERS: tuple[Maker, ...] = (
+    Maker(
+        "Kawasaki AS",
+        r"\.(?:TRANS|JOINTS|INTER_PANEL_D|INTER_PANEL_TITLE|NETCONF)\b",
+        r"(?:JMOVE|LMOVE|HMOVE|XMOVE|JAPPRO|LAPPRO|JDEPART|LDEPART|TWAIT|SWAIT|C1MOVE|C2MOVE)\b",
+    ),
+    Maker(
+        "KRL (KUKA)",
+        r"&(?:ACCESS|REL|PARAM|COMMENT)\b|;FOLD\b|BAS[ \t]*\([ \t]*#"
+        r"|(?:GLOBAL[ \t]+)?DEF(?:FCT|DAT)?[ \t]+\w+[ \t]*\([^)]*\)[ \t]*$",
+        r"(?:PTP|LIN|CIRC|SLIN|SPTP)[ \t]+(?:\{|X?\w+|\$)|ENDFOLD|DECL[ \t]+\w+|\$(?:VEL|ACC|BASE|TOOL|OUT)\b",
+    ),
+    Maker(
+        "RAPID (ABB)",
+        r"MODULE[ \t]+\w+(?:[ \t]*\(.*\))?[ \t]*$|PROC[ \t]+\w+[ \t]*\("
+        r"|(?:PERS|VAR|CONST|LOCAL PERS)[ \t]+(?:robtarget|jointtarget|tooldata|wobjdata|num|bool|speeddata)\b",
+        r"Move(?:J|L|C|AbsJ)[ \t]+|ENDPROC|ENDMODULE|(?:Set|Reset)[ \t]+\w+[ \t]*;|WaitTime[ \t]|TPWrite[ \t]",
+    ),
+    Maker(
+        "URScript (Universal Robots)",
+        r"(?:movej|movel|movep|movec|servoj|speedl)[ \t]*\(|set_(?:digital|standard_digital|tool_digital)_out[ \t]*\(",
+        r"def[ \t]+\w+[ \t]*\(.*\)[ \t]*:[ \t]*$|textmsg[ \t]*\(|sleep[ \t]*\(|set_tcp[ \t]*\(",
+    ),
+    Maker(
+        "Karel, or a teach pendant program (FANUC)",
+        r"/(?:PROG|MN|POS|ATTR|APPL)\b|[ \t]*\d*:[ \t]*[JLC][ \t]+P[ \t]*R?\[",
+        r"PROGRAM[ \t]+\w+[ \t]*$|BEGIN[ \t]*$|END[ \t]+\w+[ \t]*$|ROUTINE[ \t]+\w+|--"
+        r"|%(?:NOLOCKGROUP|COMMENT|ENVIRONMENT)",
+    ),
+)
+ENOUGH = 2  # likely lines
+
+
+def foreign_file(text: str) -> Diagnostic | None:
+    """Tell of a file that is in another language, at its first tell-tale line; None for one that may be VAL-II.
+
+    Kawasaki's programs begin with .PROGRAM as ours do, others do not.
+    """
+    makers = _MAKERS[:1] if _program().search(text) else _MAKERS
+    for maker in makers:
+        sure, likely = _patterns(maker)
+        found = [match.start(1) for match in likely.finditer(text)]
+        first = sure.search(text)
+        if first is not None or len(found) >= ENOUGH:
+            begin = min([*found, *([] if first is None else [first.start(1)])])
+            line_begin, end = text.rfind("\n", 0, begin) + 1, text.find("\n", begin)
+            line = text[begin : len(text) if end < 0 else end].rstrip()
+            column = begin - line_begin + 1
+            span = Span(text.count("\n", 0, begin) + 1, column, column + max(len(line), 1))
+            return error(CannotInterpret, span, f"this file is in {maker.title}, not in VAL-II", WAY)
+    return None
+
+
+@cache
+def _patterns(maker: Maker) -> tuple[re.Pattern[str], re.Pattern[str]]:
+    sure, likely = (re.compile(rf"(?im)^[ \t]*(?:\d+[ \t]+)?({one})") for one in (maker.sure, maker.likely))
+    return sure, likely
+
+
+@cache
+def _program() -> re.Pattern[str]:
+    return re.compile(r"(?im)^[ \t]*\.PROGRAM\b")
