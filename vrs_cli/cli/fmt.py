@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from argparse import Namespace
 from collections.abc import Iterable, Sequence
@@ -27,9 +26,6 @@ A file with mistakes is left as it is. Formatting twice changes nothing more.
   vrs fmt --diff pick.v2            what would change
   vrs fmt --check pick.v2 || echo "run vrs fmt --write"
 """
-
-
-COLOURS = {"-": 31, "+": 32, "@": 36}  # of the lines of a difference
 
 
 class Formatted(Struct, frozen=True):
@@ -66,7 +62,7 @@ def _tell(one: Formatted, options: Namespace) -> None:
     """A file that is not as it should be."""
     path, text = one.source.path, one.text or ""
     if options.diff:
-        print("".join(_difference(path, one.source.text, text)), end="")
+        _show(_difference(path, one.source.text, text))
     elif options.check:
         print(f"{path} would change")
     else:
@@ -77,14 +73,27 @@ def _tell(one: Formatted, options: Namespace) -> None:
 
 
 def _difference(path: str, before: str, after: str) -> Iterable[str]:
-    """As `diff -u` tells it and `patch -p0` takes it; in colours on a terminal."""
+    """As `diff -u` tells it and `patch -p0` takes it."""
     from difflib import unified_diff
 
-    coloured = sys.stdout.isatty() and "NO_COLOR" not in os.environ
     for line in unified_diff(list(StringIO(before)), list(StringIO(after)), path, path):
-        ended = line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n"
-        colour = COLOURS.get(line[0]) if coloured else None
-        yield ended if colour is None else f"\033[{colour}m{ended.rstrip()}\033[0m\n"
+        yield line.rstrip("\n")
+        if not line.endswith("\n"):
+            yield "\\ No newline at end of file"
+
+
+def _show(lines: Iterable[str]) -> None:
+    """In colours on a terminal."""
+    if not sys.stdout.isatty():
+        print("\n".join(lines))
+        return
+    from vrs_cli.render.blocks import line
+    from vrs_cli.render.colours import Ink
+    from vrs_cli.render.console import TerminalRenderer, rich_text
+
+    console, inks = TerminalRenderer(sys.stdout).console, {"-": Ink.ERROR, "+": Ink.STRING, "@": Ink.INSTRUCTION}
+    for text in lines:
+        console.print(rich_text(line(text, inks.get(text[0], Ink.TEXT))), soft_wrap=True)
 
 
 def parser(prog: str) -> Parser:
