@@ -101,6 +101,7 @@ DEFERRED = (
         ("vrs_cli", "prompt_toolkit.utils", "rich"),
         "the first prompt stands before what the first line needs is loaded",
     ),
+    Deferred(("repl/config.py",), ("tomllib",), "most shells have no such file"),
     Deferred(("repl/echo.py",), ("termios",), "Windows has none"),
     Deferred(("files/atomic.py",), ("fcntl",), "Windows has none"),
     Deferred(("devices/serial_line.py",), ("termios", "tty", "fcntl"), "Windows has none"),

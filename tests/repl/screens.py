@@ -106,7 +106,12 @@ def screen(
 ) -> Iterator[Screen]:
     """A shell whose state lies in a folder of its own; `more` of its environment."""
     shell = Screen(folder, columns, rows)
-    state = {"XDG_STATE_HOME": str(folder / "state"), "PYTHONPATH": str(CHECKOUT), "COLORTERM": "truecolor"}
+    state = {
+        "XDG_STATE_HOME": str(folder / "state"),
+        "XDG_CONFIG_HOME": str(folder / "config"),
+        "PYTHONPATH": str(CHECKOUT),
+        "COLORTERM": "truecolor",
+    }
     shell.start(*arguments, environment={**state, **SIZE_OF_THE_PANE, **more})
     try:
         yield shell

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 from pathlib import Path
 
@@ -86,6 +87,22 @@ def test_a_plot_is_seen_whole(tmp_path: Path, columns: int, rows: int) -> None:
         shown = [row.rstrip() for row in shell.wait_for("JT6 0.000 to 0.000")]
         assert "Joints [deg]" in shown
         assert max(map(len, shown)) <= columns
+
+
+@pytest.mark.parametrize(("columns", "rows"), SIZES)
+def test_what_is_longer_than_the_screen_is_paged(tmp_path: Path, columns: int, rows: int) -> None:
+    if shutil.which("less") is None:
+        pytest.skip("there is no less")
+    with screen(tmp_path, columns=columns, rows=rows, more={"PAGER": "less", "LESS": "FRX"}) as shell:
+        typed(shell, "HELP MOVE")
+        shell.wait_for("Example: MOVE part")  # as it is
+        typed(shell, "HELP FLOW")
+        first = shell.wait_for("Input, output and program flow")
+        assert not any("READ (unit)" in row for row in first)
+        shell.type("G")
+        shell.wait_for("READ (unit)")
+        shell.type("q")
+        shell.wait_for(TOOLBAR)
 
 
 CELL = """\

@@ -30,6 +30,7 @@ class Row(NamedTuple):
 
 SUBCOMMANDS: Mapping[str, Row] = {
     "shell": Row("shell", "[FILE.v2]", "the interactive shell (also plain vrs)"),
+    "config": Row("config", "", "the settings of the shell, and the file that has them"),
     "connect": Row("connect", "URL", "the shell at a robot that is served"),
     "run": Row("run", "FILE.v2 [PROGRAM]", "load a file and execute a program of it"),
     "steer": Row("steer", "FILE.csv", "follow a stream of targets, from a file or another program"),

@@ -47,8 +47,9 @@ BLUE = "#5f5fff"
 GREY = "#767676"
 RED = "#eb0000"
 
-# colour ("" is the terminal's own), bold
-COLOURS: Mapping[Ink, tuple[str, bool]] = {
+Palette = Mapping[Ink, tuple[str, bool]]  # colour ("" is the terminal's own), bold
+
+COLOURS: Palette = {
     Ink.TEXT: ("", False),
     Ink.HEADING: ("", True),
     Ink.NAME: ("", False),
@@ -92,15 +93,15 @@ BARS: Mapping[Bar, tuple[str, str]] = {
 }
 
 
-def rich_style(ink: Ink) -> str:
+def rich_style(ink: Ink, palette: Palette = COLOURS) -> str:
     """The style in rich's words."""
-    colour, bold = COLOURS[ink]
+    colour, bold = palette[ink]
     return " ".join(("bold",) * bold + (colour,) * bool(colour))
 
 
-def toolkit_style(ink: Ink) -> str:
+def toolkit_style(ink: Ink, palette: Palette = COLOURS) -> str:
     """The style in prompt-toolkit's words."""
-    colour, bold = COLOURS[ink]
+    colour, bold = palette[ink]
     return " ".join(("bold",) * bold + (f"fg:{colour}",) * bool(colour))
 
 

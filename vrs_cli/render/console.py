@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from vrs_cli.render.blocks import Block, Grid, Line, Page, grid_lines, split
-from vrs_cli.render.colours import Ink, rich_style
+from vrs_cli.render.colours import COLOURS, Ink, Palette, rich_style
 from vrs_cli.render.control import visible
 from vrs_cli.render.layout import blocks
 
@@ -37,7 +37,8 @@ def has_unicode(environ: Mapping[str, str]) -> bool:
 class TerminalRenderer:
     """Draws replies on one terminal. `width` and `stream` are for tests."""
 
-    def __init__(self, stream: TextIO | None = None, width: int | None = None) -> None:
+    def __init__(self, stream: TextIO | None = None, width: int | None = None, palette: Palette = COLOURS) -> None:
+        self._palette = palette
         self.console = Console(file=stream, width=width, highlight=False, emoji=False, markup=False)
 
     @property
@@ -50,7 +51,14 @@ class TerminalRenderer:
         page = self.page
         for block in blocks(reply, page):
             for part in (block,) if isinstance(block, Line) else _fitted(block, page):
-                self.console.print(_table(part) if isinstance(part, Grid) else rich_text(part))
+                drawn = _table(part, self._palette) if isinstance(part, Grid) else rich_text(part, self._palette)
+                self.console.print(drawn)
+
+    def drawn(self, reply: Reply) -> str:
+        """What `draw` would write."""
+        with self.console.capture() as captured:
+            self.draw(reply)
+        return captured.get()
 
 
 def _fitted(grid: Grid, page: Page) -> Iterator[Block]:
@@ -60,15 +68,19 @@ def _fitted(grid: Grid, page: Page) -> Iterator[Block]:
         yield from (part,) if part.boxed and page.unicode else grid_lines(part)
 
 
-def rich_text(line: Line) -> Text:
-    return Text.assemble(*((visible(text), rich_style(ink)) for text, ink in line.pieces))
+def rich_text(line: Line, palette: Palette = COLOURS) -> Text:
+    return Text.assemble(*((visible(text), rich_style(ink, palette)) for text, ink in line.pieces))
 
 
-def _table(grid: Grid) -> Table:
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, header_style=rich_style(Ink.HEADING))
+def _table(grid: Grid, palette: Palette) -> Table:
+    heading = rich_style(Ink.HEADING, palette)
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, header_style=heading)
     for column in grid.columns:
         table.add_column(
-            column.heading, justify="right" if column.right else "left", style=rich_style(column.ink), no_wrap=True
+            column.heading,
+            justify="right" if column.right else "left",
+            style=rich_style(column.ink, palette),
+            no_wrap=True,
         )
     for row in grid.rows:
         table.add_row(*(Text(visible(cell)) for cell in row))

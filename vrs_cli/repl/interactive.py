@@ -32,6 +32,7 @@ from prompt_toolkit.validation import ValidationError, Validator
 
 from vrs_cli.repl.backstage import Backstage
 from vrs_cli.repl.colours import STYLE, colour_depth
+from vrs_cli.repl.config import Config, read_config
 from vrs_cli.repl.echo import unechoed
 from vrs_cli.repl.history import history_path, open_history
 from vrs_cli.repl.interrupt import Ended, stoppable
@@ -60,12 +61,14 @@ class Work(NamedTuple):
     terminal: ShellTerminal
 
     @classmethod
-    def at(cls, place: Place, read: Callable[[str], str]) -> Work:
+    def at(cls, place: Place, read: Callable[[str], str], config: Config) -> Work:
         from vrs_cli.language.text import parser
         from vrs_cli.render.console import TerminalRenderer
+        from vrs_cli.repl.pager import pager_of
         from vrs_cli.repl.terminal import ShellTerminal
 
-        terminal = ShellTerminal(read, cache(TerminalRenderer))
+        terminal = ShellTerminal(read, cache(lambda: TerminalRenderer(palette=config.palette)))
+        terminal.pager, terminal.palette = pager_of(config.pager, os.environ), config.palette
         terminal.whole_lines = place.lives
         work = cls(place.seat(terminal), terminal)
         terminal.screens, terminal.interrupt = work.seat, work.interrupt
@@ -129,13 +132,15 @@ class Shell:
     def __init__(self, place: Place) -> None:
         self.place = place
         self._status: Status | None = None  # as it was when it was looked at last
-        history, self.note = open_history(history_path(os.environ))
+        history, note = open_history(history_path(os.environ))
         self._answers: PromptSession[str] | None = None
-        self.backstage = Backstage(lambda: Work.at(place, self._answer), self._redraw)
+        config = read_config(os.environ)
+        self.notes = [*filter(None, (note, *config.wrong))]
+        self.backstage = Backstage(lambda: Work.at(place, self._answer, config), self._redraw)
         self.prompts: PromptSession[str] = PromptSession(
             self._message,
             history=history,
-            lexer=ValLexer(lambda: self.backstage.ready is not None, self._hidden),
+            lexer=ValLexer(lambda: self.backstage.ready is not None, self._hidden, config.palette),
             completer=ValCompleter(lambda: self.backstage.ready),
             validator=None if is_dumb_terminal() else LineValidator(self.backstage.wait),
             validate_while_typing=False,
@@ -146,7 +151,8 @@ class Shell:
             color_depth=colour_depth(),
             reserve_space_for_menu=MENU_ROWS,
             key_bindings=key_bindings(self._help),
-            auto_suggest=FromHistory(),
+            auto_suggest=FromHistory() if config.suggestions else None,
+            vi_mode=config.keys == "vi",
             enable_suspend=True,
         )
         self.prompts.default_buffer.enable_history_search = to_filter(True)  # beside the menu: see `key_bindings`
@@ -157,8 +163,8 @@ class Shell:
     def run(self) -> int:
         """Until EXIT, QUIT or Ctrl-D."""
         print(BANNER)
-        if self.note:
-            print(self.note)
+        for note in self.notes:
+            print(note)
         if self.place.waits:
             work = self.backstage.wait()
             with stoppable(work.interrupt):
@@ -197,6 +203,7 @@ class Shell:
             return self._leave_entry() or not self._leave()
         work = self.backstage.wait()
         with stoppable(work.interrupt), unechoed():
+            work.terminal.pages = "\n" not in line
             if line == QUESTION:
                 work.seat.answer()
             else:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Callable, Container
 
 from prompt_toolkit.document import Document
 from prompt_toolkit.formatted_text import StyleAndTextTuples
 from prompt_toolkit.lexers import Lexer
 
-from vrs_cli.render.colours import Ink, toolkit_style
-
-STYLES: Mapping[Ink, str] = {ink: toolkit_style(ink) for ink in Ink}
+from vrs_cli.render.colours import COLOURS, Ink, Palette, toolkit_style
 
 
 class ValLexer(Lexer):
@@ -19,7 +17,10 @@ class ValLexer(Lexer):
     `names`: the keys of the variables that have a value.
     """
 
-    def __init__(self, ready: Callable[[], bool], names: Callable[[], Container[str]] = frozenset) -> None:
+    def __init__(
+        self, ready: Callable[[], bool], names: Callable[[], Container[str]] = frozenset, palette: Palette = COLOURS
+    ) -> None:
+        self._styles = {ink: toolkit_style(ink, palette) for ink in Ink}
         self._ready = ready
         self._names = names
 
@@ -30,7 +31,7 @@ class ValLexer(Lexer):
         from vrs_cli.render.scan import scan
 
         variables = variables_in(document.lines) if len(document.lines) > 1 else self._names()
-        return lambda number: [(STYLES[ink], text) for text, ink in scan(document.lines[number], variables)]
+        return lambda number: [(self._styles[ink], text) for text, ink in scan(document.lines[number], variables)]
 
     def invalidation_hash(self) -> object:
         return self._ready()

@@ -37,6 +37,7 @@ from vrs_cli.interfaces.conversation.entry import INDENT, depth
 from vrs_cli.interfaces.editor.screen import Page, canonical, canonical_line
 from vrs_cli.interfaces.monitor.help import page as help_page
 from vrs_cli.language.text.diagnostics import Diagnostic, Severity
+from vrs_cli.render.colours import COLOURS, Palette
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.colours import STYLE, colour_depth
 from vrs_cli.repl.lexer import ValLexer
@@ -84,7 +85,7 @@ class Underlined(Processor):
 class ScreenEditor:
     """One program on the screen."""
 
-    def __init__(self, page: Page, typing: Typing) -> None:
+    def __init__(self, page: Page, typing: Typing, palette: Palette = COLOURS) -> None:
         self.page, self._typing = page, typing
         self.message = ""
         self.findings: tuple[Diagnostic, ...] = ()
@@ -105,7 +106,7 @@ class ScreenEditor:
         self.search = SearchToolbar(text_if_not_searching="", ignore_case=True)
         self._control = BufferControl(
             buffer=self.buffer,
-            lexer=ValLexer(lambda: True),
+            lexer=ValLexer(lambda: True, palette=palette),
             search_buffer_control=self.search.control,
             input_processors=[HighlightIncrementalSearchProcessor(), Underlined(self)],
             preview_search=True,

@@ -24,6 +24,7 @@ from vrs_cli.dialogue.questions import (
 from vrs_cli.dialogue.replies import Reply, is_error
 from vrs_cli.dialogue.talk import Reading, Running
 from vrs_cli.render.blocks import shortened
+from vrs_cli.render.colours import COLOURS
 from vrs_cli.render.control import for_stream, visible
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.interrupt import Ended
@@ -145,6 +146,9 @@ class ShellTerminal:
         self._read, self._renderer, self._clock = read, renderer, clock
         self._stream = stream
         self.interrupt: Callable[[], bool] = lambda: False
+        self.pager = ""  # a command that shows long answers
+        self.pages = False  # a line is carried out after which nobody wants the next at once
+        self.palette = COLOURS
         self.screens: Screens
         self.leaving = False
         self.whole_lines = False  # a prompt may stand below: a line that is typed is shown when it is complete
@@ -164,8 +168,24 @@ class ShellTerminal:
         if isinstance(reply, replies.Farewell):
             self.leaving = True
         else:
-            self._renderer().draw(reply)
+            self._draw(reply)
         self.last = latest(reply) or self.last
+
+    def _draw(self, reply: Reply) -> None:
+        """Through the pager what is longer than the screen; but where a prompt stands below, or more was pasted."""
+        renderer = self._renderer()
+        if not (self.pager and self.pages) or self.whole_lines:
+            renderer.draw(reply)
+            return
+        from vrs_cli.repl.pager import LONG, shown_by
+
+        if not isinstance(reply, LONG):
+            renderer.draw(reply)
+            return
+        text = renderer.drawn(reply)
+        if text.count("\n") < renderer.console.height or not shown_by(self.pager, text):
+            renderer.console.file.write(text)
+            renderer.console.file.flush()
 
     def type(self, text: str, newline: bool) -> None:
         self._clear_progress()
@@ -239,7 +259,7 @@ class ShellTerminal:
         elif isinstance(question, Editing):
             from vrs_cli.repl.screen_editor import ScreenEditor
 
-            ScreenEditor(self.screens.page(question), self.screens).run()
+            ScreenEditor(self.screens.page(question), self.screens, self.palette).run()
         elif isinstance(question, Watching):
             return self._watch()
         else:

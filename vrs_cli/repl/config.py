@@ -1,0 +1,122 @@
+"""What a user sets of the shell: `config.toml` in the folder of the platform for such files."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from msgspec import Struct
+
+from vrs_cli.errors import did_you_mean
+from vrs_cli.render.colours import COLOURS, Ink, Palette
+
+_COLOUR = re.compile(r"#[0-9a-fA-F]{6}|")
+KEYS = ("emacs", "vi")
+
+
+class Config(Struct, frozen=True):
+    """`pager`: true, false, or a command; `colours`: of pieces of text. `wrong`: what was not taken of the file."""
+
+    keys: str = "emacs"
+    pager: bool | str = True
+    suggestions: bool = True
+    colours: Mapping[str, str] = {}
+    wrong: tuple[str, ...] = ()
+
+    @property
+    def palette(self) -> Palette:
+        return {ink: (self.colours.get(ink.value, colour), bold) for ink, (colour, bold) in COLOURS.items()}
+
+
+def config_path(environment: Mapping[str, str], platform: str = sys.platform) -> Path:
+    """Raises RuntimeError where there is no home."""
+    if platform == "win32":
+        folder = Path(environment.get("APPDATA") or Path("~/AppData/Roaming").expanduser())
+    elif platform == "darwin":
+        folder = Path("~/Library/Application Support").expanduser()
+    else:  # XDG Base Directory Specification
+        given = environment.get("XDG_CONFIG_HOME", "")
+        folder = Path(given) if os.path.isabs(given) else Path("~/.config").expanduser()
+    return folder / "vrs" / "config.toml"
+
+
+def read_config(environment: Mapping[str, str]) -> Config:
+    """What the file says; the defaults where there is none, and for what is wrong in it."""
+    try:
+        path = config_path(environment)
+        text = path.read_text(encoding="utf-8")
+    except (FileNotFoundError, NotADirectoryError, RuntimeError):
+        return Config()
+    except (OSError, UnicodeError) as error:
+        return Config(wrong=(f"{path} cannot be read: {error}",))
+    return config_of(text, str(path))
+
+
+def config_of(text: str, path: str) -> Config:
+    """The settings of a text."""
+    import tomllib
+
+    try:
+        given = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        return Config(wrong=(f"{path} is no TOML: {error}",))
+    good: dict[str, Any] = {}
+    wrong = []
+    for name, value in given.items():
+        right = SETTINGS.get(name)
+        if right is None:
+            hint = did_you_mean(name, SETTINGS, f"there are {', '.join(SETTINGS)}")
+            wrong.append(f"{path}: {name} is no setting ({hint})")
+        elif problem := right(value):
+            wrong.append(f"{path}: {name}: {problem}")
+        else:
+            good[name] = value
+    return Config(**good, wrong=tuple(wrong))
+
+
+def _keys(value: object) -> str:
+    return "" if value in KEYS else f'{value!r} is neither "emacs" nor "vi"'
+
+
+def _pager(value: object) -> str:
+    return "" if isinstance(value, bool | str) else f"{value!r} is neither true nor false nor a command"
+
+
+def _switch(value: object) -> str:
+    return "" if isinstance(value, bool) else f"{value!r} is neither true nor false"
+
+
+def _colours(value: object) -> str:
+    if not isinstance(value, dict):
+        return 'a table is wanted: [colours], and lines as number = "#d700af"'
+    inks = [ink.value for ink in Ink]
+    for name, colour in value.items():
+        if name not in inks:
+            return f"{name} is no piece of text ({did_you_mean(name, inks, ', '.join(inks))})"
+        if not isinstance(colour, str) or _COLOUR.fullmatch(colour) is None:
+            return f'{name}: {colour!r} is no colour as "#d700af" is, or "" for that of the terminal'
+    return ""
+
+
+SETTINGS: Mapping[str, Callable[[object], str]] = {  # what is wrong with a value, or ""
+    "keys": _keys,
+    "pager": _pager,
+    "suggestions": _switch,
+    "colours": _colours,
+}
+
+
+def shown(config: Config) -> str:
+    """All settings, as a file would have them."""
+    pager = str(config.pager).lower() if isinstance(config.pager, bool) else f'"{config.pager}"'
+    rows = (
+        (f'keys = "{config.keys}"', '"emacs" or "vi"'),
+        (f"pager = {pager}", 'for answers that are longer than the screen; false, or a command: "less -R"'),
+        (f"suggestions = {str(config.suggestions).lower()}", "the rest of a line from the history, in grey"),
+    )
+    colours = (f'{ink.value} = "{colour}"\n' for ink, (colour, _) in config.palette.items())
+    return "".join(f"{setting:22}  # {note}\n" for setting, note in rows) + "\n[colours]\n" + "".join(colours)
