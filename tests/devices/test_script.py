@@ -142,3 +142,11 @@ def test_a_program_that_writes_something_else_is_told_of_once(tmp_path: Path) ->
 def test_a_recording_that_cannot_be_written(tmp_path: Path) -> None:
     with pytest.raises(FileError):
         Recording(Sockets(), str(tmp_path / "no" / "units.jsonl"))
+
+
+def test_two_ports_that_the_system_chooses_are_two() -> None:
+    script = ['{"device": "TCP:0", "event": "opened"}', '{"data": "a\\n"}', '{"device": "TCP:0#2", "event": "opened"}']
+    session = Session(RecordingTerminal(), outside=Script(parse_script("\n".join([*script, '{"data": "b\\n"}']))))
+    opens = [line for k in (0, 1) for line in (f'ATTACH (l[{k}], 4) "TCP"', f'FOPEN (l[{k}], 16) "/LOCAL_PORT 0"')]
+    load(session, *opens, "READ (l[0]) $a", "READ (l[1]) $b", "TYPE $a, $b")
+    assert session.execute("main").typed == ("ab",)

@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.devices.outside import Outside
+from vrs_cli.devices.script import read_script
 from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.engine.position import position_at
 from vrs_cli.files.bounds import Folder
@@ -16,7 +18,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 
 PROGRAMS = Path(__file__).parents[2] / "programs"
 SAMPLES = sorted(PROGRAMS.glob("*.v2"))
-EXPECT, ROBOT = "; expect:", "; robot:"
+EXPECT, ROBOT, PEERS = "; expect:", "; robot:", "; peers:"
 LIMIT = 1.0 + 1e-5
 
 
@@ -30,6 +32,12 @@ def robot_for(text: str) -> RobotModel:
     return load_robot(said[0] if said else "puma560")
 
 
+def peers_of(text: str) -> Outside | None:
+    """Whom a sample talks to: the script that `; peers:` names."""
+    said = [line.removeprefix(PEERS).strip() for line in text.splitlines() if line.startswith(PEERS)]
+    return read_script(str(PROGRAMS / said[0])) if said else None
+
+
 def test_there_are_samples() -> None:
     assert len(SAMPLES) >= 8
 
@@ -40,7 +48,7 @@ def test_sample(path: Path, tmp_path: Path) -> None:
     expected = expectations(text)
     assert expected, f"{path.name} says nothing of what it does"
     terminal = RecordingTerminal()
-    session = Session(terminal, robot_for(text), folder=Folder(tmp_path))
+    session = Session(terminal, robot_for(text), folder=Folder(tmp_path), outside=peers_of(text))
     assert session.load_text(text) == ()
     first = next(iter(session.environment.programs.values())).name
     result = session.execute(first)
@@ -55,7 +63,7 @@ def test_the_same_input_gives_the_same_timeline(path: Path, tmp_path: Path) -> N
     timelines = []
     for _ in range(2):
         text = path.read_text()
-        session = Session(RecordingTerminal(), robot_for(text), folder=Folder(tmp_path))
+        session = Session(RecordingTerminal(), robot_for(text), folder=Folder(tmp_path), outside=peers_of(text))
         session.load_text(text)
         session.execute(next(iter(session.environment.programs.values())).name)
         timelines.append(session.engine.timeline)

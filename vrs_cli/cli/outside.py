@@ -20,7 +20,10 @@ def add_outside_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--allow-net", action="store_true", help="TCP ports and connections on this machine")
     group.add_argument(
-        "--net-host", metavar="ADDRESS", help="and from other machines: the address to open ports at, 0.0.0.0 for all"
+        "--net-host",
+        metavar="ADDRESS",
+        type=_address,
+        help="and from other machines: the address to open ports at, 0.0.0.0 for all",
     )
     group.add_argument(
         "--serial",
@@ -35,6 +38,16 @@ def add_outside_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--record-units", metavar="FILE", help="write down all that comes from there, and when")
     group.add_argument("--replay-units", metavar="FILE", help="give the same again, or what a script says")
+
+
+def _address(text: str) -> str:
+    """A numeric address."""
+    import ipaddress
+
+    try:
+        return str(ipaddress.ip_address(text))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text} (an address as 192.168.0.7, or 0.0.0.0 for all)") from None
 
 
 def _serial(text: str) -> tuple[str, str]:

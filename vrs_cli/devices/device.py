@@ -8,8 +8,9 @@ of line is a line, too.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from enum import Enum
+from itertools import count
 from typing import Final
 
 from msgspec import Struct, field
@@ -119,9 +120,9 @@ class Device(Struct, eq=False):
             self.open = True
             self._connections[0] = Connection(0, told=True)
 
-    def open_at(self, how: str) -> None:
-        """FOPEN; `dialled` tells what comes of it. Raises IllegalValue, FileOpened, FileError, DeviceNotReady,
-        PortTaken.
+    def open_at(self, how: str, in_use: Collection[str] = ()) -> None:
+        """FOPEN; `dialled` tells what comes of it. `in_use`: names of devices. Raises IllegalValue, FileOpened,
+        FileError, DeviceNotReady, PortTaken.
         """
         self._check_fault()
         if self.open:
@@ -129,8 +130,9 @@ class Device(Struct, eq=False):
         if self.name != TCP:
             raise FileError(f"{self.name} has no ports", "FOPEN is for TCP")
         address = read_address(how)
-        self.outside.open(address.name, address)
-        self.name, self.address, self.open, self.dialing = address.name, address, True, bool(address.host)
+        name = _free(address.name, in_use)
+        self.outside.open(name, address)
+        self.name, self.address, self.open, self.dialing = name, address, True, bool(address.host)
 
     def dialled(self) -> Waits | None:
         """Whether a connection that is asked for is there: the status says so."""
@@ -318,3 +320,9 @@ class Device(Struct, eq=False):
             if self.dialing:
                 self.close()
             self.status, self.length = NetworkTimeout.code, 0
+
+
+def _free(name: str, in_use: Collection[str]) -> str:
+    """The name, with a number where several have it: each of two connections to one port."""
+    names = (name if number == 1 else f"{name}#{number}" for number in count(1))
+    return next(one for one in names if one not in in_use)

@@ -17,6 +17,8 @@ from vrs_cli.devices.address import Address
 from vrs_cli.engine.clock import Clock
 from vrs_cli.errors import DeviceNotReady
 
+TCP, SERIAL = "TCP", "SERIAL:"
+
 
 class Event(Enum):
     """What happens on a device without the program's doing."""
@@ -95,6 +97,7 @@ class Nothing:
         self.hint = hint
 
     def check(self, device: str) -> None:
+        check_known(device)
         raise DeviceNotReady(f"the device {device}", self.hint)
 
     def open(self, device: str, address: Address | None) -> None:  # noqa: ARG002
@@ -113,4 +116,7 @@ class Nothing:
         return ()
 
 
-TCP, SERIAL = "TCP", "SERIAL:"
+def check_known(device: str) -> None:
+    """Raises DeviceNotReady for a name that no device has."""
+    if device != TCP and not (device.startswith(SERIAL) and device[len(SERIAL) :].isdigit()):
+        raise DeviceNotReady(f"the device {device}", f"there are DISK, {TCP} and {SERIAL}1")

@@ -18,7 +18,7 @@ from pathlib import Path
 from msgspec import Struct, field, structs
 
 from vrs_cli.devices.address import Address
-from vrs_cli.devices.outside import SERIAL, TCP, Arrival, Event
+from vrs_cli.devices.outside import SERIAL, TCP, Arrival, Event, check_known
 from vrs_cli.engine.clock import Clock
 from vrs_cli.errors import DeviceNotReady, FileDamaged, NonexistentFile, PortTaken, VrsError
 from vrs_cli.files.opening import open_to_read
@@ -86,7 +86,8 @@ class Script:
                 part.lines.append((number, line))
 
     def check(self, device: str) -> None:
-        if device != TCP and not (device.startswith(SERIAL) and device in self._parts):
+        check_known(device)
+        if device != TCP and device not in self._parts:
             raise DeviceNotReady(f"the device {device}", "the file of --replay-units has nothing of it")
 
     def open(self, device: str, address: Address | None) -> None:  # noqa: ARG002

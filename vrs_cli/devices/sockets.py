@@ -23,7 +23,7 @@ from threading import Lock, Thread
 from typing import Protocol
 
 from vrs_cli.devices.address import Address
-from vrs_cli.devices.outside import SERIAL, TCP, Arrival, Event
+from vrs_cli.devices.outside import SERIAL, TCP, Arrival, Event, check_known
 from vrs_cli.devices.serial_line import PseudoEnd, open_serial
 from vrs_cli.engine.clock import Clock
 from vrs_cli.errors import DeviceNotReady, NetworkClosed, PortTaken
@@ -130,13 +130,11 @@ class Sockets:
     # --- the robot's side ---
 
     def check(self, device: str) -> None:
+        check_known(device)
         number = device.removeprefix(SERIAL)
-        if device == TCP:
-            if self.host is None:
-                raise DeviceNotReady("the device TCP", "--allow-net gives it to programs")
-        elif not device.startswith(SERIAL) or not number.isdigit():
-            raise DeviceNotReady(f"the device {device}", f"there are {TCP} and {SERIAL}1")
-        elif number not in self.serial:
+        if device == TCP and self.host is None:
+            raise DeviceNotReady("the device TCP", "--allow-net gives it to programs")
+        if device != TCP and number not in self.serial:
             raise DeviceNotReady(f"the device {device}", f"--serial {number}=pty makes it a pseudo-terminal")
 
     def open(self, device: str, address: Address | None) -> None:
@@ -177,7 +175,9 @@ class Sockets:
             listener.close()
             if error.errno == errno.EADDRINUSE:
                 raise PortTaken(f"port {address.port}", "another program has it") from None
-            raise DeviceNotReady(f"port {address.port}: {error.strerror}", "choose another port") from None
+            fault = DeviceNotReady(f"port {address.port} at {self.host}: {error.strerror}", "choose another one")
+            self.tell(str(fault))
+            raise fault from None
         return listener
 
     def _check_host(self, host: str) -> None:

@@ -142,7 +142,7 @@ class Devices(Struct, eq=False):
             match effect:
                 case OpenDevice():
                     if not device.dialing:
-                        device.open_at(effect.how)
+                        device.open_at(effect.how, [one.name for one in self._devices.values() if one.open])
                     return device.dialled()
                 case CommandDevice():
                     device.command(effect.command, effect.data)

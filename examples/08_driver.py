@@ -1,0 +1,44 @@
+"""A V+ program that listens on TCP, and its client: a driver as those of ROS, with no robot behind it but this one."""
+
+import re
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import vrs_cli
+
+program = (Path(vrs_cli.__file__).parents[1] / "programs" / "driver.v2").read_text()
+program = program.replace("11000", "0").replace("11001", "0")  # any two ports that are free
+command = [sys.executable, "-m", "vrs_cli", "run", "-", "--allow-net", "--realtime", "4"]
+driver = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+driver.stdin.write(program)
+driver.stdin.close()
+commands, positions = (int(re.search(r"port (\d+)", driver.stdout.readline())[1]) for _ in range(2))
+
+with (
+    socket.create_connection(("127.0.0.1", commands)) as arm,
+    socket.create_connection(("127.0.0.1", positions)) as eyes,
+):
+    answers, places = arm.makefile("r"), eyes.makefile("r")
+    for line in ("S 50", "J 30 -60 120 0 30 0", "J 200 0 0 0 0 0", "J 0 -90 90 0 0 0", "W"):
+        arm.sendall(f"{line}\n".encode())
+        print(f"{line:20} -> {answers.readline().strip()}")
+    last = [float(number) for number in places.readline().split()]  # the first that it has told
+    arm.sendall(b"Q\n")
+    for place in places:
+        last = [float(number) for number in place.split()]
+print("it stands at", *map(round, last[1:]))
+print(driver.stdout.read().strip())
+
+# It prints:
+#
+#   S 50                 -> OK
+#   J 30 -60 120 0 30 0  -> OK
+#   J 200 0 0 0 0 0      -> ? out of range
+#   J 0 -90 90 0 0 0     -> OK
+#   W                    -> OK
+#   it stands at 0 -90 90 0 0 0
+#   client 1 is here
+#   the end at 0 -90 90 0 0 0
+#   Program completed
