@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from tests.net.serving import said_in
+from vrs_cli.errors import DeviceNotReady
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.driving import WhenGone
@@ -342,6 +343,14 @@ def test_who_stops_the_robot_is_told_to_the_others(tmp_path: Path) -> None:
         assert bob.line("ABORT").ok
         assert "bob stops the robot" in ada.said
         assert "bob stops the robot" not in bob.said
+
+
+def test_programs_have_no_network_at_a_robot_that_is_served(tmp_path: Path) -> None:
+    with served(tmp_path) as it:
+        ada = it.call("ada")
+        for line in ('ATTACH (lun, 4) "TCP"', 'FOPEN (lun, 16) "/LOCAL_PORT 0"', "TYPE IOSTAT(lun)"):
+            assert ada.line(line).ok
+        assert ada.said[-1].strip() == str(DeviceNotReady.code)
 
 
 def test_names_are_unlike(tmp_path: Path) -> None:
