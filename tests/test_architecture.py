@@ -96,6 +96,7 @@ DEFERRED = (
     ),
     Deferred(("cli/serve.py",), ("asyncio", "ssl", "tempfile"), "as above"),
     Deferred(("cli/fence.py",), ("resource",), "Windows has none"),
+    Deferred(("cli/outside.py",), ("ipaddress",), "few runs have a network"),
     Deferred(
         ("repl", "render"),
         ("vrs_cli", "prompt_toolkit.utils", "rich"),
