@@ -20,6 +20,7 @@ ROBOTS = Path(__file__).parents[2] / "vrs_cli" / "kinematics" / "robots"
 STEP = 1e-30
 MM = 1e-3
 LEVEL = (0.0, 0.0, 0.0, 90.0, -90.0, 0.0)  # a frame that is not turned
+BESIDE = 1e-3  # [m] of axis 2 from axis 1: the arm is RIGHTY where its wrist is on that side
 SEARCHED = ("iiwa14", "panda", "xarm6")  # joints found by iteration: words may change on a line
 WORDS = (("RIGHTY", "LEFTY"), ("ABOVE", "BELOW"), ("NOFLIP", "FLIP"))
 
@@ -100,6 +101,9 @@ class Robot:
         if self.name == "ur5e":
             wrist, out = frames[2][0, :3, 3], frames[4][0, :3, 3] @ along
             arm, forward = out, out
+        elif (beside := np.hypot(*shoulder[:2])) > BESIDE:
+            wrist, along = frames[3][0, :3, 3], np.array([*shoulder[:2], 0.0]) / beside
+            arm = forward = wrist @ along
         else:
             wrist = frames[3][0, :3, 3]
             arm = self.frames((q + 1j * STEP * np.eye(self.n)[1])[None])[3][0, 2, 3].imag / STEP  # joint 2 raises it

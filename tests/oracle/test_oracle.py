@@ -15,6 +15,8 @@ from tests.oracle import laws
 from tests.oracle.recording import Edit, Piece, edits
 from tests.oracle.robot import Array, load, names, numbers, trans
 from tests.oracle.trial import Trial
+from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.robot_file import load_robot
 
 PROGRAMS, MOST = 20, 5
 
@@ -50,6 +52,15 @@ def test_its_velocities_are_those_of_its_places(name: str) -> None:
     v = robot.twist(q[None], qd[None], np.eye(4))[0]
     assert v[:3] == pytest.approx((after - before)[:3, 3] / (2 * h), abs=1e-8)
     assert np.linalg.norm(v[3:]) == pytest.approx(laws.angle(before, after) / (2 * h), abs=1e-7)
+
+
+@pytest.mark.parametrize("name", [name for name in names() if load(name).words(load(name).lower + 0.1)])
+def test_its_words_are_those_of_the_product(name: str) -> None:
+    robot, arm, random = load(name), arm_for(load_robot(name)), np.random.default_rng(1)
+    for q in random.uniform(robot.lower, robot.upper, (30, robot.n)):
+        flags = arm.configuration(tuple(q.tolist())).flags
+        for said, (word, measure) in zip(flags, robot.words(q), strict=False):
+            assert measure < laws.MEASURE or said is None or said.name == word
 
 
 @pytest.fixture(scope="module")
