@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.errors import LocationOutOfRange
@@ -20,6 +20,8 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, 
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.serial_batch import SerialBatch
+
+TOOLS = 4  # whose place behind the inner arm is remembered
 
 
 class Canonical(NamedTuple):
@@ -74,6 +76,12 @@ class MappedArm(RobotArm):
             joint, value = inner.fold
             self.fold = joint, way.chain.signs[joint] * (value - way.chain.links[joint].theta)
         self.to_inner, self.from_flange = inverse(way.chain.base), inverse(way.chain.flange)
+        self._turns = tuple([(s, link.theta) for s, link in zip(way.chain.signs, way.chain.links, strict=True)])
+        self._inner_tool = lru_cache(TOOLS)(partial(compose, way.chain.flange))
+
+    def _inner_joints(self, q: Joints) -> Joints:
+        """`Chain.of`, of joints that all turn."""
+        return tuple([s * x + theta for x, (s, theta) in zip(q, self._turns, strict=True)])
 
     def _inner_pose(self, T: Transform) -> Transform:
         """The pose of the flange as the inner arm has it."""
@@ -84,21 +92,21 @@ class MappedArm(RobotArm):
         return ALL[configuration.index ^ self._swapped]
 
     def configuration(self, q: Joints) -> Configuration:
-        return self._other(self.inner.configuration(self.way.chain.of(q)))
+        return self._other(self.inner.configuration(self._inner_joints(q)))
 
     def outward(self, q: Joints) -> float:
-        out = self.inner.outward(self.way.chain.of(q))
+        out = self.inner.outward(self._inner_joints(q))
         return -out if self._swapped & ARM else out
 
     def twins(self, q: Joints) -> tuple[Configuration, ...]:
-        return tuple(map(self._other, self.inner.twins(self.way.chain.of(q))))
+        return tuple(map(self._other, self.inner.twins(self._inner_joints(q))))
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
         back, found, swapped = self.way.back, self.inner.branches(self._inner_pose(T)), self._swapped
         return tuple([None if (q := found[i ^ swapped]) is None else back(q) for i in range(len(found))])
 
     def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
-        q = self.inner.branch_joints(self._inner_pose(T), self._other(configuration), self.way.chain.of(near))
+        q = self.inner.branch_joints(self._inner_pose(T), self._other(configuration), self._inner_joints(near))
         return None if q is None else self.way.back(q)
 
     @cached_property
@@ -130,12 +138,12 @@ class MappedArm(RobotArm):
         T_flange_tool: Transform = IDENTITY,
         demands: Demands = (),  # noqa: ARG002 (no joint is too many)
     ) -> Joints:
-        chain, seen = self.way.chain, (*rotate(self.to_inner, twist[:3]), *rotate(self.to_inner, twist[3:]))
-        rates = self.inner.joint_velocity(chain.of(q), seen, compose(chain.flange, T_flange_tool))
-        return tuple([s * rate for s, rate in zip(chain.signs, rates, strict=True)])
+        seen = *rotate(self.to_inner, twist[:3]), *rotate(self.to_inner, twist[3:])
+        rates = self.inner.joint_velocity(self._inner_joints(q), seen, self._inner_tool(T_flange_tool))
+        return tuple([s * rate for s, rate in zip(self.way.chain.signs, rates, strict=True)])
 
     def singularity(self, q: Joints) -> Singularity:
-        return self.inner.singularity(self.way.chain.of(q))
+        return self.inner.singularity(self._inner_joints(q))
 
     @cached_property
     def _batch(self) -> SerialBatch:

@@ -23,10 +23,11 @@ from vrs_cli.kinematics.clearance import (
     turning,
 )
 from vrs_cli.kinematics.configuration import ALL, WRIST_SINGULAR, Configuration
-from vrs_cli.kinematics.jacobian import Singularity
+from vrs_cli.kinematics.jacobian import Demands, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.offset_wrist.offsets import Offsets
+from vrs_cli.kinematics.offset_wrist.rates import joint_velocity
 from vrs_cli.kinematics.transform import IDENTITY, Transform, cross
 
 if TYPE_CHECKING:
@@ -138,6 +139,12 @@ class OffsetWristArm(RobotArm):
         q3 = fold * acos(k)
         q2 = atan2(v, h) - atan2(a3 * fold * sqrt((1.0 - k) * (1.0 + k)), a2 + a3 * k)
         return q2, q3, atan2(lift, level) - q2 - q3
+
+    def joint_velocity(
+        self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY, demands: Demands = ()
+    ) -> Joints:
+        found = joint_velocity(self.offsets, q, twist, T_flange_tool)
+        return found or super().joint_velocity(q, twist, T_flange_tool, demands)
 
     def clearance(self, T: Transform, configuration: Configuration) -> Clearance:
         arm, _, wrist = configuration.signs
