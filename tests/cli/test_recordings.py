@@ -162,7 +162,7 @@ def test_a_file_that_is_no_trajectory(
         (["export", "-o", "t.vrst", "--to", "csv"], "t.vrst is named twice"),
         (["export", "-o", "none/a.csv"], "*File error* none/a.csv cannot be written: no such file"),
         (["replay", "--csv", "a", "--plot", "a"], "a is named twice"),
-        (["replay", "--plot", "a.pdf"], "*No plot* a.pdf is no picture file (its name ends in .svg or .png)"),
+        (["replay", "--plot", "a.gif"], "*No plot* a.gif is no picture file (its name ends in .svg, .png or .pdf)"),
         (["replay", "--rate", "10"], "--rate is the rate of a table (give --csv OUT, too)"),
         (["replay", "--csv", "/dev/full"], "*File error* /dev/full cannot be written: no space left"),
         (["replay", "--csv", "."], "*File error* . cannot be written: is a directory"),

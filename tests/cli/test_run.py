@@ -244,7 +244,6 @@ def test_an_at_beyond_the_end_of_the_run_is_refused_where_it_stands(vrs: Vrs, tm
     [
         (["none.v2"], "vrs run: *Nonexistent file* none.v2"),
         (["pikc.v2"], "vrs run: *Nonexistent file* pikc.v2 (did you mean pick.v2?)"),
-        (["."], "vrs run: *Nonexistent file* . holds no program file (program files end in .v2 or .pg)"),
         (["pick.v2", "othr"], "vrs run: pick.v2 holds no program othr (did you mean other?)"),
         (["pick.v2", "zzz"], "vrs run: pick.v2 holds no program zzz (it holds pick, other)"),
         (["empty.v2"], "vrs run: empty.v2 holds no program"),
@@ -460,7 +459,7 @@ def test_a_limit_that_is_reached_while_a_file_is_loaded_is_told_in_json_too(
     vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "p.v2").write_text(EVER)
-    monkeypatch.setattr("vrs_cli.interfaces.station.station.parse_file", lambda _text: [_ for _ in cycle((0,)) if _])
+    monkeypatch.setattr("vrs_cli.interfaces.station.station.parse_file", lambda *_: [_ for _ in cycle((0,)) if _])
     ended = vrs("run", "p.v2", "--json", "--max-wall", "0.05")
     assert ended.status == 1
     (error,) = json.loads(ended.out)["errors"]
