@@ -243,6 +243,51 @@ def test_signature_help(editor: Editor) -> None:
     assert shown["parameters"] == [{"label": [5, 6]}]
 
 
+def test_actions_write_what_was_meant(editor: Editor) -> None:
+    everything = {"start": {"line": 0, "character": 0}, "end": {"line": 20, "character": 0}}
+    ask = {"textDocument": {"uri": URI}, "range": everything}
+    (found,) = editor.ask("textDocument/codeAction", **ask, context={"diagnostics": []})
+    assert (found["title"], found["kind"]) == ("Write MOVE", "quickfix")
+    (edit,) = found["edit"]["changes"][URI]
+    assert (*where(edit), edit["newText"]) == (6, 2, 7, "MOVE")
+    assert "MOVEE" in found["diagnostics"][0]["message"]
+    assert editor.ask("textDocument/codeAction", **ask, context={"diagnostics": [], "only": ["refactor"]}) == []
+    elsewhere = {"start": {"line": 0, "character": 0}, "end": {"line": 1, "character": 0}}
+    asked = {"textDocument": {"uri": URI}, "range": elsewhere}
+    assert editor.ask("textDocument/codeAction", **asked, context={"diagnostics": []}) == []
+
+
+def test_pieces_have_their_colours(editor: Editor) -> None:
+    legend = editor.able["semanticTokensProvider"]["legend"]
+    data = editor.ask("textDocument/semanticTokens/full", textDocument={"uri": URI})["data"]
+    lines, found, line, column = TEXT.split("\n"), [], 0, 0
+    for down, right, length, kind, bits in zip(*(data[place::5] for place in range(5)), strict=True):
+        line, column = line + down, right + (0 if down else column)
+        units = lines[line].encode("utf-16-le")[2 * column : 2 * (column + length)]
+        names = [one for place, one in enumerate(legend["tokenModifiers"]) if bits >> place & 1]
+        found.append((units.decode("utf-16-le"), legend["tokenTypes"][kind], *names))
+    assert ("demo", "function") in found
+    assert ("n", "variable") in found
+    assert ('"\N{GRINNING FACE} é"', "string") in found
+    assert ("a", "parameter", "static") in found
+    assert [one for one in found if one[0] == "10"] == [("10", "label")] * 2
+    assert ("pick", "function") in found
+    assert ("TYPE", "keyword") in found
+
+
+def test_a_text_that_is_not_open_is_refused_and_no_fault(editor: Editor) -> None:
+    never = {"uri": "file:///never/there.v2"}
+    for method in ("hover", "completion", "definition"):
+        told = editor.refused(f"textDocument/{method}", textDocument=never, position={"line": 0, "character": 0})
+        assert "is not open, and cannot be read" in told
+    for method in ("documentSymbol", "foldingRange", "semanticTokens/full"):
+        assert "is not open" in editor.refused(f"textDocument/{method}", textDocument=never)
+    editor.tell("textDocument/didClose", textDocument=never)
+    editor.tell("textDocument/didChange", textDocument={**never, "version": 2}, contentChanges=[{"text": "x"}])
+    assert where(editor.ask("textDocument/definition", **at(4, 9))) == (8, 9, 13)
+    assert "Traceback" not in editor.logged()
+
+
 def test_formatting(editor: Editor) -> None:
     """Of a text that can be read."""
     assert editor.ask("textDocument/formatting", textDocument={"uri": URI}, options=OPTIONS) is None

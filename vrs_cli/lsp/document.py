@@ -33,6 +33,7 @@ from vrs_cli.language.text.source import PROGRAM, SECTIONS
 from vrs_cli.language.words.instructions import INSTRUCTIONS, RESERVED, why_reserved
 from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind, key_of
 from vrs_cli.language.words.word import Shape
+from vrs_cli.lsp.colours import Piece, pieces
 from vrs_cli.lsp.occurrences import (
     Occurrence,
     SymbolKind,
@@ -43,6 +44,7 @@ from vrs_cli.lsp.occurrences import (
 )
 
 _WORD = re.compile(r"[#$]?[A-Za-z][\w.]*|\d+")
+_MEANT = re.compile(r"did you mean ([#$]?[A-Za-z][\w.]*)\?")
 _GOTO = re.compile(r"\bGOTO\s+\d*$", re.IGNORECASE)
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.]*")
 _SECTION_KINDS = {".LOCATIONS": Kind.LOCATION, ".REALS": Kind.REAL, ".STRINGS": Kind.STRING}
@@ -75,6 +77,15 @@ class Meaning(Struct, frozen=True):
     span: Span
 
 
+class Mend(NamedTuple):
+    """What would mend a finding: `text` in place of a span. `sure`: it can alone be meant."""
+
+    finding: Diagnostic
+    span: Span
+    text: str
+    sure: bool
+
+
 class Document:
     """A text, read once. `model`: the robot whose reach is checked; `inspector`: who has read the version before it."""
 
@@ -90,6 +101,30 @@ class Document:
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """What `vrs check` finds."""
         return self._inspector.inspect(self._parts)
+
+    @cached_property
+    def mends(self) -> tuple[Mend, ...]:
+        """What can be mended: what is sure, and every name that may have been meant."""
+        return tuple(mend for one in self.diagnostics if (mend := self._mend(one)) is not None)
+
+    def _mend(self, finding: Diagnostic) -> Mend | None:
+        span = finding.span
+        if finding.mend:
+            return Mend(finding, span, finding.mend, True)
+        meant = _MEANT.match(finding.hint)
+        word = _WORD.match(self.lines[span.line - 1], span.column - 1) if span.line <= len(self.lines) else None
+        if meant is None or word is None:
+            return None
+        typed, text = word[0], meant[1]
+        if typed[0] in "#$" and text[0] not in "#$":
+            text = typed[0] + text
+        return Mend(finding, Span(span.line, span.column, word.end() + 1), text, False)
+
+    @property
+    def colours(self) -> Iterator[Piece]:
+        """What each piece is, in the order of the text."""
+        for placed in self._parts:
+            yield from (piece._replace(line=piece.line + placed.above) for piece in pieces(placed.part))
 
     def formatted(self) -> str | None:
         """The canonical text; None where lines cannot be read or blocks have no end."""

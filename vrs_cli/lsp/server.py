@@ -22,7 +22,8 @@ from vrs_cli.interfaces.conversation.complete import Suggestion
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.text.ast import Span
-from vrs_cli.language.text.diagnostics import Severity
+from vrs_cli.language.text.diagnostics import Diagnostic, Severity
+from vrs_cli.lsp.colours import Colour, Modifier
 from vrs_cli.lsp.document import Document, Symbol
 from vrs_cli.lsp.occurrences import SymbolKind
 from vrs_cli.version import __version__
@@ -63,8 +64,11 @@ class Val2Server(LanguageServer):
         self._waiting: dict[str, asyncio.TimerHandle] = {}
 
     def document(self, uri: str) -> Document:
-        """The text as it is now."""
-        source = self.workspace.get_text_document(uri).source
+        """The text as it is now, or as it is on the disk where it is not open. Raises Refused."""
+        try:
+            source = self.workspace.get_text_document(uri).source
+        except (OSError, UnicodeError) as error:
+            raise Refused(f"{uri} is not open, and cannot be read: {error}") from None
         known = self._read.get(uri)
         if known is None or known.text != source:
             inspector = self._inspectors.setdefault(uri, Inspector(self._model))
@@ -99,15 +103,16 @@ class Val2Server(LanguageServer):
         self._waiting[uri] = asyncio.get_running_loop().call_later(PAUSE, self.check, uri)
 
     def check(self, uri: str) -> None:
-        """Tell the editor all that is wrong with a text."""
+        """Tell the editor all that is wrong with a text that it has open."""
+        if uri not in self.workspace.text_documents:
+            return
         document = self.workspace.get_text_document(uri)
-        found = [
-            lsp.Diagnostic(
-                self.range(uri, one.span), one.message, _SEVERITIES[one.severity], code=one.code, source="vrs"
-            )
-            for one in self.document(uri).diagnostics
-        ]
+        found = [self.diagnostic(uri, one) for one in self.document(uri).diagnostics]
         self.publish(uri, found, document.version)
+
+    def diagnostic(self, uri: str, one: Diagnostic) -> lsp.Diagnostic:
+        place, severity = self.range(uri, one.span), _SEVERITIES[one.severity]
+        return lsp.Diagnostic(place, one.message, severity, code=one.code, source="vrs")
 
     def publish(self, uri: str, found: list[lsp.Diagnostic], version: int | None = None) -> None:
         """Replace what the editor shows for a text."""
@@ -239,6 +244,58 @@ def _signature(server: Val2Server, params: lsp.SignatureHelpParams) -> lsp.Signa
     return lsp.SignatureHelp([shown], active_signature=0, active_parameter=found.active)
 
 
+def _actions(server: Val2Server, params: lsp.CodeActionParams) -> Sequence[lsp.CodeAction]:
+    """What mends the findings of these lines; and all that is sure in the whole text, in one action."""
+    uri, document = params.text_document.uri, server.document(params.text_document.uri)
+    wanted, lines = params.context.only, range(params.range.start.line + 1, params.range.end.line + 2)
+    found = []
+    for mend in document.mends:
+        if mend.span.line in lines and _is_wanted(lsp.CodeActionKind.QuickFix, wanted):
+            edit = lsp.TextEdit(server.range(uri, mend.span), mend.text)
+            told = [server.diagnostic(uri, mend.finding)]
+            found.append(_action(uri, f"Write {mend.text}", lsp.CodeActionKind.QuickFix, [edit], told, mend.sure))
+    sure = [lsp.TextEdit(server.range(uri, one.span), one.text) for one in document.mends if one.sure]
+    if sure and _is_wanted(lsp.CodeActionKind.SourceFixAll, wanted):
+        found.append(_action(uri, "Mend all that is sure", lsp.CodeActionKind.SourceFixAll, sure, [], True))
+    return found
+
+
+def _is_wanted(kind: lsp.CodeActionKind, wanted: Sequence[lsp.CodeActionKind | str] | None) -> bool:
+    """Editors ask for kinds, and for those above them: source, and source.fixAll."""
+    asked = [one.value if isinstance(one, lsp.CodeActionKind) else one for one in wanted or ()]
+    return wanted is None or any(kind.value == one or kind.value.startswith(f"{one}.") for one in asked)
+
+
+def _action(
+    uri: str,
+    title: str,
+    kind: lsp.CodeActionKind,
+    edits: list[lsp.TextEdit],
+    mended: list[lsp.Diagnostic],
+    preferred: bool,
+) -> lsp.CodeAction:
+    return lsp.CodeAction(title, kind, mended, is_preferred=preferred, edit=lsp.WorkspaceEdit({uri: edits}))
+
+
+LEGEND = lsp.SemanticTokensLegend([one.value for one in Colour], [one.value for one in Modifier])
+
+
+def _colours(server: Val2Server, params: lsp.SemanticTokensParams) -> lsp.SemanticTokens:
+    """Five numbers a piece: its line and its column from those of the one before, length, kind, modifiers as bits."""
+    uri = params.text_document.uri
+    kinds, modifiers = ({one: place for place, one in enumerate(of)} for of in (Colour, Modifier))
+    data, line, column = list[int](), 0, 0
+    for piece in server.document(uri).colours:
+        place = server.range(uri, Span(piece.line, piece.column, piece.column + piece.length))
+        begin, bits = place.start, 0 if piece.modifier is None else 1 << modifiers[piece.modifier]
+        if begin.line != line:
+            column = 0
+        data += (begin.line - line, begin.character - column, place.end.character - begin.character)
+        data += (kinds[piece.colour], bits)
+        line, column = begin.line, begin.character
+    return lsp.SemanticTokens(data)
+
+
 _FEATURES: Mapping[str, tuple[Callable[[Val2Server, Any], Any], Any]] = {  # each with its options
     lsp.TEXT_DOCUMENT_DID_OPEN: (lambda server, params: server.check(params.text_document.uri), None),
     lsp.TEXT_DOCUMENT_DID_CHANGE: (lambda server, params: server.check_soon(params.text_document.uri), None),
@@ -252,5 +309,10 @@ _FEATURES: Mapping[str, tuple[Callable[[Val2Server, Any], Any], Any]] = {  # eac
     lsp.TEXT_DOCUMENT_RENAME: (_rename, lsp.RenameOptions(prepare_provider=True)),
     lsp.TEXT_DOCUMENT_FOLDING_RANGE: (_folding, None),
     lsp.TEXT_DOCUMENT_COMPLETION: (_completion, lsp.CompletionOptions(trigger_characters=[" ", ".", "$", "#"])),
+    lsp.TEXT_DOCUMENT_CODE_ACTION: (
+        _actions,
+        lsp.CodeActionOptions([lsp.CodeActionKind.QuickFix, lsp.CodeActionKind.SourceFixAll]),
+    ),
+    lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: (_colours, LEGEND),
     lsp.TEXT_DOCUMENT_SIGNATURE_HELP: (_signature, lsp.SignatureHelpOptions([" ", ",", "("])),
 }
