@@ -65,6 +65,7 @@ class Figure(Rooted):
             opacity=self._opacity,
             side="double" if isinstance(first.body, MeshFile) else "front",  # files may have holes
             cast_shadow=self._opacity is None,
+            receive_shadow=False,
         )
         self._bodies[first.link].append(node)
         if first.opens:

@@ -24,6 +24,8 @@ LARGEST_LETTER = 0.08  # [m] so that numbers do not run into each other
 BELOW = 0.0005  # [m] the floor lies lower than the foot, which would flicker in it
 FIELD = 0.66  # [rad] of view, from top to bottom: as a lens of 50 mm sees
 MARGIN = 1.12  # around the arm in the picture
+KEY = (0.45, -0.28, 0.85)  # towards the lamp: behind the robot's right shoulder, from above
+LAMP, LIT = 8.0, 2.0  # of the reach: how far away it is, and the radius of what it lights
 TOWARDS = (0.80, 0.55, 0.38)  # from the robot to who looks at it: from the front, on its left, from above
 
 
@@ -44,6 +46,7 @@ class Stage:
         _background(scene)
         self._floor = scene.add_frame("/floor", show_axes=False)
         _lay_floor(scene, reach, floor_height(model))
+        _hang_lamp(scene, reach)
         self._frames = {name: _named_frame(scene, name, 0.22 * reach) for name in ("world", "base", "tool")}
         self._frames["base"].visible = False
         self._base = IDENTITY
@@ -66,11 +69,26 @@ def without_hall(scene: SceneApi) -> None:
 
 
 def _light(scene: SceneApi) -> None:
-    """Lamps of our own."""
+    """Lamps of our own, beside the one over the floor."""
     without_hall(scene)
     scene.add_light_hemisphere("/light/sky", sky_color=(255, 255, 255), ground_color=(168, 164, 158), intensity=2.0)
-    scene.add_light_directional("/light/key", intensity=2.6, cast_shadow=True, position=(1.6, -1.0, 3.0))
     scene.add_light_directional("/light/fill", intensity=0.7, cast_shadow=False, position=(-1.0, 2.0, 1.0))
+
+
+def _hang_lamp(scene: SceneApi, reach: float) -> None:
+    """A lamp far above the robot, which throws its shadow: a spot makes one map of it, where a directional light of
+    viser makes three, and all of that has to be drawn before the first picture.
+    """
+    x, y, z = (LAMP * reach * part for part in KEY)
+    scene.add_light_spot(
+        "/floor/lamp",
+        intensity=2.6,
+        decay=0.0,
+        angle=atan(LIT / LAMP),
+        position=(x, y, z),
+        direction=(-x, -y, -z),
+        cast_shadow=True,
+    )
 
 
 def _background(scene: SceneApi) -> None:
