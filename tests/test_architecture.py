@@ -147,6 +147,7 @@ DEFERRED = (
         ("vrs_cli.view3d.page", "vrs_cli.view3d.still"),
         "viser takes half a second to load",
     ),
+    Deferred(("view3d/mesh_files.py",), ("trimesh",), "it takes a second to load, and most robots have no such files"),
     Deferred(("kinematics/forms.py",), ("vrs_cli.kinematics",), "a robot loads its own closed form, and no other"),
     Deferred(
         ("kinematics/model.py", "kinematics/model_data.py"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import http.client
 from collections.abc import Iterator
 from pathlib import Path
+from threading import Thread
 from types import SimpleNamespace
 from urllib.parse import urlsplit
 
@@ -21,7 +22,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.view3d.addition import GOES_ON, OPENS
 from vrs_cli.view3d.app import App
-from vrs_cli.view3d.guard import kept_secret
+from vrs_cli.view3d.door import kept_secret, opened
 
 
 @pytest.fixture(scope="module")
@@ -110,12 +111,33 @@ def test_no_way_is_opened_from_outside(app: App, monkeypatch: pytest.MonkeyPatch
 @pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.0.4", "example.org", ""])
 def test_no_address_is_listened_at_that_others_reach(host: str) -> None:
     with pytest.raises(UsageError, match="for this machine alone"):
-        App(lambda _told: pytest.fail("nobody comes"), host=host)
+        opened(host)
 
 
 def test_a_port_that_is_taken_is_said(port: int) -> None:
     with pytest.raises(UsageError, match=f"127.0.0.1:{port}: address already in use .*name another --port"):
-        App(lambda _told: pytest.fail("nobody comes"), port=port)
+        opened(port=port)
+
+
+def test_a_page_that_comes_before_all_is_there_waits_at_the_door(monkeypatch: pytest.MonkeyPatch) -> None:
+    """viser answers from a thread of its own while it is still made."""
+    recorded = Recorded(arm_for(load_robot("puma560")), Robot().timeline)
+    door, make, pages = opened(), viser.ViserServer.__init__, list[Page]()
+    coming = Thread(target=lambda: pages.append(Page(door.address)))
+
+    def made(self: viser.ViserServer, **options: object) -> None:
+        make(self, **options)
+        coming.start()
+        connection = http.client.HTTPConnection(*door.listening.getsockname(), timeout=20.0)
+        connection.request("GET", urlsplit(door.address).path)
+        assert connection.getresponse().status == 200, "it has what it is made of"
+
+    monkeypatch.setattr(viser.ViserServer, "__init__", made)
+    app = App(lambda _told: recorded, door=door)
+    coming.join()
+    with pages[0] as page:
+        page.until(lambda: page.of("SetPositionMessage"))
+    app.close()
 
 
 def test_a_viser_that_opens_its_server_in_another_way_is_not_served(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -166,7 +188,7 @@ def test_a_page_of_before_is_let_in_where_the_secret_is_kept(tmp_path: Path) -> 
     addresses = []
     for _ in range(2):
         secret = kept_secret(tmp_path / "state" / "view" / "8001")
-        app = App(lambda _told: recorded, secret=secret)
+        app = App(lambda _told: recorded, door=opened(secret=secret))
         addresses.append(urlsplit(app.address).path)
         assert GOES_ON in asked_of(app, "")[1]
         app.close()

@@ -23,6 +23,8 @@ from vrs_cli.extras import how_to_install
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.roles.observer import Watched
+    from vrs_cli.kinematics.model import RobotModel
+    from vrs_cli.view3d.door import Door
     from vrs_cli.view3d.hosted import Hosted
     from vrs_cli.view3d.window import Window
 
@@ -45,7 +47,7 @@ def show(prog: str, options: argparse.Namespace) -> int:
             hold, first = _program(prog, options, stack)
         else:
             hold = _afar(options)
-        _open(prog, options, stack, hold, first)
+        _open(prog, options, stack, _door(prog, options), hold, first)
         asyncio.run(signal_comes())
     return 0
 
@@ -54,26 +56,35 @@ def nothing(_window: Window) -> None:
     """Nothing is to be done."""
 
 
-def _open(prog: str, options: argparse.Namespace, stack: ExitStack, hold: Hold, first: First = nothing) -> None:
+def _door(prog: str, options: argparse.Namespace) -> Door:
+    """The page has an address, and a browser is on its way to it: what answers it is loaded meanwhile."""
+    from vrs_cli.view3d.door import opened
+
+    try:
+        door = opened(options.host, options.port, _secret(options.port))
+    except UsageError as error:
+        raise CommandLineError(error.detail, error.hint) from None
+    print(f"{prog}: {door.address}", flush=True)
+    if not options.no_open:
+        Thread(target=_opened, args=(door.address,), daemon=True).start()
+    return door
+
+
+def _open(
+    prog: str, options: argparse.Namespace, stack: ExitStack, door: Door, hold: Hold, first: First = nothing
+) -> None:
     """The page is there, until the stack is left."""
     from vrs_cli.view3d.app import App
 
     title = Path(options.url).name if is_recording(options.url or "") else ""
-    place, secret = {"host": options.host, "port": options.port}, _secret(options.port)
-    try:
-        app = App(hold, title=title, **place, secret=secret, rate=options.rate, first=first, tell=teller(prog))
-    except UsageError as error:
-        raise CommandLineError(error.detail, error.hint) from None
+    app = App(hold, door=door, title=title, rate=options.rate, first=first, tell=teller(prog))
     stack.callback(app.close)
-    print(f"{prog}: {app.address}", flush=True)
-    if not options.no_open:
-        Thread(target=_opened, args=(app.address,), daemon=True).start()
 
 
 def _secret(port: int) -> str:
     """At a port that was chosen, that of the last time: a page that is still there goes on."""
     from vrs_cli.repl.history import state_folder
-    from vrs_cli.view3d.guard import kept_secret
+    from vrs_cli.view3d.door import kept_secret
 
     with suppress(RuntimeError):  # there is no home
         return kept_secret(state_folder(os.environ) / "view" / str(port)) if port else ""
@@ -118,11 +129,11 @@ def _afar(options: argparse.Namespace) -> Hold:
     return hold
 
 
-def _hosted(prog: str, options: argparse.Namespace, stack: ExitStack) -> Hosted:
+def _hosted(prog: str, options: argparse.Namespace, stack: ExitStack, model: RobotModel) -> Hosted:
     """A new robot, in real time."""
     from vrs_cli.view3d.hosted import Hosted
 
-    hosted = Hosted(chosen_robot(prog, options), rate=options.rate, folder=Path.cwd(), tell=teller(prog))
+    hosted = Hosted(model, rate=options.rate, folder=Path.cwd(), tell=teller(prog))
     stack.callback(hosted.close)
     return hosted
 
@@ -135,7 +146,7 @@ def _program(prog: str, options: argparse.Namespace, stack: ExitStack) -> tuple[
     from vrs_cli.view3d.hosted import SHELL
 
     source = read_source(options.url)
-    hosted = _hosted(prog, options, stack)
+    hosted = _hosted(prog, options, stack, chosen_robot(prog, options))
     loading = hosted.hold(SHELL)
     try:
         names = loading.act(Define(source.text, f"{source.path}:")).names
@@ -150,12 +161,14 @@ def _program(prog: str, options: argparse.Namespace, stack: ExitStack) -> tuple[
 
 def _with_shell(prog: str, options: argparse.Namespace, stack: ExitStack) -> int:
     """A new robot, and the shell at it; on a pipe, the page stays when the lines are done."""
+    model = chosen_robot(prog, options)
+    door = _door(prog, options)
+    hosted = _hosted(prog, options, stack, model)
+    _open(prog, options, stack, door, hosted.hold_for_browser)
     from vrs_cli.repl.connection import Connection
     from vrs_cli.repl.place import Afar
     from vrs_cli.repl.shell import at, on_terminal
 
-    hosted = _hosted(prog, options, stack)
-    _open(prog, options, stack, hosted.hold_for_browser)
     connection = Connection(hosted.client(attended=on_terminal()))
     stack.callback(connection.close)
     status = at(Afar(connection, teller(prog)))

@@ -5,7 +5,6 @@ thread that shows them what is to be seen.
 from __future__ import annotations
 
 import logging
-import socket
 import time
 import warnings
 from collections.abc import Callable
@@ -15,16 +14,16 @@ from threading import Event, Lock, Thread
 import rich
 import viser
 
-from vrs_cli.errors import RequestRefused, UsageError, VrsError
+from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.net.messages import ServerMessage, Welcome
+from vrs_cli.view3d.door import HOST, Door, opened
 from vrs_cli.view3d.furnish import furnish
-from vrs_cli.view3d.guard import LOOPBACK, Guard
-from vrs_cli.view3d.stage import without_hall
+from vrs_cli.view3d.guard import Guard
+from vrs_cli.view3d.stage import backdrop
 from vrs_cli.view3d.window import TITLE, Window
 
-HOST = "127.0.0.1"
 AGAIN = 2.0  # [s] until a robot that does not answer is asked again
 
 Told = Callable[[str], None]
@@ -39,19 +38,16 @@ class _Viser(viser.ViserServer):
 
 class App:
     """`hold`: takes hold of the robot for one more browser; what becomes of the connection is told to what it is given.
-    `title`: of the page, that of the robot where it is empty. `rate`: seconds of a trajectory in one second, at first.
-    `first`: what is done with the first window, once. `secret`: of the address, a new one where it is empty.
-    Raises UsageError where the address is taken, or is one that others reach.
+    `door`: where browsers come in, a new one if there is none. `title`: of the page, that of the robot where it is
+    empty. `rate`: seconds of a trajectory in one second, at first. `first`: what is done with the first window, once.
     """
 
     def __init__(
         self,
         hold: Callable[[Told], Watched],
         *,
+        door: Door | None = None,
         title: str = "",
-        host: str = HOST,
-        port: int = 0,
-        secret: str = "",
         rate: float = 1.0,
         first: Callable[[Window], object] = lambda _window: None,
         tell: Told = lambda _text: None,
@@ -63,14 +59,16 @@ class App:
         self._gone: set[int] = set()  # browsers that went before there was a window
         self._lock, self._stirred, self._ended = Lock(), Event(), Event()
         self._came = False  # whether there was a window
-        guard = Guard(lambda error: self._tell(internal_error(error).text), secret)
-        self._viser, bound = _serve(guard, host, port)
-        self.address = f"http://{_shown(host)}:{bound}/{guard.secret}/"
-        without_hall(self._viser.scene)  # all browsers hear so before their windows are furnished
+        door = door or opened()
+        self.address = door.address
+        guard = Guard(door, lambda error: self._tell(internal_error(error).text))
+        self._viser = _serve(guard)
+        backdrop(self._viser.scene)  # all browsers hear of it before their windows are furnished
         self._viser.on_client_connect(self._come)
         self._viser.on_client_disconnect(self._go)
         self._thread = Thread(target=self._run, name="vrs view", daemon=True)
         self._thread.start()
+        guard.let_in()
 
     @property
     def windows(self) -> tuple[Window, ...]:
@@ -186,28 +184,13 @@ def _hear(window: Window) -> None:
         window.robot.listen(hear)
 
 
-def _serve(guard: Guard, host: str, port: int) -> tuple[_Viser, int]:
-    """Raises UsageError."""
-    if host not in LOOPBACK:
-        raise UsageError(
-            f"--host {host}: the page is for this machine alone, as whoever opens it may drive the robot",
-            "others watch with vrs serve and vrs view ws://HOST, or over ssh -L",
-        )
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    try:
-        listening = socket.create_server((host, port), family=family)
-    except OSError as error:
-        raise UsageError(f"{host}:{port}: {(error.strerror or str(error)).lower()}", "name another --port") from None
+def _serve(guard: Guard) -> _Viser:
     rich.reconfigure(quiet=True)  # viser tells its address, which is not the whole one
     logging.getLogger("websockets.server").disabled = True  # browsers open connections that they do not use
     warnings.filterwarnings("ignore", ".* on a closed connection", UserWarning)  # browsers go when they like
-    with guard.standing(listening):
-        server = _Viser(host=host, port=port, verbose=False)
+    with guard.standing():
+        server = _Viser(host=HOST, port=0, verbose=False)  # which it is not asked for, behind a guard
     if not guard.stands:
         server.stop()
         raise RuntimeError("this viser opens its server in another way: nobody would guard it")
-    return server, listening.getsockname()[1]
-
-
-def _shown(host: str) -> str:
-    return f"[{host}]" if ":" in host else host
+    return server

@@ -8,13 +8,9 @@ from __future__ import annotations
 
 import asyncio
 import hmac
-import os
-import secrets
-import socket
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from http import HTTPStatus
-from pathlib import Path
 from threading import Lock
 from typing import Any
 from urllib.parse import urlsplit
@@ -24,23 +20,21 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.http11 import Request, Response
 
 from vrs_cli.view3d.addition import THERE, addition
-
-LOOPBACK = ("localhost", "127.0.0.1", "::1")
-BYTES = 18  # of chance in a secret
+from vrs_cli.view3d.door import LOOPBACK, Door
 
 _replacing = Lock()
 Asked = Callable[[ServerConnection, Request], Response | None]
 
 
 class Guard:
-    """Lets in who knows the secret, which is the first part of the path of an address. `failed` is told what goes wrong
-    with what a page sends: viser lets it lie. `secret`: one that a page of before knows; else it is a new one.
+    """Lets in who knows the secret of a door: a page gets what it is made of at once, and is talked with from `let_in`
+    on. `failed` is told what goes wrong with what a page sends: viser lets it lie.
     """
 
-    def __init__(self, failed: Callable[[BaseException], object] = lambda _error: None, secret: str = "") -> None:
-        self._failed, self._kept = failed, bool(secret)
-        self.secret = secret or secrets.token_urlsafe(BYTES)
+    def __init__(self, door: Door, failed: Callable[[BaseException], object]) -> None:
+        self._door, self._failed = door, failed
         self.stands = False
+        self.let_in: Callable[[], object] = lambda: None
 
     def refuses(self, request: Request) -> str:
         """Why a request is not answered, or empty."""
@@ -49,7 +43,7 @@ class Guard:
             return "this page is for this machine alone: open the address that vrs view tells"
         if origin is not None and urlsplit(origin).netloc != host:
             return "another page may not look at this robot"
-        if not hmac.compare_digest(_secret_of(request.path).encode(), self.secret.encode()):
+        if not hmac.compare_digest(_secret_of(request.path).encode(), self._door.secret.encode()):
             return "open the address that vrs view tells, with all that is in it"
         return ""
 
@@ -61,7 +55,7 @@ class Guard:
             why = "this is no request of a browser"
         if why:
             return connection.respond(HTTPStatus.FORBIDDEN, f"{why}\n")
-        request.path = "/" + request.path.removeprefix(f"/{self.secret}").lstrip("/")
+        request.path = "/" + request.path.removeprefix(f"/{self._door.secret}").lstrip("/")
         if request.path == THERE:
             return connection.respond(HTTPStatus.OK, "")
         if "Accept-Encoding" in request.headers:
@@ -71,26 +65,31 @@ class Guard:
 
     def _with_addition(self, answer: Response) -> Response:
         if answer.headers.get("Content-Type", "").startswith("text/html"):
-            answer.body += addition(comes_back=self._kept)
+            answer.body += addition(comes_back=self._door.kept)
             del answer.headers["Content-Length"]
             answer.headers["Content-Length"] = str(len(answer.body))
         return answer
 
     @contextmanager
-    def standing(self, listening: socket.socket) -> Iterator[None]:
-        """viser opens its server meanwhile: on the socket that is `listening`, behind this guard, which `stands` then.
+    def standing(self) -> Iterator[None]:
+        """viser opens its server meanwhile: at the door, behind this guard, which `stands` then.
 
         viser takes neither (its `process_request` answers with its page), so the function that opens servers is
         another one for as long.
         """
 
         def guarded(handler: Any, _host: Any, _port: Any, *, process_request: Asked, **options: Any) -> serve:
-            def asked(connection: ServerConnection, request: Request) -> Response | None:
-                return self.admit(connection, request, process_request)
+            async def asked(connection: ServerConnection, request: Request) -> Response | None:
+                answer = self.admit(connection, request, process_request)
+                if answer is None:  # the page begins to talk
+                    await ready.wait()
+                return answer
 
+            loop, ready = asyncio.get_running_loop(), asyncio.Event()
+            self.let_in = lambda: loop.call_soon_threadsafe(ready.set)
             self.stands = True
-            asyncio.get_running_loop().set_exception_handler(self._hear_of_failure)
-            return serve(handler, sock=listening, process_request=asked, **options)
+            loop.set_exception_handler(self._hear_of_failure)
+            return serve(handler, sock=self._door.listening, process_request=asked, **options)
 
         with _replacing:
             vars(sockets)["serve"] = guarded
@@ -103,18 +102,6 @@ class Guard:
         error = context.get("exception")
         if error is not None:
             self._failed(error)
-
-
-def kept_secret(file: Path) -> str:
-    """The secret of a file that its owner alone may read, made where there is none; another one each time where that
-    cannot be.
-    """
-    with suppress(OSError):
-        file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        with suppress(FileExistsError), open(os.open(file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600), "w") as made:
-            made.write(secrets.token_urlsafe(BYTES))
-        return file.read_text().strip()
-    return ""
 
 
 def _secret_of(path: str) -> str:

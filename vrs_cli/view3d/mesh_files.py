@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import trimesh
-from trimesh.units import unit_conversion
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.kinematics.shapes import MeshFile
@@ -20,6 +18,9 @@ def read_mesh(body: MeshFile) -> Mesh:
     """The surface of a body, in the frame of its link. Raises NonexistentFile, FileError, FileDamaged."""
     path = Path(body.path)
     check(path)
+    import trimesh
+    from trimesh.units import unit_conversion
+
     try:
         found = trimesh.load_mesh(path, process=True, skip_materials=True)
         metres = unit_conversion(found.units, "meters") if found.units else 1.0  # DAE says it, the others do not

@@ -37,13 +37,10 @@ class Camera(NamedTuple):
 
 
 class Stage:
-    """The scene around an arm. Nodes /floor, /light, /world, /base, /tool."""
+    """The scene around an arm, before a backdrop. Nodes /floor, /world, /base, /tool."""
 
     def __init__(self, scene: SceneApi, model: RobotModel) -> None:
         reach = size_of(model)
-        scene.set_up_direction("+z")
-        _light(scene)
-        _background(scene)
         self._floor = scene.add_frame("/floor", show_axes=False)
         _lay_floor(scene, reach, floor_height(model))
         _hang_lamp(scene, reach)
@@ -61,18 +58,18 @@ class Stage:
                 place(node, inverse(base))
 
 
-def without_hall(scene: SceneApi) -> None:
-    """Without viser's picture of a hall that lights the scene, which takes software seconds to prepare. A page that is
-    not told so with the first that it hears has begun to."""
+def backdrop(scene: SceneApi) -> None:
+    """What is around every robot. Nodes /light.
+
+    Without viser's picture of a hall that lights the scene, which takes software seconds to prepare: a page that is not
+    told so with the first that it hears has begun to.
+    """
     scene.configure_environment_map(None)
     scene.configure_default_lights(enabled=False)
-
-
-def _light(scene: SceneApi) -> None:
-    """Lamps of our own, beside the one over the floor."""
-    without_hall(scene)
+    scene.set_up_direction("+z")
     scene.add_light_hemisphere("/light/sky", sky_color=(255, 255, 255), ground_color=(168, 164, 158), intensity=2.0)
     scene.add_light_directional("/light/fill", intensity=0.7, cast_shadow=False, position=(-1.0, 2.0, 1.0))
+    _background(scene)
 
 
 def _hang_lamp(scene: SceneApi, reach: float) -> None:

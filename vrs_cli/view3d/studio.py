@@ -16,6 +16,7 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.paths import USUAL, Around
 from vrs_cli.view3d.scenery import scenery
 from vrs_cli.view3d.shown import Part, Shown
+from vrs_cli.view3d.stage import backdrop
 
 MOST_SEGMENTS = 400  # whose way is drawn as usual: a recording has all of it anew for each of them, 30 MB for so many
 NEAR = Around(before=5.0, after=5.0, step=5.0)  # of more segments
@@ -29,6 +30,7 @@ class Studio:
 
     def __init__(self, scene: SceneApi, arm: RobotArm, timeline: Timeline, *parts: Part) -> None:
         self._arm, self._timeline = arm, timeline
+        backdrop(scene)
         seen = scenery(scene, arm.model, NEAR if len(timeline) > MOST_SEGMENTS else USUAL)
         self._parts: tuple[Part, ...] = (*seen, *parts)
 
