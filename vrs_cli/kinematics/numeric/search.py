@@ -37,6 +37,7 @@ SHORT, FEW = 0.35, 6  # [rad, m], of steps of Newton's method alone, which conve
 LAST = 1e-6  # [rad, m] of a step after which the error is none
 RATES = 1e-5  # of the rates of joints: so much of them may be wrong where they are planned
 ROUNDS = (40, 160, 640)  # starts, of which later ones are tried where earlier ones found nothing
+FEW_JOINTS = 2  # rounds of an arm that reaches few poses, and those by the first starts: most of its searches find none
 SEED = 560
 MEASURED = 16  # poses of a range over which freedoms are measured
 
@@ -45,7 +46,7 @@ def rounds(model: RobotModel, near: Joints) -> Iterator[list[Joints]]:
     """Where searches begin: `near`, the middle of the ranges and some of a fixed sequence; then more of it."""
     others = some_joints(model)
     middle = tuple((low + high) / 2 for low, high in zip(model.lower, model.upper, strict=True))
-    first, *later = ROUNDS
+    first, *later = ROUNDS[:FEW_JOINTS] if model.joint_count < model.task.size else ROUNDS
     yield [near, middle, *islice(others, first)]
     yield from (list(islice(others, count)) for count in later)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cached_property, lru_cache, partial
 from itertools import islice
-from math import dist
+from math import dist, inf
 from typing import TYPE_CHECKING, TypeVar
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 R = TypeVar("R")
 
+AGREED = 8  # of the first starts that have no limits
 SAME_TURN = 1e-5  # [rad] two turns that are missing and are one: then the joints that are reached sooner are taken
 
 
@@ -96,18 +97,21 @@ class SteadyArm(RobotArm):
         """Of what is found within the limits that with the least turn, and of those the one that is reached soonest.
 
         From joints that are near; where these do not lead to the pose itself, from others; where the limits are in the
-        way of those, along them.
+        way of those, along them. A turn that `AGREED` of the others lead to, and none of them to less, whatever the
+        limits, is the least.
         """
         found: list[tuple[Joints, float]] = []
+        least = inf
         first, *later = rounds(self.model, near)
         for begin, bounded in (([near], True), (first, False), (first, True), (later[0], False)):
-            for solved, turned in self._batch.searched(T, begin, bounded=bounded):
-                if (q := self._inside(solved, near)) is not None:
-                    found.append((q, turned))
-            if any(turned <= STRAIGHT for _, turned in found):
+            searched = self._batch.searched(T, begin, bounded=bounded)
+            found += [(q, turned) for solved, turned in searched if (q := self._inside(solved, near)) is not None]
+            least = min((turned for _, turned in found), default=inf)
+            agreeing = [turned for _, turned in searched if turned <= least + SAME_TURN]
+            if least <= STRAIGHT or (len(agreeing) >= AGREED and min(agreeing) >= least - SAME_TURN):
                 break
-        least = min((turned for _, turned in found), default=0.0) + SAME_TURN
-        return min((q for q, turned in found if turned <= least), key=partial(self._duration, near), default=None)
+        near_least = (q for q, turned in found if turned <= least + SAME_TURN)
+        return min(near_least, key=partial(self._duration, near), default=None)
 
     def _nowhere(self, T: Transform, near: Joints) -> LocationOutOfRange | JointOutOfRange:
         """The refusal of a place: of the range of a joint, or because it is beyond all of them."""

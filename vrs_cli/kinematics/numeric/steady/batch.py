@@ -16,7 +16,7 @@ from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.numeric.search import LARGEST_STEP, STEPS, rounds
+from vrs_cli.kinematics.numeric.search import FREE_STEPS, LARGEST_STEP, STEPS, rounds
 from vrs_cli.kinematics.numeric.steady.conditions import PLACES, Conditions, Terms
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import Transform
@@ -103,7 +103,7 @@ class SteadyBatch(SerialBatch):
         found, turned = np.full_like(q, np.nan), np.full(len(T), np.inf)
         rows = np.flatnonzero(self.in_task(T))
         multipliers = np.zeros((len(rows), PLACES))
-        for _ in range(STEPS):
+        for _ in range(STEPS if bounded else FREE_STEPS):
             if not len(rows):
                 break
             at = conditions.terms(q[rows], T[rows])
