@@ -103,6 +103,16 @@ def test_a_line_without_an_end_comes_when_its_peer_has_closed(device: Device) ->
     assert (device.status, device.handle) == (CLOSED, 1)
 
 
+def test_a_packet_without_an_end_of_line_comes_when_its_peer_pauses(device: Device) -> None:
+    arrive(device, Event.OPENED)
+    come(device, 1, b"\0\0\0\1")
+    assert lines(device) == []
+    arrive(device, Event.PAUSED)
+    assert lines(device) == ["\0\0\0\1"]
+    come(device, 1, b"\0\0", b"\0\2")
+    assert lines(device) == [], "the next one goes on"
+
+
 def test_connections_have_their_turns(device: Device) -> None:
     for handle in (1, 2, 3):
         arrive(device, Event.OPENED, handle)

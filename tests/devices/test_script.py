@@ -104,9 +104,9 @@ def test_a_recorded_line_is_read_as_it_was() -> None:
 
 
 def talk(line: socket.socket) -> None:
-    """One line in two pieces, and all that the program answers."""
+    """One line of three has no end; all that the program answers."""
     answers = line.makefile("rb")
-    for said in (b"1 20\n2 -15", b"\n", b"1 -5\n"):
+    for said in (b"1 20\n", b"2 -15", b"1 -5\n"):
         line.sendall(said)
         assert answers.readline().startswith(b"at ")
     answers.close()

@@ -69,6 +69,17 @@ def test_bytes_are_read_one_by_one_and_written_as_they_are() -> None:
     assert result.typed == (str(sum(range(256))), f"{NetworkClosed.code} {NetworkClosed.code}")
 
 
+def test_packets_without_ends_of_lines_are_read_one_by_one() -> None:
+    def talk(line: socket.socket) -> None:
+        for number in (1, 70000):
+            assert exchange(line, number.to_bytes(4, "big"), 1) == b"!"
+
+    read = ("IF status == 1 THEN", "TYPE /I0, LNGB($line)", 'WRITE (lun, handle) "!", /S', "END")
+    lines = until_closed('$line = ""', "READ (lun, handle) $line", "status = IOSTAT(lun)", *read)
+    _, result = run(Door(client(talk)), *OPEN, *lines, *CLOSE)
+    assert result.typed == ("1", "70000")
+
+
 def test_what_is_written_leaves_before_the_port_closes() -> None:
     said = [b""]
 

@@ -1,8 +1,8 @@
 """A device to which a unit of a task is attached: what has arrived on its connections and was not read yet.
 
 Bytes are characters here, code for code, so that a string of V+ holds any. A line ends with LF, CR LF or CR, which are
-no part of it; one that is longer than the longest comes in several. What a peer sends before it closes without an end
-of line is a line, too.
+no part of it; one that is longer than the longest comes in several. What a peer sends without an end of line, before it
+pauses or closes, is a line, too: V+ reads what has come in one packet.
 """
 
 from __future__ import annotations
@@ -54,6 +54,7 @@ class Connection(Struct, eq=False):
     handle: int
     told: bool
     data: bytearray = field(default_factory=bytearray)
+    paused: bool = False
     ended: bool = False
     gone: bool = False
     unwritten: int = 0
@@ -67,7 +68,8 @@ class Connection(Struct, eq=False):
         self._pass_line_feed()
         end = _END.search(data, 0, longest + 1)
         if end is None:
-            return self._cut(longest) if len(data) > longest or (self.ended and data) else None
+            over = data and (self.paused or self.ended)
+            return self._cut(longest) if len(data) > longest or over else None
         line, self.returned = data[: end.start()], data[end.start()] == RETURN
         del data[: end.end()]
         self._pass_line_feed()
@@ -192,6 +194,9 @@ class Device(Struct, eq=False):
             return
         elif event is Event.CAME:
             one.data += arrival.data
+            one.paused = False
+        elif event is Event.PAUSED:
+            one.paused = True
         elif event is Event.WRITTEN:
             one.unwritten, one.asked = 0, False
         else:

@@ -26,6 +26,7 @@ class Event(Enum):
     OPENED = "opened"  # a connection
     REFUSED = "refused"  # one that was asked for: the code says why
     CAME = "data"
+    PAUSED = "pause"  # what came last has no end of line, and nothing has followed
     ENDED = "closed"  # no more comes; what is sent may arrive
     GONE = "gone"  # nothing that is sent arrives any more
     WRITTEN = "written"  # all that was sent has left

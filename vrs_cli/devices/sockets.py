@@ -31,6 +31,7 @@ from vrs_cli.trajectory.instant import TICK
 
 WINDOW = 65536  # bytes that have come and were not read, of one connection
 PIECE = 16384  # bytes that are taken at once
+PAUSE = 0.02  # [s] in which a line goes on whose end has not come
 GRACE = 0.5  # [s] that what was written has to leave when its device is closed
 LOOK = 0.005  # [s] between two looks whether that has happened, where nobody tells
 LOOPBACK = "127.0.0.1"
@@ -75,13 +76,15 @@ class SocketEnd:
 
 class _Connection:
     """`room` [bytes]: that may come before some are read. `asked`: it is to be told when all has left. `closing`: by
-    when [s] that has to be."""
+    when [s] that has to be. `pause`: when [s] what has come without an end of line is a line; `packets`: is it ever.
+    """
 
     def __init__(self, device: str, handle: int, ends: Ends) -> None:
         self.device, self.handle, self.ends = device, handle, ends
         self.room, self.out = WINDOW, bytearray()
         self.asked = self.ended = self.broken = False
-        self.closing = inf
+        self.closing = self.pause = inf
+        self.packets = isinstance(ends, SocketEnd)
         self.watched = 0  # for what the selector looks
 
     def interest(self) -> int:
@@ -264,13 +267,15 @@ class Sockets:
             while self._wanted:
                 self._wanted.popleft()()
             self._hurry()
+            self._hush()
         self._selector.close()
         self._bell.close()
         self._ringer.close()
 
     def _rest(self) -> float | None:
         """How long nothing is to be done but to wait [s]."""
-        last = min((one.closing for one in self._leaving), default=inf)
+        ends = [one.closing for one in self._leaving]
+        last = min([*ends, *(one.pause for one in self._connections.values())], default=inf)
         return None if last == inf else max(last - time.monotonic(), 0.0)
 
     def _rung(self, _mask: int) -> None:
@@ -368,6 +373,8 @@ class Sockets:
             self._break(one)
             return
         one.room -= len(data)
+        unended = one.packets and one.room > 0 and data[-1:] not in b"\r\n"
+        one.pause = time.monotonic() + PAUSE if unended else inf
         if data:
             self._arrived(Arrival(one.device, Event.CAME, one.handle, data))
         else:
@@ -439,6 +446,14 @@ class Sockets:
             self._release(*key)
         self._hurry()
         done.set()
+
+    def _hush(self) -> None:
+        """Tell of lines that have no end. What had come until now is there."""
+        now = time.monotonic()
+        for one in self._connections.values():
+            if now >= one.pause:
+                one.pause = inf
+                self._arrived(Arrival(one.device, Event.PAUSED, one.handle))
 
     def _hurry(self) -> None:
         """Close those from which all has left, or whose time is over."""
