@@ -57,6 +57,11 @@ class Screen:
         for key in keys:
             self._run("send-keys", *(("-l",) if len(key) > 1 and key not in _KEYS else ()), key)
 
+    def paste(self, text: str) -> None:
+        """As a terminal that brackets what is pasted."""
+        self._run("set-buffer", "-b", "pasted", text)
+        self._run("paste-buffer", "-p", "-b", "pasted")
+
     @property
     def process(self) -> int:
         """The process of the shell."""

@@ -55,8 +55,8 @@ def test_a_line_is_helped_while_it_is_typed(tmp_path: Path, columns: int, rows: 
         shell.type("DRI")
         shell.wait_for("DRIVE joint, change[, speed]")  # in the menu
         shell.type("Up", "Up")
-        shown = shell.wait_for(".DRIVE 1, 10")
-        assert " DRIVE joint, change[, speed] [AT t | IN dt] | turn one" in shown[-2]
+        shell.wait(lambda rows: rows[-2].startswith(" DRIVE joint, change[, speed] [AT t | IN dt] | turn one"))
+        shell.wait(lambda rows: sum(row.startswith(".DRIVE 1, 10") for row in rows) == 2)
         shell.type("F1")
         shell.wait_for("Example: DRIVE 1, -30, 50")
         shown = shell.wait(lambda rows: rows[-1].startswith(" t "))
@@ -71,9 +71,8 @@ def test_see_completes_and_shows_forms(tmp_path: Path, columns: int, rows: int) 
         shell.type("MOV", "Tab")
         shell.wait_for("MOVEST")
         shell.type("Tab", "Tab", "Enter", " part")
-        shell.wait_for("1     MOVES part")
-        shown = shell.wait_for(" MOVES location [AT t | IN dt] | straight-line motion")
-        assert shown[-2].startswith(" MOVES location")
+        shell.wait_for("1 MOVES part")
+        shell.wait(lambda rows: rows[-2].startswith(" MOVES location [AT t | IN dt] | straight-line motion"))
         shell.type("F1")
         shell.wait_for("Example: MOVES part")
         shell.type("C-q", "C-q")
@@ -97,12 +96,40 @@ def test_what_is_longer_than_the_screen_is_paged(tmp_path: Path, columns: int, r
         typed(shell, "HELP MOVE")
         shell.wait_for("Example: MOVE part")  # as it is
         typed(shell, "HELP FLOW")
-        first = shell.wait_for("Input, output and program flow")
-        assert not any("READ (unit)" in row for row in first)
+        shell.wait_for("Input, output and program flow")
+        first = shell.wait(lambda rows: rows[-1].startswith(":"))
+        assert not any("(END)" in row for row in first)
         shell.type("G")
-        shell.wait_for("READ (unit)")
+        shell.wait_for("(END)")
         shell.type("q")
         shell.wait_for(TOOLBAR)
+
+
+@pytest.mark.parametrize(("columns", "rows"), SIZES)
+def test_newcomers_find_the_words(tmp_path: Path, columns: int, rows: int) -> None:
+    """Wrong words are mended at the prompt; what was pasted runs; names are cut short; the session is taken down."""
+    with screen(tmp_path, columns=columns, rows=rows) as shell:
+        typed(shell, "LOG s.txt")
+        shell.wait_for("s.txt takes down")
+        shell.wait_for(TOOLBAR)
+        for wrong, ours in (('PRINT "a"', "TYPE"), ("HOME", "READY"), ("x := 3", "x = 5 assigns"), ("# a", "with ;")):
+            shell.type(wrong, "Enter")
+            shell.wait(lambda rows, ours=ours: ours in " ".join(rows[-3:]))  # type: ignore[misc]
+            shell.type("C-c")
+            shell.wait(lambda rows: rows[-1].startswith(" t "))
+        shell.paste('.PROGRAM pick\nMO part\nTYPE "there"\n.END\n.LOCATIONS\npart 500 150 -100 90 90 0\n.END')
+        shell.type("Enter")
+        shown = shell.wait_for("Program pick: 2 steps")
+        assert not any("warning" in row for row in shown)
+        typed(shell, "EX")
+        shell.wait_for("there")
+        typed(shell, "EX pi", "HISTORY 3", "LOG")
+        shell.wait_for("s.txt is complete")
+        typed(shell, "PWD")
+        shell.wait_for(str(tmp_path)[: columns - 1])
+    log = (tmp_path / "s.txt").read_text().splitlines()
+    assert log.count("there") == 2
+    assert log[-1] == ".LOG"
 
 
 CELL = """\

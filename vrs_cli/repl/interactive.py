@@ -323,7 +323,9 @@ class Shell:
     def _answer(self, question: str) -> str:
         """A line for PROMPT and `Change?`, with a history of its own."""
         if self._answers is None:
-            self._answers = PromptSession(history=InMemoryHistory(), style=STYLE, color_depth=colour_depth())
+            self._answers = PromptSession(
+                history=InMemoryHistory(), style=STYLE, color_depth=colour_depth(), enable_suspend=True
+            )
         return self._prompt(self._answers, question)
 
 

@@ -48,7 +48,8 @@ from vrs_cli.repl.word_at import asked_about
 _BEGUN = re.compile(r"[#$]?[A-Za-z][\w.]*$")
 _NAME = re.compile(r"[#$]?\b[a-z][a-z0-9_.]*\b")
 MENU_ROWS = 8
-KEYS = " ^S save  ^Q quit  ^F find  F3 next  ^Z undo  ^Y redo  ^K cut line  F5 format  F1 help"
+KEYS = " ^S save  ^Q quit  ^F find  F3 next  ^Z undo ^Y redo  ^K cut  F5 format  F1 help"
+NO_WORD = "F1 explains the word at the cursor, Tab completes one that is begun"
 UNSAVED = "Changes are not stored: ^S stores them, ^Q again leaves without them"
 
 
@@ -342,8 +343,9 @@ class ScreenEditor:
 
     def _explain(self) -> None:
         """F1: the help on the word at the cursor, below the text."""
+        word = asked_about(self.buffer.document)
         try:
-            self.message = plain_text(help_page(asked_about(self.buffer.document))).rstrip()
+            self.message = plain_text(help_page(word)).rstrip() if word else NO_WORD
         except VrsError as error:
             self.message = str(error)
 
