@@ -74,6 +74,18 @@ def _programs(tmp_path: Path) -> None:
         (tmp_path / name).write_text(text)
 
 
+def test_a_program_that_needs_its_cell_runs_in_it(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "cell.toml").write_text(
+        "[signals]\ngo = 1\nthere = 1001\n[[follow]]\nwhen = 'go'\nset = 'there'\nafter = 2\n"
+    )
+    (tmp_path / "fetch.v2").write_text(".PROGRAM fetch\n    SIGNAL 1\n    WAIT SIG(1001)\n    TYPE TIME\n.END\n")
+    assert vrs("run", "fetch.v2", "--cell", "cell.toml").out.split("\n")[0].strip() == "2"
+    (tmp_path / "cell.toml").write_text("[signals]\ngo = 0\n")
+    refused = vrs("run", "fetch.v2", "--cell", "cell.toml")
+    assert refused.status != 0
+    assert "cell.toml: go: 0 is no signal" in refused.err
+
+
 # --- what a run tells --------------------------------------------------------------------------------------
 
 

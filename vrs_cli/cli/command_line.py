@@ -55,6 +55,11 @@ class Parser(argparse.ArgumentParser):
         told = "how far the language goes, where a file does not say it: val, val2, or vplus (usual)"
         self.add_argument("--dialect", choices=("val", "val2", "vplus"), default="vplus", help=told)
 
+    def add_cell(self) -> None:
+        """What stands around the robot."""
+        told = "a TOML file: names of signals, and how inputs follow outputs after a time"
+        self.add_argument("--cell", metavar="CELL.toml", help=told)
+
     def add_choices(self) -> None:
         """The options that choose an arm of a URDF file, and what counts of its locations."""
         self.add_argument("--base", metavar="LINK", help="of a URDF file: the link that the arm stands on")

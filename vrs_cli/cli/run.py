@@ -112,6 +112,7 @@ def parser(prog: str) -> Parser:
     parser.add_argument("--cycles", metavar="N", type=_cycles, default=1, help="how often; negative: without end")
     parser.add_robot()
     parser.add_dialect()
+    parser.add_cell()
     _add_limits(parser)
     parser.add_argument(
         "--sandbox", metavar="FOLDER", help="for a program of somebody else: its files are in this folder alone"
@@ -232,6 +233,10 @@ class _Batch(Struct, frozen=True):
         station = Station(terminal, model, clock=clock, limits=self._limits(), folder=folder, outside=outside)
         station.dialect = chosen_dialect(self.options)
         station.tasks.told = partial(self._tell_beside, terminal)
+        if self.options.cell is not None:
+            from vrs_cli.files.cell_file import read_cell
+
+            station.driver.surround(read_cell(self.options.cell))
         if self.options.signals is not None:
             from vrs_cli.files.signal_file import read_signals
 

@@ -40,8 +40,8 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     outside = chosen_outside(options)
     from vrs_cli.repl.shell import main as shell
 
-    clock, dialect = clock_of(options.realtime), chosen_dialect(options)
-    return shell(_robot(prog, options), options.file, options.save, clock, outside, dialect)
+    clock, dialect, cell = clock_of(options.realtime), chosen_dialect(options), options.cell
+    return shell(_robot(prog, options), options.file, options.save, clock, outside, dialect, cell)
 
 
 def parser(prog: str) -> Parser:
@@ -52,6 +52,7 @@ def parser(prog: str) -> Parser:
     )
     parser.add_robot(default=None)
     parser.add_dialect()
+    parser.add_cell()
     add_realtime_option(parser)
     add_outside_options(parser)
     return parser

@@ -5,7 +5,7 @@ Metres, radians, seconds; `render` shows millimetres and degrees.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from enum import Enum
 
 from msgspec import Struct
@@ -234,11 +234,12 @@ class StatusReport(Spoken, frozen=True):
 
 
 class SignalBank(Struct, frozen=True):
-    """Consecutive signals from number `first` on."""
+    """Consecutive signals from number `first` on; `names`: what some of them are called."""
 
     title: str
     first: int
     states: tuple[bool, ...]
+    names: Mapping[int, str] = {}
 
 
 class SignalTable(Spoken, frozen=True):

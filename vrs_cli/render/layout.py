@@ -287,6 +287,10 @@ def _signals(reply: replies.SignalTable, _page: Page) -> Iterator[Block]:
                 rows.append((f"{bank.first + i}-", " ".join(digits[j : j + 4] for j in range(0, len(digits), 4))))
         yield line(bank.title, Ink.HEADING)
         yield Grid(columns, tuple(rows))
+        if bank.names:
+            named = (Column("", Ink.NOTE, right=True, width=6), Column("", Ink.NAME), Column("", Ink.NUMBER))
+            shown = ((str(number), name, bank.states[number - bank.first]) for number, name in bank.names.items())
+            yield Grid(named, tuple((number, name, "on" if on else "off") for number, name, on in shown))
 
 
 def _settings(reply: replies.SettingTable, _page: Page) -> Iterator[Block]:

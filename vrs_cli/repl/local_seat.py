@@ -39,11 +39,16 @@ class LocalSeat:
         recovery: Path | None = None,
         outside: Outside | None = None,
         dialect: Dialect | None = None,
+        cell: str | None = None,
     ) -> None:
         self._log = LoggedTerminal(terminal)
         self.session = Session(self._log, model, clock=clock, outside=outside)
         self.session.log = self._log
         self.session.dialect = dialect or self.session.dialect
+        if cell is not None:
+            from vrs_cli.files.cell_file import read_cell
+
+            self.session.driver.surround(read_cell(cell))
         self.session.draw = _draw
         self.session.desk.lives = terminal.attended and clock is not None
         self.conversation = talk = Conversation(self.session)

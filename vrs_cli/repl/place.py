@@ -37,7 +37,8 @@ class Place(Protocol):
 
 class Local(Struct):
     """A robot of this process. `file` is loaded first; `recovery`: where shells keep what is in memory alone;
-    `outside`: whom programs may talk to; `dialect`: of what is typed.
+    `outside`: whom programs may talk to; `dialect`: of what is typed; `cell`:
+    the file of what stands around the robot.
     """
 
     model: RobotModel | None = None
@@ -47,6 +48,7 @@ class Local(Struct):
     recovery: Path | None = None
     outside: Outside | None = None
     dialect: Dialect | None = None
+    cell: str | None = None
 
     @property
     def afar(self) -> bool:
@@ -71,7 +73,7 @@ class Local(Struct):
     def seat(self, terminal: Terminal) -> LocalSeat:
         from vrs_cli.repl.local_seat import LocalSeat
 
-        ours = (self.model, self.file, self.recorder, self.clock, self.recovery, self.outside, self.dialect)
+        ours = (self.model, self.file, self.recorder, self.clock, self.recovery, self.outside, self.dialect, self.cell)
         return LocalSeat(terminal, *ours)
 
 

@@ -25,6 +25,7 @@ def main(
     clock: Clock | None = None,
     outside: Outside | None = None,
     dialect: Dialect | None = None,
+    cell: str | None = None,
 ) -> int:
     """Run the shell until the user leaves; returns the exit status.
 
@@ -34,7 +35,7 @@ def main(
     """
     recorder, sound = _recorder(save), True
     try:
-        status = _run(Local(model, file, recorder, clock, outside=outside, dialect=dialect))
+        status = _run(Local(model, file, recorder, clock, outside=outside, dialect=dialect, cell=cell))
     finally:
         if recorder is not None:
             sound = recorder.close()

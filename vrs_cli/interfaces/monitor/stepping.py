@@ -63,7 +63,8 @@ def _watch(station: Station, it: Instruction) -> Talk[None]:
         yield Message("Nothing is watched")
         return
     units = station.units
-    watch = Watch(shown(expression), sight(station, expression), lambda value: _value_text(value, units))
+    text = station.environment.signals.said(shown(expression))
+    watch = Watch(text, sight(station, expression), lambda value: _value_text(value, units))
     watch.changed()
     watches.append(watch)
     yield Message(f"Programs stop when {watch.text} changes")

@@ -32,6 +32,7 @@ from vrs_cli.interfaces.tasks.performing import Performer, Transcript
 from vrs_cli.interfaces.tasks.readings import SystemReadings
 from vrs_cli.interfaces.tasks.tasks import Tasks
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Asked, Pending, Track
+from vrs_cli.language.run.cell import Cell, LivingCell
 from vrs_cli.language.run.effects import Budget, Event, Failed
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.robot import RobotReadings
@@ -304,7 +305,7 @@ class Driver:
         now, coming = self.engine.now, self.peek()
         if isinstance(run.track.pending, UNTIMED) and self._in_vain():
             more = run.limits.told_by("signals")
-            self._fail(run.track, endless(run.track, "" if more == GO_ON else more))
+            self._fail(run.track, endless(run.track, "" if more == GO_ON else more, self.environment.signals.said))
         elif coming > run.last and not isinstance(run.track.pending, Failed | Aborted):
             self.engine.clock.advance(max(run.last, now))
             what = f"the program was still running after {run.limits.max_time:g} s of the robot's time"
@@ -378,7 +379,7 @@ class Driver:
         """Let the tasks do all that is due by an instant, that which time has reached unless told otherwise."""
         clock = self.engine.clock
         until = clock.reached if until is None else until
-        while (coming := self.peek()) <= until and not self.held:
+        while (coming := min(self.peek(), self.inputs.next_time)) <= until and not self.held:
             clock.advance(coming)
             self._happen(BUDGET)
             self._look()
@@ -408,11 +409,30 @@ class Driver:
             self.tasks.look_at_units()
             return
         if self.inputs.next_time <= self.engine.now:
-            self.inputs = self.inputs.applied(self.engine.now, self.environment.signals)
+            self._change_inputs()
             return
         track = self.tasks.next()
         assert track is not None
         self._turn(track, budget)
+
+    def _change_inputs(self) -> None:
+        """What the world outside does now, and what follows of it in its turn."""
+        due, self.inputs = self.inputs.taken(self.engine.now)
+        for change in due:
+            for name, value in change.values.items():
+                self.environment.reference(name, None).assign(value)
+            if change.signal:
+                self.environment.signals.write(change.signal if change.on else -change.signal, inputs=True)
+
+    def surround(self, cell: Cell) -> None:
+        """Put the robot in a cell: its signals have names, and what follows of them comes by itself."""
+        living, signals = LivingCell(cell), self.environment.signals
+        signals.names = cell.names
+
+        def changed(signal: int, on: bool) -> None:
+            self.inputs = self.inputs.with_more(living.answers(signal, on, self.engine.now))
+
+        signals.listeners.append(changed)
 
     def _turn(self, track: Track, budget: int) -> None:
         """One task goes on, until it wants something that takes time or another task may have its turn."""

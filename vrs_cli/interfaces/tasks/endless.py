@@ -4,7 +4,7 @@ input to come and no clock changes, time would pass for ever.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from vrs_cli.errors import EndlessWait, VrsError
 from vrs_cli.interfaces.tasks.track import Track
@@ -44,9 +44,9 @@ def _holds(wait: Wait) -> bool:
         return True
 
 
-def endless(track: Track, help_: str) -> EndlessWait:
+def endless(track: Track, help_: str, said: Callable[[str], str] = str) -> EndlessWait:
     """The error for a task that waits in vain. `help_`: what lets an input change here; "" at a prompt, where SIGNAL
-    does, and RETRY goes on."""
+    does, and RETRY goes on. `said`: a condition with the names of its signals."""
     if isinstance(track.pending, AttachRobot):
         return EndlessWait("waits for the robot, which another task keeps", "DETACH there, or ABORT it")
     if isinstance(track.pending, WaitEvent):
@@ -58,7 +58,7 @@ def endless(track: Track, help_: str) -> EndlessWait:
     hint = f"{change} first" if track.at_prompt else f"{change}, then RETRY"
     if help_:
         hint = help_ if signal is not None and abs(signal) in INPUTS else ""
-    awaited = "" if condition is None else expression_text(condition)
+    awaited = "" if condition is None else said(expression_text(condition))
     return EndlessWait(f"waits for {awaited}, which nothing here {what}", hint)
 
 

@@ -5,14 +5,15 @@ And input signals that change at times that are known before: the world outside,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import re
+from collections.abc import Callable, Iterable, Mapping
 from math import inf
 
 from msgspec import Struct
 
 from vrs_cli.errors import IllegalSignal
 from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
-from vrs_cli.language.words.values import integer_between, plain
+from vrs_cli.language.words.values import Value, integer_between, plain
 
 MOST_BITS = 32
 
@@ -20,10 +21,11 @@ MOST_BITS = 32
 class Signals:
     """Digital signals: outputs 1.., inputs 1001.., internal (software) 2001... A negative number is the inverse.
 
-    `listeners` are told the number and the new state of each signal that changes.
+    `listeners` are told the number and the new state of each signal that changes. `names`: of signals, by number.
     """
 
     def __init__(self) -> None:
+        self.names: Mapping[int, str] = {}
         self._on: set[int] = set()
         self.listeners: list[Callable[[int, bool], None]] = []
 
@@ -69,6 +71,12 @@ class Signals:
         for bit, number in enumerate(self._group(first, count)):
             self.write(number if value >> bit & 1 else -number)
 
+    def said(self, text: str) -> str:
+        """A text, with the names of the signals whose numbers are in it: `SIG(1003) (1003 is part.there)`."""
+        numbers = dict.fromkeys(int(digits) for digits in re.findall(r"\b[0-9]{1,4}\b", text)) if self.names else ()
+        named = ", ".join(f"{number} is {self.names[number]}" for number in numbers if number in self.names)
+        return f"{text} ({named})" if named else text
+
     @property
     def on(self) -> tuple[int, ...]:
         """The numbers of those that are on, in order."""
@@ -97,11 +105,12 @@ class Signals:
 
 
 class InputChange(Struct, frozen=True):
-    """At `time` [s] of the robot's clock a signal goes on or off."""
+    """At `time` [s] of the robot's clock a signal goes on or off (0: none does), and variables get `values`."""
 
     time: float
     signal: int
     on: bool
+    values: Mapping[str, Value] = {}
 
 
 class Inputs(Struct, frozen=True):
@@ -120,14 +129,16 @@ class Inputs(Struct, frozen=True):
         """The time of the next change [s]; infinity if there is none."""
         return self.changes[self.done].time if self.done < len(self.changes) else inf
 
-    def applied(self, now: float, signals: Signals) -> Inputs:
-        """Make all changes up to `now`. Return those that are left."""
+    def taken(self, now: float) -> tuple[tuple[InputChange, ...], Inputs]:
+        """The changes up to `now`, and those that are left."""
         done = self.done
         while done < len(self.changes) and self.changes[done].time <= now:
-            change = self.changes[done]
-            signals.write(change.signal if change.on else -change.signal, inputs=True)
             done += 1
-        return Inputs(self.changes, done)
+        return self.changes[self.done : done], Inputs(self.changes, done)
+
+    def with_more(self, changes: Iterable[InputChange]) -> Inputs:
+        """With others that come; of equal times those that were known before come first."""
+        return Inputs.of((*self.changes[self.done :], *changes))
 
 
 NO_INPUTS = Inputs()
