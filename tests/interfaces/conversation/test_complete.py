@@ -52,7 +52,7 @@ EXACT = [
     ("MERGE ", ["trial"]),
     ("COMPARE tr", ["trial"]),
     ("PARAMETER PRO", ["PROFILE"]),
-    ("HELP MOVES", ["MOVEST"]),
+    ("HELP MOVES", ["MOVEST", "MOVESF"]),
     ("HELP HAND", ["HAND.TIME"]),
     ("PLOT V", ["VELOCITY"]),
     ("PLOT X, T", ["TOOL"]),
