@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from math import ceil, floor, hypot
+from math import ceil, floor, hypot, sqrt
 
 BRAILLE = 0x2800
 DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))  # by row, then column (Unicode 1.1, U+2800 block)
@@ -62,6 +62,25 @@ class Canvas:
             dots[column] = dots.get(column, 0) | DOTS[y % self.dots_high][x % self.dots_wide]
             self.owner[row][column] = owner
 
+    def _row(self, owner: int, first: int, last: int, y: int) -> None:
+        """Dots beside each other."""
+        row, wide = y // self.dots_high, self.dots_wide
+        first, last = max(first, 0), min(last, self.width * wide - 1)
+        if not 0 <= row < self.height or last < first:
+            return
+        if first % wide:
+            self.mark(owner, first, y)
+            first += 1
+        if last % wide < wide - 1:
+            self.mark(owner, last, y)
+            last -= 1
+        if self.shared[row]:
+            self._take(row)
+        dots, owners, bits = self.dots[row], self.owner[row], sum(DOTS[y % self.dots_high][:wide])
+        for column in range(first // wide, (last + 1) // wide):
+            dots[column] = dots.get(column, 0) | bits
+            owners[column] = owner
+
     def stroke(self, owner: int, a: Dot, b: Dot, thick: int = 1, every: int = 1) -> None:
         """A straight line, `thick` dots wide; of a dotted one each `every`th dot."""
         (x0, y0), (x1, y1) = a, b
@@ -88,16 +107,13 @@ class Canvas:
                 if y0 != y1 and min(y0, y1) <= row <= max(y0, y1)
             ]
             if cuts:
-                for x in range(round(min(cuts)), round(max(cuts)) + 1):
-                    self.mark(owner, x, row)
+                self._row(owner, round(min(cuts)), round(max(cuts)), row)
 
     def disc(self, owner: int, middle: Dot, radius: float) -> None:
-        x0, y0 = middle
-        reach = range(-round(radius) - 1, round(radius) + 2)
-        for dx in reach:
-            for dy in reach:
-                if hypot(dx, dy) <= radius:
-                    self.mark(owner, round(x0) + dx, round(y0) + dy)
+        x, y = map(round, middle)
+        for down in range(-floor(radius), floor(radius) + 1):
+            half = floor(sqrt(radius * radius - down * down))
+            self._row(owner, x - half, x + half, y + down)
 
     def runs(self, row: int) -> Iterator[tuple[int | None, int, int]]:
         """The cells of a row as runs of one owner (None: nobody), from a column to before another."""

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import os
-from collections import defaultdict
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from itertools import chain, groupby, repeat, zip_longest
+from operator import itemgetter
 
 from prompt_toolkit.application import Application, get_app
+from prompt_toolkit.data_structures import Point
 from prompt_toolkit.key_binding import KeyBindings
 from prompt_toolkit.layout import Container, Dimension, FormattedTextControl, HSplit, Layout, Window
 from prompt_toolkit.layout.mouse_handlers import MouseHandlers
 from prompt_toolkit.layout.screen import Char, Screen, WritePosition
+from prompt_toolkit.output import Output
+from prompt_toolkit.styles import Style
 
 from vrs_cli.dialogue.replies import Picture
 from vrs_cli.render.arm_picture import ArmDrawing
@@ -25,19 +28,19 @@ RATE = 20.0  # pictures a second
 ESCAPE = 0.05  # [s] after which the key Esc is one, and not the beginning of another
 LEAST = 10  # rows: a smaller picture is left out
 
+NEAR = 4  # cells between two that have changed, which are written again rather than passed over
+
 STYLES = {ink: toolkit_style(ink) for ink in Ink}
+ATTRIBUTES = {ink: Style([]).get_attrs_for_style_str(style) for ink, style in STYLES.items()}
+BLANK = " ", Ink.TEXT
 
-
-class Kept(NamedTuple):
-    """A row that is on the screen."""
-
-    line: Line
-    cells: defaultdict[int, Char]
+Cell = tuple[str, Ink]
 
 
 class ArmWindow(Container):
-    """Puts its cells on the screen as they are: prompt-toolkit writes those that have changed. (Its own windows take
-    four times as long for it.) `below`: the rows that it leaves free.
+    """Gives prompt-toolkit the whole picture where there is none yet, and where it ends. In between it writes what has
+    changed itself, before prompt-toolkit writes all else: comparing all cells as that does would take longer than
+    drawing them. `below`: the rows that it leaves free.
     """
 
     def __init__(self, look: Callable[[], Picture], below: Callable[[], int]) -> None:
@@ -45,8 +48,7 @@ class ArmWindow(Container):
         self._drawing = ArmDrawing()
         self._unicode = has_unicode(os.environ)
         self._where: tuple[int, int, int, int] | None = None
-        self._rows: dict[int, Kept] = {}  # what is on the screen, by row
-        self._cells: dict[Ink, dict[str, Char]] = {ink: {} for ink in Ink}
+        self._lines: list[Line] = []  # what is on the screen, there
 
     def reset(self) -> None:
         """It begins anew with each picture."""
@@ -74,36 +76,75 @@ class ArmWindow(Container):
         _, *lines = self._drawing.lines(self._look(), page)  # the text tells what the first line does
         app, where = get_app(), (at.xpos, at.ypos, at.width, at.height)
         before = app.renderer.last_rendered_screen
-        if before is None or where != self._where or app.is_done:  # then all of the screen is written
-            self._where, self._rows, before = where, {}, None
-        for number, line in enumerate(lines):
-            self._put(at.ypos + number, line, screen, before)
+        if before is not None and where == self._where and len(lines) == len(self._lines) and not app.is_done:
+            for number in range(len(lines)):
+                before.data_buffer.pop(at.ypos + number, None)  # as in the new one: nothing is to be done
+            _rewrite(self._lines, lines, at, before.get_cursor_position(app.layout.current_window))
+        else:
+            if before is not None and self._where is not None:
+                _put(self._lines, before, *self._where[:2])  # all of it is there
+            _put(lines, screen, at.xpos, at.ypos)
+        self._where, self._lines = where, lines
         screen.width, screen.height = max(screen.width, at.xpos + at.width), max(screen.height, at.ypos + at.height)
-
-    def _put(self, y: int, line: Line, screen: Screen, before: Screen | None) -> None:
-        """A row that is the same as before is empty, now and before: then prompt-toolkit compares none of its cells,
-        which would take the most of its time.
-        """
-        kept = self._rows.get(y)
-        if kept is not None and before is not None:
-            if kept.line == line:
-                before.data_buffer.pop(y, None)
-                return
-            before.data_buffer[y] = kept.cells
-        row = screen.data_buffer[y]
-        self._write(line, row, 0 if self._where is None else self._where[0])
-        self._rows[y] = Kept(line, row)
-
-    def _write(self, line: Line, row: dict[int, Char], column: int) -> None:
-        for text, ink in line.pieces:
-            if not text.isspace():
-                cells = self._cells[ink]
-                for place, mark in enumerate(text, column):
-                    row[place] = cells.get(mark) or cells.setdefault(mark, Char(mark, STYLES[ink]))
-            column += len(text)
 
     def get_children(self) -> Sequence[Container]:  # type: ignore[override]  # any sequence will do
         return []
+
+
+def _put(lines: Sequence[Line], screen: Screen, x: int, y: int) -> None:
+    for number, line in enumerate(lines, y):
+        row = screen.data_buffer[number]
+        for column, (mark, ink) in enumerate(_cells(line), x):
+            if mark != " ":
+                row[column] = Char(mark, STYLES[ink])
+
+
+def _rewrite(before: Sequence[Line], lines: Sequence[Line], at: WritePosition, cursor: Point) -> None:
+    """Write the cells that are others than before. The cursor stands somewhere, and is put there again."""
+    app, y = get_app(), cursor.y
+    out, depth = app.output, app.color_depth
+    for number, (old, new) in enumerate(zip(before, lines, strict=True), at.ypos):
+        for column, cells in _changes(old, new):
+            _move(out, number - y, at.xpos + column)
+            y = number
+            for ink, some in groupby(cells, itemgetter(1)):
+                out.set_attributes(ATTRIBUTES[ink], depth)
+                out.write("".join([mark for mark, _ in some]))
+    out.reset_attributes()
+    _move(out, cursor.y - y, cursor.x)
+
+
+def _move(out: Output, down: int, x: int) -> None:
+    """To a column, so many rows below."""
+    if down > 0:
+        out.cursor_down(down)
+    elif down < 0:
+        out.cursor_up(-down)
+    out.write_raw("\r")
+    if x:
+        out.cursor_forward(x)
+
+
+def _changes(old: Line, new: Line) -> Iterator[tuple[int, list[Cell]]]:
+    """The columns from which on cells are others, and these cells."""
+    if old == new:
+        return
+    cells = list(_cells(new))
+    pairs = enumerate(zip_longest(_cells(old), cells, fillvalue=BLANK))
+    others = [column for column, (was, now) in pairs if was != now]
+    cells += [BLANK] * (others[-1] + 1 - len(cells) if others else 0)
+    first = last = others[0] if others else 0
+    for column in others[1:]:
+        if column > last + NEAR:
+            yield first, cells[first : last + 1]
+            first = column
+        last = column
+    if others:
+        yield first, cells[first : last + 1]
+
+
+def _cells(line: Line) -> Iterator[Cell]:
+    return chain.from_iterable([zip(text, repeat(ink)) for text, ink in line.pieces])
 
 
 class ArmScreen:
