@@ -146,6 +146,14 @@ class Device(Struct, eq=False):
         self.status = refused or SUCCESS
         return None
 
+    def close_port(self) -> None:
+        """FCLOSE. Raises FileError for a serial line, and as `check_open` does."""
+        self.check_open()
+        if self.address is None:
+            raise FileError(f"{self.name} has no ports", "DETACH closes a serial line")
+        self.close()
+        self.status = SUCCESS
+
     def close(self) -> None:
         """All its connections, too."""
         if self.open:
@@ -186,7 +194,7 @@ class Device(Struct, eq=False):
         self._fresh = True
         handle, event = arrival.handle, arrival.event
         if event is Event.REFUSED:
-            self._refused = arrival.code
+            self._refused = arrival.code or NetworkClosed.code
         elif event is Event.OPENED:
             self._connections[handle] = Connection(handle, told=self.dialing)
             self._refused = 0

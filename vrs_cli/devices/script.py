@@ -13,15 +13,14 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterable
 from math import inf, isfinite
-from pathlib import Path
 
 from msgspec import Struct, field, structs
 
 from vrs_cli.devices.address import Address
 from vrs_cli.devices.outside import SERIAL, TCP, Arrival, Event, check_known
 from vrs_cli.engine.clock import Clock
-from vrs_cli.errors import DeviceNotReady, FileDamaged, NonexistentFile, PortTaken, VrsError
-from vrs_cli.files.opening import open_to_read
+from vrs_cli.errors import DeviceNotReady, FileDamaged, PortTaken, VrsError
+from vrs_cli.files.opening import text_at
 from vrs_cli.trajectory.instant import LATEST, TICK, on_grid
 from vrs_cli.wire.records import RecordError
 from vrs_cli.wire.unit_lines import UnitLine, read_unit_line
@@ -131,13 +130,7 @@ class Script:
 
 def read_script(path: str, patience: float = inf) -> Script:
     """Raises NonexistentFile, and FileDamaged which names every line that is wrong."""
-    try:
-        with open_to_read(Path(path)) as stream:
-            text = stream.read().decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        why = error.strerror if isinstance(error, OSError) and error.strerror else "it is no text"
-        raise NonexistentFile(f"{path} cannot be read: {why}") from None
-    return Script(parse_script(text, path), patience)
+    return Script(parse_script(text_at(path), path), patience)
 
 
 def parse_script(text: str, path: str = "units") -> list[UnitLine]:

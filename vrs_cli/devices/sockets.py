@@ -178,15 +178,23 @@ class Sockets:
             listener.close()
             if error.errno == errno.EADDRINUSE:
                 raise PortTaken(f"port {address.port}", "another program has it") from None
-            fault = DeviceNotReady(f"port {address.port} at {self.host}: {error.strerror}", "choose another one")
-            self.tell(str(fault))
-            raise fault from None
+            raise self._told(f"port {address.port} at {self.host}: {error.strerror}", "choose another one") from None
         return listener
 
     def _check_host(self, host: str) -> None:
-        """Raises DeviceNotReady for another machine, where this one alone is allowed."""
+        """Raises DeviceNotReady for a name, as nobody knows how long it takes to look it up; and for another machine,
+        where this one alone is allowed.
+        """
+        if address_of(host) is None:
+            raise self._told(f"a connection to {host}", "give the address in numbers, as 192.168.0.7")
         if is_loopback(self.host or LOOPBACK) and not is_loopback(host):
-            raise DeviceNotReady(f"a connection to {host}", "--net-host 0.0.0.0 allows other machines")
+            raise self._told(f"a connection to {host}", "--net-host 0.0.0.0 allows other machines")
+
+    def _told(self, what: str, hint: str) -> DeviceNotReady:
+        """Why a device is not ready, which its status does not say."""
+        fault = DeviceNotReady(what, hint)
+        self.tell(str(fault))
+        return fault
 
     def send(self, device: str, handle: int, data: bytes) -> None:
         self._do(partial(self._send, device, handle, data))
@@ -315,16 +323,10 @@ class Sockets:
         self._watch(one)
 
     def _dial(self, device: str, address: Address) -> None:
-        try:
-            family, kind, protocol, _name, place = socket.getaddrinfo(
-                address.host, address.port, type=socket.SOCK_STREAM
-            )[0]
-            it = socket.socket(family, kind, protocol)
-        except OSError:
-            self._arrived(Arrival(device, Event.REFUSED, code=DeviceNotReady.code))
-            return
+        host = str(address_of(address.host))
+        it = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
         it.setblocking(False)
-        if it.connect_ex(place) not in (0, errno.EINPROGRESS, errno.EWOULDBLOCK):
+        if it.connect_ex((host, address.port)) not in (0, errno.EINPROGRESS, errno.EWOULDBLOCK):
             self._refused(device, it)
             return
         self._dialling[device] = it
@@ -466,11 +468,15 @@ class Sockets:
                 one.ends.close()
 
 
+def address_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    """The address that is written there; None for a name, but that of this machine."""
+    try:
+        return ipaddress.ip_address(LOOPBACK if host.lower() == "localhost" else host)
+    except ValueError:
+        return None
+
+
 def is_loopback(host: str) -> bool:
     """Whether an address is this machine, and cannot be another one."""
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
+    address = address_of(host)
+    return address is not None and address.is_loopback

@@ -11,7 +11,7 @@ from io import BufferedReader, RawIOBase
 from pathlib import Path
 from typing import Any, BinaryIO, TypeVar
 
-from vrs_cli.errors import FileError
+from vrs_cli.errors import FileError, NonexistentFile
 
 FIRST = 4096  # bytes
 PATIENCE, PAUSE = 2.0, 0.02  # [s] for the other end of a pipe, which may just be starting
@@ -36,6 +36,16 @@ def text_of(content: bytes) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
         return content.decode("latin-1")
+
+
+def text_at(path: str) -> str:
+    """The text of a file, which is UTF-8. Raises NonexistentFile."""
+    try:
+        with open_to_read(Path(path)) as stream:
+            return stream.read().decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        why = error.strerror if isinstance(error, OSError) and error.strerror else "it is no text"
+        raise NonexistentFile(f"{path} cannot be read: {why}") from None
 
 
 def open_to_read(path: Path) -> BinaryIO:

@@ -11,11 +11,10 @@ or FALSE; times may stand in any order.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 
 from vrs_cli.dialogue.numbers import count
-from vrs_cli.errors import FileDamaged, NonexistentFile
-from vrs_cli.files.opening import open_to_read
+from vrs_cli.errors import FileDamaged
+from vrs_cli.files.opening import text_at
 from vrs_cli.files.target_file import fields_of
 from vrs_cli.language.run.signals import InputChange, Inputs
 from vrs_cli.language.words.signals import INPUTS, INTERNAL
@@ -29,13 +28,7 @@ FORM = "time, signal, state, such as 0.5, 1001, ON"
 
 def read_signals(path: str) -> Inputs:
     """Raises NonexistentFile, and FileDamaged which names every line that is wrong."""
-    try:
-        with open_to_read(Path(path)) as stream:
-            text = stream.read().decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        why = error.strerror if isinstance(error, OSError) and error.strerror else "it is no text"
-        raise NonexistentFile(f"{path} cannot be read: {why}") from None
-    return parse_signals(text, path)
+    return parse_signals(text_at(path), path)
 
 
 def parse_signals(text: str, path: str = "signals") -> Inputs:

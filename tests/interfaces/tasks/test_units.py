@@ -122,6 +122,18 @@ def test_a_serial_line_is_open_when_it_is_attached() -> None:
     assert [value(session, "x"), value(session, "y")] == [7.0, 8.0]
 
 
+def test_a_serial_line_is_closed_by_detach_and_can_be_attached_again() -> None:
+    session = session_with('{"time": 0.1, "device": "SERIAL:1", "data": "1\\n2\\n"}')
+    lines = ("READ (lun) x", "FCLOSE (lun)", *STATUS, "READ (lun) y", *STATUS, "DETACH (lun)", *SERIAL, *STATUS)
+    assert typed(session, *SERIAL, *lines) == (str(FileError.code), "1", "1")
+
+
+def test_a_device_that_was_missing_is_missing_when_it_is_attached_again() -> None:
+    session = Session(RecordingTerminal())
+    attach = ('ATTACH (9) "TCP"', "TYPE /I0, IOSTAT(9)")
+    assert typed(session, *attach, *attach) == (str(DeviceNotReady.code),) * 2
+
+
 def test_one_task_has_a_serial_line() -> None:
     session = session_with('{"time": 0.1, "device": "SERIAL:1", "data": "x"}')
     load(session, *SERIAL, "WAIT.EVENT", name="other")

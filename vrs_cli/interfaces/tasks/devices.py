@@ -89,7 +89,7 @@ class Devices(Struct, eq=False):
     def _attach_device(self, task: int, unit: int, name: str) -> None:
         """One that is not to be had is attached all the same: the status of all that is asked of it says so."""
         there = self._devices.get((task, unit))
-        if there is not None and there.attached == name:
+        if there is not None and there.attached == name and there.fault is None:
             there.status = SUCCESS
             return
         if there is not None:
@@ -155,9 +155,7 @@ class Devices(Struct, eq=False):
                 case AwaitLine():
                     return None if device.has_more else YET
                 case CloseFile():
-                    device.check_open()
-                    device.close()
-                    device.status = SUCCESS
+                    device.close_port()
                 case DetachUnit():
                     device.close()
                     del self._devices[task, effect.unit]
