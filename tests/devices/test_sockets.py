@@ -11,8 +11,10 @@ import pytest
 
 from tests.devices.peers import Door, client, connected, exchange, heard, live_session, run
 from tests.interfaces.programs import load, value
+from vrs_cli.devices import traffic
 from vrs_cli.devices.device import FULL
-from vrs_cli.devices.sockets import WINDOW, Sockets, is_loopback
+from vrs_cli.devices.sockets import Sockets, is_loopback
+from vrs_cli.devices.traffic import WINDOW, SocketEnd
 from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.errors import DeviceNotReady, NetworkClosed, NetworkTimeout, PortTaken, StringOverflow
 
@@ -180,14 +182,14 @@ def test_what_nobody_reads_is_not_taken_from_its_peer() -> None:
 
     def talk(line: socket.socket) -> None:
         line.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, WINDOW)
-        line.settimeout(0.2)
+        line.settimeout(0.05)
         with suppress(TimeoutError, ConnectionError):
             while True:
                 taken.append(line.send(b"x" * WINDOW))
 
     outside = Sockets(patience=10.0)
     session = live_session(door := Door(client(talk)), outside)
-    load(session, *OPEN, "READ (lun, handle) $line", "WAIT.EVENT , 0.4", *CLOSE)
+    load(session, *OPEN, "READ (lun, handle) $line", "WAIT.EVENT , 0.15", *CLOSE)
     come = []
     take = outside.take
     outside.take = lambda now: come.append(tuple(take(now))) or come[-1]  # type: ignore[method-assign, func-returns-value]
@@ -204,7 +206,16 @@ def test_a_line_that_is_too_long_for_a_string_is_passed_over() -> None:
     assert result.typed == ("100 1 ", f"{StringOverflow.code} 1 ", "1 1 short", "101 1 ")
 
 
-def test_a_peer_that_never_reads_is_waited_for_and_no_longer_than_that() -> None:
+class Narrow(SocketEnd):
+    """Of a socket that holds little."""
+
+    def __init__(self, it: socket.socket) -> None:
+        it.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
+        super().__init__(it)
+
+
+def test_a_peer_that_never_reads_is_waited_for_and_no_longer_than_that(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(traffic, "SocketEnd", Narrow)
     seen = threading.Event()
 
     def talk(line: socket.socket) -> None:
