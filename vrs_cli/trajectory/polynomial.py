@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from math import sqrt
+from math import inf, sqrt
 
 Polynomial = tuple[float, ...]
 
@@ -85,11 +85,23 @@ def zeros(a: Polynomial, lasting: float) -> list[float]:
 
 
 def _zero_between(a: Polynomial, low: float, high: float) -> float:
-    """The zero between two times of different sign, between which p(t) rises or falls all the way."""
+    """The zero between two times of different sign, between which p(t) rises or falls all the way.
+
+    By Newton's steps; the interval is halved where one leaves it, or is not half as long as the step before.
+    """
     rising = value(a, high) > 0.0
-    while low < (middle := 0.5 * (low + high)) < high:
-        low, high = (low, middle) if (value(a, middle) > 0.0) == rising else (middle, high)
-    return middle
+    t, step = 0.5 * (low + high), high - low
+    while low < t < high:
+        p, rate = value_and_rate(a, t)
+        low, high = (low, t) if (p > 0.0) == rising else (t, high)
+        before, step = abs(step), p / rate if rate else inf
+        if t - step == t:
+            break
+        if abs(step) <= 0.5 * before and low < t - step < high:
+            t -= step
+        else:
+            t, step = 0.5 * (low + high), high - low
+    return t
 
 
 def turning_points(a: Polynomial, lasting: float) -> list[float]:
