@@ -2,15 +2,27 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 
+import pytest
 from hypothesis import settings
 
 from tests import examples  # it registers the profiles  # noqa: F401
 from tests.view3d.browser import browser, running_browser  # for all tests: one of each process  # noqa: F401
+from vrs_cli.__main__ import COLLECT_AFTER
 
 settings.load_profile("fast")
+gc.disable()  # until all tests are collected: they stay
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each of hundreds of processes would compile all of the product anew
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # run in the background of a script
     signal.signal(signal.SIGINT, signal.default_int_handler)  # processes that a test starts hear Ctrl-C
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_finish() -> None:
+    """Thousands of tests are no garbage: no collection looks at them again."""
+    gc.freeze()
+    gc.set_threshold(COLLECT_AFTER)  # as `vrs` does
+    gc.enable()

@@ -20,20 +20,20 @@ def out_of(capsys: pytest.CaptureFixture[str], *arguments: str, status: int = 0)
 
 
 def test_the_tables_have_a_row_for_each_lead_and_policy(capsys: pytest.CaptureFixture[str]) -> None:
-    text = out_of(capsys, *SHORT, "--jobs", "1", "--rate", "2")
-    assert text.startswith("Gamma 200ms 80ms each way; 2 x 10 s, 10 commands each\nMeasured: D_f + D_b is 0.")
+    text = out_of(capsys, *SHORTEST)
+    assert text.startswith("Gamma 200ms 80ms each way; 1 x 5 s, 5 commands each\nMeasured: D_f + D_b is 0.")
     for policy in ("ABORT", "POSTPONE"):
         rows = [line.split()[1] for line in text.splitlines() if line.startswith(policy)]
         assert rows == ["0", "0.2", "0.4", "0.6", "0.8"] * 3
     assert "ABORT          0           -           -           -           -           -" in text, "nothing moved"
     assert text.endswith(
-        "The flagged times are those of the logs of both sides (20 trials)\n"
+        "The flagged times are those of the logs of both sides (10 trials)\n"
         "At all other times the error of deltas is at most 0 deg, 0 mm\n"
     )
 
 
 def test_processes_change_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    some = (*SHORT, "--lead", "200ms", "--policy", "abort", "--rate", "2")
+    some = (*SHORTEST, "--seeds", "2", "--lead", "200ms", "--policy", "abort")
     assert out_of(capsys, *some, "--jobs", "2") == out_of(capsys, *some, "--jobs", "1")
 
 

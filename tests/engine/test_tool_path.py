@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+from itertools import pairwise, product
 from math import cos, hypot, radians, sin
 from random import Random
 
 import pytest
 
 from tests.engine.wall import ManualWall
+from tests.robots import KINDS
 from vrs_cli.engine.commands import Delay, JointTarget, Move, PoseTarget, SetBase, SetParameter, SetTool, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
 from vrs_cli.engine.tool_path import ToolLine, ToolPath, distance_from_line
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.profile import Profile
-from vrs_cli.kinematics.robot_file import load_robot, robot_names
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Vector, position, translation
 from vrs_cli.trajectory.segment import Phase
 
+WAYS = dict.fromkeys((*product(("puma560", "cobra600"), Profile.__members__), *product(KINDS, ("SCURVE",))))
 DENSE = 20  # looks a line, and more where it is long
 
 
@@ -49,8 +51,7 @@ def farthest(engine: Engine, line: ToolLine) -> float:
     return max(min(distance_from_line(tip(engine, t), a, b) for a, b in pairs) for t in times)
 
 
-@pytest.mark.parametrize("profile", Profile.__members__)
-@pytest.mark.parametrize("name", robot_names())
+@pytest.mark.parametrize(("name", "profile"), WAYS)
 def test_g_is_never_farther_from_the_lines_than_is_allowed(name: str, profile: str) -> None:
     engine = wandering(name, profile, seed=3)
     lines = ToolPath(engine.arm, error := 0.0005).lines(engine.timeline, 0.0, engine.end)

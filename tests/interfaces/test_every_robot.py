@@ -1,4 +1,4 @@
-"""The same small session with every robot: motions, edits of the timeline, files, programs, pictures."""
+"""The same small session with every kind of robot: motions, edits of the timeline, files, programs, pictures."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
+from tests.robots import KINDS
 from vrs_cli.dialogue.replies import LocationTable, Plot, Whereabouts
 from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.engine.engine import Engine
@@ -22,14 +23,14 @@ from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.robot_file import load_robot, robot_names
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import distance
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.jog_panel import JogPanel
 
 URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
-ROBOTS = [*robot_names(), *(str(URDF / f"{name}.urdf") for name in ("seven", "crooked", "five", "gantry"))]
+ROBOTS = [*KINDS, *(str(URDF / f"{name}.urdf") for name in ("crooked", "gantry"))]
 PROGRAM = """\
 .PROGRAM there.and.back()
     MOVE #middle

@@ -10,8 +10,9 @@ import pytest
 
 from tests.examples import some
 from tests.laws.drags import Hand, follow
+from tests.robots import KINDS
 from vrs_cli.kinematics.nearest import Miss
-from vrs_cli.kinematics.robot_file import load_robot, robot_names
+from vrs_cli.kinematics.robot_file import load_robot
 
 URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
 SOME = some(4) // 2  # seeds
@@ -19,7 +20,7 @@ RMS = Miss(0.004, 0.015)  # [m, rad] of a tool that follows a hand inside its re
 
 
 @pytest.mark.parametrize("seed", range(1, 1 + SOME))
-@pytest.mark.parametrize("name", [*robot_names(), "crooked.urdf", "seven.urdf"])
+@pytest.mark.parametrize("name", [*KINDS, "crooked.urdf"])
 def test_a_tool_that_is_dragged_anyhow_keeps_the_laws(name: str, seed: int) -> None:
     model = load_robot(URDF / name if name.endswith(".urdf") else name)
     hand = Hand(seed, model, ("LSPB", "SCURVE")[seed % 2])
@@ -33,7 +34,7 @@ def test_a_fast_arm_is_not_thrown_over_the_axis_of_joint_1() -> None:
     hand.drag(3.0)
 
 
-@pytest.mark.parametrize("name", robot_names())
+@pytest.mark.parametrize("name", KINDS)
 def test_inside_its_reach_it_follows_a_hand(name: str) -> None:
     rms = follow(load_robot(name), 1, 5.0)
     assert rms.within(*RMS), rms

@@ -12,15 +12,15 @@ from hypothesis import strategies as st
 from tests.examples import examples
 from tests.kinematics.pointing import CLOSED, FIVE, SEVEN
 from tests.laws.motion_laws import check_accelerations, check_continuous, check_limits, check_lines, check_target
+from tests.robots import QUICK, SEARCHED
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetSpeed, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.model import PROFILES, RobotModel
-from vrs_cli.kinematics.robot_file import load_robot, robot_names
+from vrs_cli.kinematics.robot_file import load_robot
 
 URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
-ROBOTS = [name for name in robot_names() if name != "puma560"]
-DESCRIBED = ["seven", "crooked", "five", "gantry"]
+OTHERS = [*SEARCHED, "crooked.urdf", "gantry.urdf"]
 NEAR = 0.15  # of the ranges: a straight line that far is often possible
 
 fractions = st.lists(st.floats(0.0, 1.0), min_size=7, max_size=7)
@@ -70,20 +70,20 @@ def check_robot(model: RobotModel, sequence: list[tuple[str, list[float], float 
     return done
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", [name for name in QUICK if name != "puma560"])  # which has tests of its own
 @examples(40)
 @given(sequence=steps)
 def test_every_robot_keeps_the_laws(name: str, sequence: list[tuple[str, list[float], float | None]]) -> None:
     check_robot(load_robot(name), sequence)
 
 
-@pytest.mark.parametrize("name", DESCRIBED)
-@examples(8)
+@pytest.mark.parametrize("name", OTHERS)
+@examples(16)
 @given(sequence=steps)
-def test_a_robot_of_a_urdf_file_keeps_the_laws(
+def test_a_robot_whose_joints_are_searched_keeps_the_laws(
     name: str, sequence: list[tuple[str, list[float], float | None]]
 ) -> None:
-    check_robot(load_robot(URDF / f"{name}.urdf"), sequence)
+    check_robot(load_robot(URDF / name if name.endswith(".urdf") else name), sequence)
 
 
 @pytest.mark.parametrize("profile", PROFILES)

@@ -11,8 +11,9 @@ import pytest
 
 from tests.kinematics.random_arms import draw_arm
 from tests.laws.taught_places import check_way_back, refused
+from tests.robots import KINDS
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.robot_file import load_robot, robot_names
+from vrs_cli.kinematics.robot_file import load_robot
 
 SHORT = Path(__file__).parents[1] / "kinematics" / "urdf" / "short.urdf"
 CAUGHT = ((-70.8, 20.2, 146.4, 103.9, 2.9), (-18.7, 35.0, 54.9, 132.3, -59.1), (-66.2, 92.8, 116.3, 122.2, 183.9))
@@ -26,7 +27,7 @@ def test_a_random_arm_goes_back_to_taught_places(seed: int, tmp_path: Path) -> N
     assert not list(refused(drawn.model(tmp_path), drawn.forward, 2, Random(seed)))
 
 
-@pytest.mark.parametrize("robot", robot_names())
+@pytest.mark.parametrize("robot", KINDS)
 def test_a_robot_goes_back_to_taught_places(robot: str) -> None:
     model = load_robot(robot)
     forward = arm_for(model).forward

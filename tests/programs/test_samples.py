@@ -58,22 +58,12 @@ def test_sample(path: Path, tmp_path: Path) -> None:
     keeps_limits(session)
 
 
-@pytest.mark.parametrize("path", SAMPLES, ids=lambda path: path.stem)
-def test_the_same_input_gives_the_same_timeline(path: Path, tmp_path: Path) -> None:
-    timelines = []
-    for _ in range(2):
-        text = path.read_text()
-        session = Session(RecordingTerminal(), robot_for(text), folder=Folder(tmp_path), outside=peers_of(text))
-        session.load_text(text)
-        session.execute(next(iter(session.environment.programs.values())).name)
-        timelines.append(session.engine.timeline)
-    assert timelines[0] == timelines[1]
-
-
 def keeps_limits(session: Session) -> None:
+    """At many times: twenty a segment."""
     engine = session.engine
-    for k in range(2000):
-        here = position_at(engine.arm, engine.timeline, engine.end * k / 1999)
+    looks = min(20 * len(engine.timeline), 2000)
+    for k in range(looks + 1):
+        here = position_at(engine.arm, engine.timeline, engine.end * k / looks)
         for v, v_max in zip(here.velocity, engine.model.max_velocity, strict=True):
             assert abs(v) <= v_max * LIMIT
         for a, a_max in zip(here.acceleration, engine.model.max_acceleration, strict=True):

@@ -99,10 +99,12 @@ def test_bodies_of_a_link_are_one_piece(name: str) -> None:
 def outlines(mesh: Mesh) -> dict[tuple[float, ...], list[NDArray[np.float64]]]:
     """The triangles of a body by their planes: where its normal points, and how far from the origin [0.1 mm]."""
     found = defaultdict(list)
-    for triangle in mesh.vertices[mesh.faces]:
-        normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
-        normal /= np.linalg.norm(normal)
-        found[*np.round(normal, 3), round(float(normal @ triangle[0]), 4)].append(triangle)
+    triangles = mesh.vertices[mesh.faces]
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    away = np.round(np.einsum("ni,ni->n", normals, triangles[:, 0]), 4)
+    for *plane, triangle in zip(*np.round(normals, 3).T.tolist(), away.tolist(), triangles, strict=True):
+        found[*plane].append(triangle)
     return found
 
 

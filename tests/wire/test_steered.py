@@ -13,12 +13,13 @@ from msgspec.structs import replace
 
 from tests.examples import examples, some
 from tests.laws.test_steering_laws import PROFILES, TICK, Stream, joints, parts, robot, stretches
+from tests.robots import KINDS
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Replaced, Snapshot
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.robot_file import load_robot, robot_names
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.messages import Delta, FromServer, Steered
 from vrs_cli.trajectory.motion import Kind
 from vrs_cli.trajectory.state import Target
@@ -92,7 +93,7 @@ def test_every_stream_comes_back_to_the_bit(profile: str, start: Joints, stream:
 
 
 @pytest.mark.parametrize("profile", PROFILES)
-@pytest.mark.parametrize("name", robot_names())
+@pytest.mark.parametrize("name", KINDS)
 def test_a_robot_of_any_kind_is_steered_in_short(name: str, profile: str) -> None:
     engine = robot(profile, load_robot(name))
     arm, form = engine.arm, Form.of(engine.arm)
