@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import gc
 import signal
 import socket
@@ -396,6 +397,17 @@ def test_ctrl_c_stops_what_is_waited_for_and_a_second_one_waits_no_longer(tmp_pa
         with pytest.raises(KeyboardInterrupt):
             robot.execute("slow")
         robot.leave()
+
+
+def test_who_runs_another_loop_may_let_it_go(served: Serving) -> None:
+    """As a notebook does."""
+
+    async def let_go() -> None:
+        vrs.connect(f"{served.address}/robots/cell0").leave()
+
+    before = set(threading.enumerate())
+    asyncio.run(let_go())
+    assert set(threading.enumerate()) <= before
 
 
 def test_who_asks_while_a_loop_ends_does_not_wait_for_ever() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine, Iterator, Sequence, Set
+from collections.abc import Callable, Coroutine, Iterator, Sequence
 from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -91,15 +91,16 @@ class Loop:
         """Whoever still waits for something waits no longer."""
         with self._lock:
             self._ends = True
+        with suppress(TimeoutError):  # in its own thread: this one may run another loop, as that of a notebook does
+            asyncio.run_coroutine_threadsafe(_stopped(), self._loop).result()
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
-        with suppress(TimeoutError):
-            self._loop.run_until_complete(_stopped(asyncio.all_tasks(self._loop)))
         self._loop.close()
 
 
-async def _stopped(tasks: Set[asyncio.Task[Any]]) -> None:
-    """What is under way is given up. Raises TimeoutError where it does not stop."""
+async def _stopped() -> None:
+    """All that is under way is given up. Raises TimeoutError where it does not stop."""
+    tasks = asyncio.all_tasks() - {asyncio.current_task()}
     for task in tasks:
         task.cancel()
     await asyncio.wait_for(asyncio.gather(*tasks, return_exceptions=True), LEAVING)

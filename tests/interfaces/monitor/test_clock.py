@@ -8,7 +8,7 @@ import pytest
 
 from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
-from tests.programs.test_samples import robot_for
+from tests.programs.test_samples import peers_of, robot_for
 from vrs_cli.dialogue.replies import ClockReport, Message, Whereabouts
 from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.engine.commands import SetParameter
@@ -84,7 +84,9 @@ def test_a_program_gives_the_timeline_of_batch_to_the_bit(path: Path, tmp_path: 
     for clock in (None, ManualWall(each_look=lambda: 1e-3).clock(), ManualWall(each_look=lambda: 0.7).clock(30.0)):
         folder = tmp_path / str(len(timelines))
         folder.mkdir()
-        session = Session(RecordingTerminal(), robot_for(text), clock=clock, folder=Folder(folder))
+        session = Session(
+            RecordingTerminal(), robot_for(text), clock=clock, folder=Folder(folder), outside=peers_of(text)
+        )
         session.load_text(text)
         session.engine.perform(SetParameter("CAUSALITY", "POSTPONE"))
         result = session.execute(next(iter(session.environment.programs)))
