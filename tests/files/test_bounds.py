@@ -86,7 +86,7 @@ WORDS = (
     "LISTF {}",
 )
 WORDS += ("FDELETE {}", "COMMANDS {}", "FCOPY {} = own.v2", "FCOPY copy.v2 = {}", "FRENAME {} = own.v2")
-WORDS += ("FRENAME moved.v2 = {}",)
+WORDS += ("FRENAME moved.v2 = {}", "CD {}", "LOG {}")
 
 
 @pytest.fixture

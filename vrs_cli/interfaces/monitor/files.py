@@ -278,19 +278,19 @@ def _pwd(station: Station, _it: Instruction) -> Talk[None]:
 def _log(station: Station, it: Instruction) -> Talk[None]:
     """Raises UsageError where the session cannot be written down, FileError."""
     asked, log = operand(it, 0), station.log
+    path = None if asked is None else station.folder.path(word(asked))
     if log is None:
         raise UsageError("LOG writes no file at this robot", "LOG is for a shell at its own robot")
-    if asked is not None:
-        path = station.folder.path(word(asked))
+    if path is not None:
         yield from may_write(station, path)
         log.begin(path)
         yield Message(f"{path} takes down what is typed and answered; LOG alone ends it")
     elif log.path is None:
         raise UsageError("no LOG is written", "LOG session.txt begins one; .html and .cast are other forms")
     else:
-        path = log.path
+        done = log.path
         log.end()
-        yield Message(f"{path} is complete")
+        yield Message(f"{done} is complete")
 
 
 def _fdelete(station: Station, it: Instruction) -> Talk[None]:
