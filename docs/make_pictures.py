@@ -31,6 +31,7 @@ from vrs_cli.repl.toolbar import toolbar
 ROOT = Path(__file__).parents[1]
 IMAGES = ROOT / "docs" / "images"
 WIDTH = 84  # columns
+HEIGHT = 40  # rows of the terminal
 FONT = "ui-monospace, SFMono-Regular, Menlo, Consolas, 'DejaVu Sans Mono', monospace"
 
 SESSION = (
@@ -47,7 +48,13 @@ SESSION = (
 def recorded(lines: Sequence[str]) -> Console:
     """A console that has recorded a session: each line after the prompt, in its colours, then the answer."""
     console = Console(
-        record=True, width=WIDTH, file=io.StringIO(), force_terminal=True, color_system="standard", highlight=False
+        record=True,
+        width=WIDTH,
+        height=HEIGHT,
+        file=io.StringIO(),
+        force_terminal=True,
+        color_system="standard",
+        highlight=False,
     )
     renderer = TerminalRenderer()
     renderer.console = console
