@@ -305,6 +305,12 @@ class RobotNotAttached(MotionError):
     code, text = -602, "Robot not attached to this program"
 
 
+class AlterNotOn(MotionError):
+    """The code is of V+, from memory."""
+
+    code, text = -634, "ALTER mode is not on"
+
+
 class PowerOff(MotionError):
     code, text = -604, "Robot power off"
 

@@ -85,6 +85,7 @@ BEFORE = {  # what an example needs to have happened
     "READ": OPENED,
     "GETC": OPENED,
     "IOSTAT": OPENED,
+    "ALTER": ["ALTON 3"],
     "SOLVE.ANGLES": ["DECOMPOSE row[1] = #safe"],
     "SOLVE.TRANS": ["DECOMPOSE row[1] = #safe"],
     **{name: ["PARAMETER LATCH.SIGNAL = 2007", "SIGNAL 2007"] for name in ("LATCH", "#PLATCH", "LATCHED")},

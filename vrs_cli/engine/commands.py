@@ -181,6 +181,28 @@ class SetSwitch(Struct, frozen=True):
     on: bool
 
 
+class AlterMode(Struct, frozen=True):
+    """ALTON: how displacements of the path are meant. `world`: along and about its axes, else those of the tool;
+    `adds`: each is added to those before it.
+    """
+
+    world: bool
+    adds: bool
+
+
+class SetAlter(Struct, frozen=True):
+    """ALTON, and (None) ALTOFF: what comes then goes where it says again."""
+
+    mode: AlterMode | None
+
+
+class Alter(Struct, frozen=True):
+    """ALTER: from now on the motion under way goes to a place that is displaced, and so does every one that comes."""
+
+    displacement: Transform
+    text: str = ""
+
+
 SettingChange = (
     SetSpeed
     | SetMonitorSpeed
@@ -191,5 +213,6 @@ SettingChange = (
     | SetMode
     | SetParameter
     | SetSwitch
+    | SetAlter
 )
-Request = Move | Delay | Break | Brake | OperateHand | SetTool | SetBase | SettingChange
+Request = Move | Alter | Delay | Break | Brake | OperateHand | SetTool | SetBase | SettingChange

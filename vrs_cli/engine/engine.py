@@ -13,6 +13,7 @@ from msgspec import Struct, structs
 from vrs_cli.engine.book import Book, Parts, silent, whole
 from vrs_cli.engine.clock import Clock, VirtualClock
 from vrs_cli.engine.commands import (
+    Alter,
     Brake,
     Break,
     Delay,
@@ -32,7 +33,7 @@ from vrs_cli.engine.corners import rounding_begins, slowing_down
 from vrs_cli.engine.feed import Feed
 from vrs_cli.engine.history import CommandRecord, Step
 from vrs_cli.engine.line_check import Standpoint
-from vrs_cli.engine.motions import After, fraction_of_full, program_speed
+from vrs_cli.engine.motions import After, Speed, fraction_of_full, program_speed
 from vrs_cli.engine.parameters import DELAY, TIME, TIME_FROM_NOW
 from vrs_cli.engine.planner import plan, plan_steering
 from vrs_cli.engine.position import Position, destination_at, finish_after, joints_at, position_at, world_pose
@@ -49,7 +50,7 @@ from vrs_cli.engine.targets import (
     resolve,
     select,
 )
-from vrs_cli.errors import IllegalValue, PowerOff, TooLate
+from vrs_cli.errors import AlterNotOn, IllegalValue, LocationTooFar, PowerOff, TooLate
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.forms import arm_for
@@ -183,6 +184,8 @@ class Engine:
         match request:
             case Move():
                 return self._move(request, program, issued)
+            case Alter():
+                self._alter(request, issued)
             case Delay():
                 return self._until(self._stand(issued, request.text, DELAY.checked(request.seconds)), program)
             case OperateHand(immediate=True):
@@ -210,13 +213,45 @@ class Engine:
         self._check_power()
         start, executed = self._beginning(move, program)
         executed = self._in_time(move.text, executed)
+        altered = self.settings.alter
+        if altered is not None and isinstance(move.target, PoseTarget):
+            nominal = move.target.T_world_tool
+            move = structs.replace(move, target=PoseTarget(altered.place(nominal)))
+            altered = structs.replace(altered, number=self.book.number + 1, nominal=nominal)
         motion = self._motion(move, start, executed)
+        self.settings = structs.replace(self.settings, alter=altered)
         if self.settings.moves:
             executed = self._edit(motion, executed, self.settings.inserts, issued).executed
         self.settings = self.settings.after_motion(move.target)
         if move.stamp is not None:
             return self.now
         return self._until(executed, program)
+
+    def _alter(self, alter: Alter, issued: float | None) -> None:
+        """The motion under way, or a straight one from where the robot stands, goes to the displaced place from now on:
+        as a motion that is inserted now. Raises AlterNotOn, PowerOff, and as a motion does.
+        """
+        altered = self.settings.alter
+        if altered is None:
+            raise AlterNotOn(alter.text, "ALTON comes first")
+        self._check_power()
+        altered, now = altered.with_more(alter.displacement), on_grid(self.now)
+        before, stands = self._motion_at(now), now >= self.end
+        if altered.number != before.number:
+            place = self.position(now) if stands else self.destination(now)
+            altered = structs.replace(altered, nominal=place.T_world_tool)
+        target = altered.place(altered.nominal)
+        goal: Joints | Transform = compose(self.frames.base, target)
+        if before.kind is Kind.JOINT and not stands:
+            goal = self.joints_for(target, self.destination(now).joints)
+        speed = program_speed(self.settings.speed.always, self.settings, self.model)
+        if not stands:
+            speed = Speed(before.speed, before.tip_speed, before.rotation)
+        check_near(target, "{} from the robot", LocationTooFar)
+        motion = self._after(now).motion(Start.AT, goal, speed, text=alter.text)
+        self.settings = structs.replace(self.settings, alter=structs.replace(altered, number=motion.number))
+        if self.settings.moves:
+            self._edit(motion, now, self.settings.inserts, issued)
 
     def _until(self, executed: float, program: bool) -> float:
         """When the asker goes on: at the prompt when the robot stands, or at once where time is real."""

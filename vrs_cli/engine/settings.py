@@ -12,10 +12,12 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from vrs_cli.engine.commands import (
+    AlterMode,
     JointTarget,
     Mode,
     NamedTarget,
     SetAcceleration,
+    SetAlter,
     SetConfiguration,
     SetDuration,
     SetMode,
@@ -44,6 +46,7 @@ from vrs_cli.engine.parameters import (
 )
 from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose
 
 V = TypeVar("V")
 
@@ -78,6 +81,31 @@ MODES_AT_START: Mapping[Mode, Setting[bool]] = {
 }
 
 
+class Altered(Struct, frozen=True):
+    """The state of ALTER: `displacement` holds now; `nominal`: where the motion of that `number` would go without."""
+
+    mode: AlterMode
+    displacement: Transform = IDENTITY
+    number: int = -1
+    nominal: Transform = IDENTITY
+
+    def with_more(self, displacement: Transform) -> Altered:
+        """The same with another displacement."""
+        total = displacement
+        if self.mode.adds:
+            total = self._moved(self.displacement, displacement)
+        return replace(self, displacement=total)
+
+    def place(self, T_world_tool: Transform) -> Transform:
+        """Where a tool goes that was to go there."""
+        return self._moved(T_world_tool, self.displacement)
+
+    def _moved(self, T: Transform, by: Transform) -> Transform:
+        if not self.mode.world:
+            return compose(T, by)
+        return at_position(compose(at_position(by, 0.0, 0.0, 0.0), T), T.px + by.px, T.py + by.py, T.pz + by.pz)
+
+
 class Settings(Struct, frozen=True):
     """All settings of one robot. `acceleration` is a fraction of the nominal one.
 
@@ -93,6 +121,7 @@ class Settings(Struct, frozen=True):
     modes: Mapping[Mode, Setting[bool]] = field(default_factory=lambda: MODES_AT_START)
     configuration: Configuration = NONE
     hand: float | None = None
+    alter: Altered | None = None
     switches: Mapping[str, bool] = field(default_factory=lambda: {row.name: row.default for row in SWITCHES.values()})
     parameters: Mapping[str, float | str] = field(
         default_factory=lambda: {row.name: row.default for row in PARAMETERS.values()}
@@ -162,6 +191,8 @@ class Settings(Struct, frozen=True):
                 if change.deceleration is not None:  # the smaller one serves both
                     percent = min(percent, DECELERATION.checked(change.deceleration))
                 return replace(self, acceleration=percent / FULL_SPEED)
+            case SetAlter():
+                return replace(self, alter=None if change.mode is None else Altered(change.mode))
             case SetConfiguration():
                 return replace(self, configuration=self.configuration.with_flag(change.flag))
             case SetMode():

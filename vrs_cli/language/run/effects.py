@@ -11,7 +11,7 @@ from enum import Enum
 
 from msgspec import Struct
 
-from vrs_cli.engine.commands import Mode, Request, SetDuration, SetMode, SetSpeed, SpeedUnit
+from vrs_cli.engine.commands import Mode, Request, SetAlter, SetDuration, SetMode, SetSpeed, SpeedUnit
 from vrs_cli.errors import Place, VrsError
 from vrs_cli.language.run.cells import Reference
 
@@ -178,6 +178,7 @@ CYCLE_SETTINGS: tuple[Request, ...] = (
     SetMode(Mode.SINGLE, on=False, always=True),
     SetMode(Mode.OVERLAP, on=True, always=True),
     SetMode(Mode.INTEGRAL, on=False, always=True),
+    SetAlter(None),
 )
 
 

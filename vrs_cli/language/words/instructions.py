@@ -50,6 +50,13 @@ _MOTIONS = (
     _motion("ALIGN", "1 2 +", "turn the tool so that its Z lies along the nearest world axis", "ALIGN"),
     _motion("DELAY seconds", "1 2 +",
         "hold the arm for so many seconds; the program goes on to its next motion", "DELAY 0.5"),
+    _motion("ALTON [(lun)] [mode]", "2 +",
+        "let ALTER displace the path: in the frame of the tool, or (mode 2 set) the world; mode 1 set: they add up",
+        "ALTON 3", "which bit is which is from memory"),
+    _motion("ALTER [(lun)] [dx][, dy][, dz][, rx][, ry][, rz]", "2 +",
+        "displace the path from now on, by mm and degrees: the motion under way, and those that come", "ALTER , , 2"),
+    _motion("ALTOFF [(lun)]", "2 +", "end ALTON: the next motion goes where it says", "ALTOFF"),
+    _motion("NOALTER", "2", "end ALTON, in VAL-II", "NOALTER", "ALTOFF is the same"),
     _motion("BREAK", "1 2 +", "wait until the robot has come to rest", "BREAK", breaks=True),
 )  # fmt: skip
 
@@ -253,8 +260,6 @@ _FILES = (
         'WRITE (lun) "x =", /F8.2, x'),
 )  # fmt: skip
 
-_NO_SENSOR = "there is no sensor line; a motion with AT or IN changes a motion under way"
-
 _VISION = ("VDISPLAY", "VTRAIN", "VWINDOW", "VSELECT", "VQUEUE", "VPARAMETER", "VRUN")
 _GRAPHICS = ("GCLEAR", "GLINE", "GTYPE", "GETEVENT", "FSET")
 
@@ -263,10 +268,6 @@ _REFUSED = (
     refused("ENDIF", "", "not a word of VAL-II", "every block ends in END"),
     refused("DOUBLE", "", "not a word by itself", "write AUTO DOUBLE x, or LOCAL, or GLOBAL"),
     Word("REMARK", "1", "a comment in VAL", "REMARK pick the part"),
-    refused("ALTER", "2 +", "change of the path by a sensor", _NO_SENSOR),
-    refused("ALTON", "2 +", "change of the path by a sensor", _NO_SENSOR),
-    refused("ALTOFF", "2 +", "change of the path by a sensor", _NO_SENSOR),
-    refused("NOALTER", "2", "change of the path by a sensor", _NO_SENSOR),
     refused("MC", "+", "a monitor command in a program", "a file that COMMANDS carries out has monitor commands"),
     refused("KEYMODE", "+", "how a key of the pendant behaves", "there is no pendant; PROMPT asks at the terminal"),
     refused("VPICTURE", "+", "take a picture", "there is no camera at this robot"),

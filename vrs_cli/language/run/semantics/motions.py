@@ -4,17 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from functools import partial
+from math import radians
 
-from vrs_cli.engine.commands import Brake, Break, Delay, JointTarget, Move, NamedTarget, PoseTarget
+from vrs_cli.engine.commands import (
+    Alter,
+    AlterMode,
+    Brake,
+    Break,
+    Delay,
+    JointTarget,
+    Move,
+    NamedTarget,
+    PoseTarget,
+    SetAlter,
+)
 from vrs_cli.engine.parameters import FULL_SPEED, JOINT_SPEED
 from vrs_cli.errors import IllegalJoint, IllegalValue
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform, compose, translation
+from vrs_cli.kinematics.transform import Transform, compose, rotation_x, rotation_y, rotation_z, translation
 from vrs_cli.language.run.effects import Event
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Handler, Wording, transform
 from vrs_cli.language.run.operations import shift
-from vrs_cli.language.words.values import TRUE, plain, whole
+from vrs_cli.language.words.values import TRUE, integer_between, plain, whole
 from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
 
 
@@ -62,6 +74,24 @@ def _delay(_context: Context, it: Wording, seconds: float) -> Iterable[Event]:
     return (Delay(seconds, it.text),)
 
 
+ADDS, WORLD = 1, 2  # bits of the mode of ALTON
+
+
+def _alter_on(_context: Context, _it: Wording, _lun: float | None = None, mode: float | None = None) -> Iterable[Event]:
+    bits = integer_between(mode or 0.0, 0, ADDS | WORLD, "ALTON mode")
+    return (SetAlter(AlterMode(world=bool(bits & WORLD), adds=bool(bits & ADDS))),)
+
+
+def _alter(_context: Context, it: Wording, _lun: float | None = None, *numbers: float | None) -> Iterable[Event]:
+    *shift_by, rx, ry, rz = (number or 0.0 for number in (*numbers, *(None,) * 6)[:6])
+    turn = compose(compose(rotation_x(radians(rx)), rotation_y(radians(ry))), rotation_z(radians(rz)))
+    return (Alter(shift(turn, *shift_by), it.text),)
+
+
+def _alter_off(_context: Context, _it: Wording, _lun: float | None = None) -> Iterable[Event]:
+    return (SetAlter(None),)
+
+
 MOTIONS: Mapping[str, Handler] = {
     "MOVE": partial(_move, False),
     "MOVES": partial(_move, True),
@@ -77,6 +107,9 @@ MOTIONS: Mapping[str, Handler] = {
     "READY": lambda _context, it: (Move(NamedTarget("ready"), False, stamp=it.stamp, text=it.text),),
     "NEST": lambda _context, it: (Move(NamedTarget("nest"), False, stamp=it.stamp, text=it.text),),
     "ALIGN": lambda _context, it: (Move(AlignedTarget(), True, stamp=it.stamp, text=it.text),),
+    "ALTON": _alter_on,
+    "ALTER": _alter,
+    **dict.fromkeys(("ALTOFF", "NOALTER"), _alter_off),
     "DELAY": _delay,
     "BREAK": lambda _context, _it: (Break(),),
     "BRAKE": lambda _context, _it: (Brake(),),
