@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
-from math import dist, inf
+from math import dist, inf, pi
 from operator import mul
 from typing import TYPE_CHECKING, NamedTuple, Protocol, cast
 
@@ -25,7 +25,15 @@ from vrs_cli.kinematics.compiled import Biases, Formulas, biases, formulas
 from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow, Flag, Wrist
 from vrs_cli.kinematics.elimination import solve
 from vrs_cli.kinematics.jacobian import Demands, Jacobian, Singularity, Twist, beyond
-from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, JointKind, Joints, joints_outside, nearest_turn, turn_within
+from vrs_cli.kinematics.joints import (
+    LIMIT_TOLERANCE,
+    TURN,
+    JointKind,
+    Joints,
+    joints_outside,
+    nearest_turn,
+    turn_within,
+)
 from vrs_cli.kinematics.model import RobotModel, levers, link_frames
 from vrs_cli.kinematics.numeric.redundancy import Asked, Walk
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
@@ -507,5 +515,6 @@ def _within(x: float, low: float, high: float) -> float | None:
 
 
 def turned_near(angles: Iterable[float], near: Joints) -> Joints:
-    """Each angle on the turn nearest to the reference."""
-    return tuple([nearest_turn(angle, reference) for angle, reference in zip(angles, near, strict=True)])
+    """Each angle on the turn nearest to the reference: `nearest_turn`, written out."""
+    rows = zip(angles, near, strict=True)
+    return tuple([q if -pi <= (off := q - there) <= pi else q - TURN * round(off / TURN) for q, there in rows])

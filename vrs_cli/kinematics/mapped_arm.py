@@ -44,9 +44,6 @@ class Canonical(NamedTuple):
         flange = self.chain.flange
         return -1.0 if flange.pz < -EXACT or (abs(flange.pz) <= EXACT and flange.az < 0.0) else 1.0
 
-    def back(self, q: Joints) -> Joints:
-        return tuple([s * (x - link.theta) for s, x, link in zip(self.chain.signs, q, self.chain.links, strict=True)])
-
 
 def canonical(model: RobotModel, alphas: Sequence[float | None]) -> Canonical | None:
     """The way to an arm of turning joints with these alphas; None where the axes of the robot do not lie so."""
@@ -83,6 +80,9 @@ class MappedArm(RobotArm):
         """`Chain.of`, of joints that all turn."""
         return tuple([s * x + theta for x, (s, theta) in zip(q, self._turns, strict=True)])
 
+    def _back(self, q: Joints) -> Joints:
+        return tuple([s * (x - theta) for x, (s, theta) in zip(q, self._turns, strict=True)])
+
     def _inner_pose(self, T: Transform) -> Transform:
         """The pose of the flange as the inner arm has it."""
         return compose(compose(self.to_inner, T), self.from_flange)
@@ -102,12 +102,12 @@ class MappedArm(RobotArm):
         return tuple(map(self._other, self.inner.twins(self._inner_joints(q))))
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
-        back, found, swapped = self.way.back, self.inner.branches(self._inner_pose(T)), self._swapped
+        back, found, swapped = self._back, self.inner.branches(self._inner_pose(T)), self._swapped
         return tuple([None if (q := found[i ^ swapped]) is None else back(q) for i in range(len(found))])
 
     def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
         q = self.inner.branch_joints(self._inner_pose(T), self._other(configuration), self._inner_joints(near))
-        return None if q is None else self.way.back(q)
+        return None if q is None else self._back(q)
 
     @cached_property
     def hand(self) -> Hand | None:  # type: ignore[override] # found when asked for

@@ -33,6 +33,9 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, cross
 if TYPE_CHECKING:
     from vrs_cli.kinematics.serial_batch import SerialBatch
 
+# where joint 4 is seen from joint 2, the angle between that and the first bar, joint 3, the sum of joints 2 to 4 [rad]
+Bars = tuple[float, float, float, float]
+
 
 class OffsetWristArm(RobotArm):
     """Documented in `arm.RobotArm`; the links are those of `offsets`."""
@@ -76,8 +79,8 @@ class OffsetWristArm(RobotArm):
             return None
         q1, c1, s1 = shoulder
         q5, q6, *plane = self._wrist(T, c1, s1, wrist, near[5])
-        bars = self._bars(plane, -elbow * forward)
-        return None if bars is None else turned_near((q1, *bars, q5, q6), near)
+        bars = self._bars(plane)
+        return None if bars is None else turned_near((q1, *folded(bars, -elbow * forward), q5, q6), near)
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
         near, found = self._middle, list[Joints | None]()
@@ -89,10 +92,11 @@ class OffsetWristArm(RobotArm):
                 continue
             q1, c1, s1 = shoulder
             wrists = [self._wrist(T, c1, s1, wrist, near[5]) for wrist in (1.0, -1.0)]
+            solved = [(q5, q6, self._bars(plane)) for q5, q6, *plane in wrists]
             for elbow in (1.0, -1.0):
-                for q5, q6, *plane in wrists:
-                    bars = self._bars(plane, -elbow * forward)
-                    found.append(None if bars is None else turned_near((q1, *bars, q5, q6), near))
+                for q5, q6, bars in solved:
+                    q = None if bars is None else (q1, *folded(bars, -elbow * forward), q5, q6)
+                    found.append(None if q is None else turned_near(q, near))
         return tuple(found)
 
     def _shoulder(self, T: Transform, forward: float, rest: float) -> tuple[float, float, float] | None:
@@ -127,8 +131,8 @@ class OffsetWristArm(RobotArm):
         outward = c1 * (px - d6 * ax) + s1 * (py - d6 * ay) - d5 * lift
         return atan2(s5, c5), q6, lift, level, outward, pz - d6 * az - d1 + d5 * level
 
-    def _bars(self, plane: Sequence[float], fold: float) -> tuple[float, float, float] | None:
-        """Joints 2, 3 and 4, from what `_wrist` says of the plane."""
+    def _bars(self, plane: Sequence[float]) -> Bars | None:
+        """From what `_wrist` says of the plane; None where joint 4 is out of reach."""
         lift, level, h, v = plane
         _, a2, a3, _, _, _, _ = self.offsets
         k = (h * h + v * v - a2 * a2 - a3 * a3) / (2.0 * a2 * a3)
@@ -136,9 +140,7 @@ class OffsetWristArm(RobotArm):
             if not -1.0 - BOUNDARY < k < 1.0 + BOUNDARY:
                 return None
             k = 1.0 if k > 0.0 else -1.0
-        q3 = fold * acos(k)
-        q2 = atan2(v, h) - atan2(a3 * fold * sqrt((1.0 - k) * (1.0 + k)), a2 + a3 * k)
-        return q2, q3, atan2(lift, level) - q2 - q3
+        return atan2(v, h), atan2(a3 * sqrt((1.0 - k) * (1.0 + k)), a2 + a3 * k), acos(k), atan2(lift, level)
 
     def joint_velocity(
         self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY, demands: Demands = ()
@@ -189,3 +191,10 @@ class OffsetWristArm(RobotArm):
     def singularity(self, q: Joints) -> Singularity:
         g = self.offsets
         return Singularity(abs(self._outward(q)) / (g.a2 + g.a3 + abs(g.d5)), abs(sin(q[2])), abs(sin(q[4])))
+
+
+def folded(bars: Bars, fold: float) -> tuple[float, float, float]:
+    """Joints 2, 3 and 4 with the bars folded to one side or the other."""
+    bearing, beside, bend, pitch = bars
+    q2, q3 = bearing - fold * beside, fold * bend
+    return q2, q3, pitch - q2 - q3
