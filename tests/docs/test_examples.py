@@ -7,6 +7,7 @@ import subprocess
 import tomllib
 from collections.abc import Iterator
 from contextlib import chdir
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -101,6 +102,13 @@ def test_commands_that_only_ci_runs_are_those_of_the_readme() -> None:
     ]
     assert len(commands) == 3, "two of the README, one for contributors"
     assert all(command.startswith("python3 -m venv .venv && ") for command in commands)
+
+
+def test_the_longer_runs_are_there() -> None:
+    text = (ROOT / "docs" / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    named = re.findall(r"^\| `python -m (\S+)", text, re.MULTILINE)
+    assert len(named) > 10
+    assert not [module for module in named if find_spec(module) is None]
 
 
 def dead_links(page: Path, text: str) -> Iterator[str]:
