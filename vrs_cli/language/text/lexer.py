@@ -259,7 +259,7 @@ class Lexer:
         near = did_you_mean(
             word, (name for name in known if not called or (name in PROGRAM_WORDS and PROGRAM_WORDS[name].grouped))
         )
-        if near:
+        if near and len(word) > 1:
             return near
         if rest and rest[0] != "(":
             return "an abbreviation has two letters at least" if len(word) == 1 else ""
