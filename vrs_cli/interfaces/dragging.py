@@ -44,6 +44,7 @@ SIDE = 0.005  # of the arm's length, that its end keeps from passing over the ax
 BORDER = 1e-4  # [rad] that an elbow keeps from stretched, so that it stays as it is
 TICK = 0.02  # [s] between two wishes, where there was none before
 LONGEST_TICK = 0.1  # [s] a longer time between two is a gap, after which the arm stands
+HESITATION = 5  # wishes that lead nowhere, before another way round is taken of all that there are
 PATIENCE = 25  # wishes that lead nowhere, before another way round is searched
 PROMISING = 0.5  # of the miss: a search that gained less by one wish begins elsewhere at the next
 SOME = 16  # places where it begins, the nearest first
@@ -176,6 +177,9 @@ class Pursuit:
         self.roundabout = False  # going there another way than downhill
         self._elsewhere: Joints | None = None  # joints that bring the tool there, found by a search
         self._search = Search(arm.model, self.range)
+        self._finds_all = not self._closed and len(arm.ways) > 1
+        if self._finds_all:
+            arm.inverse_branch(arm.forward(q), self.kept, q)  # now: the first of all takes the time of many wishes
         self._stalled = 0  # wishes that led nowhere
 
     def follow(self, T_base_flange: Transform, T_flange_tool: Transform, now: Joints, pace: Pace) -> Shortfall:
@@ -201,7 +205,7 @@ class Pursuit:
             return Shortfall()
         if stalled and not self._closed:
             self._stalled += 1
-            self._elsewhere = self._search.go_on(aim, now) if self._stalled > PATIENCE else None
+            self._elsewhere = self._another(aim, now)
         return Shortfall(*aim.miss(now), tuple(self._holds(aim, nearest, there)))
 
     def _ahead(self, now: Joints, pace: Pace) -> tuple[Joints, Joints]:
@@ -234,6 +238,14 @@ class Pursuit:
                 if largest_change(q, inside) <= 2.0 * BORDER:
                     found.append(inside)
         return min(found, key=lambda q: _ticks(goal, q, arm.model.max_velocity), default=None)
+
+    def _another(self, aim: Aim, now: Joints) -> Joints | None:
+        """Joints that bring the tool there another way round, once downhill has led nowhere for a while."""
+        if self._finds_all and self._stalled > HESITATION:
+            ways = [self.arm.inverse_branch(aim.flange, way, now) for way in self.arm.ways]
+            inside = [q for q in ways if q is not None and self.range.holds(q)]
+            return min(inside, key=lambda q: _ticks(now, q, self.arm.model.max_velocity), default=None)
+        return self._search.go_on(aim, now) if not self._finds_all and self._stalled > PATIENCE else None
 
     def _found_again(self, aim: Aim) -> Joints | None:
         """The joints that were found so, for a wish that has moved since."""
