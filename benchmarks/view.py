@@ -2,7 +2,9 @@
 `python -m benchmarks view`.
 
 The page is one in a headless Chromium, where there is one; it draws by software and takes the rest of the machine, so
-that only the time of the processor in this process is told. Where there is none, a socket that takes what it is sent.
+that of motion only the time of the processor in this process is told. Where there is none, a socket that takes what it
+is sent. The first picture is timed in a browser that is there already and has drawn something, as a user's has: its
+first context for drawing takes software a second.
 """
 
 from __future__ import annotations
@@ -89,22 +91,55 @@ def _share(seconds: float, pictures: _Pictures) -> tuple[float, float]:
     return (time.process_time() - worked) / passed, (pictures.count - count) / passed
 
 
+FIRST = """
+(() => {
+    let since = null;
+    const look = () => {
+        const seen = window.__viserMutable, drawing = window.__viserTestpoints?.rendererInfo.render;
+        if (drawing && seen.nodeRefFromName["/robot/0/body0"]) since ??= drawing.frame;
+        if (since === null || drawing.frame === since) return requestAnimationFrame(look);
+        const gl = seen.canvas.getContext("webgl2");
+        gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+        window.vrsDrew = Date.now() / 1000;
+    };
+    look();
+})();
+"""  # when a frame with the robot in it is drawn to its last pixel
+WARM = "data:text/html,<canvas id=c></canvas><script>c.getContext('webgl2').clear(0)</script>"
+
+
 def _soon() -> None:
-    """From the start of the command to an address, and to a page that has the arm."""
-    begun = time.monotonic()
+    """From the start of the command to an address, to a page that has the arm, and to a picture."""
+    with _command() as (begun, address):
+        told = time.time() - begun
+        with Page(address) as page:
+            page.until(lambda: page.of("SetPositionMessage"))
+            sent = time.time() - begun
+    print(f"its address is told after {told:.2f} s, the arm is sent after {sent:.2f} s")
+    if missing() or "--socket" in sys.argv:
+        return
+    with chromium(calm=False) as browser:
+        browser.open(WARM)
+        browser.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": FIRST})
+        with _command() as (begun, address):
+            browser.open(address)
+            browser.until_page("window.vrsDrew")
+            drawn = browser.run("return [vrsDrew, performance.timeOrigin / 1000]")
+    print(f"the picture is there after {drawn[0] - begun:.2f} s (at most 3 s), {drawn[0] - drawn[1]:.2f} s in the page")
+
+
+@contextmanager
+def _command() -> Iterator[tuple[float, str]]:
+    """`vrs view`: when it was begun [s], and its address."""
+    begun = time.time()
     command = [sys.executable, "-m", "vrs_cli", "view", "--no-open"]
     process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None
-        address = process.stdout.readline().split()[-1]
-        told = time.monotonic() - begun
-        with Page(address) as page:
-            page.until(lambda: page.of("SetPositionMessage"))
-            sent = time.monotonic() - begun
+        yield begun, process.stdout.readline().split()[-1]
     finally:
         process.terminate()
         process.wait()
-    print(f"its address is told after {told:.2f} s, the arm is sent after {sent:.2f} s (a picture: at most 3 s)")
 
 
 @contextmanager
@@ -120,9 +155,8 @@ def _page(address: str) -> Iterator[str]:
             thread.join()
     else:
         with chromium() as browser:
-            begun = time.monotonic()
             browser.open(address, "/robot", "/tool")
-            yield f"Chromium, which drew its first picture {time.monotonic() - begun:.1f} s after it was asked"
+            yield "Chromium"
 
 
 def _until(found: Callable[[], object]) -> None:

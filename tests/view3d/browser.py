@@ -119,9 +119,10 @@ class Node(NamedTuple):
 class Browser:
     """Chromium with a page. `driver` is selenium's, for all that has no method here."""
 
-    def __init__(self, driver: Any) -> None:
+    def __init__(self, driver: Any, *, calm: bool = True) -> None:
         self.driver = driver
-        self._calm()
+        if calm:
+            self._calm()
         self.requests: tuple[Asked, ...] = ()  # all that pages asked for: there when the browser is closed
 
     def blank(self) -> None:
@@ -280,13 +281,14 @@ def alone() -> FileLock:
 
 
 @contextmanager
-def chromium() -> Iterator[Browser]:
-    """A browser with a profile of its own. When it is closed, `requests` has all that pages asked the network for, and
-    the test fails where one of them went beyond this machine, or came of a page that was opened from a file.
+def chromium(*, calm: bool = True) -> Iterator[Browser]:
+    """A browser with a profile of its own; its pages draw as often as they like unless they are `calm`. When it is
+    closed, `requests` has all that pages asked the network for, and the test fails where one of them went beyond this
+    machine, or came of a page that was opened from a file.
     """
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         log = Path(folder) / "network.json"
-        browser = Browser(_driver(Path(folder) / "profile", log))
+        browser = Browser(_driver(Path(folder) / "profile", log), calm=calm)
         try:
             yield browser
         finally:

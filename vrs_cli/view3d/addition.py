@@ -1,6 +1,7 @@
 """What the page does beside what viser's own does: it says in words that vrs has ended, where viser says nothing, or
 `Connecting...`; a list of steps is scrolled to the one that is marked as the present one, once it is another; and on a
-phone the sheet, which has one width in viser, is as wide as the page.
+phone the sheet, which has one width in viser, is as wide as the page. And it never gets the picture of a hall that
+viser's page begins to prepare for its light before it hears that there is another: software takes half a second.
 """
 
 from __future__ import annotations
@@ -17,12 +18,16 @@ SCRIPT = """
 <div id="vrs-ended" role="status" hidden></div>
 <script>
 (() => {
+    const ask = window.fetch, hall = "data:image/jpeg";
+    window.fetch = (what, ...how) =>
+        (what.url ?? String(what)).startsWith(hall) ? new Promise(() => {}) : ask(what, ...how);
+
     const box = document.getElementById("vrs-ended");
     const there = `/${location.pathname.split("/")[1]}THERE`;
     const said = text => { box.textContent = text; box.hidden = !text; };
     async function look() {
         try {
-            const answer = await fetch(there, {cache: "no-store", signal: AbortSignal.timeout(5000)});
+            const answer = await ask(there, {cache: "no-store", signal: AbortSignal.timeout(5000)});
             said(answer.ok ? "" : "Another vrs view is at this address now: open the one that it tells.");
         } catch {
             said("vrs view has ended: what is seen here is where the robot was last. AGAIN");

@@ -44,15 +44,18 @@ class Edges:
 
 def furnish(window: Window, title: str) -> None:
     """All parts of a window, in the order in which they are shown. What is shown at will has its box in `choices`."""
-    gui = window.client.gui
+    client, model = window.client, window.watched.arm.model
+    with client.atomic():
+        window.parts.extend(scenery(client.scene, model))
+        _look(window)
+        window.tick(window.wall())
+    client.flush()  # the robot is seen before there are panels, which a page takes longer to make
+    if said := all_of(model).missing:
+        window.tell(said)
+    gui = client.gui
     gui.configure_theme(show_logo=False, show_share_button=False, brand_color=ORANGE)
     gui.set_panel_label(title)
     choices = gui.add_panel()
-    model = window.watched.arm.model
-    window.parts.extend(scenery(window.client.scene, model))
-    if said := all_of(model).missing:
-        window.tell(said)
-    _look(window)
     window.parts.append(Edges(window))
     bar = Bar(window)
     window.parts.append(bar)

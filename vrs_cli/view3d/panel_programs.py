@@ -24,7 +24,7 @@ class Programs:
     """`lead`: what drives is hidden where somebody else does."""
 
     def __init__(self, gui: viser.GuiApi, seat: PanelSeat, hands: Hands, surveying: Surveying) -> None:
-        self._gui, self._seat, self._surveying = gui, seat, surveying
+        self._seat, self._surveying = seat, surveying
         self._shown: tuple[object, ...] = ()
         self.choice = gui.add_dropdown("Program", (NONE,))
         self.leading = gui.add_folder(None)
