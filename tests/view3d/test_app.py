@@ -65,6 +65,15 @@ def test_two_browsers_see_the_same_and_have_a_time_of_their_own(app: App, hosted
     until(lambda: not app.windows)
 
 
+def test_a_page_is_told_of_the_robot_where_it_stands_before_there_are_panels(app: App) -> None:
+    with Page(app.address) as page:
+        page.until(lambda: page.of("GuiSliderMessage"))
+        first = next(k for k, message in enumerate(page.told) if message["type"] == "GuiButtonGroupMessage")
+        named = {(message["type"], message.get("name")) for message in page.told[:first]}
+    assert ("SetOrientationMessage", "/robot/0/1/2") in named
+    assert ("SetPositionMessage", "/tool") in named
+
+
 def test_the_shell_and_the_browser_of_one_user_do_not_keep_each_other_out(app: App, hosted: Hosted) -> None:
     shell = hosted.hold(SHELL)
     with Page(app.address):
