@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import Vrs
-from vrs_cli.kinematics.robot_file import robot_names
+from vrs_cli.kinematics.robot_file import ROBOTS, robot_names
 
 URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
 TILTED = """\
@@ -110,3 +110,12 @@ def test_base_and_tip_of_a_urdf_file(vrs: Vrs, tmp_path: Path) -> None:
     assert (wrong.status, "no joint has a link 'ear' (links are a, b, base, jaw, nose)" in wrong.err) == (1, True)
     assert "the links of puma560 have no names" in vrs("robots", "puma560", "--base", "ear").err
     assert "--base and --tip are links of a robot's file" in vrs("shell", "--tip", "a").err
+
+
+def test_the_task_of_a_toml_file_that_names_none_is_told(vrs: Vrs, tmp_path: Path) -> None:
+    own = (ROBOTS / "so100.toml").read_text()
+    (tmp_path / "named.toml").write_text(own)
+    (tmp_path / "unnamed.toml").write_text(own.replace('task = "steady"\n', ""))
+    assert vrs("robots", "named.toml").err == ""
+    assert "note: 5 joints: the task is steady" in vrs("robots", "unnamed.toml").err
+    assert vrs("robots", "unnamed.toml", "--task", "position").err == ""

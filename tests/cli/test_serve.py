@@ -27,6 +27,8 @@ WRONG = (
     (["--host", "0.0.0.0"], "without --tokens"),
     (["--host", "0.0.0.0", "--tokens", "t.toml"], "without TLS"),
     (["--robot", "a=puma560", "--robot", "a=cobra600"], "there twice"),
+    (["--robot", "a=puma560", "--robot", "b=cobra600", "--tip", "hand"], "choose of one robot"),
+    (["--task", "pose"], "choose of one robot"),
     (["--robot", "a b=puma560"], "no name for a robot"),
     (["--robot", "a=puma561"], "no robot is called"),
     (["--robots-per-token", "1"], "without --tokens"),

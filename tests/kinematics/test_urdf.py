@@ -160,6 +160,7 @@ def test_axes_that_lie_like_those_of_a_ur_are_too(tmp_path: Path) -> None:
         ),
         ('xyz="0.05 0 0"', 'xyz="0.05 0"', r"joint lean: origin xyz is '0.05 0' \(give 3 numbers"),
         ('rpy="0 0 1.5708"', 'rpy="0 0 pi"', r"joint lean: origin rpy is '0 0 pi'"),
+        ('xyz="0.05 0 0"', 'xyz="1e9 0 0"', r"'1e9 0 0' \(give 3 numbers below 1e\+06, with blanks between them"),
         ('xyz="0 -1 0"', 'xyz="0 0 0"', r"joint lean: axis xyz is 0 0 0"),
         ('lower="-1"', 'lower="3"', r"joint lean: limit: lower 3 is not below upper 2"),
         ('rpy="0 0 1.5708"', 'rpy="0 0 1e308"', r"joint lean: origin rpy is '0 0 1e308'"),

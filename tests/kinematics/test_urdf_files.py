@@ -24,6 +24,14 @@ def test_prefixes_that_nobody_declares(tmp_path: Path) -> None:
     assert load_robot(written(tmp_path, strange)) == load_robot(written(tmp_path, ARM, "plain.urdf"))
 
 
+WRIST = '<robot name="wrist">{}</robot>'.format(
+    "".join(
+        f'<joint name="{i}" type="continuous"><parent link="{i}"/><child link="{i + 1}"/><axis xyz="{axis}"/></joint>'
+        for i, axis in enumerate(("0 0 1", "0 1 0", "1 0 0"))
+    )
+)
+
+
 @pytest.mark.parametrize("before", ["\n\n", "\ufeff", "<!-- made by hand -->\n"])
 def test_a_declaration_that_is_not_at_the_start(tmp_path: Path, before: str) -> None:
     assert load_robot(written(tmp_path, before + ARM)) == load_robot(written(tmp_path, ARM, "plain.urdf"))
@@ -56,6 +64,7 @@ def test_two_joints_of_one_name(tmp_path: Path) -> None:
             r"joint turn: origin xyz is '0 0 \$\{height\}' \(expand it first: xacro",
         ),
         ('lower="-1"', 'lower="${-pi/2}"', r"joint lean: limit lower is '\$\{-pi/2\}' \(expand it first: xacro"),
+        ('name="lean"', 'name="${prefix}lean"', r"a joint is called '\$\{prefix\}lean' \(expand it first: xacro"),
         ('link="two"', 'link="${prefix}two"', r"its child link is '\$\{prefix\}two' \(expand it first: xacro"),
     ],
 )
@@ -97,6 +106,21 @@ def test_one_limit_of_two_is_enough(tmp_path: Path) -> None:
         FileDamaged, match=r"lean: limit has no lower \(give <limit .*, or lower in a TOML file beside it"
     ):
         load_robot(tmp_path / "little.urdf")
+
+
+@pytest.mark.parametrize(
+    ("limit", "ends"), [('lower="-inf" upper="2"', (-2.0 * pi, 2.0)), ('lower="-1" upper="1e16"', (-1.0, 2.0 * pi))]
+)
+def test_an_end_that_a_joint_has_is_kept_where_it_has_no_other(
+    tmp_path: Path, limit: str, ends: tuple[float, float]
+) -> None:
+    model = load_robot(written(tmp_path, ARM.replace('lower="-1" upper="2"', limit)))
+    assert (model.lower[1], model.upper[1]) == pytest.approx(ends)
+
+
+def test_axes_that_all_meet_in_the_tip(tmp_path: Path) -> None:
+    with pytest.raises(FileDamaged, match=r"axes all meet in the flange, which they do not move \(give links a length"):
+        load_robot(written(tmp_path, WRIST))
 
 
 def test_a_slide_without_an_end_needs_one(tmp_path: Path) -> None:
@@ -168,6 +192,11 @@ def test_macros_that_go_wrong(tmp_path: Path) -> None:
     path.write_text(MACROS.replace("$(find parts)", "$(find nowhere)"), encoding="utf-8")
     with pytest.raises(FileDamaged, match=r"arm\.urdf\.xacro: xacro: .*nowhere|No such file"):
         load_robot(path)
+    path.unlink()
+    alone = tmp_path / "arm.urdf.xacro"
+    alone.write_text(MACROS.replace("$(find parts)", "$(find nowhere)"), encoding="utf-8")
+    with pytest.raises(FileDamaged, match=r"xacro: .*no folder above the file, or beside one .* the package 'nowhere'"):
+        load_robot(alone)
     path.write_text(MACROS.replace("xacro:swing name", "xacro:swings name"), encoding="utf-8")
     with pytest.raises(FileDamaged, match=r"arm\.urdf\.xacro: xacro: .*swings"):
         load_robot(path)

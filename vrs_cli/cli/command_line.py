@@ -132,10 +132,9 @@ def tell_notes(tell: Callable[[str], None], model: RobotModel, *, fitted: bool =
     """Say what was decided of a robot though its file does not say it; `fitted`: its task, too."""
     from vrs_cli.kinematics.fitting import said
 
-    origin = model.origin
-    if origin is not None:
-        for note in (*origin.notes, *(said(model) if fitted and not origin.names_task else ())):
-            tell(f"note: {note}")
+    notes = () if model.origin is None else model.origin.notes
+    for note in (*notes, *(said(model) if fitted and not model.names_task else ())):
+        tell(f"note: {note}")
 
 
 # --- kinds of values: a wrong one becomes one line that names its option ---------------------------------

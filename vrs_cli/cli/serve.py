@@ -139,6 +139,7 @@ def parser(prog: str) -> Parser:
     parser.add_argument("--port", type=port, default=PORT, help=f"default: {PORT}; 0: any that is free")
     told = "a robot that all may hold, and what it is (vrs robots, or a TOML or URDF file); may be repeated"
     parser.add_argument("--robot", metavar="NAME=ROBOT", type=_robot, action="append", default=[], help=told)
+    parser.add_choices()
     own = parser.add_argument_group("a class")
     own.add_argument("--tokens", metavar="FILE", help="who may enter, as what: a TOML file, read again when it changes")
     own.add_argument("--robots-per-token", metavar="N", type=size, default=0, help="robots that each token has alone")
@@ -199,6 +200,9 @@ def _check(options: argparse.Namespace) -> None:
     names = [name for name, _ in options.robot]
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise CommandLineError(f"--robot {twice} is there twice", "give each a name of its own: NAME=ROBOT")
+    if len(options.robot) != 1 and (options.base or options.tip or options.task):
+        what = "--base, --tip and --task choose of one robot that is named"
+        raise CommandLineError(what, "give one --robot, or urdf_base, urdf_tip and task in a TOML file of each")
     if options.tls_key and not options.tls_cert:
         raise CommandLineError("--tls-key without --tls-cert", "give both")
     if options.robots_per_token and not options.tokens:
@@ -267,13 +271,14 @@ def _allowance(options: argparse.Namespace) -> Allowance:
 
 
 def _hub(options: argparse.Namespace, server: Server, audit: Audit, folder: Path, tell: Callable[[str], None]) -> Hub:
-    from vrs_cli.kinematics.robot_file import load_robot
+    from vrs_cli.kinematics.robot_file import Ends, load_robot
     from vrs_cli.net.hub import Hub, Places
 
+    ends = Ends(options.base, options.tip)
     wanted = options.robot or ([] if options.robots_per_token else [(USUAL_ROBOT, USUAL_ROBOT)])
-    robots: Mapping[str, RobotModel] = {name: load_robot(robot) for name, robot in wanted}
+    robots: Mapping[str, RobotModel] = {name: load_robot(robot, ends, options.task) for name, robot in wanted}
     for model in robots.values():
-        tell_notes(tell, model)
+        tell_notes(tell, model, fitted=options.task is None)
     journal = None if options.journal is None else _made(Path(options.journal), "--journal")
     places, usual, own = Places(journal, folder), _usual(options), options.robots_per_token
     return Hub(robots, places, usual, audit, server.wake, tell, own=own, grants=server.grants)

@@ -25,8 +25,7 @@ SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # of a joint's range: poses that show wha
 
 class Origin(NamedTuple):
     """Where a model comes from, for people: the links of its file that it is an arm between, the names of its joints
-    with their types, those of the joints of its hand, what was decided though the file does not say it, and whether it
-    names the task."""
+    with their types, those of the joints of its hand, and what was decided though the file does not say it."""
 
     base: str
     tip: str
@@ -34,7 +33,6 @@ class Origin(NamedTuple):
     types: tuple[str, ...]
     fingers: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
-    names_task: bool = False
 
 
 @dataclass(frozen=True)
@@ -45,7 +43,7 @@ class RobotModel:
     m/s3] and angular [rad/s, rad/s2, rad/s3] figures are those of a straight line at SPEED 100. `profile`: what
     PARAMETER PROFILE is at the start. `shapes`: how it looks, where its file says so (`bodies.shapes_of` knows it
     of any robot). `hand_width`: how wide its hand opens [m], 0 where nobody says it. `origin`: of one out of a file
-    with names; it is no part of what a robot is.
+    with names; `names_task`: whether the file names the task. Neither is part of what a robot is.
     """
 
     name: str
@@ -70,6 +68,7 @@ class RobotModel:
     shapes: tuple[Shape, ...] = ()
     hand_width: float = 0.0
     origin: Origin | None = field(default=None, compare=False)
+    names_task: bool = field(default=True, compare=False)
 
     @property
     def joint_count(self) -> int:

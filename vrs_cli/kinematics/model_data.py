@@ -12,10 +12,10 @@ from reprlib import repr as brief
 from typing import TYPE_CHECKING, Any
 
 from vrs_cli.kinematics.axes import Link
-from vrs_cli.kinematics.data_reader import ANGLE, LENGTH, DataReader, Quantity
+from vrs_cli.kinematics.data_reader import ANGLE, LENGTH, TINY, DataReader, Quantity
 from vrs_cli.kinematics.fitting import fitting_task, misfit_of
 from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits
-from vrs_cli.kinematics.model import PROFILES, RobotModel
+from vrs_cli.kinematics.model import PROFILES, RobotModel, levers
 from vrs_cli.kinematics.task import ALL_PARTS, Task
 from vrs_cli.kinematics.transform import IDENTITY
 
@@ -117,7 +117,11 @@ class ModelReader(DataReader):
             shapes=self.shapes(table.get("shapes"), len(joints)),
             hand_width=self.numbers(table.get("hand", {}), "hand", HAND_KEYS).get("width", 0.0),
         )
-        return replace(model, task=self.task(table.get("task"), model))
+        if levers(model)[1][0] < TINY:
+            raise self.wrong(
+                "joints", "their axes all meet in the flange, which they do not move", "give links a length"
+            )
+        return replace(model, task=self.task(table.get("task"), model), names_task="task" in table)
 
     def profile(self, value: object) -> str:
         if value not in PROFILES:
@@ -206,7 +210,8 @@ class ModelReader(DataReader):
                 words = ", ".join(f'"{task.value}"' for task in Task if task.suits(model.joint_count))
                 if not words:
                     raise self.wrong("joints", "there is one joint", "an arm has two at least")
-                raise self.wrong("task", f"{model.joint_count} joints do not say it", f"give one of {words}")
+                what = f"{model.joint_count} such joints do not tell what counts of a location"
+                raise self.wrong("task", what, f"give one of {words}")
             return found
         task = next((task for task in Task if task.value == value), None)
         if task is None:

@@ -32,7 +32,10 @@ class Document(NamedTuple):
         except ValueError:
             values = ()
         if len(values) != count or not all(abs(value) < HUGE for value in values):
-            right = f"give a number below {HUGE:g}" if count == 1 else f"give {count} numbers with blanks between them"
+            below = f"below {HUGE:g}"
+            right = (
+                f"give a number {below}" if count == 1 else f"give {count} numbers {below}, with blanks between them"
+            )
             raise self.wrong(element, f"{what} is {text!r}", expanding(self.file) if EXPRESSION.search(text) else right)
         return values
 

@@ -4,7 +4,7 @@ beside it, then where ROS has them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stderr
 from importlib.util import find_spec
 from io import StringIO
@@ -59,12 +59,21 @@ def _packages_beside(path: Path) -> Iterator[None]:
     from xacro import substitution_args
 
     usual = substitution_args._eval_find
-    substitution_args._eval_find = lambda name: str(package_folder(path, name) or usual(name))
+    substitution_args._eval_find = lambda name: _folder(path, name, usual)
     substitution_args._eval_dict["find"] = substitution_args._eval_find
     try:
         yield
     finally:
         substitution_args._eval_find = substitution_args._eval_dict["find"] = usual
+
+
+def _folder(path: Path, name: str, usual: Callable[[str], object]) -> str:
+    """Of a package, beside a file or as ROS knows it. Raises LookupError."""
+    beside = package_folder(path, name)
+    try:
+        return str(usual(name) if beside is None else beside)
+    except Exception:  # each version of ROS has its own, and where there is none it cannot be asked
+        raise LookupError(f"no folder above the file, or beside one of these, is the package {name!r}") from None
 
 
 def package_folder(path: Path, name: str) -> Path | None:

@@ -79,7 +79,7 @@ def robot_of(
         model,
         shapes=own or Visuals(Path(file).absolute().parent, tree).shapes(arm.places),
         hand_width=arm.fingers.width if width is None else width,
-        origin=_origin(arm, names_task="task" in table),
+        origin=_origin(arm),
     )
     turned = _pointing(arm)
     if turned is not None:
@@ -186,7 +186,7 @@ def _pointing(arm: Arm) -> approach.Turned | None:
     return None if last is None else approach.other_than_z(last, ends)
 
 
-def _origin(arm: Arm, *, names_task: bool) -> Origin:
+def _origin(arm: Arm) -> Origin:
     chosen = arm.choice
     return Origin(
         chosen.base,
@@ -195,7 +195,6 @@ def _origin(arm: Arm, *, names_task: bool) -> Origin:
         types=tuple(joint.type for joint in arm.joints),
         fingers=tuple(joint.name for joint in chosen.fingers),
         notes=chosen.notes,
-        names_task=names_task,
     )
 
 
@@ -211,8 +210,8 @@ def _joints(tree: Tree, arm: Arm, reader: ModelReader, table: Mapping[str, objec
 
 def _ranges(tree: Tree, joint: Joint, scale: float, own: Mapping[str, float]) -> dict[str, float]:
     said, kind = tree.range(joint).scaled(scale), tree.kind(joint)
-    if kind is JointKind.REVOLUTE and said.endless:
-        said = said._replace(lower=-WHOLE_TURNS, upper=WHOLE_TURNS)
+    if kind is JointKind.REVOLUTE:
+        said = said.with_ends(WHOLE_TURNS)
     lower, upper = (own.get(key, getattr(said, key)) for key in ("lower", "upper"))
     for key, end in (("lower", lower), ("upper", upper)):
         if end is None or not abs(end) < HUGE:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from math import inf, isnan, pi, sqrt
+from math import copysign, inf, isnan, pi, sqrt
 from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
@@ -46,6 +46,13 @@ class Range(NamedTuple):
             return self
         lower, upper, velocity = (None if x is None else factor * x for x in self)
         return Range(lower, upper, velocity)
+
+    def with_ends(self, far: float) -> Range:
+        """So far each way where there is no end."""
+        lower, upper = (
+            copysign(far, end) if end is not None and abs(end) >= ENDLESS else end for end in (self.lower, self.upper)
+        )
+        return Range(lower, upper, self.velocity)
 
     @property
     def endless(self) -> bool:
@@ -99,7 +106,9 @@ class Tree:
 
     def _joint(self, element: Element) -> Joint:
         parent, child = self._end(element, "parent"), self._end(element, "child")
-        return Joint(element, named(element) or "joint", element.get("type", ""), parent, child)
+        if EXPRESSION.search(name := named(element)):
+            raise FileDamaged(f"{self.file}: a joint is called {name!r}", expanding(self.file))
+        return Joint(element, name or "joint", element.get("type", ""), parent, child)
 
     def _end(self, element: Element, which: str) -> str:
         found = element.find(which)
