@@ -180,6 +180,10 @@ ENDLESS = (-999999.0, 999999.0)
             + joint("yaw", "b", "base", limits=ENDLESS),
             "x, y, yaw",
         ),
+        (
+            joint("steer", "world", "a", limits=ENDLESS) + joint("drive", "a", "base", "prismatic", limits=ENDLESS),
+            "steer, drive",
+        ),
     ],
 )
 def test_what_drives_or_floats_is_left_out(tmp_path: Path, vehicle: str, left: str) -> None:

@@ -195,10 +195,12 @@ def _rank(link: str, names: Sequence[str]) -> int:
 
 
 def _without_vehicle(tree: Tree, way: Sequence[Joint]) -> tuple[list[Joint], list[Joint]]:
-    """A chain without the joints that it begins with and that drive or float, and these. What slides without end both
-    ways may turn without end then."""
+    """A chain without the joints that it begins with and that drive or float, and these. What slides without end may
+    turn without end before and after that."""
     moving = [joint for joint in way if joint.moves]
-    leading = list(takewhile(lambda joint: _drives(tree, joint), moving))
+    leading = list(takewhile(lambda joint: _drives(tree, joint) or _spins(tree, joint), moving))
+    while leading and not _drives(tree, leading[-1]):
+        leading.pop()
     behind = moving[len(leading) :]
     if leading and leading[-1].type not in LOOSE and behind and tree.range(behind[0]).endless:
         leading.append(behind[0])
@@ -208,6 +210,11 @@ def _without_vehicle(tree: Tree, way: Sequence[Joint]) -> tuple[list[Joint], lis
 
 def _drives(tree: Tree, joint: Joint) -> bool:
     return joint.type in LOOSE or (MOVING.get(joint.type) is JointKind.PRISMATIC and tree.range(joint).endless)
+
+
+def _spins(tree: Tree, joint: Joint) -> bool:
+    """Whether its file gives ends that it never comes to, as those of a vehicle do."""
+    return joint.type == "revolute" and tree.range(joint).endless
 
 
 def _left_out(left: Sequence[Joint]) -> str:

@@ -43,11 +43,19 @@ def expanded(file: str, arguments: Mapping[str, str]) -> str:
     try:
         with _packages_beside(Path(file).absolute()), redirect_stderr(StringIO()):  # its warnings are for its author
             return str(xacro.process_file(file, mappings=dict(arguments), verbosity=0).toxml())
+    except _NoPackage as lost:
+        raise FileDamaged(
+            f"{file}: {lost}", f"put its folder there, or, where ROS knows it, {expanding(file)}"
+        ) from None
     except Exception as error:  # whatever the macros of a file run into
         said = " ".join(f"{error}".split()) or type(error).__name__
         raise FileDamaged(
             f"{file}: xacro: {said}", "arguments of its macros are given by xacro in a TOML file"
         ) from None
+
+
+class _NoPackage(BaseException):
+    """What xacro does not put into other words, as it does with exceptions."""
 
 
 @contextmanager
@@ -68,12 +76,12 @@ def _packages_beside(path: Path) -> Iterator[None]:
 
 
 def _folder(path: Path, name: str, usual: Callable[[str], object]) -> str:
-    """Of a package, beside a file or as ROS knows it. Raises LookupError."""
+    """Of a package, beside a file or as ROS knows it. Raises _NoPackage."""
     beside = package_folder(path, name)
     try:
         return str(usual(name) if beside is None else beside)
     except Exception:  # each version of ROS has its own, and where there is none it cannot be asked
-        raise LookupError(f"no folder above the file, or beside one of these, is the package {name!r}") from None
+        raise _NoPackage(f"no folder above it, or beside one of these, is the package {name!r}") from None
 
 
 def package_folder(path: Path, name: str) -> Path | None:

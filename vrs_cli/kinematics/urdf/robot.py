@@ -37,7 +37,7 @@ from vrs_cli.kinematics.urdf.document import HUGE, document
 from vrs_cli.kinematics.urdf.hand import Fingers, fingers_of, moved
 from vrs_cli.kinematics.urdf.macros import expanded, has_macros
 from vrs_cli.kinematics.urdf.ready import better_ready
-from vrs_cli.kinematics.urdf.tree import MOVING, Joint, Mimic, Range, Tree
+from vrs_cli.kinematics.urdf.tree import ENDLESS, MOVING, Joint, Mimic, Range, Tree
 from vrs_cli.kinematics.urdf.visuals import Place, Visuals
 
 WHOLE_TURNS = 2 * pi  # [rad] a joint that turns without end is given one turn each way
@@ -214,7 +214,7 @@ def _ranges(tree: Tree, joint: Joint, scale: float, own: Mapping[str, float]) ->
         said = said.with_ends(WHOLE_TURNS)
     lower, upper = (own.get(key, getattr(said, key)) for key in ("lower", "upper"))
     for key, end in (("lower", lower), ("upper", upper)):
-        if end is None or not abs(end) < HUGE:
+        if end is None or not abs(end) < ENDLESS:
             what = f"limit has no {key}" if end is None else f"limit {key} is {end:g}"
             hint = f'give <limit lower="..." upper="..." velocity="..."/>, or {key} in a TOML file beside it'
             raise tree.wrong(joint, what, hint)
