@@ -121,7 +121,9 @@ class _Counted:
 
 
 def _states(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[Message]:
-    names = joint_names(arm)
+    n = arm.model.joint_count
+    joint_state = _Stamped("", joint_names(arm), ("I", n), numbers=f"{n}dI4x{n}dI")
+    tool = _Stamped("world", numbers="7d")
     for times in sample_times(timeline, rate):
         here = positions_at(arm, timeline, times)
         rows = zip(
@@ -133,9 +135,24 @@ def _states(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[Message]
             strict=True,
         )
         for ns, joints, velocity, place, orientation in rows:
-            state = ("I", len(joints)), ("d", *joints), ("I", len(velocity)), ("d", *velocity), ("I", 0)
-            yield Message(ns, "/joint_states", cdr(_stamp(ns), "", names, *state))
-            yield Message(ns, "/tool", cdr(_stamp(ns), "world", ("d", *place, *orientation)))
+            yield Message(ns, "/joint_states", joint_state(ns, *joints, n, *velocity, 0))
+            yield Message(ns, "/tool", tool(ns, *place, *orientation))
+
+
+class _Stamped:
+    """Messages in CDR that differ in their time and in `numbers`, which come last: as `cdr` makes them, but the rest is
+    made once.
+    """
+
+    def __init__(self, *fields: Field, numbers: str) -> None:
+        head = cdr(_stamp(0), *fields)
+        at = len(CDR_HEAD) + _STAMP.size
+        self._between = head[at:] + bytes(-(len(head) - len(CDR_HEAD)) % struct.calcsize("d"))
+        self._numbers = struct.Struct(f"<{numbers}")
+
+    def __call__(self, nanoseconds: int, *numbers: float) -> bytes:
+        stamp = _STAMP.pack(*divmod(nanoseconds, NANOSECONDS))
+        return CDR_HEAD + stamp + self._between + self._numbers.pack(*numbers)
 
 
 def _commands(timeline: Timeline) -> Iterator[Message]:
@@ -147,6 +164,9 @@ def _commands(timeline: Timeline) -> Iterator[Message]:
             ns, text = round(segment.start * NANOSECONDS), motion.text or motion.kind.value
             yield Message(ns, "/commands", cdr(_stamp(ns), ("B", INFO), "vrs", text, "", "", ("I", 0)))
         before = motion.number
+
+
+_STAMP = struct.Struct("<ii")
 
 
 def _stamp(nanoseconds: int) -> Field:
