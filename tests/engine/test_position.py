@@ -14,7 +14,7 @@ from vrs_cli.engine.position import joints_at, joints_over, places_at, position_
 from vrs_cli.errors import PathWithoutJoints
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import translation
+from vrs_cli.kinematics.transform import compose, rotation_about, translation
 from vrs_cli.trajectory.segment import CartesianPath
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -52,6 +52,54 @@ def test_many_times_agree_with_one_time(engine: Engine) -> None:
         assert many.T_world_tool[row].ravel() == pytest.approx(one.T_world_tool, abs=1e-12)
         assert many.hand[row] == one.hand
         assert joints_at(engine.arm, engine.timeline, float(t)) == one.joints
+
+
+STARTS = {  # joints [deg] from which lines go both ways
+    "puma560": (10, -50, 120, 20, 40, -30),
+    "ur5e": (20, -70, 100, -60, -80, 30),
+    "irb120": (15, 20, 10, 30, 50, -20),
+    "xarm6": (10, -20, -40, 20, 60, 30),
+}
+
+
+def a_line(robot: str) -> Engine:
+    """To places beside the one where the arm stands, turned about one axis and then about another."""
+    engine = Engine(load_robot(robot))
+    engine.perform(Move(JointTarget(tuple(map(radians, STARTS[robot]))), straight=False))
+    engine.perform(SetTool(translation(0.01, 0.02, 0.1)))
+    pose = engine.destination(engine.end).T_world_tool
+    for axis, turn, y in (((0.6, 0.0, 0.8), 0.3, 0.02), ((0.0, 1.0, 0.0), -0.2, -0.02)):
+        aside = compose(pose._replace(py=pose.py + y), rotation_about(axis, turn))
+        engine.perform(Move(PoseTarget(aside), straight=True), program=True)
+    return engine
+
+
+@pytest.mark.parametrize("robot", STARTS)
+def test_rates_along_lines_are_those_of_one_time(robot: str) -> None:
+    engine = a_line(robot)
+    times = np.linspace(0.0, engine.end, 150)
+    many = positions_at(engine.arm, engine.timeline, times)
+    for row, t in enumerate(times):
+        one = position_at(engine.arm, engine.timeline, float(t))
+        assert many.velocity[row] == pytest.approx(one.velocity, abs=1e-9)
+        assert many.acceleration[row] == pytest.approx(one.acceleration, abs=1e-7)
+
+
+def test_rates_that_are_not_solved_at_once_are_found_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    engine = a_line("puma560")
+    times = np.linspace(0.0, engine.end, 150)
+    usual = positions_at(engine.arm, engine.timeline, times)
+
+    def singular(*_arguments: object) -> None:
+        raise np.linalg.LinAlgError
+
+    monkeypatch.setattr(engine.arm, "rates_batch", singular, raising=True)
+    alone = positions_at(engine.arm, engine.timeline, times)
+    assert alone.velocity == pytest.approx(usual.velocity, abs=1e-9)
+    assert alone.acceleration == pytest.approx(usual.acceleration, abs=1e-7)
+    monkeypatch.setattr(engine.arm, "rates_batch", lambda q, *_rest: (q + 1e9, q + 1e9), raising=True)
+    again = positions_at(engine.arm, engine.timeline, times)
+    assert again.velocity.tobytes() == alone.velocity.tobytes()
 
 
 def test_places_are_positions_without_the_rates(engine: Engine) -> None:

@@ -27,6 +27,10 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 
 
+TWIST = 6  # numbers of a twist
+BEYOND = 1.5  # times the limit of a joint, which no motion reaches
+
+
 class Position(Struct, frozen=True):
     """The robot at one time: joints [rad], their velocity [rad/s] and acceleration [rad/s2], T_world_tool [m].
 
@@ -258,6 +262,37 @@ def _fill_rates(
 
     qd, qdd = out
     qd[moving], qdd[moving] = table.rates(places[moving], s[moving])
-    for row in np.flatnonzero(table.straight[places] & moving):
+    alone = table.straight[places] & moving
+    for place, rows in _runs(places) if _solved_at_once(arm) and alone.any() else ():
+        these = rows.start + np.flatnonzero(alone[rows])
+        if len(these):
+            qd[these], qdd[these], alone[these] = _rates_on_line(arm, table.segments[place], s[these], q[these])
+    for row in np.flatnonzero(alone):
         segment = table.segments[places[row]]
         qd[row], qdd[row] = _rates(arm, segment, float(s[row]), tuple(q[row].tolist()))
+
+
+def _solved_at_once(arm: RobotArm) -> bool:
+    """Whether the rates of a line are the one solution of six equations, at many times at once."""
+    return arm.steady is None and arm.model.joint_count == TWIST and all(arm.model.task.counts)
+
+
+def _rates_on_line(arm: RobotArm, segment: Segment, s: Floats, q: Floats) -> tuple[Floats, Floats, Flags]:
+    """Velocity and acceleration along a straight line (N, n), and those (N,) that `_rates` has to find: all of a line
+    with several turns; where joints are faster than they may be, a pose is nearly singular."""
+    import numpy as np
+
+    from vrs_cli.trajectory.path_batch import twists
+
+    path = segment.path
+    assert not isinstance(path, JointPath)
+    alone = np.ones(len(s), dtype=np.bool_)
+    if len(path.turns) > 1:
+        return q, q, alone
+    try:
+        qd, qdd = arm.rates_batch(q, *twists(path, s), segment.motion.frames.tool)
+    except np.linalg.LinAlgError:
+        return q, q, alone
+    fast = np.abs(qd) > BEYOND * np.array(arm.model.max_velocity)
+    steep = np.abs(qdd) > BEYOND * np.array(arm.model.max_acceleration)
+    return qd, qdd, np.asarray((fast | steep).any(axis=1))

@@ -501,6 +501,14 @@ class RobotArm:
         """(N, n) -> (N, 6, n)."""
         return self._batch.jacobian(q, T_flange_tool)
 
+    def rates_batch(
+        self, q: Floats, twists: Floats, changes: Floats, T_flange_tool: Transform = IDENTITY
+    ) -> tuple[Floats, Floats]:
+        """`joint_velocity` and `joint_acceleration` by rows, of an arm of six joints all of whose task counts. Raises
+        LinAlgError where one of them is singular.
+        """
+        return self._batch.rates(q, twists, changes, T_flange_tool)
+
     @cached_property
     def _batch(self) -> SerialBatch:
         # Here and not above: it brings numpy, which is most of the start-up time of a shell that needs no arrays.

@@ -37,13 +37,20 @@ class Formulas(NamedTuple):
 @cache
 def formulas(links: tuple[Link, ...], base: Transform, flange: Transform, *, arrays: bool = False) -> Formulas:
     """The functions of an arm, for floats or for arrays (one for each joint)."""
-    names: dict[str, Any] = {"cos": cos, "sin": sin, "T": Transform, "new": tuple.__new__}
+    names: dict[str, Any] = {**_angles(arrays), "T": Transform, "new": tuple.__new__}
     if arrays:
-        import numpy as np
-
-        names |= {"cos": np.cos, "sin": np.sin, "new": lambda _, entries: entries}
+        names["new"] = lambda _, entries: entries
     exec(compile(_Writer(links, base, flange).text(), "<kinematics>", "exec"), names)
     return Formulas(names["forward"], names["jacobian"], names["both"])
+
+
+def _angles(arrays: bool) -> dict[str, Any]:
+    """The sine and cosine of floats or of arrays."""
+    if not arrays:
+        return {"cos": cos, "sin": sin}
+    import numpy as np
+
+    return {"cos": np.cos, "sin": np.sin}
 
 
 class Biases(NamedTuple):
@@ -56,9 +63,9 @@ class Biases(NamedTuple):
 
 
 @cache
-def biases(links: tuple[Link, ...], base: Transform, flange: Transform) -> Biases:
-    """The functions of an arm, for floats."""
-    names: dict[str, Any] = {"cos": cos, "sin": sin}
+def biases(links: tuple[Link, ...], base: Transform, flange: Transform, *, arrays: bool = False) -> Biases:
+    """The functions of an arm, for floats or for arrays (one for each joint)."""
+    names = _angles(arrays)
     for jerk in (False, True):
         exec(compile(_Writer(links, base, flange).bias_text(jerk=jerk), "<kinematics>", "exec"), names)
     return Biases(names["acceleration"], names["jerk"])

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from vrs_cli.kinematics.arrays import Flags, Floats
-from vrs_cli.kinematics.compiled import formulas
+from vrs_cli.kinematics.compiled import biases, formulas
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, TURN, JointKind
 from vrs_cli.kinematics.model import RobotModel
@@ -30,6 +30,11 @@ def columns(rows: Floats) -> Floats:
     return np.ascontiguousarray(rows.reshape(len(rows), -1).T)
 
 
+def _solved(J: Floats, wanted: Floats) -> Floats:
+    """The rates (N, n) with which J (N, n, n) gives what is wanted (N, n). Raises LinAlgError."""
+    return np.asarray(np.linalg.solve(J, wanted[:, :, None])[:, :, 0], dtype=float)
+
+
 class SerialBatch:
     """The `_batch` methods of `arm.RobotArm`, for an arm whose class gives `inverse_branch`."""
 
@@ -38,6 +43,7 @@ class SerialBatch:
         self.lower, self.upper = np.array(model.lower), np.array(model.upper)
         self.turning = np.array([link.kind is JointKind.REVOLUTE for link in model.links])
         self.formulas = formulas(model.links, model.base, model.flange, arrays=True)
+        self.biases = biases(model.links, model.base, model.flange, arrays=True)
 
     def forward(self, q: Floats) -> Floats:
         """(N, n) -> (N, 3, 4)."""
@@ -56,6 +62,19 @@ class SerialBatch:
                 for c, entry in enumerate(row):
                     J[part, r, c] = entry
         return J
+
+    def rates(self, q: Floats, twists: Floats, changes: Floats, T_flange_tool: Transform) -> tuple[Floats, Floats]:
+        """Joint velocities and accelerations (N, 6) of an arm of six joints, for twists (N, 6) of a tool and their
+        rates. Raises LinAlgError where the joints cannot move the tool in every way.
+        """
+        J = self.jacobian(q, T_flange_tool)
+        qd = _solved(J, twists)
+        bias = np.empty_like(changes)
+        tip = T_flange_tool.px, T_flange_tool.py, T_flange_tool.pz
+        for part in chunks(len(q)):
+            for i, entry in enumerate(self.biases.acceleration(columns(q[part]), columns(qd[part]), *tip)):
+                bias[part, i] = entry
+        return qd, _solved(J, changes - bias)
 
     def forward_and_jacobian(self, q: Floats) -> tuple[Floats, Floats]:
         """`forward` and `jacobian` of the flange at once."""
