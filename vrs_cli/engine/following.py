@@ -30,6 +30,7 @@ from vrs_cli.trajectory.segment import CartesianPath
 SAMPLES = 8  # a stretch, before it is refined
 FINEST = 2.0**-10  # of a stretch: no finer
 SINGULAR = 1e-4  # measure of a pose in which a line may begin or end, and where it is looked at more closely
+BY_GUESS = 0.2  # of a way: on parts that are longer a guess that leads nowhere is not worth a search
 LEAST_GAP = 1e-9  # of a stretch, between samples
 CLOSER = tuple(2.0**-k for k in range(12, 3, -1))  # parts of a stretch, next to such a pose
 JOINT_STEP = 0.15  # [rad] at most between neighbouring samples
@@ -126,14 +127,16 @@ class Follower:
         such a way is kept until the samples before it are there.
         """
         pending: list[tuple[float, Sample | None]] = [(until, None)]
+        short = BY_GUESS * (until - samples[-1].s) if self.arm.guesses else inf
         while pending:
             last, (s, sample) = samples[-1], pending.pop()
             halves = s - last.s > finest
+            soon = halves and s - last.s > short
             if sample is None or not self._close(last, sample):
-                sample = self._found(path, samples, s, soon=halves)
+                sample = self._found(path, samples, s, halves=halves, soon=soon)
             if sample is not None and self._close(last, sample):
                 samples.append(sample)
-            elif halves and (sample is not None or self.arm.guesses):
+            elif halves and (sample is not None or soon):
                 pending += (s, sample), (0.5 * (last.s + s), None)
             elif sample is None:
                 raise self._earliest(path, last, s)
@@ -141,17 +144,17 @@ class Follower:
                 self._check_no_jump(last, sample, path)
                 samples.append(sample)
 
-    def _found(self, path: CartesianPath, samples: list[Sample], s: float, *, soon: bool) -> Sample | None:
+    def _found(
+        self, path: CartesianPath, samples: list[Sample], s: float, *, halves: bool, soon: bool
+    ) -> Sample | None:
         """The next sample, at a time; next to where the joints will be about if that is worth a guess, which may lie
-        beyond a fold of the arm: `soon`, if the way can still be halved.
+        beyond a fold of the arm. `soon`: by Newton's method or not at all, as the way is long.
         """
         last = samples[-1]
-        if not self.arm.guesses:
-            return self._sample(path, s, last.joints)
-        sample = self._sample(path, s, _ahead(samples, s), soon=True)
-        if soon or (sample is not None and self._close(last, sample)):
+        sample = self._sample(path, s, _ahead(samples, s), soon=True) if self.arm.guesses else None
+        if sample is not None and (halves or self._close(last, sample)):
             return sample
-        return self._sample(path, s, last.joints)
+        return None if soon else self._sample(path, s, last.joints)
 
     def _earliest(self, path: CartesianPath, good: Sample, until: float) -> MotionError:
         """The refusal where the line first leaves the reach or a range, after a good sample."""
