@@ -55,6 +55,17 @@ def test_a_moving_picture_has_the_arm_and_moves(timeline: Timeline) -> None:
     assert changed(middle, last) > 0.02
 
 
+def test_a_moving_picture_keeps_the_colours_of_thin_lines() -> None:
+    frame = np.empty((200, 200, 3), np.uint8)
+    frame[:] = np.linspace(120, 250, 200)[:, None, None] - np.array((0, 4, 9)) + np.arange(200)[None, :, None] % 3
+    lines = {60: (36, 96, 190), 90: (222, 120, 40), 120: (214, 40, 40)}
+    for row, colour in lines.items():
+        frame[row] = colour
+    seen = np.array(still.in_few_colours(frame).convert("RGB")).astype(int)
+    for row, colour in lines.items():
+        assert np.abs(seen[row] - colour).max() < 30, colour
+
+
 def test_a_film_of_too_many_frames_is_refused(timeline: Timeline) -> None:
     with pytest.raises(PictureError, match=r"more than a film has \(600\).*give --rate \d"):
         PICTURES["gif"].write(io.BytesIO(), ARM, timeline, BEYOND)

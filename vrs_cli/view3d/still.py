@@ -31,7 +31,7 @@ from vrs_cli.view3d.studio import Studio, server
 SIZE = (960, 640)  # of a picture [px]
 FILM_SIZE = (640, 420)  # of one that moves
 MOST_FRAMES = 600  # of a film: each takes a tenth of a second to a second to draw
-GIF_COLOURS = 128
+GIF_COLOURS = 256
 TRIES = 20  # of the first picture
 LETTERS, INK = 17, (40, 46, 54)  # [px] the height of a caption, and its colour
 PATIENCE = 90.0  # [s] until a browser that shows nothing is given up: a slow machine draws the first picture in 10 s
@@ -81,9 +81,14 @@ def png(pixels: Pixels) -> bytes:
 def write_gif(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
     """Write a moving picture with so many frames a second, without an end. Raises PictureError."""
     with _frames(arm, timeline, rate) as frames:
-        first, *others = [Image.fromarray(frame).quantize(GIF_COLOURS, dither=Image.Dither.NONE) for frame in frames]
+        first, *others = map(in_few_colours, frames)
     pause = round(1000.0 / rate)
     first.save(stream, "gif", save_all=True, append_images=others, duration=pause, loop=0)
+
+
+def in_few_colours(frame: Pixels) -> Image.Image:
+    """As a GIF has it. An octree keeps the colours of thin lines, which the median cut gives to large surfaces."""
+    return Image.fromarray(frame).quantize(GIF_COLOURS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
 
 
 def write_mp4(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
@@ -113,6 +118,8 @@ def _frames(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[Iterator
     with photographing(FILM_SIZE) as (client, take):
         _aim(client, arm, FILM_SIZE)
         studio = Studio(client.scene, arm, timeline)
+        if (label := client.scene.get_handle_by_name("/tool/name")) is not None:
+            label.visible = False  # it would be a picture late
 
         def taken(t: float) -> Pixels:
             shown = studio.show(t)
