@@ -219,7 +219,8 @@ class Engine:
             move = structs.replace(move, target=PoseTarget(altered.place(nominal)))
             altered = structs.replace(altered, number=self.book.number + 1, nominal=nominal)
         motion = self._motion(move, start, executed)
-        self.settings = structs.replace(self.settings, alter=altered)
+        if altered is not None:
+            self.settings = structs.replace(self.settings, alter=altered)
         if self.settings.moves:
             executed = self._edit(motion, executed, self.settings.inserts, issued).executed
         self.settings = self.settings.after_motion(move.target)
