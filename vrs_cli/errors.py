@@ -452,11 +452,7 @@ class NoDataReceived(FileError):
 
 
 class LineMissing(NoDataReceived):
-    """GETC waits for something to come on a unit: the task asks for it, and does the step again."""
-
-    def __init__(self, unit: int, detail: str, hint: str = "") -> None:
-        super().__init__(detail, hint)
-        self.unit: Final = unit
+    """GETC waits for something to come on the unit `value`: the task asks for it, and does the step again."""
 
 
 class FileOutside(FileError):

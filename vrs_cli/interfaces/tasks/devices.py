@@ -222,7 +222,7 @@ class Devices(Struct, eq=False):
             return self._taken[-1]
         if not wait:
             return NoDataReceived.code
-        raise LineMissing(TERMINAL, "GETC waits for the terminal", "a program or an assignment can wait")
+        raise LineMissing("GETC waits for the terminal", "a program or an assignment can wait", value=TERMINAL)
 
     def _character_of(self, device: Device, place: tuple[int, int], wait: bool) -> int:
         try:
@@ -231,7 +231,7 @@ class Devices(Struct, eq=False):
             device.status = error.code
             return error.code
         if isinstance(byte, Waits):
-            raise LineMissing(place[1], f"GETC waits for {device.name}", "a program or an assignment can wait")
+            raise LineMissing(f"GETC waits for {device.name}", "a program or an assignment can wait", value=place[1])
         self._taken_of.setdefault(place, []).append(byte)
         return byte
 

@@ -272,7 +272,7 @@ class Task:
                     continue
             except LineMissing as missing:
                 self._environment.system.put_back()
-                yield from self._say(AwaitLine(missing.unit))
+                yield from self._say(AwaitLine(int(missing.value or 0)))
                 self._activations[-1].enter(self._activations[-1].op)
                 continue
             except VrsError as error:
