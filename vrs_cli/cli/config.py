@@ -21,9 +21,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     """Print what holds."""
     from vrs_cli.repl.config import config_path, read_config, shown
 
-    parser = Parser(prog, "The settings of the shell: keys, pager, suggestions, colours.", EPILOG)
-    parser.add_argument("--path", action="store_true", help="print the name of the file alone")
-    options = parser.parse(arguments)
+    options = parser(prog).parse(arguments)
     path = config_path(os.environ)
     if options.path:
         print(path)
@@ -34,3 +32,9 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     for what in config.wrong:
         print(f"{prog}: {what}", file=sys.stderr)
     return FAILED if config.wrong else OK
+
+
+def parser(prog: str) -> Parser:
+    parser = Parser(prog, "The settings of the shell: keys, pager, suggestions, colours.", EPILOG)
+    parser.add_argument("--path", action="store_true", help="print the name of the file alone")
+    return parser

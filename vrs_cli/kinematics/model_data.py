@@ -117,7 +117,7 @@ class ModelReader(DataReader):
             shapes=self.shapes(table.get("shapes"), len(joints)),
             hand_width=self.numbers(table.get("hand", {}), "hand", HAND_KEYS).get("width", 0.0),
         )
-        if levers(model)[1][0] < TINY:
+        if len(joints) > 1 and levers(model)[1][0] < TINY:
             raise self.wrong(
                 "joints", "their axes all meet in the flange, which they do not move", "give links a length"
             )
