@@ -288,3 +288,10 @@ def test_what_is_left_out_leaves_no_comma(row: Word, at_prompt: bool) -> None:
         assert not isinstance(statement, ast.ProgramHeader)
         printed = statement_text(statement)
         assert squeezed(printed) == squeezed(text.replace("PROMPT , x", "PROMPT x"))
+
+
+@pytest.mark.parametrize("value", ["-" * 390 + "1", "NOT " * 390 + "1", "NOT -(-" + "-" * 300 + "x)"])
+def test_as_many_signs_as_a_line_has_room_for(value: str) -> None:
+    statement = parse_step(f"x = {value}").statement
+    assert statement is not None
+    assert statement_text(statement) == f"x = {value}"

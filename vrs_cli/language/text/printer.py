@@ -277,9 +277,16 @@ def _variable(variable: ast.Variable) -> str:
 
 
 def _unary(unary: ast.Unary) -> str:
-    blank = " " * unary.operator.isalpha()
-    text = f"{unary.operator}{blank}{_right(unary.operand, ORDER.prefix[unary.operator])}"
-    return f"({text})" if unary.grouped else text
+    """Signs and the value behind them, one after the other: a line has room for hundreds of signs."""
+    before, closing = "", 0
+    operand: Expression = unary
+    while isinstance(operand, ast.Unary):
+        rank, inner = ORDER.prefix[operand.operator], operand.operand
+        wrapped = _rank(inner) <= rank
+        before += f"{'(' * operand.grouped}{operand.operator}{' ' * operand.operator.isalpha()}{'(' * wrapped}"
+        closing += operand.grouped + wrapped
+        operand = inner
+    return f"{before}{expression_text(operand)}{')' * closing}"
 
 
 def _binary(binary: ast.Binary) -> str:
