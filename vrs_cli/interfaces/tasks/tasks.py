@@ -107,6 +107,7 @@ class Tasks:
         if retry:
             track.task.retry()
         track.outcome, track.fault, track.error, track.wake = None, None, None, self._engine.now
+        track.task.state = TaskState.RUNNING  # from now on, not from its turn
         track.driven_by = self.who
         self._take_robot(track)
         self._run_signal(track, running=True)
