@@ -25,6 +25,12 @@ def typed(shell: Screen, *lines: str) -> None:
             shell.wait(lambda rows, line=line: any(row.endswith(line) for row in rows))  # type: ignore[misc]
 
 
+def opened(shell: Screen, line: str) -> None:
+    """A line whose answer takes the whole screen, on which it may not be seen any more."""
+    shell.wait_for(TOOLBAR)
+    shell.type(line, "Enter")
+
+
 @pytest.mark.parametrize(("columns", "rows"), SIZES)
 def test_values_and_mistakes_are_shown(tmp_path: Path, columns: int, rows: int) -> None:
     with screen(tmp_path, columns=columns, rows=rows) as shell:
@@ -66,7 +72,7 @@ def test_a_line_is_helped_while_it_is_typed(tmp_path: Path, columns: int, rows: 
 @pytest.mark.parametrize(("columns", "rows"), SIZES)
 def test_see_completes_and_shows_forms(tmp_path: Path, columns: int, rows: int) -> None:
     with screen(tmp_path, columns=columns, rows=rows) as shell:
-        typed(shell, "SEE pick")
+        opened(shell, "SEE pick")
         shell.wait_for("F1 help")
         shell.type("MOV", "Tab")
         shell.wait_for("MOVEST")
@@ -95,7 +101,7 @@ def test_what_is_longer_than_the_screen_is_paged(tmp_path: Path, columns: int, r
     with screen(tmp_path, columns=columns, rows=rows, more={"PAGER": "less", "LESS": "FRX"}) as shell:
         typed(shell, "HELP MOVE")
         shell.wait_for("Example: MOVE part")  # as it is
-        typed(shell, "HELP FLOW")
+        opened(shell, "HELP FLOW")
         shell.wait_for("Input, output and program flow")
         first = shell.wait(lambda rows: rows[-1].startswith(":"))
         assert not any("(END)" in row for row in first)
