@@ -52,6 +52,20 @@ def test_warnings_alone_are_no_failure(vrs: Vrs, tmp_path: Path) -> None:
     assert ended.out.endswith("0 errors, 1 warning\n")
 
 
+def test_what_the_cell_fills_has_a_value(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "seen.v2").write_text(".PROGRAM seen\n    TYPE found.x, $kind, other\n.END\n")
+    (tmp_path / "cell.toml").write_text(
+        '[[follow]]\nwhen = 4\nvariables = ["found.x", "$kind"]\nrows = [[400, "nut"], [420, "bolt"]]\n'
+    )
+    assert vrs("check", "seen.v2").out.endswith("0 errors, 3 warnings\n")
+    ended = vrs("check", "seen.v2", "--cell", "cell.toml")
+    assert "*Undefined value* other is given a value nowhere" in ended.out
+    assert ended.out.endswith("0 errors, 1 warning\n")
+    (tmp_path / "cell.toml").write_text("[[follow]]\nwhen = 4\n")
+    refused = vrs("check", "seen.v2", "--cell", "cell.toml")
+    assert (refused.status != 0, "nothing follows" in refused.err) == (True, True)
+
+
 def test_check_in_json(vrs: Vrs) -> None:
     ended = vrs("check", "good.v2", "bad.v2", "--format", "json")
     assert ended.status == 1

@@ -17,6 +17,7 @@ from vrs_cli.errors import FileError
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
+    from vrs_cli.language.run.cell import Cell
     from vrs_cli.language.text.diagnostics import Diagnostic
 
 LOOKED_EVERY = 0.25  # [s] at the files, with --watch
@@ -35,6 +36,7 @@ Exit status: 0 without errors (there may be warnings; with --strict there are no
   vrs check cell                    all program files in a folder, and below it
   vrs check "cell/**/*.v2" --ignore V056 --strict
   vrs check cell --fix              mend what is sure: parentheses, words of VAL
+  vrs check pick.v2 --cell c.toml   what the cell fills has a value
   vrs check pick.v2 --watch         again whenever a file changes, until Ctrl-C
   vrs check cell --format github    annotations of a GitHub workflow
 """
@@ -45,10 +47,10 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     options = parser(prog).parse(arguments)
     if STANDARD_STREAM in options.files and (options.fix or options.watch):
         raise CommandLineError("--fix and --watch are for files, not for standard input", "name files")
-    model = chosen_robot(prog, options)
+    model, cell = chosen_robot(prog, options), _chosen_cell(options)
     if options.watch:
-        return _watch(prog, options, model)
-    return _check(prog, options, model)
+        return _watch(prog, options, model, cell)
+    return _check(prog, options, model, cell)
 
 
 def parser(prog: str) -> Parser:
@@ -62,7 +64,19 @@ def parser(prog: str) -> Parser:
     parser.add_argument("--watch", action="store_true", help="check again whenever a file changes")
     parser.add_robot()
     parser.add_dialect()
+    parser.add_cell()
     return parser
+
+
+def _chosen_cell(options: Namespace) -> Cell:
+    """That of --cell; without it, one that fills nothing."""
+    if options.cell is None:
+        from vrs_cli.interfaces.inspection import NO_CELL
+
+        return NO_CELL
+    from vrs_cli.files.cell_file import read_cell
+
+    return read_cell(options.cell)
 
 
 def _codes(text: str) -> tuple[str, ...]:
@@ -74,12 +88,12 @@ def _codes(text: str) -> tuple[str, ...]:
     return codes
 
 
-def _check(prog: str, options: Namespace, model: RobotModel) -> int:
+def _check(prog: str, options: Namespace, model: RobotModel, cell: Cell) -> int:
     """Check all files once."""
     findings, status = [], OK
     for path in program_files(options.files):
         try:
-            findings.append(_finding(path, options, model))
+            findings.append(_finding(path, options, model, cell))
         except FileError as error:  # the other files are checked all the same
             print(f"{prog}: {error}", file=sys.stderr)
             status = max(status, status_of(error))
@@ -88,16 +102,19 @@ def _check(prog: str, options: Namespace, model: RobotModel) -> int:
     return max(status, FAILED if wrong else OK)
 
 
-def _finding(path: str, options: Namespace, model: RobotModel) -> Finding:
+def _finding(path: str, options: Namespace, model: RobotModel, cell: Cell) -> Finding:
     from vrs_cli.interfaces.inspection import inspect
 
+    def found_in(text: str) -> tuple[Diagnostic, ...]:
+        return _chosen(inspect(text, model, chosen_dialect(options), cell), options)
+
     source = read_source(path)
-    found = _chosen(inspect(source.text, model, chosen_dialect(options)), options)
+    found = found_in(source.text)
     if not options.fix:
         return Finding(source, found)
     from vrs_cli.cli.mending import mended
 
-    return mended(Finding(source, found), lambda text: _chosen(inspect(text, model, chosen_dialect(options)), options))
+    return mended(Finding(source, found), found_in)
 
 
 def _chosen(found: Iterable[Diagnostic], options: Namespace) -> tuple[Diagnostic, ...]:
@@ -112,7 +129,7 @@ def _chosen(found: Iterable[Diagnostic], options: Namespace) -> tuple[Diagnostic
 # --- --watch -----------------------------------------------------------------------------------------------------
 
 
-def _watch(prog: str, options: Namespace, model: RobotModel) -> int:
+def _watch(prog: str, options: Namespace, model: RobotModel, cell: Cell) -> int:
     """Check again and again. Ctrl-C ends it."""
     import time
 
@@ -122,7 +139,7 @@ def _watch(prog: str, options: Namespace, model: RobotModel) -> int:
         if now != seen:
             if sys.stdout.isatty():
                 print("\033[H\033[2J\033[3J", end="")
-            _check(prog, options, model)
+            _check(prog, options, model, cell)
             print(f"{time.strftime('%H:%M:%S')} checked; Ctrl-C ends it", file=sys.stderr, flush=True)
             sys.stdout.flush()
             seen = _state(options.files) if options.fix else now

@@ -28,6 +28,7 @@ from vrs_cli.language.analysis.analyzer import Analysis, analyze_among
 from vrs_cli.language.analysis.confusions import delays
 from vrs_cli.language.analysis.structure import unreachable
 from vrs_cli.language.analysis.surroundings import Surroundings, names_given_in
+from vrs_cli.language.run.cell import Cell
 from vrs_cli.language.run.constants import Constants
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Context
@@ -46,13 +47,17 @@ TO_PLACE = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST"})
 IN_FRONT = frozenset({"APPRO", "APPROS"})
 CHANGING_FRAMES = frozenset({"TOOL", "BASE"})  # with one of them in the file, nobody knows where a location is
 
+NO_CELL = Cell()  # which fills nothing
 
-def inspect(text: str, model: RobotModel, dialect: Dialect = Dialect.VPLUS) -> tuple[Diagnostic, ...]:
+
+def inspect(
+    text: str, model: RobotModel, dialect: Dialect = Dialect.VPLUS, cell: Cell = NO_CELL
+) -> tuple[Diagnostic, ...]:
     """Everything that is wrong with a file by itself, as LOAD into an empty memory finds it; steps that nothing
     leads to; constants that no run could take; constant locations that this robot cannot reach. In the order of the
-    lines.
+    lines. `cell`: what it fills has a value.
     """
-    inspector = Inspector(model, dialect)
+    inspector = Inspector(model, dialect, cell)
     return inspector.inspect(inspector.read(text))
 
 
@@ -71,8 +76,8 @@ class _Inspected(Struct, frozen=True, eq=False):
 class Inspector:
     """Inspects one file, and its next versions too: of the parts that have not changed it knows what it found."""
 
-    def __init__(self, model: RobotModel, dialect: Dialect = Dialect.VPLUS) -> None:
-        self._dialect = dialect
+    def __init__(self, model: RobotModel, dialect: Dialect = Dialect.VPLUS, cell: Cell = NO_CELL) -> None:
+        self._dialect, self._cell = dialect, cell
         self._engine = Engine(model)
         robot = Engine(model)  # which may be asked anything
         self._constants = Constants(Context(Environment(units=model.units), Readings(robot)), robot.perform)
@@ -89,6 +94,8 @@ class Inspector:
     def inspect(self, parts: Parts) -> tuple[Diagnostic, ...]:
         """Everything that is wrong with them."""
         environment = Environment(units=self._engine.model.units)
+        for name, value in self._cell.filled.items():
+            environment.reference(name, None).assign(value)
         found = [one for placed in parts for one in placed.found(placed.part.diagnostics)]
         found += repeated_programs(parts)
         for placed in parts:

@@ -33,6 +33,12 @@ class Cell(Struct, frozen=True):
     names: Mapping[int, str] = {}
     follows: tuple[Follow, ...] = ()
 
+    @property
+    def filled(self) -> Mapping[str, Value]:
+        """The variables that the tables give values, with those of the first rows."""
+        tables = (one for one in self.follows if one.rows)
+        return {name: value for one in tables for name, value in zip(one.variables, one.rows[0], strict=True)}
+
 
 class LivingCell:
     """A cell while programs run: how many rows of each table were used."""
