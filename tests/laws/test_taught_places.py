@@ -12,6 +12,7 @@ from tests.kinematics.random_arms import draw_arm
 from tests.laws.taught_places import check_way_back, refused
 from tests.robots import KINDS
 from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.kinematics.robot_file import load_robot
 
 SHORT = Path(__file__).parents[1] / "kinematics" / "urdf" / "short.urdf"
@@ -48,3 +49,37 @@ def test_a_place_whose_joints_are_singular_though_all_of_them_count(tmp_path: Pa
 def test_a_place_whose_joints_are_singular() -> None:
     arm = arm_for(load_robot("so100"))
     check_way_back(arm, arm.model.units.read(SINGULAR), lambda q: np.reshape(arm.forward(q), (3, 4)))
+
+
+ROLLING = {  # an arm of four joints, the last of which rolls: in many places its tool can stand in a pose in two ways
+    "name": "rolling",
+    "title": "rolling",
+    "joints": [
+        {"a": a, "d": 0.0, "alpha": alpha, "theta": theta, "lower": lower, "upper": upper}
+        | {"max_velocity": 1.57, "max_acceleration": 5.2, "max_jerk": 52.0}
+        for a, alpha, theta, lower, upper in (
+            (0.0, 1.5707963267948966, 0.0, -2.97, 2.97),
+            (0.35355339059327373, 0.0, 1.7126933813990606, -1.48, 1.48),
+            (0.0, 1.5707963267948966, 2.999695598985629, -1.658, 1.309),
+            (0.0, 0.0, 0.0, -2.79, 2.79),
+        )
+    ],
+    "flange": [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.4],
+    "task": "steady",
+    "tool": {"linear_speed": 0.5, "linear_acceleration": 1.7, "linear_jerk": 17.0}
+    | {"angular_speed": 1.6, "angular_acceleration": 5.2, "angular_jerk": 52.0},
+    "poses": {"ready": [0.0] * 4, "nest": [0.0] * 4},
+}
+
+
+@pytest.mark.parametrize(
+    "joints",
+    [
+        (-2.6841846719766305, 0.8356898380574709, -1.6041833344121563, -0.1379777037400145),
+        (-2.362329614966096, 0.615788141575575, -1.52728258854153, 0.2230330357892183),
+        (-0.4270871246875867, 1.2695743437930442, -1.4643694604621833, 0.7430922237548665),
+    ],
+)
+def test_most_searches_may_agree_on_a_turn_that_is_not_the_least(joints: tuple[float, ...]) -> None:
+    arm = arm_for(from_dict(ROLLING))
+    check_way_back(arm, joints, lambda q: np.reshape(arm.forward(q), (3, 4)))

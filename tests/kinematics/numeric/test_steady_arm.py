@@ -15,8 +15,6 @@ from vrs_cli.kinematics.configuration import NONE
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.numeric.steady.arm import SteadyArm
-from vrs_cli.kinematics.numeric.steady.batch import SteadyBatch
-from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, position, rotation_about, translation
 
 ARMS = [(seed, joints) for joints in (4, 5) for seed in (1, 2)]
@@ -99,25 +97,3 @@ def test_how_far_a_place_is_beyond_the_reach_is_said_of_the_tip() -> None:
     arm = arm_of(1, 4, TIPS[1])
     with pytest.raises(LocationTooFar, match=r"the tool would be 30\d\d\.\d mm from the axis of joint 1"):
         arm.select(translation(3.0, 0.0, 0.0), arm.model.poses["ready"])
-
-
-def test_starts_that_agree_on_the_least_turn_are_enough(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing that others would find is missed."""
-    starts, searched = list[int](), SteadyBatch.searched
-
-    def counted(batch: SteadyBatch, T: Transform, begin: list[Joints], *, bounded: bool) -> list[tuple[Joints, float]]:
-        starts.append(len(begin))
-        return searched(batch, T, begin, bounded=bounded)
-
-    monkeypatch.setattr(SteadyBatch, "searched", counted)
-    random, arm = Random(5), arm_for(load_robot("so100"))
-    for _ in range(3):
-        begin, near = (tuple(map(random.uniform, arm.model.lower, arm.model.upper)) for _ in range(2))
-        T = compose(arm.forward(begin), rotation_about((1.0, 0.0, 0.0), 0.3))
-        starts.clear()
-        found = arm.select(T, near)
-        assert len(starts) == 2
-        with monkeypatch.context() as alone:
-            alone.setattr("vrs_cli.kinematics.numeric.steady.arm.AGREED", 1000)
-            assert arm.select(T, near) == pytest.approx(found, abs=1e-9)
-        assert len(starts) == 6

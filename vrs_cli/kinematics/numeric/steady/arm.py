@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
 R = TypeVar("R")
 
-AGREED = 8  # of the first starts that have no limits
 SAME_TURN = 1e-5  # [rad] two turns that are missing and are one: then the joints that are reached sooner are taken
 
 
@@ -97,8 +96,7 @@ class SteadyArm(RobotArm):
         """Of what is found within the limits that with the least turn, and of those the one that is reached soonest.
 
         From joints that are near; where these do not lead to the pose itself, from others; where the limits are in the
-        way of those, along them. A turn that `AGREED` of the others lead to, and none of them to less, whatever the
-        limits, is the least.
+        way of those, along them. That many of them lead to the same turn does not tell that it is the least.
         """
         found: list[tuple[Joints, float]] = []
         least = inf
@@ -107,8 +105,7 @@ class SteadyArm(RobotArm):
             searched = self._batch.searched(T, begin, bounded=bounded)
             found += [(q, turned) for solved, turned in searched if (q := self._inside(solved, near)) is not None]
             least = min((turned for _, turned in found), default=inf)
-            agreeing = [turned for _, turned in searched if turned <= least + SAME_TURN]
-            if least <= STRAIGHT or (len(agreeing) >= AGREED and min(agreeing) >= least - SAME_TURN):
+            if least <= STRAIGHT:
                 break
         near_least = (q for q, turned in found if turned <= least + SAME_TURN)
         return min(near_least, key=partial(self._duration, near), default=None)
