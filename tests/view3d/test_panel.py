@@ -8,8 +8,9 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
-from math import degrees
+from math import degrees, radians
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -23,6 +24,7 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.interfaces.roles.held import no_answer
 from vrs_cli.interfaces.session.acts import Define, Say
 from vrs_cli.interfaces.session.survey import Survey
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.client import hello_of
 from vrs_cli.net.messages import LeaseAct
 from vrs_cli.net.remote import RemoteRobot
@@ -30,7 +32,7 @@ from vrs_cli.net.tokens import Wanted, add_tokens
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.hosted import SHELL, Hosted
 from vrs_cli.view3d.panel import DRIVE, RELEASE, Panel
-from vrs_cli.view3d.panel_hand import HELD, RESTS, HeldButton, Slider
+from vrs_cli.view3d.panel_hand import HELD, RESTS, HeldButton, Slider, slider_range
 from vrs_cli.view3d.panel_line import EARLIER, LATER
 from vrs_cli.view3d.window import Window
 
@@ -234,6 +236,13 @@ def test_a_slider_is_meant_when_it_rests() -> None:
     assert handle.value == 0.0, "it does not jump back under the mouse"
     slider.follow(3.0, 0.3 + HELD)
     assert handle.value == 3.0
+
+
+def test_a_slider_begins_between_its_ends() -> None:
+    panda = load_robot("panda")  # joint 4 goes to -4.0 deg
+    odd = replace(panda, upper=(*panda.upper[:3], radians(-3.9992), *panda.upper[4:]))
+    assert slider_range(odd, 4) == (pytest.approx(-176.0), -4.0, -4.0)
+    assert slider_range(panda, 1)[2] == 0.0
 
 
 def test_a_slider_moves_its_joint_and_follows_the_arm(app: App, ada: Sat) -> None:

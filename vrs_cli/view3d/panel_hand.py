@@ -68,6 +68,12 @@ class Slider:
             put(self.handle, value=value)
 
 
+def slider_range(model: RobotModel, number: int) -> tuple[float, float, float]:
+    """The ends of a joint's slider, and where it begins between them [deg, mm]."""
+    low, high = (round(model.units.one_shown(number, end[number - 1]), 1) for end in (model.lower, model.upper))
+    return low, high, min(max(0.0, low), high)
+
+
 class HeldButton:
     """A button of JOG: a click is a step, held down it moves the arm until it is let go. `hold` and `let_go` are called
     for that, `step` for a click.
@@ -140,10 +146,8 @@ class HandPanel:
         hands.on(self.axis, self._choose_axis)
 
     def _add_joint(self, gui: viser.GuiApi, number: int) -> viser.GuiSliderHandle[float]:
-        model = self._arm.model
-        units = model.units
-        low, high = (units.one_shown(number, end[number - 1]) for end in (model.lower, model.upper))
-        return gui.add_slider(f"Joint {number}", round(low, 1), round(high, 1), 0.1, min(max(0.0, low), high))
+        low, high, begin = slider_range(self._arm.model, number)
+        return gui.add_slider(f"Joint {number}", low, high, 0.1, begin)
 
     def _add_button(self, gui: viser.GuiApi, hands: Hands, way: str) -> HeldButton:
         sign = 1.0 if way == PLUS else -1.0
