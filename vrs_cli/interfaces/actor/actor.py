@@ -127,9 +127,8 @@ class Actor:
         self._since = inf  # [s] of real time: when the first of them was made
         self.mishaps: list[Exception] = []  # errors of the program itself, while it was served
         self.worked = 0.0  # [s] of CPU, while it was served
-        self.spent: Callable[[object, float], None] = lambda _by, _seconds: (
-            None
-        )  # who has cost CPU time [s]; any thread
+        # told of the CPU time [s] that somebody has cost, where many are served; from any thread
+        self.spent: Callable[[object, float], None] = lambda _by, _seconds: None
         self._stepping = Lock()
         self._works: SimpleQueue[tuple[_Request, Work] | None] = SimpleQueue()  # to be done beside; None ends it
         self._workers = 0
@@ -336,7 +335,10 @@ class Actor:
             self._go_on(request)
 
     def _work(self, request: _Request) -> None:
-        """Let a request do its next part, at the cost of who asks."""
+        """Let a request do its next part, at the cost of who asks. Who is alone with a robot pays nothing."""
+        if self._server is None:
+            self._go_on(request)
+            return
         begun = time.thread_time()
         self._go_on(request)
         self.spent(request.by, time.thread_time() - begun)
