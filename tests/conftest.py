@@ -10,6 +10,7 @@ import pytest
 from hypothesis import settings
 
 from tests import examples  # it registers the profiles  # noqa: F401
+from tests.live import mark_live
 from tests.view3d.browser import browser, running_browser  # for all tests: one of each process  # noqa: F401
 from vrs_cli.__main__ import COLLECT_AFTER
 
@@ -18,6 +19,11 @@ gc.disable()  # until all tests are collected: they stay
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each of hundreds of processes would compile all of the product anew
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # run in the background of a script
     signal.signal(signal.SIGINT, signal.default_int_handler)  # processes that a test starts hear Ctrl-C
+
+
+@pytest.hookimpl(tryfirst=True)  # before `-m live` chooses
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    mark_live(items)
 
 
 @pytest.hookimpl(trylast=True)
