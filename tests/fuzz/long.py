@@ -1,7 +1,7 @@
-"""Fuzzing for as long as one likes: `python -m tests.fuzz.long texts MINUTES [SEED]`, or `numbers LINES [SEED]`.
+"""Fuzzing for as long as one likes: `python -m tests.fuzz.long texts COUNT [SEED]`, or `numbers LINES [SEED]`.
 
-Prints how many texts, or lines with extreme numbers, there were, and every one that broke a law with its seed. Status 1
-when there was one.
+Prints how many texts, or lines with extreme numbers, there were, what was done with them, and every fault with its seed
+and text: `texts 1 SEED` tries that one alone. Text n of a run is that of SEED + n. Status 1 when there was a fault.
 """
 
 from __future__ import annotations
@@ -11,78 +11,106 @@ import signal
 import sys
 import tempfile
 import traceback
+from collections import Counter
 from collections.abc import Callable
+from pathlib import Path
 from random import Random
-from time import monotonic
+from time import process_time
 from types import FrameType
 
-from tests.fuzz.probe import probe, typed
-from tests.fuzz.texts import text
+from tests.fuzz.probe import Probe, typed
+from tests.fuzz.texts import Text, text
 
 TOO_LONG = 20  # [s] of the processor for one text, or one session
-TOLD = 250  # sessions after which it is said how far it has come
+TOLD = 5000  # texts, or lines, after which it is said how far it has come
+SESSIONS = 10_000_000  # seeds of one run with numbers
 
 
 class Hang(Exception):
     """A text took too long."""
 
 
-def _alarm(_signal: int, _frame: FrameType | None) -> None:
-    raise Hang(f"more than {TOO_LONG} s")
+class Watch:
+    """Looks from time to time whether it is still the same text. To set a clock for each would be slow."""
+
+    def __init__(self) -> None:
+        self.present = self._seen = -1
+        signal.signal(signal.SIGPROF, self._look)
+        signal.setitimer(signal.ITIMER_PROF, TOO_LONG, TOO_LONG)
+
+    def _look(self, _signal: int, _frame: FrameType | None) -> None:
+        if self.present == self._seen:
+            raise Hang(f"more than {TOO_LONG} s")
+        self._seen = self.present
 
 
 class Faults:
     """Those met so far, each kind told once."""
 
     def __init__(self) -> None:
-        self.kinds: set[str] = set()
+        self._kinds = Counter[str]()
+        self._watch = Watch()
 
-    def tried(self, seed: int, act: Callable[[Random], object]) -> None:
-        signal.setitimer(signal.ITIMER_PROF, TOO_LONG)
+    def __len__(self) -> int:
+        return len(self._kinds)
+
+    def tried(self, seed: int, act: Callable[[], object], told: object = "") -> None:
+        self._watch.present = seed
         try:
-            act(Random(seed))
+            act()
         except Exception as error:
-            self._tell(seed, error)
-        finally:
-            signal.setitimer(signal.ITIMER_PROF, 0.0)
+            self._tell(seed, error, told)
 
-    def _tell(self, seed: int, error: Exception) -> None:
+    def _tell(self, seed: int, error: Exception, told: object) -> None:
         place = str(traceback.extract_tb(error.__traceback__)[-1])
-        if place not in self.kinds:
-            self.kinds.add(place)
-            print(f"--- seed {seed}\n{traceback.format_exc()}", flush=True)
+        self._kinds[place] += 1
+        if self._kinds[place] == 1:
+            print(f"--- seed {seed} {told!r}\n{traceback.format_exc()}", flush=True)
 
 
-def texts(minutes: float, seed: int, faults: Faults) -> str:
-    ends, count = monotonic() + minutes * 60.0, 0
-    while monotonic() < ends:
-        faults.tried(seed * 10_000_000 + count, lambda random: probe(text(random)))
-        count += 1
-    return f"{count} texts in {minutes:g} minutes"
+def texts(count: int, seed: int, faults: Faults) -> str:
+    """Check, format, run and type texts. What they were made of, and how often each was done, is told."""
+    probe, made = Probe(Path.cwd()), Counter[str]()
+    began = process_time()
+    for number in range(seed, seed + count):
+        it = text(Random(number))
+        faults.tried(number, lambda: probe(it.text), it)  # noqa: B023  # it is called at once
+        made.update(_makings(it))
+        if (number - seed + 1) % TOLD == 0:
+            print(f"{number - seed + 1} texts, {_told(probe.counted)}", file=sys.stderr, flush=True)
+    rate = count / (process_time() - began)
+    return f"{count} texts ({_told(made)}): {_told(probe.counted)}; {rate:.0f} texts a CPU second"
 
 
-def numbers(lines: float, seed: int, faults: Faults) -> str:
-    done, sessions = [0], 0
+def _makings(it: Text) -> tuple[str, ...]:
+    return (it.kind, "mutated") if it.mutations else (it.kind,)
 
-    def session(random: Random) -> None:
-        done[0] += typed(random)
 
-    while done[0] < lines:
-        faults.tried(seed * 10_000_000 + sessions, session)
+def _told(counted: Counter[str]) -> str:
+    return ", ".join(f"{number} {what}" for what, number in sorted(counted.items()))
+
+
+def numbers(lines: int, seed: int, faults: Faults) -> str:
+    """Type lines with extreme numbers."""
+    done, sessions = 0, 0
+
+    def session() -> None:
+        nonlocal done
+        done += typed(Random(seed * SESSIONS + sessions))
+
+    while done < lines:
+        faults.tried(seed * SESSIONS + sessions, session)
         sessions += 1
-        if sessions % TOLD == 0:
-            print(f"{done[0]} lines", file=sys.stderr, flush=True)
-    return f"{done[0]} lines with extreme numbers in {sessions} sessions"
+    return f"{done} lines with extreme numbers in {sessions} sessions"
 
 
-def main(way: str, much: float, seed: int = 1) -> int:
+def main(way: str, much: int, seed: int = 1) -> int:
     os.chdir(tempfile.mkdtemp())
-    signal.signal(signal.SIGPROF, _alarm)
     faults = Faults()
     told = {"texts": texts, "numbers": numbers}[way](much, seed, faults)
-    print(f"{told}, {len(faults.kinds)} kinds of faults")
-    return 1 if faults.kinds else 0
+    print(f"{told}; {len(faults)} kinds of faults")
+    return 1 if faults else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1], float(sys.argv[2]), *map(int, sys.argv[3:])))
+    sys.exit(main(sys.argv[1], *map(int, sys.argv[2:])))

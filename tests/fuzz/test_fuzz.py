@@ -8,12 +8,12 @@ from random import Random
 
 import pytest
 
-from tests.fuzz.numbers import line
-from tests.fuzz.probe import probe, typed
-from tests.fuzz.texts import text
+from tests.fuzz.lines import line
+from tests.fuzz.probe import Probe, probe, typed
+from tests.fuzz.texts import KINDS, text
 from vrs_cli.engine.parameters import PARAMETERS
 
-TEXTS, PARTS = 600, 6
+TEXTS, PARTS = 210, 6
 SESSIONS = 12  # of lines with extreme numbers
 
 
@@ -23,9 +23,11 @@ def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("part", range(PARTS))
-def test_any_text(part: int) -> None:
+def test_any_text(part: int, tmp_path: Path) -> None:
+    probed = Probe(tmp_path)
     for seed in range(part, TEXTS, PARTS):
-        probe(text(Random(seed)))
+        probed(text(Random(seed)).text)
+    assert all(probed.counted[done] > 0 for done in ("checked", "formatted", "printed and read again", "run", "typed"))
 
 
 def test_any_number() -> None:
@@ -37,6 +39,12 @@ def test_every_setting_gets_its_extremes() -> None:
     typed = "\n".join(line(Random(seed)) for seed in range(6000))
     for word in ("SPEED", "ACCEL", "DURATION", "DELAY", "TOOL", "BASE", "DRIVE", "JOG", *PARAMETERS):
         assert re.search(rf"{re.escape(word)}[^\n]* -?1E-320|{re.escape(word)}[^\n]* -?\dE-3\d\d", typed), word
+
+
+def test_texts_are_of_all_kinds() -> None:
+    made = [text(Random(seed)) for seed in range(200)]
+    assert {one.kind for one in made} == set(KINDS)
+    assert {one.mutations > 0 for one in made} == {True, False}
 
 
 def test_a_seed_names_its_text() -> None:

@@ -5,16 +5,21 @@ The generator is passed in, so that a seed names its texts.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from random import Random
+from typing import NamedTuple
 
+from tests.fuzz.lines import line, program
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONNECTIVES, CONTROL, INSTRUCTIONS, OPERATOR_WORDS
 from vrs_cli.language.words.monitor import COMMANDS
 
 ROOT = Path(__file__).parents[2]
+FILES = ("programs/*.v2", "tests/programs/conformance/*.v2", "tests/errors/*.v2err")
+LONGEST_PART = 13  # lines of a sample
 
 FRAGMENTS = (
     *("a", "b", "#p", "$s", "i", "x[1]", "x[]", "m[i,2]", "$t[3]", "#q[0]", "here", "_", "%belt"),
@@ -27,6 +32,20 @@ FRAGMENTS = (
 NOISE = "".join(map(chr, range(32, 127))) + "\t\n\r;\"'^#$%.:[]()=<>"
 
 
+CONTROLS = (
+    *("\x00", "\x07", "\x1a", "\x1b[31m", "\r", "\x0c", "\x85"),
+    *("\u2028", "\u200b", "\u202e", "\ud800", "\ufeff", "\xa0"),
+)
+FOREIGN = (  # in our words: the manner of each maker's language
+    "DEF pick()\nINI\nPTP HOME Vel=100 % DEFAULT\nLIN {X 10, Y 20, Z 5}\n$OUT[3]=TRUE\nWAIT SEC 0.5\nEND",
+    "MODULE Cell\n  PERS robtarget p1;\n  PROC main()\n    MoveJ p1, v100, z1, t0;\n    Set do1;\n  ENDPROC\nENDMODULE",
+    "def pick():\n  movej([0, -1.57, 0, 0, 0, 0], a=1.4, v=1.05)\n  set_digital_out(1, True)\n  sleep(0.5)\nend",
+    "/PROG  PICK\n/MN\n   1:  J P[1] 100% FINE    ;\n   2:  DO[1]=ON ;\n/POS\n/END",
+    ".PROGRAM pick()\n  JMOVE #home\n  LAPPRO part, 50\n  TWAIT 0.5\n  LMOVE part\n.END\n.TRANS\np 1 2 3 4 5 6\n.END",
+    "PROGRAM pick\nVAR i : INTEGER\nBEGIN\n  -- go\n  MOVE TO home\nEND pick",
+)
+
+
 @cache
 def words() -> tuple[str, ...]:
     """Every word of the tables, with what stands between operands."""
@@ -35,43 +54,47 @@ def words() -> tuple[str, ...]:
 
 
 @cache
-def lines() -> tuple[str, ...]:
-    """Good lines: those of the sample programs, and the examples of the tables."""
-    rows = [row.example for table in (INSTRUCTIONS, CONTROL, FUNCTIONS) for row in table.values()]
-    samples = [line for path in sorted((ROOT / "programs").glob("*.v2")) for line in path.read_text().splitlines()]
-    return tuple(line for text in (*rows, *samples) for line in text.splitlines())
+def samples() -> tuple[tuple[str, ...], ...]:
+    """The lines of texts that people wrote: sample and conformance programs, wrong ones, examples of the tables and of
+    the documentation, programs of other makers' languages.
+    """
+    files = (path for pattern in FILES for path in sorted(ROOT.glob(pattern)))
+    pages = "\n".join(path.read_text(encoding="utf-8") for path in sorted(ROOT.glob("docs/*.md")))
+    shown = re.findall(r"(?ms)^```vrs[^\n]*\n(.*?)^```", pages)
+    rows = [row.example for table in (INSTRUCTIONS, CONTROL, FUNCTIONS, COMMANDS) for row in table.values()]
+    texts = (
+        *(path.read_text(encoding="utf-8") for path in files),
+        *re.findall(r"(?ms)^```val2[^\n]*\n(.*?)^```", pages),
+        *("\n".join(re.findall(r"(?m)^\.+(.*)$", one)) for one in shown),
+        *("\n".join(rows[at : at + LONGEST_PART]) for at in range(0, len(rows), LONGEST_PART)),
+        *FOREIGN,
+    )
+    return tuple(tuple(text.splitlines()) for text in texts)
 
 
-def program(random: Random) -> str:
+def sample(random: Random) -> str:
+    """Some lines of such a text, as they are or as the steps of a program."""
+    lines = random.choice(samples())
+    begin = random.choice((0, random.randint(0, max(len(lines) - 1, 0))))
+    chosen = lines[begin : begin + random.randint(1, LONGEST_PART)]
+    return "\n".join((".PROGRAM p", *chosen, ".END", "") if begin and random.random() < 0.7 else (*chosen, ""))
+
+
+def medley(random: Random) -> str:
     """A program of good lines in no good order."""
-    chosen = random.choices(lines(), k=random.randint(1, 12))
-    return "\n".join((".PROGRAM p", *chosen, ".END", "")) if random.random() < 0.8 else "\n".join(chosen)
+    chosen = (random.choice(random.choice(samples()) or ("",)) for _ in range(random.randint(1, LONGEST_PART)))
+    return "\n".join((".PROGRAM p", *chosen, ".END", ""))
+
+
+def typed(random: Random) -> str:
+    """Lines of the prompt."""
+    return "\n".join(line(random) for _ in range(random.randint(1, 8)))
 
 
 def soup(random: Random) -> str:
     """Words of the language, thrown together."""
     steps = [" ".join(random.choices(words(), k=random.randint(1, 8))) for _ in range(random.randint(1, 8))]
     return "\n".join((".PROGRAM p(a, $s)", *steps, ".END", ""))
-
-
-def sentences(random: Random) -> str:
-    """An instruction each line, with operands of the right look."""
-    heads = random.choices((*INSTRUCTIONS, *CONTROL, "x =", "$s =", "SET a =", "TYPE"), k=random.randint(1, 8))
-    steps = [f"{head} {_operands(random)}" for head in heads]
-    return "\n".join((".PROGRAM p", *steps, ".END", ""))
-
-
-def _operands(random: Random) -> str:
-    return random.choice((", ", " ", ":", "+", " = ", " AND ")).join(
-        _operand(random, 3) for _ in range(random.randint(0, 3))
-    )
-
-
-def _operand(random: Random, depth: int) -> str:
-    if depth and random.random() < 0.4:
-        inner = ", ".join(_operand(random, depth - 1) for _ in range(random.randint(0, 4)))
-        return f"{random.choice(tuple(FUNCTIONS))}({inner})"
-    return random.choice(FRAGMENTS[:24])
 
 
 def noise(random: Random) -> str:
@@ -95,16 +118,15 @@ def nested(random: Random) -> str:
     )
 
 
-def mutated(text: str, random: Random) -> str:
+def mutated(text: str, random: Random, times: int) -> str:
     """The text with some of its pieces changed, doubled, swapped or gone."""
-    for _ in range(random.randint(0, 6)):
+    for _ in range(times):
         text = random.choice(_MUTATIONS)(text, random)
     return text
 
 
 def _insert(text: str, random: Random) -> str:
-    at = random.randint(0, len(text))
-    return f"{text[:at]}{random.choice(words())}{text[at:]}"
+    return _put(text, random, random.choice(words()))
 
 
 def _delete(text: str, random: Random) -> str:
@@ -132,10 +154,55 @@ def _other_case(text: str, random: Random) -> str:
     return random.choice((text.lower(), text.upper(), text.replace("\n", "\r\n"), text.replace("\n", "\r")))
 
 
-_MUTATIONS: Sequence[Callable[[str, Random], str]] = (_insert, _delete, _flip, _double, _swap_lines, _other_case)
-_SOURCES: Sequence[Callable[[Random], str]] = (program, program, sentences, sentences, soup, noise, nested)
+def _truncate(text: str, random: Random) -> str:
+    return text[: random.randint(0, len(text))]
 
 
-def text(random: Random) -> str:
-    """Any text."""
-    return mutated(random.choice(_SOURCES)(random), random)
+def _quote(text: str, random: Random) -> str:
+    """A quote too many, or one gone."""
+    return text.replace('"', "", 1) if random.random() < 0.5 else _put(text, random, '"')
+
+
+def _control(text: str, random: Random) -> str:
+    return _put(text, random, random.choice(CONTROLS))
+
+
+def _number_lines(text: str, random: Random) -> str:
+    form = random.choice(("{} {}", "{}. {}", "{}.? {}", "{}{}"))
+    return "\n".join(form.format(number, row) for number, row in enumerate(text.split("\n")))
+
+
+def _put(text: str, random: Random, what: str) -> str:
+    at = random.randint(0, len(text))
+    return text[:at] + what + text[at:]
+
+
+_MUTATIONS: Sequence[Callable[[str, Random], str]] = (
+    *(_insert, _insert, _delete, _delete, _flip, _flip, _double, _swap_lines, _other_case),
+    *(_truncate, _quote, _control, _number_lines),
+)
+KINDS: Mapping[str, Callable[[Random], str]] = {
+    "by the tables": program,
+    "typed lines": typed,
+    "samples": sample,
+    "good lines anyhow": medley,
+    "words anyhow": soup,
+    "characters": noise,
+    "nested": nested,
+}
+_SHARES = (30, 10, 25, 15, 10, 5, 5)  # of a hundred texts
+
+
+class Text(NamedTuple):
+    """`kind`: what it was made of; `mutated`: what was changed in it afterwards, how often."""
+
+    kind: str
+    mutations: int
+    text: str
+
+
+def text(random: Random) -> Text:
+    """Any text. Every other one is as it was made."""
+    (kind,) = random.choices(tuple(KINDS), _SHARES)
+    mutations = random.choice((0, 0, 0, 1, 2, 6))
+    return Text(kind, mutations, mutated(KINDS[kind](random), random, mutations))

@@ -13,6 +13,7 @@ from vrs_cli.language.text.meaning import FUNCTION_NAMES
 from vrs_cli.language.text.precedence import ORDER, RELATIONS
 from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY
 from vrs_cli.language.words.instructions import RESERVED
+from vrs_cli.language.words.values import key_of
 
 T = TypeVar("T")
 
@@ -222,14 +223,20 @@ programs = named(lambda: _programs)
 
 
 def without_places(node: Any, groups: bool = True) -> Any:
-    """A tree as plain tuples, with no spans in it; without `groups`, wherever its source had parentheses."""
+    """A tree as plain tuples, with no spans in it, names and words as they are compared; without `groups`, wherever
+    its source had parentheses.
+    """
     if isinstance(node, tuple):
         return tuple(without_places(child, groups) for child in node)
     if not isinstance(node, msgspec.Struct):
         return node
     left_out = ("span",) if groups else ("span", "grouped")
-    names = (name for name in node.__struct_fields__ if name not in left_out)
-    return (type(node).__name__, *(without_places(getattr(node, name), groups) for name in names))
+    fields = {name: getattr(node, name) for name in node.__struct_fields__ if name not in left_out}
+    if isinstance(fields.get("name"), str):
+        fields["name"] = key_of(fields["name"])
+    if isinstance(node, ast.Word):
+        fields["text"] = node.text.upper()
+    return (type(node).__name__, *(without_places(field, groups) for field in fields.values()))
 
 
 def groups_in(node: Any) -> int:

@@ -226,6 +226,7 @@ SAMPLES_OF = {
     Shape.PROGRAM_TEXT: "$s",
     Shape.LABEL: "10",
     Shape.SIGNALS: "1001",
+    Shape.VALUE: "x",
     Shape.ITEM: "x",
     Shape.FILE: "f.v2",
     Shape.BRANCH: "trial",

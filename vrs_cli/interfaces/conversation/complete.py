@@ -181,6 +181,7 @@ SHAPES: Mapping[Shape, Callable[[Names], Candidates]] = {
     Shape.LOCATION_VARIABLE: lambda names: names.of(*PLACE_FUNCTIONS).items(),
     Shape.STRING_VARIABLE: lambda names: names.of(Kind.STRING).items(),
     Shape.PROGRAM: lambda names: names.programs.items(),
+    Shape.VALUE: _items,
     Shape.ITEM: _items,
     Shape.SWITCH: lambda names: names.switches.items(),
     Shape.PARAMETER_NAME: lambda names: names.parameters.items(),

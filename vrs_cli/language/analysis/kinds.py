@@ -284,6 +284,7 @@ _KINDS: Mapping[type, Callable[[Expressions, Any], Kind | None]] = {
 _SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
     **dict.fromkeys((Shape.REAL, Shape.SIGNALS, Shape.GROUP, Shape.TASK), partial(Expressions.value, wanted=REAL)),
     Shape.STRING: partial(Expressions.value, wanted=STRING),
+    Shape.VALUE: partial(Expressions.value, wanted=ANY_KIND),
     Shape.LOCATION: partial(Expressions.value, wanted=LOCATION),
     Shape.PLACE: partial(Expressions.value, wanted=PLACE),
     **{shape: partial(Expressions._define, wanted=kinds) for shape, kinds in VARIABLES.items()},

@@ -101,7 +101,7 @@ _EXECUTION = (
         "stop before a step of a program (negative: no more); a program alone: none in it; bare: list all",
         "BPT pick, 3"),
     Word("WATCH [expression]", "+",
-        "stop when an expression changes; bare: watch no more", "WATCH count", shapes=(Shape.ITEM,)),
+        "stop when an expression changes; bare: watch no more", "WATCH count", shapes=(Shape.VALUE,)),
     Word("PCEXECUTE [program][, cycles][, step]", "2",
         "start the process control program, beside the robot program", "PCEXECUTE watch"),
     Word("PCABORT", "2", "stop the process control program", "PCABORT", drastic=True),

@@ -31,6 +31,7 @@ class Shape(Enum):
     PROGRAM_TEXT = "string that names a program, and its arguments"
     LABEL = "label"
     SIGNALS = "signal number"
+    VALUE = "value of any kind"
     ITEM = "real, string or format code"
     FILE = "file name"
     BRANCH = "branch"
