@@ -34,8 +34,8 @@ BENT = 0.01  # of the greatest jerk: a bend between two samples from which it is
 AT_LIMIT = 0.999  # of a velocity limit: a joint that begins the stretch there
 SLOWS_DOWN = 0.1  # [1/s] of its velocity: a joint that loses so much is fastest at the beginning
 CLOSER_STEPS = 8  # halvings of the way between two samples
-GOLDEN = 0.6180339887498949
-PEAK_STEPS = 14  # leave a thousandth of the way between two samples
+PEAK_STEPS = 14
+AS_EXPECTED = 1e-4  # of a velocity limit: as fast as was expected
 LOST = 1e-6  # measure of a pose next to a singular one, in which the rates of the joints are rounding
 SINGULAR = 1e-14  # measure of a pose at rest that is singular but for rounding
 
@@ -147,18 +147,25 @@ class StretchLoad:
                 yield self._peak(i, self.samples[0], self.samples[1])
 
     def _peak(self, joint: int, before: Sample, after: Sample) -> Sample:
-        """Where a joint is fastest between two samples, by golden section."""
-        low, high = before.s, after.s
-        a = self._sample(high - GOLDEN * (high - low), before.joints)
-        b = self._sample(low + GOLDEN * (high - low), a.joints)
+        """Where a joint is fastest between two samples: at the top of a parabola through three samples, until it is as
+        fast there as the parabola says (successive parabolic interpolation; Brent, "Algorithms for Minimization without
+        Derivatives", 1973, 5.2). It is at one of both where the parabola rises to there.
+        """
+        limit = self.limits.max_velocity[joint]
+        found = [before, self._sample(0.5 * (before.s + after.s), before.joints), after]
         for _ in range(PEAK_STEPS):
-            if abs(a.velocity[joint]) > abs(b.velocity[joint]):
-                high, b = b.s, a
-                a = self._sample(high - GOLDEN * (high - low), b.joints)
-            else:
-                low, a = a.s, b
-                b = self._sample(low + GOLDEN * (high - low), a.joints)
-        return max(a, b, key=lambda sample: abs(sample.velocity[joint]))
+            top = _top_of(*((sample.s, abs(sample.velocity[joint])) for sample in found))
+            if top is None or not found[0].s < top[0] < found[2].s:
+                break
+            s, expected = top
+            k = 1 + (s > found[1].s)
+            sample = self._sample(s, found[k - 1].joints)
+            found.insert(k, sample)
+            fastest = max((1, 2), key=lambda i: abs(found[i].velocity[joint]))
+            found = found[fastest - 1 : fastest + 2]
+            if abs(abs(sample.velocity[joint]) - expected) < AS_EXPECTED * limit:
+                break
+        return max(found, key=lambda sample: abs(sample.velocity[joint]))
 
     def _sample(self, s: float, near: Joints) -> Sample:
         return self.follower.sample(self.path, s, near)
@@ -255,6 +262,19 @@ class StretchLoad:
                     continue
             load = load.worse(Load(jerk=worst, joint=joint + 1, at=(self.path, a.sample.s)))
         return load
+
+
+def _top_of(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> tuple[float, float] | None:
+    """Where a parabola through three places in order is highest, and how high; None if it is not bent downwards."""
+    (x, u), (y, v), (z, w) = a, b, c
+    if not x < y < z:
+        return None
+    rise, fall = (v - u) / (y - x), (w - v) / (z - y)
+    bend = (fall - rise) / (z - x)
+    if bend >= 0.0:
+        return None
+    slope = rise + bend * (y - x)  # at b
+    return y - 0.5 * slope / bend, v - 0.25 * slope * slope / bend
 
 
 def _between(a: Joints, b: Joints, before: Joints, after: Joints, lasting: float) -> list[tuple[float, bool]]:

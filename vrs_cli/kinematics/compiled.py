@@ -40,7 +40,7 @@ def formulas(links: tuple[Link, ...], base: Transform, flange: Transform, *, arr
     names: dict[str, Any] = {**_angles(arrays), "T": Transform, "new": tuple.__new__}
     if arrays:
         names["new"] = lambda _, entries: entries
-    exec(compile(_Writer(links, base, flange).text(), "<kinematics>", "exec"), names)
+    exec(compile(Writer(links, base, flange).text(), "<kinematics>", "exec"), names)
     return Formulas(names["forward"], names["jacobian"], names["both"])
 
 
@@ -67,36 +67,36 @@ def biases(links: tuple[Link, ...], base: Transform, flange: Transform, *, array
     """The functions of an arm, for floats or for arrays (one for each joint)."""
     names = _angles(arrays)
     for jerk in (False, True):
-        exec(compile(_Writer(links, base, flange).bias_text(jerk=jerk), "<kinematics>", "exec"), names)
+        exec(compile(Writer(links, base, flange).bias_text(jerk=jerk), "<kinematics>", "exec"), names)
     return Biases(names["acceleration"], names["jerk"])
 
 
-class _Writer:
-    """Writes the two functions; `lines` are the assignments so far."""
+class Writer:
+    """Writes the functions of an arm, or of its links from the `first` on; `lines` are the assignments so far."""
 
-    def __init__(self, links: Sequence[Link], base: Transform, flange: Transform) -> None:
+    def __init__(self, links: Sequence[Link], base: Transform, flange: Transform, first: int = 0) -> None:
         self.links, self.lines, self.count = links, list[str](), 0
         self.axes: list[tuple[Column, Column]] = []  # direction and point, joint by joint
         self.steps: list[tuple[tuple[Entry, Column], ...]] = []  # from each frame to the next, and to the flange
-        self.columns = self._columns_of(base)
-        for i, link in enumerate(links):
+        self.columns = self.columns_of(base)
+        for i, link in enumerate(links, first):
             self.axes.append((self.columns[2], self.columns[3]))
             self._joint(i, link)
         n, s, a, _ = self.columns
         self.steps.append(((flange.px, n), (flange.py, s), (flange.pz, a)))
-        self.columns = self._product(self._columns_of(flange))
+        self.columns = self.product(self.columns_of(flange))
 
     def text(self) -> str:
         n, s, a, p = self.columns
-        entries = [_text_of(entry) for row in zip(n, s, a, p, strict=True) for entry in row]
-        head = [self._unpacked("q", "q"), *self.lines]
+        entries = [text_of(entry) for row in zip(n, s, a, p, strict=True) for entry in row]
+        head = [self.unpacked("q", "q"), *self.lines]
         pose = f"new(T, ({', '.join(entries)}))"
         jacobian = self._jacobian_lines(("tx", "ty", "tz"))
         both = self._jacobian_lines((0.0, 0.0, 0.0))
         return (
-            _function("forward(q)", [*head, f"return {pose}"])
-            + _function("jacobian(q, tx=0.0, ty=0.0, tz=0.0)", [*head, *jacobian[:-1], f"return {jacobian[-1]}"])
-            + _function("both(q)", [*head, *both[:-1], f"return {pose}, {both[-1]}"])
+            function("forward(q)", [*head, f"return {pose}"])
+            + function("jacobian(q, tx=0.0, ty=0.0, tz=0.0)", [*head, *jacobian[:-1], f"return {jacobian[-1]}"])
+            + function("both(q)", [*head, *both[:-1], f"return {pose}, {both[-1]}"])
         )
 
     def _jacobian_lines(self, tool: Column) -> list[str]:
@@ -109,11 +109,11 @@ class _Writer:
         """By the outward half of the recursion of Newton and Euler (Luh, Walker and Paul 1980), one derivative more for
         the jerk: the angular velocity w of each frame, its derivatives, and those of the steps that turn with it.
         """
-        entries = ", ".join(map(_text_of, self._bias(jerk)))
-        lines = [self._unpacked("q", "q"), self._unpacked("d", "qd"), *_needed(self.lines, entries)]
-        name, more = ("jerk", [self._unpacked("e", "qdd")]) if jerk else ("acceleration", [])
+        entries = ", ".join(map(text_of, self._bias(jerk)))
+        lines = [self.unpacked("q", "q"), self.unpacked("d", "qd"), *_needed(self.lines, entries)]
+        name, more = ("jerk", [self.unpacked("e", "qdd")]) if jerk else ("acceleration", [])
         arguments = "q, qd, qdd" if jerk else "q, qd"
-        return _function(f"{name}({arguments}, tx=0.0, ty=0.0, tz=0.0)", [*more, *lines, f"return ({entries})"])
+        return function(f"{name}({arguments}, tx=0.0, ty=0.0, tz=0.0)", [*more, *lines, f"return ({entries})"])
 
     def _bias(self, jerk: bool) -> tuple[Entry, ...]:
         still: Column = (0.0, 0.0, 0.0)
@@ -123,88 +123,92 @@ class _Writer:
         steps.append((*last, *hand, ("tx", n), ("ty", s), ("tz", a)))
         for i, (link, (z, _), step) in enumerate(zip(self.links, self.axes, steps, strict=True)):
             rate, change = f"d{i}", f"e{i}" if jerk else 0.0
-            z1 = self._cross(w, z)
-            z2 = self._crossed(still, (w1, z), (w, z1))
+            z1 = self.cross(w, z)
+            z2 = self.crossed(still, (w1, z), (w, z1))
             if link.kind is JointKind.PRISMATIC:
-                twice, thrice = self._sum([(2.0, rate)]), self._sum([(3.0, rate)])
-                slid = ((thrice, z2), (self._sum([(3.0, change)]), z1)) if jerk else ((twice, z1),)
-                moved = self._mix((1.0, moved), *slid)
+                twice, thrice = self.sum([(2.0, rate)]), self.sum([(3.0, rate)])
+                slid = ((thrice, z2), (self.sum([(3.0, change)]), z1)) if jerk else ((twice, z1),)
+                moved = self.mix((1.0, moved), *slid)
             else:
-                w2 = self._mix((1.0, w2), (rate, z2), (self._sum([(2.0, change)]), z1))
-                w1 = self._mix((1.0, w1), (rate, z1), (change, z))
-                w = self._mix((1.0, w), (rate, z))
-            moved = self._carried(moved, self._mix(*step), (w, w1, w2), jerk)
+                w2 = self.mix((1.0, w2), (rate, z2), (self.sum([(2.0, change)]), z1))
+                w1 = self.mix((1.0, w1), (rate, z1), (change, z))
+                w = self.mix((1.0, w), (rate, z))
+            moved = self._carried(moved, self.mix(*step), (w, w1, w2), jerk)
         return (*moved, *(w2 if jerk else w1))
 
     def _carried(self, moved: Column, p: Column, spins: tuple[Column, Column, Column], jerk: bool) -> Column:
         """The acceleration or jerk of the next point, which is at p from this one and turns with the frame."""
         w, w1, w2 = spins
-        p1 = self._cross(w, p)
+        p1 = self.cross(w, p)
         if not jerk:
-            return self._crossed(moved, (w1, p), (w, p1))
-        p2 = self._crossed((0.0, 0.0, 0.0), (w1, p), (w, p1))
-        return self._crossed(moved, (w2, p), (self._mix((2.0, w1)), p1), (w, p2))
+            return self.crossed(moved, (w1, p), (w, p1))
+        p2 = self.crossed((0.0, 0.0, 0.0), (w1, p), (w, p1))
+        return self.crossed(moved, (w2, p), (self.mix((2.0, w1)), p1), (w, p2))
 
-    def _unpacked(self, letter: str, name: str) -> str:
+    def unpacked(self, letter: str, name: str) -> str:
         return f"({' '.join(f'{letter}{i},' for i in range(len(self.links)))}) = {name}"
 
     @staticmethod
-    def _columns_of(T: Transform) -> tuple[Column, Column, Column, Column]:
-        rows = [[_without_rounding(x) for x in T[i : i + 4]] for i in (0, 4, 8)]
+    def columns_of(T: Transform) -> tuple[Column, Column, Column, Column]:
+        rows = [[without_rounding(x) for x in T[i : i + 4]] for i in (0, 4, 8)]
         n, s, a, p = zip(*rows, strict=True)
         return n, s, a, p
 
     def _joint(self, i: int, link: Link) -> None:
         n, s, a, p = self.columns
-        turns = link.kind is JointKind.REVOLUTE
-        angle = (f"q{i} + {link.theta!r}" if link.theta else f"q{i}") if turns else None
-        c, z = (self._new(f"cos({angle})"), self._new(f"sin({angle})")) if angle else (cos(link.theta), sin(link.theta))
-        n, s = self._mix((c, n), (z, s)), self._mix((c, s), (_minus(z), n))
-        d: Entry = link.d if turns else self._sum(((1.0, f"q{i}"), (link.d, 1.0)))
+        c, z, d = self.moved(i, link)
+        n, s = self.mix((c, n), (z, s)), self.mix((c, s), (minus(z), n))
         self.steps.append(((link.a, n), (d, a)))
-        p = self._mix((1.0, p), *self.steps[-1])
-        ca, sa = _without_rounding(cos(link.alpha)), _without_rounding(sin(link.alpha))
-        s, a = self._mix((ca, s), (sa, a)), self._mix((ca, a), (-sa, s))
+        p = self.mix((1.0, p), *self.steps[-1])
+        ca, sa = tilted(link)
+        s, a = self.mix((ca, s), (sa, a)), self.mix((ca, a), (-sa, s))
         self.columns = n, s, a, p
 
-    def _product(self, other: tuple[Column, Column, Column, Column]) -> tuple[Column, Column, Column, Column]:
+    def moved(self, i: int, link: Link) -> tuple[Entry, Entry, Entry]:
+        """The cosine and the sine of the angle at a joint, and how far it slides."""
+        if link.kind is JointKind.PRISMATIC:
+            return cos(link.theta), sin(link.theta), self.sum(((1.0, f"q{i}"), (link.d, 1.0)))
+        angle = f"q{i} + {link.theta!r}" if link.theta else f"q{i}"
+        return self.new(f"cos({angle})"), self.new(f"sin({angle})"), link.d
+
+    def product(self, other: tuple[Column, Column, Column, Column]) -> tuple[Column, Column, Column, Column]:
         n, s, a, p = self.columns
-        turned = [self._mix((x, n), (y, s), (z, a)) for x, y, z in other[:3]]
+        turned = [self.mix((x, n), (y, s), (z, a)) for x, y, z in other[:3]]
         x, y, z = other[3]
-        return turned[0], turned[1], turned[2], self._mix((1.0, p), (x, n), (y, s), (z, a))
+        return turned[0], turned[1], turned[2], self.mix((1.0, p), (x, n), (y, s), (z, a))
 
     def _rows(self, tool: Column) -> list[str]:
         n, s, a, p = self.columns
         tx, ty, tz = tool
-        tip = self._mix((1.0, p), (tx, n), (ty, s), (tz, a))
+        tip = self.mix((1.0, p), (tx, n), (ty, s), (tz, a))
         columns: list[tuple[Entry, ...]] = []
         for link, (z, o) in zip(self.links, self.axes, strict=True):
             if link.kind is JointKind.PRISMATIC:
                 columns.append((*z, 0.0, 0.0, 0.0))
                 continue
-            x = self._mix((1.0, tip), (-1.0, o))
-            columns.append((*self._cross(z, x), *z))
-        return ["".join(f"{_text_of(entry)}, " for entry in row) for row in zip(*columns, strict=True)]
+            x = self.mix((1.0, tip), (-1.0, o))
+            columns.append((*self.cross(z, x), *z))
+        return ["".join(f"{text_of(entry)}, " for entry in row) for row in zip(*columns, strict=True)]
 
     # --- entries ---
 
-    def _mix(self, *terms: tuple[Entry, Column]) -> Column:
+    def mix(self, *terms: tuple[Entry, Column]) -> Column:
         """A sum of columns, each times a factor."""
-        x, y, z = (self._sum((factor, column[i]) for factor, column in terms) for i in range(3))
+        x, y, z = (self.sum((factor, column[i]) for factor, column in terms) for i in range(3))
         return x, y, z
 
-    def _cross(self, a: Column, b: Column) -> Column:
-        return self._crossed((0.0, 0.0, 0.0), (a, b))
+    def cross(self, a: Column, b: Column) -> Column:
+        return self.crossed((0.0, 0.0, 0.0), (a, b))
 
-    def _crossed(self, start: Column, *pairs: tuple[Column, Column]) -> Column:
+    def crossed(self, start: Column, *pairs: tuple[Column, Column]) -> Column:
         """A column and cross products."""
         x, y, z = (
-            self._sum([(1.0, start[i]), *(term for a, b in pairs for term in ((a[j], b[k]), (_minus(a[k]), b[j])))])
+            self.sum([(1.0, start[i]), *(term for a, b in pairs for term in ((a[j], b[k]), (minus(a[k]), b[j])))])
             for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1))
         )
         return x, y, z
 
-    def _sum(self, terms: Iterable[tuple[Entry, Entry]]) -> Entry:
+    def sum(self, terms: Iterable[tuple[Entry, Entry]]) -> Entry:
         """A sum of products: a number, a name that is there, or a new one."""
         known, rest = 0.0, list[str]()
         for a, b in terms:
@@ -219,9 +223,9 @@ class _Writer:
             return known
         if abs(known) > NOTHING:
             rest.append(repr(known))
-        return rest[0] if len(rest) == 1 and "*" not in rest[0] else self._new(" + ".join(rest).replace("+ -", "- "))
+        return rest[0] if len(rest) == 1 and "*" not in rest[0] else self.new(" + ".join(rest).replace("+ -", "- "))
 
-    def _new(self, expression: str) -> str:
+    def new(self, expression: str) -> str:
         self.count += 1
         self.lines.append(f"t{self.count} = {expression}")
         return f"t{self.count}"
@@ -239,13 +243,18 @@ def _with_sign(text: str, negative: bool) -> str:
     return f"-{text}" if negative else text
 
 
-def _minus(entry: Entry) -> Entry:
+def minus(entry: Entry) -> Entry:
     if isinstance(entry, str):
         return entry[1:] if entry.startswith("-") else f"-{entry}"
     return 0.0 - entry
 
 
-def _without_rounding(x: float) -> float:
+def tilted(link: Link) -> tuple[float, float]:
+    """The cosine and the sine of the twist of a link."""
+    return without_rounding(cos(link.alpha)), without_rounding(sin(link.alpha))
+
+
+def without_rounding(x: float) -> float:
     """The rounding of a right angle taken away."""
     for exact in (0.0, 1.0, -1.0):
         if abs(x - exact) < NOTHING:
@@ -263,9 +272,9 @@ def _needed(lines: Iterable[str], result: str) -> list[str]:
     return kept[::-1]
 
 
-def _text_of(entry: Entry) -> str:
+def text_of(entry: Entry) -> str:
     return entry if isinstance(entry, str) else repr(float(entry))
 
 
-def _function(head: str, lines: Iterable[str]) -> str:
+def function(head: str, lines: Iterable[str]) -> str:
     return f"def {head}:\n" + "".join(f"    {line}\n" for line in lines)

@@ -46,17 +46,28 @@ def _written(n: int, sides: int) -> Callable[..., tuple[tuple[float, ...], ...] 
 
 
 def _text(n: int, sides: int) -> str:
-    """Entry `a1_2` is of row 1 and column 2; the columns from n on have what is wanted."""
+    rows = ", ".join(f"({listed(f'a{r}_{c}' for c in range(n))})" for r in range(n))
+    lines = [f"{rows}, = rows"]
+    lines += [f"{listed(f'a{r}_{n + side}' for r in range(n))} = wanted{side}" for side in range(sides)]
+    found = (listed(f"x{k}_{side}" for k in range(n)) for side in range(sides))
+    lines += [*elimination_lines(n, sides), f"return {listed(f'({one})' for one in found)}"]
+    head = f"def square(rows, {listed(f'wanted{side}' for side in range(sides))}):\n"
+    return head + "".join(f"    {line}\n" for line in lines)
+
+
+def elimination_lines(n: int, sides: int) -> list[str]:
+    """From `a1_2`, the entry of row 1 and column 2, to `x2_0`, the unknown of column 2: the columns from n on have what
+    is wanted, side by side. Returns None near a singular matrix, and asks for `SMALL` and `LARGE`.
+    """
     rows = [[f"a{r}_{c}" for c in range(n + sides)] for r in range(n)]
-    lines = [f"{', '.join(f'({_listed(row[:n])})' for row in rows)}, = rows"]
-    lines += [f"{_listed(row[n + side] for row in rows)} = wanted{side}" for side in range(sides)]
+    lines = list[str]()
     for k, pivot in enumerate(rows):
         below = rows[k + 1 :]
         search = [f"most, r = abs({pivot[k]}), {k}"]
         search += [f"if abs({row[k]}) > most: most, r = abs({row[k]}), {r}" for r, row in enumerate(below, k + 1)]
         search += ["if most < SMALL: return None"]
         for r, row in enumerate(below, k + 1):
-            search += [f"if r == {r}: {_listed(pivot[k:] + row[k:])} = {_listed(row[k:] + pivot[k:])}"]
+            search += [f"if r == {r}: {listed(pivot[k:] + row[k:])} = {listed(row[k:] + pivot[k:])}"]
         lines += [f"if -LARGE < {pivot[k]} < LARGE:", *(f"    {line}" for line in search)] if sides > 1 else search
         for row in below:
             changes = "; ".join(f"{x} -= f * {y}" for x, y in zip(row[k + 1 :], pivot[k + 1 :], strict=True))
@@ -65,13 +76,10 @@ def _text(n: int, sides: int) -> str:
         for side in range(sides):
             known = " + ".join(f"{row[c]} * x{c}_{side}" for c in range(k + 1, n)) or "0.0"
             lines += [f"x{k}_{side} = ({row[n + side]} - ({known})) / {row[k]}"]
-    found = (_listed(f"x{k}_{side}" for k in range(n)) for side in range(sides))
-    lines += [f"return {_listed(f'({one})' for one in found)}"]
-    head = f"def square(rows, {_listed(f'wanted{side}' for side in range(sides))}):\n"
-    return head + "".join(f"    {line}\n" for line in lines)
+    return lines
 
 
-def _listed(names: Iterable[str]) -> str:
+def listed(names: Iterable[str]) -> str:
     return "".join(f"{name}, " for name in names)
 
 
@@ -118,20 +126,28 @@ def damped(
     return [tuple([sum(map(mul, weights, column)) for column in columns]) for weights in found]
 
 
-def determinant(rows: Sequence[Sequence[float]]) -> float:
-    """Of a square matrix, by elimination with partial pivoting."""
-    table, result = [list(row) for row in rows], 1.0
-    for k in range(len(table)):
-        r = max(range(k, len(table)), key=lambda i: abs(table[i][k]))
-        if not table[r][k]:
-            return 0.0
-        if r != k:
-            table[k], table[r], result = table[r], table[k], -result
-        result *= table[k][k]
-        for i in range(k + 1, len(table)):
-            factor = table[i][k] / table[k][k]
-            table[i] = [x - factor * y for x, y in zip(table[i], table[k], strict=True)]
-    return result
+def volume(rows: Sequence[Sequence[float]]) -> float:
+    """Of what rows span: the root of the determinant of rows @ rows^T. 0 of rows that depend on each other."""
+    return float(_written_volume(len(rows), len(rows[0]))(rows))
+
+
+@cache
+def _written_volume(m: int, n: int) -> Callable[[Sequence[Sequence[float]]], float]:
+    """Of m rows of n, written out; entry `g1_2` is of rows @ rows^T."""
+    rows = [[f"a{r}_{c}" for c in range(n)] for r in range(m)]
+    lines = [f"{listed(f'({listed(row)})' for row in rows)} = rows"]
+    for r, row in enumerate(rows):
+        dots = (" + ".join(f"{x} * {y}" for x, y in zip(row, other, strict=True)) for other in rows[: r + 1])
+        lines += [f"g{r}_{k} = {dot}" for k, dot in enumerate(dots)]
+    for k in range(m):
+        lines += [f"if g{k}_{k} <= 0.0: return 0.0"]
+        for r in range(k + 1, m):
+            changes = "; ".join(f"g{r}_{c} -= f * g{c}_{k}" for c in range(k + 1, r + 1))
+            lines += [f"f = g{r}_{k} / g{k}_{k}; {changes}"]
+    lines += [f"return sqrt({' * '.join(f'g{k}_{k}' for k in range(m))})"]
+    names: dict[str, Any] = {"sqrt": sqrt}
+    exec(compile("def volume(rows):\n" + "".join(f"    {line}\n" for line in lines), "<volume>", "exec"), names)
+    return cast(Callable[[Sequence[Sequence[float]]], float], names["volume"])
 
 
 def _back(table: list[list[float]], order: list[int], count: int) -> tuple[float, ...]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import islice
-from math import hypot, sqrt
+from math import hypot
 
 from vrs_cli.kinematics.compiled import formulas
-from vrs_cli.kinematics.elimination import determinant, gram
+from vrs_cli.kinematics.elimination import volume
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import RobotModel, axes_parallel, flange_steady, joint_axes, levers
 from vrs_cli.kinematics.numeric.search import MEASURED, some_joints
@@ -98,4 +98,4 @@ def _volume(rows: Rows) -> float:
     if not all(sizes):
         return 0.0
     units = [[x / size for x in row] for row, size in zip(rows, sizes, strict=True)]
-    return sqrt(max(determinant(gram(units)), 0.0))
+    return volume(units)

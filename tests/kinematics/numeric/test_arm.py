@@ -16,7 +16,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalJoint, JointOutOfRange, LocationOutOfRange, LocationTooFar, NotAvailable
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import NONE
-from vrs_cli.kinematics.elimination import determinant, solve, square, squares
+from vrs_cli.kinematics.elimination import solve, square, squares, volume
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.numeric.search import turn_between
 from vrs_cli.kinematics.robot_file import load_robot
@@ -230,10 +230,11 @@ def test_small_systems() -> None:
     x = solve(rows, (4.0, 5.0, 7.0))
     assert x is not None
     assert [sum(a * b for a, b in zip(row, x, strict=True)) for row in rows] == pytest.approx([4.0, 5.0, 7.0])
-    assert determinant(rows) == pytest.approx(np.linalg.det(rows))
+    assert volume(rows) == pytest.approx(abs(np.linalg.det(rows)))
+    assert volume(rows[:2]) == pytest.approx(np.sqrt(5.0))
     assert solve(((1.0, 0.0), (2.0, 0.0)), (3.0, 6.0)) == (3.0, 0.0)  # what nothing decides is 0
     assert solve(((1.0, 0.0), (2.0, 0.0)), (3.0, 5.0)) is None
-    assert determinant(((1.0, 2.0), (2.0, 4.0))) == 0.0
+    assert volume(((1.0, 2.0), (2.0, 4.0))) == 0.0
     assert solve(((1.0, 0.0), (0.0, 3e-10)), (1.0, 6e-10)) == pytest.approx((1.0, 2.0))  # small, but no rounding
     assert solve(((1.0, 0.0), (0.0, 3e-11)), (1.0, 6e-11)) == (1.0, 0.0)
 

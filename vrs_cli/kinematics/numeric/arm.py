@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from itertools import islice
-from math import degrees, dist, hypot, inf, sqrt
+from math import degrees, dist, hypot, inf
 from operator import add, mul
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
-from vrs_cli.kinematics.elimination import damped, determinant, gram, square, squares
+from vrs_cli.kinematics.elimination import damped, gram, square, squares, volume
 from vrs_cli.kinematics.jacobian import Demands, Jacobian, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
-from vrs_cli.kinematics.numeric.redundancy import PARTS, Asked, Walk, walk, walks
+from vrs_cli.kinematics.numeric.newton import NO_TWIST, Newton, newton
+from vrs_cli.kinematics.numeric.redundancy import PARTS, Asked, Follow, Walk, walk, walks
 from vrs_cli.kinematics.numeric.search import (
     CONVERGED,
     FEW,
@@ -82,9 +83,10 @@ class NumericArm(RobotArm):
 
     def _freedom_at(self, q: Joints, joints: Sequence[int]) -> float:
         """Of one pose; of an arm with too few joints, how well it does what it can."""
-        rows, _ = self.rows_that_count(q, self.jacobian(q), (0.0,) * 6)
-        rows = [tuple(row[i] for i in joints) for row in rows]
-        return _measure(list(zip(*rows, strict=True)) if self.short else rows)
+        rows, _ = self.rows_that_count(q, self.jacobian(q), NO_TWIST)
+        if joints != self._all:
+            rows = [tuple(row[i] for i in joints) for row in rows]
+        return volume(list(zip(*rows, strict=True)) if self.short else rows)
 
     def _rates(self, q: Joints, J: Jacobian, twist: Twist, demands: Demands) -> Joints:
         rows, wanted = self.rows_that_count(q, J, twist)
@@ -103,38 +105,17 @@ class NumericArm(RobotArm):
         return self.guided_joints(T, near, self._still(near))
 
     def guided_joints(self, T: Transform, near: Joints, demands: Demands) -> Joints | None:
-        return self._next_to(T, near, demands) or self._search(T, near, self._all, demands, bounded=False)[0]
-
-    def _next_to(self, T: Transform, q: Joints, demands: Demands) -> Joints | None:
-        """`guided_joints` by Newton's method alone, from joints that are so near that it converges; None if not."""
-        sums = [weights for weights, _ in demands]
-        if not self.unchanging.allows(T):
-            return None
-        for _ in range(FEW):
-            rows, error = self.missing(q, T)
-            error += [value - sum(map(mul, weights, q)) for weights, value in demands]
-            step = square([*rows, *sums], error) if len(rows) + len(sums) == len(q) else None
-            if step is None or max(map(abs, step)) > SHORT:
-                return None
-            q = tuple([x + dx for x, dx in zip(q, step, strict=True)])
-            if max(map(abs, step)) < LAST:  # what is left is less than its square
-                return q
-        return None
+        at_once = self.guided_state(T, near, demands, NO_TWIST, (0.0,) * len(demands))
+        return at_once[0] if at_once else self._search(T, near, self._all, demands, bounded=False)[0]
 
     def guided_state(
         self, T: Transform, near: Joints, demands: Demands, twist: Twist, rates: Sequence[float]
     ) -> tuple[Joints, Joints] | None:
-        task, sums, q = self.model.task, [weights for weights, _ in demands], near
-        if len(q) != task.size + len(sums) or not self.unchanging.allows(T):
+        q, before = near, LAST
+        if self.short or len(demands) != self.redundancy or not self.unchanging.allows(T):
             return None
-        both, all_count, before = self.forward_and_jacobian, all(task.counts), LAST
         for _ in range(FEW):
-            have, J = both(q)
-            miss = missing(task, have, T)
-            rows, error = (J, miss) if all_count else self.rows_that_count(q, J, miss)
-            wanted = twist if all_count else self.rows_that_count(q, J, twist)[1]
-            error = *error, *[value - sum(map(mul, weights, q)) for weights, value in demands]
-            found = squares((*rows, *sums), error, (*wanted, *rates))
+            found = self._newton(q, T, demands, twist, rates)
             if found is None:
                 return None
             step, qd = found
@@ -148,11 +129,30 @@ class NumericArm(RobotArm):
             before = largest
         return None
 
+    @cached_property
+    def _newton(self) -> Newton:
+        model = self.model
+        return newton(model.links, model.base, model.flange) if all(model.task.counts) else self._newton_of_parts
+
+    def _newton_of_parts(
+        self, q: Joints, T: Transform, demands: Demands, twist: Twist, rates: Sequence[float]
+    ) -> tuple[Joints, Joints] | None:
+        """`newton.newton` of a task of which not all counts."""
+        rows, error = self.missing(q, T)
+        _, wanted = self.rows_that_count(q, (), twist)
+        error += [value - sum(map(mul, weights, q)) for weights, value in demands]
+        found = squares((*rows, *[weights for weights, _ in demands]), error, (*wanted, *rates))
+        return None if found is None else (found[0], found[1])
+
+    @cached_property
+    def _follow(self) -> Follow:
+        return Follow(self.model, self.held, self.missing, self._newton)
+
     def walks(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Iterator[Walk]:
-        return walks(self.model, self.missing, begin, poses, asked)
+        return walks(self._follow, begin, poses, asked)
 
     def shortest_walk(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Walk:
-        return walk(self.model, self.missing, begin, poses, asked, PARTS[0])
+        return walk(self._follow, begin, poses, asked, PARTS[0])
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
         found = self._solutions(T, self._middle)
@@ -290,8 +290,3 @@ class NumericArm(RobotArm):
         """`elbow`: the freedom of this pose beside the mean of all; there is no telling which joints it is."""
         mean = self._mean_freedom
         return Singularity(1.0, min(self._freedom_at(q, self._all) / mean, 1.0) if mean else 1.0, 1.0)
-
-
-def _measure(rows: Sequence[Joints]) -> float:
-    """Yoshikawa's: how well joints move what these rows of the Jacobian say."""
-    return sqrt(max(determinant(gram(rows)), 0.0))

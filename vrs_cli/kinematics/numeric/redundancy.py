@@ -20,9 +20,10 @@ from math import sqrt
 from operator import mul
 from typing import NamedTuple
 
-from vrs_cli.kinematics.elimination import damped, squares
+from vrs_cli.kinematics.elimination import damped
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.numeric.newton import NO_TWIST, Newton
 from vrs_cli.kinematics.transform import Transform
 
 PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)  # of the gradient, over the whole walk
@@ -34,7 +35,6 @@ DAMPING = 1e-9  # [m2, rad2] of the pseudo-inverse
 
 Rows = Sequence[Sequence[float]]
 Asked = tuple[tuple[int, float], ...]  # joints, by index, and where each is to end: there its own guide leads
-Missing = Callable[[Joints, Transform], tuple[Rows, Sequence[float]]]  # of the Jacobian, and what is missing in them
 
 
 class Walk(NamedTuple):
@@ -52,18 +52,27 @@ class Walk(NamedTuple):
         return tuple([sum(map(mul, weights, self.end)) for weights in self.weights])
 
 
-def walks(
-    model: RobotModel, missing: Missing, begin: Joints, poses: Sequence[Transform], asked: Asked
-) -> Iterator[Walk]:
+class Follow(NamedTuple):
+    """What an arm follows poses with: `missing` gives the rows of the Jacobian that count, and what is missing; `held`
+    are the joints, by index, that the others miss least, as many as there are too many.
+    """
+
+    model: RobotModel
+    held: tuple[int, ...]
+    missing: Callable[[Joints, Transform], tuple[Rows, Sequence[float]]]
+    newton: Newton
+
+
+def walks(arm: Follow, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Iterator[Walk]:
     """The walks from the joints `begin` through poses of the flange, theirs first, that arrive inside the ranges; the
     walk to try first first.
 
     Those that keep far from the ends of ranges in the order of `PARTS`; then the others, the farther the sooner.
     """
     found = list[Walk]()
-    free = len(begin) > model.task.size + len(asked)
+    free = len(begin) > arm.model.task.size + len(asked)
     for part in PARTS if free else PARTS[:1]:
-        this = walk(model, missing, begin, poses, asked, part)
+        this = walk(arm, begin, poses, asked, part)
         if this.arrives and this.margin >= ENOUGH:
             yield this
         else:
@@ -72,22 +81,21 @@ def walks(
     yield from sorted(inside, key=lambda one: -one.margin)
 
 
-def walk(
-    model: RobotModel, missing: Missing, begin: Joints, poses: Sequence[Transform], asked: Asked, part: float
-) -> Walk:
+def walk(arm: Follow, begin: Joints, poses: Sequence[Transform], asked: Asked, part: float) -> Walk:
     """With such a part of the gradient."""
-    q, margin, basis, total = begin, 1.0, list[Joints](), list[Joints]()
+    q, margin, total = begin, 1.0, list[Joints]()
     axes = [tuple([float(i == joint) for i in range(len(q))]) for joint, _ in asked]
+    others = [i for i in arm.held if i not in dict(asked)]
+    basis = [tuple([float(i == joint) for i in range(len(q))]) for joint in others[: len(arm.held) - len(asked)]]
     for k, pose in enumerate(poses):
-        rows, error = missing(q, pose)
         done = k / (len(poses) - 1)
-        rows, error = [*rows, *axes], [*error, *(begin[i] + done * (end - begin[i]) - q[i] for i, end in asked)]
-        inward = tuple([part / len(poses) * x for x in _inward(model, q)]) if part else (0.0,) * len(q)
-        step, basis = _step(rows, error, basis or _some_null_space(rows), inward)
+        held = [(axis, begin[i] + done * (end - begin[i])) for axis, (i, end) in zip(axes, asked, strict=True)]
+        inward = tuple([part / len(poses) * x for x in _inward(arm.model, q)]) if part else (0.0,) * len(q)
+        step, basis = _step(arm, q, pose, held, basis, inward)
         total = [_sum(a, b) for a, b in zip(total, basis, strict=True)] if total else basis
         q = _sum(q, step)
-        margin = min(margin, *_margins(model, q))
-    arrives = max(map(abs, missing(q, poses[-1])[1])) < THERE
+        margin = min(margin, *_margins(arm.model, q))
+    arrives = max(map(abs, arm.missing(q, poses[-1])[1])) < THERE
     return Walk(q, (*axes, *_orthonormal(total)), margin, arrives)
 
 
@@ -107,28 +115,25 @@ def _margins(model: RobotModel, q: Joints) -> Iterator[float]:
 # --- the null space ----------------------------------------------------------------------------------------------
 
 
-def _step(rows: Rows, error: Sequence[float], near: list[Joints], inward: Joints) -> tuple[Joints, list[Joints]]:
-    """The shortest step that makes up for an error, with what leads `inward` in the null space; and an orthonormal
-    basis of that, each direction next to one of some others.
+def _step(
+    arm: Follow, q: Joints, pose: Transform, held: list[tuple[Joints, float]], near: list[Joints], inward: Joints
+) -> tuple[Joints, list[Joints]]:
+    """The shortest step to a pose and to sums that are held, with what leads `inward` in the null space; and an
+    orthonormal basis of that, each direction next to one of some others.
     """
-    free, task = range(len(near)), (0.0,) * len(rows)
-    units = [(*task, *(float(i == k) for i in free)) for k in free]
-    found = squares((*rows, *near), (*error, *(0.0 for _ in free)), *units)
-    if found is None:
-        return tuple(damped(rows, [error], DAMPING)[0]), near
-    step, *directions = found
-    basis = _orthonormal(directions)
+    demands, first = (*held, *((unit, _dot(unit, q)) for unit in near)), len(held)
+    units = [[float(i == first + k) for i in range(len(demands))] for k in range(max(len(near), 1))]
+    found = [one for unit in units if (one := arm.newton(q, pose, demands, NO_TWIST, unit)) is not None]
+    if len(found) < len(units):
+        return _damped_step(arm, q, pose, held), near
+    step, basis = found[0][0], _orthonormal(rates for _, rates in found[: len(near)])
     return _sum(step, *(_scaled(unit, _dot(unit, inward) - _dot(unit, step)) for unit in basis)), basis
 
 
-def _some_null_space(rows: Rows) -> list[Joints]:
-    """The same next to single joints, those that move most without the task."""
-    columns, basis = list(zip(*rows, strict=True)), list[Joints]()
-    done = damped(rows, columns, DAMPING)
-    free = [tuple([(i == k) - x for i, x in enumerate(row)]) for k, row in enumerate(done)]
-    while len(basis) < len(columns) - len(rows):
-        basis = _orthonormal([*basis, max((_beside(direction, basis) for direction in free), key=_square)])
-    return basis
+def _damped_step(arm: Follow, q: Joints, pose: Transform, held: list[tuple[Joints, float]]) -> Joints:
+    rows, error = arm.missing(q, pose)
+    rest = [value - _dot(axis, q) for axis, value in held]
+    return damped([*rows, *(axis for axis, _ in held)], [[*error, *rest]], DAMPING)[0]
 
 
 def _orthonormal(directions: Iterable[Joints]) -> list[Joints]:

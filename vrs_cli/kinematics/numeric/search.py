@@ -69,7 +69,7 @@ def missing(task: Task, have: Transform, want: Transform) -> Twist:
 
 def turn_between(a: Vector, b: Vector) -> Vector:
     """The shortest rotation vector that brings direction a to b."""
-    return _scaled(cross(a, b), dot(a, b))
+    return as_long_as_angle(cross(a, b), dot(a, b))
 
 
 def rotation_vector(have: Transform, want: Transform) -> Vector:
@@ -83,11 +83,11 @@ def rotation_vector(have: Transform, want: Transform) -> Vector:
         + h.sx * w.sx + h.sy * w.sy + h.sz * w.sz
         + h.ax * w.ax + h.ay * w.ay + h.az * w.az
     )  # fmt: skip
-    return _scaled((x, y, z), 0.5 * (trace - 1.0))
+    return as_long_as_angle((x, y, z), 0.5 * (trace - 1.0))
 
 
-def _scaled(v: Vector, cosine: float) -> Vector:
-    """A vector as long as the sine of its angle made as long as the angle."""
+def as_long_as_angle(v: Vector, cosine: float) -> Vector:
+    """A rotation vector that is as long as the sine of its angle, made as long as the angle."""
     sine = hypot(*v)
     if sine < 1e-12:  # no turn, or half a turn: about any axis, the next step sees which
         return v if cosine > 0.0 else (1e-3, 0.0, 0.0)

@@ -13,6 +13,7 @@ from math import dist, pi, sqrt
 from typing import NamedTuple
 
 from vrs_cli.kinematics.axes import axis_of
+from vrs_cli.kinematics.elimination import volume
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel, levers, link_frames
 from vrs_cli.kinematics.transform import Transform, Vector, cross, position, rotate, subtracted
@@ -133,9 +134,8 @@ class _Wanted:
         columns = list(self._columns(frames))
         by_rows = [list(row) for row in zip(*columns, strict=True)]
         vectors = by_rows if len(by_rows) <= len(columns) else columns
-        squares = [[sum(map(float.__mul__, a, b)) for b in vectors] for a in vectors]
-        mean = sum(row[i] for i, row in enumerate(squares)) / len(squares)
-        return _determinant(squares) ** (1.0 / len(squares)) / mean if mean > 0.0 else 0.0
+        count, mean = len(vectors), sum(x * x for row in vectors for x in row) / len(vectors)
+        return float(volume(vectors) ** (2.0 / count) / mean) if mean > 0.0 else 0.0
 
     def _columns(self, frames: Sequence[Transform]) -> Iterator[list[float]]:
         """Of the Jacobian at the flange."""
@@ -147,17 +147,3 @@ class _Wanted:
             else:
                 x, y, z = cross(axis.direction, subtracted(at, axis.point))
                 yield [x / unit, y / unit, z / unit, *axis.direction][: self.rows]
-
-
-def _determinant(squares: list[list[float]]) -> float:
-    """Of a matrix A A^T, by elimination; never below zero."""
-    found = 1.0
-    for k, pivot in enumerate(squares):
-        if pivot[k] <= 0.0:
-            return 0.0
-        found *= pivot[k]
-        for row in squares[k + 1 :]:
-            factor = row[k] / pivot[k]
-            for i in range(k, len(row)):
-                row[i] -= factor * pivot[i]
-    return found
