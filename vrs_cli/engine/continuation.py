@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from itertools import pairwise
 from math import hypot
-from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -18,21 +17,13 @@ from vrs_cli.kinematics.transform import position
 from vrs_cli.trajectory.polynomial import Polynomial, derivative
 from vrs_cli.trajectory.segment import CartesianPath
 
-PIECES = (1, 4, 16, 64)  # in which the way between two samples is looked at, before there is a sample more
+FOURTH = 4
+POWERS = np.arange(1.0, FOURTH + 1.0)
+PIECES = (2, 8, 32, 64)  # in which the way between two samples is looked at, before there is a sample more
 AT_REST = 2.0**-6  # of a stretch from rest or to it: less than a thousandth of its way
 FINEST = 2.0**-24  # of a stretch, between samples
 MOST_SAMPLES = 400  # of a line more than it had
 TOGETHER = 8  # ways that are halved at once, the finest first: where nothing goes on that is found soon
-
-
-class Pace(NamedTuple):
-    """Of a stretch: bounds of the fourth derivative of the tool's place [m/s4], of the first four of the angles that it
-    turns by, together [rad/s ...], and of the fourth of its guides.
-    """
-
-    place: float
-    turns: tuple[float, float, float, float]
-    guide: float
 
 
 class Followed(Struct, frozen=True, dict=True):
@@ -43,14 +34,19 @@ class Followed(Struct, frozen=True, dict=True):
     samples: list[Sample]
 
     @cached_property
-    def pace(self) -> Pace:
+    def pace(self) -> tuple[float, ...]:
+        """Bounds: of the fourth derivative of the tool's place [m/s4], of the first four of the angles that it turns
+        by, together [rad/s ...], and of the fourth of its guides.
+        """
         rates, turns = [turn.angle for turn in self.path.turns], list[float]()
-        for _ in range(4):
+        for _ in range(FOURTH):
             rates = [derivative(rate) for rate in rates]
             turns.append(sum(most(rate, self.duration) for rate in rates))
-        places = (most(_fourth(row), self.duration) for row in self.path.position)
-        guides = (most(_fourth(guide.value), self.duration) for guide in self.path.guides)
-        return Pace(hypot(*places), (turns[0], turns[1], turns[2], turns[3]), hypot(*guides))
+        return self._bent(self.path.position), *turns, self._bent([guide.value for guide in self.path.guides])
+
+    def _bent(self, rows: Iterable[Polynomial]) -> float:
+        """A bound of the fourth derivatives together."""
+        return hypot(*(most(_fourth(row), self.duration) for row in rows if len(row) > FOURTH))
 
 
 class Gap(Struct, frozen=True):
@@ -104,26 +100,30 @@ def _gaps(follower: Follower, stretch: Followed) -> list[Gap]:
 
 
 def _gaps_without_proof(continuation: Continuation, follower: Follower, gaps: list[Gap]) -> list[Gap]:
+    if not gaps:
+        return []
+    arrays, left = _arrays(follower, gaps), np.arange(len(gaps))
     for pieces in PIECES:
-        if gaps:
-            proved = continuation.proved(_arrays(follower, gaps), pieces)
-            gaps = [gap for gap, sure in zip(gaps, proved.tolist(), strict=True) if not sure]
-    return gaps
+        unsure = ~continuation.proved(arrays, pieces)
+        left, arrays = left[unsure], arrays.some(unsure)
+        if not len(left):
+            break
+    return [gaps[k] for k in left]
 
 
 def _arrays(follower: Follower, gaps: list[Gap]) -> Gaps:
-    h = np.array([gap.lasting for gap in gaps])
-    rows = [(gap.a.joints, gap.b.joints, gap.a.velocity, gap.b.velocity) for gap in gaps]
-    begin, end, begin_rate, end_rate = np.array(rows).transpose(1, 0, 2)
-    place, guide = np.array([(gap.of.pace.place, gap.of.pace.guide) for gap in gaps]).T * h**4
-    turn = np.array([gap.of.pace.turns for gap in gaps]) * h[:, None] ** np.arange(1.0, 5.0)
+    paces = np.array([(gap.lasting, *gap.of.pace) for gap in gaps])
+    h, place, turn, guide = paces[:, 0], paces[:, 1], paces[:, 2:6], paces[:, 6]
+    rows = [(*gap.a.joints, *gap.b.joints, *gap.a.velocity, *gap.b.velocity) for gap in gaps]
+    begin, end, begin_rate, end_rate = np.array(rows).reshape(len(gaps), 4, -1).transpose(1, 0, 2)
+    turn = turn * h[:, None] ** POWERS
     weights = np.array([guide.weights for guide in gaps[0].of.path.guides]).reshape(-1, begin.shape[1])
     lever = hypot(*position(follower.T_tool_flange))  # of the flange, which the tool carries
-    place = place + lever * fourth_of_turn(*turn.T)
-    return Gaps(begin, end, begin_rate * h[:, None], end_rate * h[:, None], place, turn, guide, weights)
+    place = place * h**4 + lever * fourth_of_turn(*turn.T)
+    return Gaps(begin, end, begin_rate * h[:, None], end_rate * h[:, None], place, turn, guide * h**4, weights)
 
 
 def _fourth(a: Polynomial) -> Polynomial:
-    for _ in range(4):
+    for _ in range(FOURTH):
         a = derivative(a)
     return a

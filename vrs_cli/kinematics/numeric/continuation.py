@@ -56,6 +56,11 @@ class Gaps(NamedTuple):
     guide: Floats  # (k,) of the fourth of the guides
     weights: Floats  # of r guides (r, n)
 
+    def some(self, which: Flags) -> Gaps:
+        """Those for which it is true."""
+        begin, end, begin_rate, end_rate, place, turn, guide = (row[which] for row in self[:-1])
+        return Gaps(begin, end, begin_rate, end_rate, place, turn, guide, self.weights)
+
     def bends(self) -> tuple[Floats, Floats, Floats]:
         """The second derivatives of the cubic at both ends and the third (k, n)."""
         way, v, w = self.end - self.begin, self.begin_rate, self.end_rate
