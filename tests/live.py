@@ -14,6 +14,7 @@ from types import ModuleType
 import pytest
 
 REAL = {"http", "selenium", "signal", "socket", "subprocess", "threading", "urllib", "websockets"}
+PATIENCE = 60.0  # [s] until a test fails that waits for something real: a busy machine keeps it waiting
 AGAIN = 2  # times that a failed one is tried again
 MARKS = (pytest.mark.live, pytest.mark.flaky(reruns=AGAIN))  # `flaky` is the word of pytest-rerunfailures
 

@@ -17,6 +17,7 @@ import pytest
 
 import vrs_cli as vrs
 from tests.kinematics.test_urdf import written
+from tests.live import PATIENCE
 from vrs_cli.dialogue.replies import ReachReport, Whereabouts
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import FileDamaged, NonexistentFile, ProgramNotExecutable, UndefinedName
@@ -336,7 +337,7 @@ def test_a_robot_that_nobody_holds_leaves_nothing_behind() -> None:
     left = weakref.ref(r._robot)
     del r
     gc.collect()
-    thread.join(timeout=20.0)
+    thread.join(PATIENCE)
     assert left() is None
     assert not thread.is_alive()
 
@@ -371,7 +372,7 @@ def test_abort_overtakes_a_program_in_real_time() -> None:
     while not r.commands:
         pass
     r.abort()
-    thread.join(timeout=20.0)
+    thread.join(PATIENCE)
     assert [run.outcome.value for run in runs] == ["(ABORTED)"]
     assert r.where(r.end).t < 20.0
 
@@ -391,7 +392,7 @@ def test_a_prompt_of_another_thread_is_answered_by_who_runs_it() -> None:
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(timeout=60.0)
+        thread.join(PATIENCE)
     assert len(failed) == 1
     assert "has nothing more to read" in failed[0]
     assert len(r.commands) == 22

@@ -13,6 +13,7 @@ from threading import Thread
 
 import pytest
 
+from tests.live import PATIENCE
 from vrs_cli.cli.main import run
 
 LOOPBACK = "127.0.0.1"
@@ -56,7 +57,7 @@ def test_what_is_sent_comes_back_later_and_a_signal_ends_it(number: signal.Signa
             assert connection.recv(100) == b"WHERE"
             assert time.monotonic() - began >= 0.1
             process.send_signal(number)
-            out, err = process.communicate(timeout=20)
+            out, err = process.communicate(timeout=PATIENCE)
         assert process.returncode == (0 if number is signal.SIGINT else 143)
         assert "1: 127.0.0.1:" in out
         assert "1: over, 5 bytes there, 5 back" in out

@@ -18,6 +18,7 @@ import pytest
 
 from tests.cli.conftest import Vrs
 from tests.interfaces.terminals import RecordingTerminal
+from tests.live import PATIENCE
 from vrs_cli.cli.batch import BatchTerminal
 from vrs_cli.cli.fence import Alone
 from vrs_cli.files.trajectory_file import read_trajectory
@@ -325,7 +326,7 @@ def test_an_interrupted_run_keeps_what_it_saved(tmp_path: Path) -> None:
         assert process.stdout.readline() == "round\n"
     time.sleep(0.05)
     process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=20)
+    _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     assert err == "vrs run: interrupted\n"
     assert len(read_trajectory(tmp_path / "t.vrst").deltas) >= 4

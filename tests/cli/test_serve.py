@@ -17,6 +17,7 @@ import pytest
 from websockets.exceptions import InvalidHandshake
 
 import vrs_cli as vrs
+from tests.live import PATIENCE
 from tests.net.serving import Caller
 from vrs_cli.cli.main import run
 from vrs_cli.errors import RequestRefused
@@ -89,7 +90,7 @@ def test_it_says_when_it_is_ready_and_ends_well(tmp_path: Path) -> None:
         assert caller.line("DRIVE 1, 10, 50").ok
         process.send_signal(signal.SIGTERM)
         assert isinstance(caller.until(lambda one: isinstance(one, Closing)), Closing)
-        assert process.wait(20) == 0
+        assert process.wait(PATIENCE) == 0
         assert process.stderr is not None
         assert process.stderr.read() == "vrs serve: ended\n"
     rows = [json.loads(row) for row in (tmp_path / "audit.jsonl").read_text().splitlines()]
@@ -100,7 +101,7 @@ def test_it_says_when_it_is_ready_and_ends_well(tmp_path: Path) -> None:
 def test_a_second_one_on_the_same_journal_is_refused(tmp_path: Path) -> None:
     with server("--journal", str(tmp_path)), server("--journal", str(tmp_path)) as (second, line):
         assert line == ""
-        assert second.wait(20) == 2
+        assert second.wait(PATIENCE) == 2
         assert second.stderr is not None
         assert "is being written by another vrs" in second.stderr.read()
 
@@ -164,7 +165,7 @@ def test_a_disk_that_is_full_keeps_what_was_answered(tmp_path: Path) -> None:
 def test_a_disk_that_is_read_only_is_told_in_one_message(tmp_path: Path) -> None:
     with on_small_disk(tmp_path, ",ro") as (process, line, _):
         assert line == ""
-        assert process.wait(20) == 2
+        assert process.wait(PATIENCE) == 2
         assert process.stderr is not None
         said = process.stderr.read()
     assert said.count("\n") == 1
@@ -198,7 +199,7 @@ def test_a_port_that_is_taken(tmp_path: Path) -> None:
             [sys.executable, "-m", "vrs_cli", "serve", "--port", port],
             capture_output=True,
             text=True,
-            timeout=20,
+            timeout=PATIENCE,
             check=False,
         )
         assert result.returncode == 2

@@ -17,7 +17,8 @@ from prompt_toolkit.input import PipeInput, create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from tests.cli.conftest import Vrs
-from tests.net.serving import PATIENCE, serving
+from tests.live import PATIENCE
+from tests.net.serving import serving
 from tests.view3d.pages import Page
 from vrs_cli.cli import browser, view
 from vrs_cli.cli.view import News

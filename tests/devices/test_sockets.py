@@ -11,6 +11,7 @@ import pytest
 
 from tests.devices.peers import Door, client, connected, exchange, heard, live_session, run
 from tests.interfaces.programs import load, value
+from tests.live import PATIENCE
 from vrs_cli.devices import traffic
 from vrs_cli.devices.device import FULL
 from vrs_cli.devices.sockets import Sockets, is_loopback
@@ -220,7 +221,7 @@ def test_a_peer_that_never_reads_is_waited_for_and_no_longer_than_that(monkeypat
 
     def talk(line: socket.socket) -> None:
         line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-        assert seen.wait(10.0)
+        assert seen.wait(PATIENCE)
 
     sent = "WRITE (lun, handle) $text, $text, $text, $text, $text, $text, $text, $text"
     text = ('$text = ""', *many(100, '$text = $text+"z"'))

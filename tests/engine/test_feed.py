@@ -10,6 +10,7 @@ from threading import Thread
 import pytest
 
 from tests.engine.mirror import mirrored
+from tests.live import PATIENCE
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.commands import Move
 from vrs_cli.engine.engine import Engine
@@ -96,7 +97,7 @@ def test_a_reader_in_another_thread_waits_for_events_until_it_ends() -> None:
     while len(subscription._queue):
         pass
     subscription.end()
-    reader.join(10.0)
+    reader.join(PATIENCE)
     assert not reader.is_alive()
     assert heard == [100, 0, 1, 2]
 

@@ -8,6 +8,7 @@ from types import FrameType
 
 import pytest
 
+from tests.live import PATIENCE
 from vrs_cli.engine.inbox import Inbox
 
 
@@ -28,7 +29,7 @@ def test_a_message_ends_the_wait_of_another_thread() -> None:
     reader = Thread(target=lambda: heard.append(inbox.take(None)))
     reader.start()
     inbox.put("now")
-    reader.join(10.0)
+    reader.join(PATIENCE)
     assert heard == ["now"]
 
 

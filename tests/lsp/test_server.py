@@ -14,6 +14,8 @@ from typing import Any
 
 import pytest
 
+from tests.live import PATIENCE
+
 pytest.importorskip("pygls")
 
 ROOT = Path(__file__).parents[2]
@@ -34,7 +36,6 @@ TEXT = """\
 MENDED = {"range": {"start": {"line": 6, "character": 2}, "end": {"line": 6, "character": 7}}, "text": "MOVES"}
 OPTIONS = {"tabSize": 4, "insertSpaces": True}
 CAPABILITIES = {"textDocument": {"rename": {"prepareSupport": True}}}
-PATIENCE = 60.0  # [s] a server that says nothing for so long is stopped, and the test fails
 
 
 class Editor:

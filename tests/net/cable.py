@@ -8,7 +8,8 @@ from contextlib import contextmanager, suppress
 from threading import Event, Thread
 from urllib.parse import urlsplit
 
-PATIENCE = 20.0  # [s]
+from tests.live import PATIENCE
+
 CHUNK = 65536
 
 

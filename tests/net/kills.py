@@ -18,6 +18,7 @@ import threading
 import time
 from pathlib import Path
 
+from tests.live import PATIENCE
 from tests.net.serving import Caller
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.kinematics.forms import arm_for
@@ -113,7 +114,7 @@ def kill(times: int, seed: int, folder: Path) -> int:
     for driver in drivers:
         driver.check(address, folder)
     process.terminate()
-    if process.wait(20):
+    if process.wait(PATIENCE):
         raise SystemExit(f"the server ended with {process.returncode}")
     for robot in ROBOTS:
         read_trajectory(folder / f"{robot}.vrst")

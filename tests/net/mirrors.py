@@ -20,6 +20,7 @@ from typing import IO, Any, NamedTuple
 
 from msgspec.structs import replace
 
+from tests.live import PATIENCE
 from tests.net.cable import cable
 from tests.net.edits import Edits
 from tests.net.serving import Serving, serving
@@ -31,7 +32,6 @@ from vrs_cli.wire.codec import Encoding
 
 TOGETHER = 20  # edits between two looks at what else there is to do
 WINDOW = 5.0  # [s]
-PATIENCE = 60.0  # [s] until all that was told has to be there
 
 
 class Kind(NamedTuple):

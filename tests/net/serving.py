@@ -15,6 +15,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection as Socket
 from websockets.sync.client import connect
 
+from tests.live import PATIENCE
 from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
@@ -26,8 +27,6 @@ from vrs_cli.net.protocol import ClientConnection
 from vrs_cli.net.room import Plan
 from vrs_cli.net.server import Place, Server
 from vrs_cli.net.tokens import TokenFile
-
-PATIENCE = 20.0  # [s] until a test fails that waits for an answer
 
 
 class Serving:

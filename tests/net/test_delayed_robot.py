@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import vrs_cli as vrs
+from tests.live import PATIENCE
 from tests.net.serving import Caller, Serving, serving
 from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import TooLate
@@ -30,7 +31,7 @@ from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.net.timesync import TimeSync
 from vrs_cli.trajectory.instant import on_grid
 
-SLOW = 5.0  # [s] that a busy machine takes for anything
+SLOW = 60.0  # [s] that a busy machine takes for anything
 READY = "MOVE #PPOINT({}, -90, 90, 0, 0, 0) AT {}"
 
 
@@ -58,13 +59,13 @@ def behind(it: Serving, forward: float, backward: float | Delays) -> Iterator[Se
 
     thread = threading.Thread(target=lambda: asyncio.run(run()))
     thread.start()
-    assert listens.wait(10.0)
+    assert listens.wait(PATIENCE)
     try:
         yield it
     finally:
         it.address = there
         stop.set()
-        thread.join(10.0)
+        thread.join(PATIENCE)
 
 
 def first_change(caller: Caller) -> Delta:
@@ -102,7 +103,7 @@ def test_the_longest_delay_is_the_servers_to_allow(robot: Serving) -> None:
 def test_the_way_there_and_back_is_measured(robot: Serving) -> None:
     with behind(robot, 0.06, 0.02) as it, it.call() as caller:
         sync = TimeSync()
-        for _ in range(4):
+        while sync.estimate is None or sync.estimate.round_trip > 0.5:  # until one exchange was not held up
             begin = time.monotonic()
             caller.protocol.send(Ping(begin))
             caller.flush()
@@ -111,7 +112,7 @@ def test_the_way_there_and_back_is_measured(robot: Serving) -> None:
             sync.heard(begin, pong.came, pong.left, time.monotonic())
         found = sync.estimate
         assert found is not None
-        assert 0.08 <= found.round_trip < 0.5
+        assert found.round_trip >= 0.08
         assert abs(found.offset) <= found.error, "server and client have one clock here"
         assert found.offset == pytest.approx(0.02, abs=found.round_trip - 0.08 + 0.001), "half of the asymmetry"
 
@@ -132,7 +133,7 @@ def test_what_is_on_its_way_is_previewed_and_then_confirmed(robot: Serving) -> N
                 time.sleep(0.01)
             assert seen.unconfirmed == begin
             assert far.timeline.end < begin, "it is only previewed"
-            going.join(10.0)
+            going.join(PATIENCE)
             after = far.previewed()
             assert after.unconfirmed == inf
             assert after.timeline is far.timeline
@@ -154,10 +155,9 @@ def test_who_looks_ahead_is_shown_where_a_command_of_now_finds_the_robot(robot: 
             end = far.client.far
             while not end.round_trip:
                 time.sleep(0.01)
-            assert end.sync.estimate is not None
             for end.ahead, after in ((Ahead.AUTO, 0.3), (0.0, -0.1), (0.1, 0.0)):
                 before, shown, later = engine.clock.reached, end.shown, engine.clock.reached
-                slack = end.sync.estimate.round_trip - 0.4 + 0.005
+                slack = end.sync.round_trip(1.0) - 0.4 + 0.005  # what held up the slowest exchange until now
                 assert before - slack <= shown - after <= later + slack, end.ahead
         finally:
             far.close()

@@ -12,10 +12,13 @@ import time
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import vrs_cli as vrs
+from tests.engine.wall import ManualWall
+from tests.live import PATIENCE
 from tests.net.cable import cable
 from tests.net.serving import Caller, Serving, serving
 from vrs_cli.interfaces.station.lease import Lease
@@ -31,8 +34,9 @@ from vrs_cli.net.messages import (
     Typed,
     Welcome,
 )
-from vrs_cli.net.pace import MUCH, PATIENCE
-from vrs_cli.net.server import BACKLOG, HIGH_WATER, LONGEST_WAIT
+from vrs_cli.net.pace import MUCH
+from vrs_cli.net.pace import PATIENCE as PACE
+from vrs_cli.net.server import BACKLOG, HELD, HIGH_WATER, LONGEST_WAIT
 
 MOST = 1_000_000  # bytes that somebody may cost who does not read
 
@@ -40,6 +44,11 @@ MOST = 1_000_000  # bytes that somebody may cost who does not read
 def held(server: Serving) -> int:
     """The bytes that wait for the slowest client."""
     return max(link.sink.waiting + link.connection._outbox.size for link in server.server._links)
+
+
+def held_by_system(link: Any) -> int:
+    """The bytes that the system may hold for a client."""
+    return int(link.socket.transport.get_extra_info("socket").getsockopt(sockets.SOL_SOCKET, sockets.SO_SNDBUF))
 
 
 def test_who_does_not_read_delays_nobody_and_costs_little(tmp_path: Path) -> None:
@@ -54,12 +63,10 @@ def test_who_does_not_read_delays_nobody_and_costs_little(tmp_path: Path) -> Non
             raw.sendall(bytes((0x81, 0x80 | len(text))) + bytes(4) + text)  # masked with zeros
         for line in (".PROGRAM much", "FOR i = 1 TO 7000", 'TYPE "' + "x" * 100 + '"', "END", ".END"):
             assert ada.line(line).ok
-        slowest = 0.0
         for number in range(80):
-            begun = time.monotonic()
             assert ada.line(f"DRIVE 1, {5 if number % 2 else -5}, 50").ok
-            slowest = max(slowest, time.monotonic() - begun)
         assert held(server) <= MOST
+        assert all(held_by_system(link) <= 2 * HELD for link in server.server._links), "Linux counts twice"
         assert ada.line("EXECUTE much").ok
         assert held(server) <= BACKLOG + 2 * HIGH_WATER
         assert ada.line("WHERE").ok
@@ -70,47 +77,54 @@ LONG = 100 * "x"
 CHAT = (".PROGRAM chat", f'$s = "{LONG}"', "FOR i = 1 TO 3000", f"TYPE i{30 * ', $s'}", "END", ".END")
 
 
-def test_all_that_is_typed_comes_to_who_reads_more_slowly(tmp_path: Path) -> None:
+def test_all_that_is_typed_comes_to_who_reads_more_slowly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    wall = ManualWall(time.monotonic())
     with serving(tmp_path, journal=False) as server, server.call() as ada:
+        room = server.hub.rooms["cell1"]
+        monkeypatch.setattr(room, "_wall", wall)  # she is as slow as the test says
         ada.lines(*CHAT)
         before = len(ada.said)
         id = ada.send(lambda id: Line(id, "EXECUTE chat"))
+        waited_for(lambda: room.guests["guest"].pace.waiting > MUCH)
+        wall.seconds += 3.0  # a packet that is lost twice is sent again after 1 s and 2 s (RFC 6298)
         ada.until(lambda one: sleep_a_little(one) or (isinstance(one, Done) and one.id == id))
         typed = [text.strip() for text in ada.said[before:]]
         assert typed[:-1] == [f"{number}{30 * LONG}" for number in range(1, 3001)]
         assert ada.line("WHERE").ok
 
 
-def test_who_stops_reading_holds_nobody(tmp_path: Path) -> None:
+def test_who_stops_reading_holds_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    wall = ManualWall(time.monotonic())
     with serving(tmp_path, journal=False) as server, server.call() as bob:
         ada = server.call()
         room = server.hub.rooms["cell1"]
+        monkeypatch.setattr(room, "_wall", wall)  # it waits for her until the test says that time passes
         ada.lines(".PROGRAM much", f'$s = "{LONG}"', "DO", f"TYPE {30 * '$s, '}$s", "UNTIL FALSE", ".END")
         guest = room.guests["guest-2"]
         ada.send(lambda id: Line(id, "EXECUTE much"))
         waited_for(lambda: guest.pace.waiting > MUCH)
-        slowest = 0.0
-        while guest.link is not None:  # until she has cost the robot PATIENCE, and all that may wait for her
-            begun = time.monotonic()
-            assert bob.line("WHERE").ok
-            slowest = max(slowest, time.monotonic() - begun)
-        assert slowest < PATIENCE / 2
+        for _ in range(5):
+            assert bob.line("WHERE").ok, "though the program waits for her"
+        assert guest.link is not None
+        wall.seconds += 2.0 * PACE
+        waited_for(lambda: guest.link is None)
         assert room.session.running
         assert bob.ask(Abort)
         assert not room.session.running
         ada.cut()
 
 
-def test_a_program_that_waits_for_who_hears_it_is_stopped_at_once(tmp_path: Path) -> None:
+def test_a_program_that_waits_for_who_hears_it_is_stopped_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with serving(tmp_path, journal=False) as server, server.call() as bob:
         ada = server.call()
         room = server.hub.rooms["cell1"]
+        monkeypatch.setattr(room, "_wall", ManualWall(time.monotonic()))  # it waits for ever
         ada.lines(".PROGRAM much", f'$s = "{LONG}"', "DO", f"TYPE {30 * '$s, '}$s", "UNTIL FALSE", ".END")
         ada.send(lambda id: Line(id, "EXECUTE much"))
         waited_for(lambda: room.guests["guest-2"].pace.waiting > MUCH)
-        begun = time.monotonic()
         assert bob.ask(Abort)
-        assert time.monotonic() - begun < PATIENCE / 2
         assert not room.session.running
         ada.cut()
 
@@ -125,31 +139,36 @@ def test_who_looks_too_much_waits_and_who_drives_does_not(tmp_path: Path) -> Non
                 assert isinstance(eve.ask(lambda id: Positions(id, tuple(map(float, range(500))))), Located)
             return time.monotonic() - begun
 
-        assert asked(4) < 4 * LONGEST_WAIT, "nobody drives: nobody waits for her"
+        driver, looker = server.hub.rooms["cell1"].guests.values()
+        asked(4)
+        assert looker.wait() == 0.0, "nobody drives: nobody waits for her"
         ada.lines("DRIVE 1, 5", "DRIVE 1, -5")
         assert asked(4) > 3 * LONGEST_WAIT
         eve.send(lambda id: Line(id, "WHERE"))
-        begun = time.monotonic()
         ada.lines(*(f"x = {number}" for number in range(10)))
-        assert time.monotonic() - begun < 1.0
+        assert driver.wait() == 0.0
         assert eve.ask(Abort).ok  # type: ignore[attr-defined]
 
 
 def test_a_peer_that_vanishes_is_cut_and_another_drives(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vrs_cli.net.server.PINGS", 0.5)
-    monkeypatch.setattr("vrs_cli.net.server.PATIENCE", 2.0)  # a busy machine keeps a peer waiting
+    monkeypatch.setattr("vrs_cli.net.server.PINGS", 0.1)
     monkeypatch.setattr("vrs_cli.net.room.ALIVE", 0.1)
     with serving(tmp_path, journal=False) as server, cable(server.address) as wire, server.call() as bob:
         room = server.hub.rooms["cell1"]
+        wall = ManualWall()
+        monkeypatch.setattr(room.driving, "_wall", wall)  # a lease ends when the test says so
         room.driving.lease = Lease(length=1.0)
         ada = Caller(wire.url, Hello((1,), name="ada"))
         assert ada.line("x = 1").ok
-        begun = time.monotonic()
-        while time.monotonic() < begun + 2.0:
+        for _ in range(3):
+            wall.seconds += 0.9
+            waited_for(lambda: room.driving.lease.until == wall.seconds + 1.0)
             assert not bob.line("x = 2").ok, "she is there, and says nothing: a ping tells it"
-            time.sleep(0.1)
         wire.freeze()
-        waited_for(lambda: bob.line("x = 2").ok)
+        while not bob.line("x = 2").ok:
+            wall.seconds += 0.9
+        assert server.loop is not None
+        server.loop.call_soon_threadsafe(hurry, room.guests["ada"].link)
         waited_for(lambda: room.guests["ada"].link is None)
         wire.pull()
         ada.protocol.cut()
@@ -162,6 +181,16 @@ def test_a_peer_that_vanishes_is_cut_and_another_drives(tmp_path: Path, monkeypa
         ada.leave()
 
 
+def hurry(link: Any) -> None:
+    """Whether the client is there is asked now, and waited for no longer than a moment."""
+    link.socket.ping_timeout = 0.1
+    link.socket.keepalive_task.cancel()
+    link.socket.start_keepalive()
+
+
+OFF = 600.0  # [s] by which a busy machine is not off, and less than a jump
+
+
 @pytest.mark.parametrize("jump", [3600.0, -3600.0])
 def test_a_jump_of_the_wall_clock_moves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jump: float) -> None:
     real, ahead = time.time, [0.0]
@@ -171,7 +200,7 @@ def test_a_jump_of_the_wall_clock_moves_nothing(tmp_path: Path, monkeypatch: pyt
         ada = server.call(hello=Hello((1,), name="ada"))
         ada.lines("x = 1", "DRIVE 1, 5")
         with vrs.connect(server.address) as robot:
-            assert abs(robot.now - clock.reached) < 0.5
+            assert abs(robot.now - clock.reached) < OFF
             before, ahead[0] = clock.reached, jump
             ada.cut()
             ada.connect()
@@ -182,13 +211,11 @@ def test_a_jump_of_the_wall_clock_moves_nothing(tmp_path: Path, monkeypatch: pyt
             ada.lines("x = 3", "DRIVE 1, -5")
             for _ in range(8):
                 robot.do("WHERE")  # pings go on meanwhile
-            assert abs(robot.now - clock.reached) < 0.5
-            assert 0.0 < clock.reached - before < 20.0
+            assert abs(robot.now - clock.reached) < OFF
+            assert 0.0 < clock.reached - before < OFF
             waited_for(lambda: room.guests["ada"].link is not None)
         rows = (tmp_path / "audit.jsonl").read_text().splitlines()
-        assert datetime.fromisoformat(json.loads(rows[-1])["when"]).timestamp() == pytest.approx(
-            real() + jump, abs=20.0
-        )
+        assert datetime.fromisoformat(json.loads(rows[-1])["when"]).timestamp() == pytest.approx(real() + jump, abs=OFF)
         ada.leave()
 
 
@@ -212,7 +239,7 @@ def test_the_wall_clock_is_asked_for_the_calendar_alone() -> None:
 
 
 def waited_for(true: Callable[[], object]) -> None:
-    deadline = time.monotonic() + 10.0
+    deadline = time.monotonic() + PATIENCE
     while not true():
         assert time.monotonic() < deadline
         time.sleep(0.001)
@@ -265,10 +292,7 @@ def test_who_comes_and_goes_leaves_nothing_behind(tmp_path: Path) -> None:
                 caller.close()
         with server.call() as ada:
             assert ada.line("WHERE").ok
-            deadline = time.monotonic() + 5.0
-            while len(server.server._links) > 1 and time.monotonic() < deadline:
-                time.sleep(0.01)
-            assert len(server.server._links) == 1
+            waited_for(lambda: len(server.server._links) == 1)
             room = server.hub.rooms["cell1"]
             assert len(room.guests) == 41, "those who may come again within a minute"
             assert not room._pending

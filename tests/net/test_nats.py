@@ -17,6 +17,7 @@ import pytest
 
 import vrs_cli as vrs
 from tests.examples import some
+from tests.live import PATIENCE
 from tests.net.edits import Edits
 from tests.net.serving import Serving, serving
 from tests.net.test_mirror import bits
@@ -26,7 +27,6 @@ from vrs_cli.interfaces.roles.observer import Observer
 from vrs_cli.net.nats import TAIL, Publisher, Watching
 
 SERVER = shutil.which("nats-server") or "/usr/sbin/nats-server"
-PATIENCE = 20.0  # [s]
 
 pytestmark = pytest.mark.skipif(not Path(SERVER).exists(), reason="no nats-server: apt-get install nats-server")
 
@@ -85,7 +85,7 @@ async def caught_up(watching: Watching, served: Serving) -> None:
 
 def edit(served: Serving, edits: Edits, times: int) -> None:
     room = served.hub.rooms["cell1"]
-    Holder(room.session).call(lambda _session: [edits.edit() for _ in range(times)]).result(60.0)
+    Holder(room.session).call(lambda _session: [edits.edit() for _ in range(times)]).result(PATIENCE)
     deadline = time.monotonic() + PATIENCE
     while room.broadcast.stream.timeline != room.session.engine.timeline:
         assert time.monotonic() < deadline
@@ -181,7 +181,7 @@ def test_a_server_publishes_what_it_serves(url: str) -> None:
 
 def test_a_server_without_its_nats_does_not_start() -> None:
     command = [sys.executable, "-m", "vrs_cli", "serve", "--port", "0", "--nats", "nats://127.0.0.1:1"]
-    ended = subprocess.run(command, capture_output=True, text=True, timeout=60.0, check=False)
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert ended.returncode != 0
     assert ended.stderr.startswith("vrs serve: *Request refused* nats://127.0.0.1:1: NATS does not answer")
     assert ended.stderr.count("\n") == 1

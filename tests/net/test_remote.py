@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 
 import vrs_cli as vrs
+from tests.live import PATIENCE
 from tests.net.cable import Cable, cable
 from tests.net.serving import Serving, serving
 from vrs_cli.dialogue.replies import ReachReport
@@ -83,7 +84,7 @@ def test_a_past_that_is_not_kept_here_is_asked_for(robot: vrs.Robot) -> None:
             assert repr(getattr(short.where(times), one)) == repr(getattr(robot.where(times), one))
         assert repr(short.where(0.3)) == repr(robot.where(0.3))
         robot.undo(40)
-        deadline = time.monotonic() + 20.0
+        deadline = time.monotonic() + PATIENCE
         while short.now != robot.now and time.monotonic() < deadline:
             time.sleep(0.01)
         assert repr(short.where()) == repr(robot.where()), "its clock is where it was before them"
@@ -172,7 +173,7 @@ def test_others_see_it_move(robot: vrs.Robot) -> None:
     with vrs.connect(robot.held.client.url, name="viewer") as viewer:
         end = viewer.subscribe(hear)
         robot.move(*DOWN).move(PART)
-        assert came.wait(20.0)
+        assert came.wait(PATIENCE)
         end()
         assert [change.version for change in heard] == [0, 1, 2]
         assert viewer.timeline == robot.timeline
@@ -257,7 +258,7 @@ def test_a_robot_that_nobody_holds_leaves_nothing_behind(served: Serving) -> Non
     del robot
     gc.collect()
     for thread in threads:
-        thread.join(20.0)
+        thread.join(PATIENCE)
         assert not thread.is_alive()
 
 
@@ -375,7 +376,7 @@ def test_a_long_past_comes_in_parts(served: Serving) -> None:
             for k in range(800):
                 engine.perform(Move(JointOffsetTarget(1, 0.01 if k % 2 else -0.01), False))
 
-        Holder(room.session).call(many).result(60.0)
+        Holder(room.session).call(many).result(PATIENCE)
         with vrs.connect(robot.held.client.url) as late:  # type: ignore[attr-defined]
             assert len(late.timeline) > SEGMENTS
             assert late.timeline == engine.timeline
@@ -435,8 +436,8 @@ def test_who_asks_while_a_loop_ends_does_not_wait_for_ever() -> None:
         while len(loop._loop._ready) < count:  # type: ignore[attr-defined]
             time.sleep(0.0)
     held.set()
-    asking.join(5.0)
-    ending.join(5.0)
+    asking.join(PATIENCE)
+    ending.join(PATIENCE)
     assert (asking.is_alive(), ending.is_alive()) == (False, False)
     with pytest.raises(RequestRefused, match="let go"):
         loop.do(lambda: done.append("too late"))

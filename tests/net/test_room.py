@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from tests.live import PATIENCE
 from tests.net.serving import said_in
 from vrs_cli.errors import DeviceNotReady
 from vrs_cli.kinematics.robot_file import load_robot
@@ -37,7 +38,6 @@ from vrs_cli.net.room import Plan, Room
 from vrs_cli.net.tokens import OPEN
 from vrs_cli.wire.codec import Encoding, Reader, encode
 
-PATIENCE = 10.0  # [s]
 _reader: Reader[FromServer] = Reader(FromServer)
 
 

@@ -11,7 +11,8 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from tests.net.serving import PATIENCE, Serving, serving
+from tests.live import PATIENCE
+from tests.net.serving import Serving, serving
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.net.limits import Allowance
 from vrs_cli.net.messages import (

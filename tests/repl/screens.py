@@ -15,7 +15,8 @@ from types import MappingProxyType
 
 import pytest
 
-PATIENCE = 60.0  # [s] until a screen that does not come is a failure
+from tests.live import PATIENCE
+
 PAUSE = 0.05  # [s] between two looks: they would take the time of the shell
 NUMBERS = count()  # of servers: one that ends may still hold its socket
 SIZE_OF_THE_PANE = {"COLUMNS": "", "LINES": ""}  # and not that of the terminal of the tests, which readline puts there

@@ -4,6 +4,7 @@ from threading import Event
 
 import pytest
 
+from tests.live import PATIENCE
 from vrs_cli.repl.backstage import Backstage
 
 
@@ -18,7 +19,7 @@ def test_it_is_made_once_and_waited_for() -> None:
     gate, told = Event(), Event()
 
     def make() -> str:
-        gate.wait(5.0)
+        gate.wait(PATIENCE)
         made.append(1)
         return "robot"
 
@@ -28,7 +29,7 @@ def test_it_is_made_once_and_waited_for() -> None:
     assert backstage.ready is None
     gate.set()
     assert (backstage.wait(), backstage.wait()) == ("robot", "robot")
-    assert (told.wait(5.0), made, backstage.ready) == (True, [1], "robot")
+    assert (told.wait(PATIENCE), made, backstage.ready) == (True, [1], "robot")
 
 
 def test_whoever_waits_gets_the_error() -> None:

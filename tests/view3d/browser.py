@@ -25,7 +25,8 @@ import pytest
 from filelock import FileLock
 from numpy.typing import NDArray
 
-PATIENCE = 60.0  # [s] until a test fails that waits for something: software on a busy machine draws slowly
+from tests.live import PATIENCE
+
 PAUSE = 0.02  # [s] between two looks
 SIZE = (640, 400)  # of the page [px]: software draws it fast enough
 LOOPBACK = ("127.0.0.1", "localhost", "::1")

@@ -13,7 +13,8 @@ import zstandard
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-PATIENCE = 20.0  # [s] until a test fails that waits for something
+from tests.live import PATIENCE
+
 PROTOCOL = f"viser-v{viser.__version__}"
 CAMERA = {
     "type": "ViewerCameraMessage",

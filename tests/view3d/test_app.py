@@ -10,8 +10,9 @@ from socket import create_server
 
 import pytest
 
+from tests.live import PATIENCE
 from tests.net.serving import serving
-from tests.view3d.pages import PATIENCE, Page
+from tests.view3d.pages import Page
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.roles.held import no_answer

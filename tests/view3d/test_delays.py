@@ -17,6 +17,7 @@ import viser
 from msgspec.structs import replace
 
 import vrs_cli as vrs
+from tests.live import PATIENCE
 from tests.net.serving import serving
 from tests.net.test_delayed_robot import behind
 from tests.view3d.browser import Browser, coloured, needs_browser
@@ -188,7 +189,7 @@ def held(address: str, ahead: float | Ahead) -> Callable[[object], Watched]:
 
 
 def until(condition: Callable[[], object]) -> None:
-    deadline = time.monotonic() + 20.0
+    deadline = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.01)

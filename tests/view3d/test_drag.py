@@ -7,8 +7,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from tests.live import PATIENCE
 from tests.view3d.browser import Browser, needs_browser
-from tests.view3d.pages import PATIENCE, Page
+from tests.view3d.pages import Page
 from vrs_cli.engine.position import position_at
 from vrs_cli.kinematics.transform import (
     Transform,

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from tests.live import PATIENCE
 from tests.view3d.browser import Browser, needs_browser
 from vrs_cli.view3d.app import App
 
 pytestmark = needs_browser
 
-PATIENCE = 60.0  # [s]: all of the picture is drawn by software
 BACKSPACE = "\ue003"
 PROGRAM = '.PROGRAM ask()\n  PROMPT "How many? ", n\n  TYPE "got", 2*n\n  WAIT SIG(1001)\n.END\n'
 

@@ -14,6 +14,7 @@ import viser
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
+from tests.live import PATIENCE
 from tests.view3d.pages import PROTOCOL, Page
 from vrs_cli.api.robot import Robot
 from vrs_cli.errors import UsageError
@@ -39,7 +40,7 @@ def port(app: App) -> int:
 
 
 def status(port: int, path: str, **headers: str) -> tuple[int, str]:
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20.0)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
     connection.request("GET", path, headers=headers)
     answer = connection.getresponse()
     return answer.status, answer.read(200).decode()
@@ -128,7 +129,7 @@ def test_a_page_that_comes_before_all_is_there_waits_at_the_door(monkeypatch: py
     def made(self: viser.ViserServer, **options: object) -> None:
         make(self, **options)
         coming.start()
-        connection = http.client.HTTPConnection(*door.listening.getsockname(), timeout=20.0)
+        connection = http.client.HTTPConnection(*door.listening.getsockname(), timeout=PATIENCE)
         connection.request("GET", urlsplit(door.address).path)
         assert connection.getresponse().status == 200, "it has what it is made of"
 
@@ -170,7 +171,7 @@ def test_a_page_that_nobody_sees_is_furnished_too(app: App) -> None:
 
 def asked_of(app: App, path: str) -> tuple[int, str]:
     """All of an answer."""
-    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(app.address).port or 0, timeout=20.0)
+    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(app.address).port or 0, timeout=PATIENCE)
     connection.request("GET", urlsplit(app.address).path + path, headers={"Accept-Encoding": "gzip"})
     answer = connection.getresponse()
     return answer.status, answer.read().decode()

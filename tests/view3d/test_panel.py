@@ -17,9 +17,10 @@ from typing import Any
 
 import pytest
 
+from tests.live import PATIENCE
 from tests.net.cable import cable
 from tests.net.serving import serving
-from tests.view3d.pages import PATIENCE, Page
+from tests.view3d.pages import Page
 from vrs_cli.engine.position import position_at
 from vrs_cli.interfaces.roles.held import no_answer
 from vrs_cli.interfaces.session.acts import Define, Say

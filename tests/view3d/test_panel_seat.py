@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.live import PATIENCE
 from tests.net.cable import cable
-from tests.net.serving import PATIENCE, Serving, serving
+from tests.net.serving import Serving, serving
 from vrs_cli.net.client import hello_of
 from vrs_cli.net.messages import LeaseAct
 from vrs_cli.net.remote import RemoteRobot

@@ -8,7 +8,9 @@ from math import inf
 
 MUCH, LITTLE = 256 * 1024, 64 * 1024  # bytes: who is so far behind is waited for, until it is no further than that
 LUMP = 32 * 1024  # bytes that it takes meanwhile
-PATIENCE = 1.0  # [s] in which it takes a LUMP, or is waited for no longer: a slow line takes its bytes in lumps
+PATIENCE = (
+    5.0  # [s] in which it takes a LUMP, or is waited for no longer: TCP gives a slow reader hundreds of KB at once
+)
 
 
 class Pace:

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from http import HTTPStatus
+from socket import SO_SNDBUF, SOL_SOCKET
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
@@ -36,6 +37,9 @@ from vrs_cli.wire.refusal import Refusal
 TICK = 0.1  # [s] between two looks at what time has changed
 LOOK = 0.25  # [s] between two looks at the file of tokens; two find that it has changed
 HIGH_WATER = 64 * 1024  # bytes that a socket holds before it is given no more
+HELD = (
+    64 * 1024
+)  # bytes that the system holds: left to itself it takes megabytes, and asks for more when a third is gone
 BACKLOG = 512 * 1024  # bytes beside these that wait for a socket
 PINGS, PATIENCE = 20.0, 20.0  # [s] between two questions whether a client is there, and until it has to answer
 MISHAPS = 20  # errors of vrs itself that are told, each with a file
@@ -71,6 +75,7 @@ class _Link:
         self.rate = Rate(allowance.rate, allowance.burst, time.monotonic())
         self.fast = 0  # messages that came too fast, one after the other
         self.sink = SocketSink(socket)
+        socket.transport.get_extra_info("socket").setsockopt(SOL_SOCKET, SO_SNDBUF, HELD)
         self.deflates = self.sink.deflates
         self._drains = False  # it waits for its socket
         self._tasks: set[asyncio.Task[None]] = set()

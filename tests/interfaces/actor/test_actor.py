@@ -12,6 +12,7 @@ import pytest
 from tests.engine.paper import Paper
 from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
+from tests.live import PATIENCE
 from vrs_cli.dialogue.questions import Answer, Confirmation, Question
 from vrs_cli.dialogue.replies import Message, Reply
 from vrs_cli.dialogue.talk import Slice, Talk, beside
@@ -270,13 +271,13 @@ def test_a_robot_that_is_served_answers_every_thread(served: Session) -> None:
     def ask() -> None:
         tickets = [served.actor.submit(served.answers("DRIVE 1, 1")) for _ in range(5)]
         found.extend(len(list(ticket)) for ticket in tickets)
-        served.actor.call(lambda: served.engine.timeline.version).result(60.0)
+        served.actor.call(lambda: served.engine.timeline.version).result(PATIENCE)
 
     threads = [Thread(target=ask) for _ in range(4)]
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(60.0)
+        thread.join(PATIENCE)
     assert len(found) == 20
     assert served.engine.timeline.version == served.engine.book.commands == 20
 
@@ -286,28 +287,28 @@ def test_one_thread_drives_at_a_time(session: Session) -> None:
 
     def hold() -> None:
         inside.set()
-        go_on.wait(60.0)
+        go_on.wait(PATIENCE)
 
     ticket = session.actor.call(hold)
     driving = Thread(target=session.actor.step)
     driving.start()
-    inside.wait(60.0)
+    inside.wait(PATIENCE)
     with pytest.raises(RuntimeError, match="another thread"):
         session.actor.step()
     go_on.set()
-    driving.join(60.0)
+    driving.join(PATIENCE)
     assert ticket.done()
 
 
 def test_long_work_on_what_does_not_change_holds_nobody(served: Session) -> None:
     go_on = Event()
-    long = served.actor.submit(beside(lambda: go_on.wait(60.0)))
+    long = served.actor.submit(beside(lambda: go_on.wait(PATIENCE)))
     broken = served.actor.submit(beside(lambda: 1 // 0))
-    assert served.actor.call(lambda: 7).result(60.0) == 7
+    assert served.actor.call(lambda: 7).result(PATIENCE) == 7
     assert isinstance(broken.error(60.0), ZeroDivisionError)
     assert not long.done()
     go_on.set()
-    assert long.result(60.0) is True
+    assert long.result(PATIENCE) is True
 
 
 def test_what_has_not_ended_when_a_robot_is_closed_is_refused(session: Session) -> None:

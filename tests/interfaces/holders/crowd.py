@@ -15,6 +15,7 @@ import pytest
 
 from tests.engine.mirror import mirrored
 from tests.interfaces.terminals import RecordingTerminal
+from tests.live import PATIENCE
 from vrs_cli.dialogue.questions import Question
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Missed, Subscription
@@ -155,14 +156,14 @@ class Crowd:
             for thread in holding:
                 thread.join(3600.0)
                 assert not thread.is_alive(), "a holder was never answered"
-            Holder(session).stop().result(60.0)
+            Holder(session).stop().result(PATIENCE)
             for line, ticket in self.running:
                 self._ended(line, ticket)
             session.actor.close()
         quick.events.end()
         for thread in watching:
             raising.events.end()
-            thread.join(60.0)
+            thread.join(PATIENCE)
             assert not thread.is_alive(), "a watcher still reads"
         late.catch_up()
         self.faults = disk.faults
@@ -196,7 +197,7 @@ class Crowd:
 
     def _ended(self, line: str, ticket: Ticket[None]) -> None:
         try:
-            ticket.result(60.0)
+            ticket.result(PATIENCE)
             self.done += 1
         except RequestRefused:
             self.overtaken += 1
