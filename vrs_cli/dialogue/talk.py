@@ -63,6 +63,12 @@ Talk = Generator[Said, Answer, R]
 """What comes of a line: each Question is sent its answer, everything else None."""
 
 
+def quietly(act: Callable[[], W]) -> Talk[W]:
+    """What comes of an act that says nothing."""
+    yield from ()
+    return act()
+
+
 def beside(work: Callable[[], W]) -> Talk[W]:
     """What comes of work on values that do not change. Raises what goes wrong in it."""
     it = Work(work)

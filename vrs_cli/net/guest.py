@@ -15,7 +15,7 @@ from msgspec import structs
 
 from vrs_cli.dialogue.questions import LineWanted, Question, ended
 from vrs_cli.dialogue.replies import DiagnosticsReport, Message, Reply, is_error, refusal
-from vrs_cli.dialogue.talk import Talk, beside
+from vrs_cli.dialogue.talk import Talk, beside, quietly
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import LimitReached, RequestRefused, VrsError, sentence
 from vrs_cli.files.bounds import Folder
@@ -301,7 +301,7 @@ class Guest:
 
     def _abort(self, message: messages.Abort) -> None:
         check_may("ABORT", Role.SUPERVISOR, self.grant.role)
-        talk = self._with_status(self._once(self._hall.session.stop))
+        talk = self._with_status(quietly(self._hall.session.stop))
         self._ask(message, talk, urgent=True)
 
     def _with_status(self, talk: Talk[Any]) -> Talk[_Ended]:
@@ -332,17 +332,12 @@ class Guest:
             ticket.throw(ended(question), message.question)
 
     def _complete(self, message: messages.Complete) -> None:
-        talk = self._once(lambda: self.conversation.suggestions(short(message.text), message.everything))
+        talk = quietly(lambda: self.conversation.suggestions(short(message.text), message.everything))
         self._look(message, talk, lambda found: messages.Completed(message.id, tuple(found)))
 
     def _check(self, message: messages.Check) -> None:
-        talk = self._once(lambda: self.conversation.mistake(short(message.text)))
+        talk = quietly(lambda: self.conversation.mistake(short(message.text)))
         self._look(message, talk, partial(messages.Checked, message.id))
-
-    @staticmethod
-    def _once(act: Callable[[], Any]) -> Talk[Any]:
-        yield from ()
-        return act()
 
     # --- looking ---
 
@@ -533,7 +528,7 @@ class Guest:
 
     def look(self) -> None:
         """Ask what stands around the prompt; it is told where that is something else than before."""
-        self._looked(0, self._once(self._around), self._changed)
+        self._looked(0, quietly(self._around), self._changed)
 
     def _changed(self, status: Status) -> messages.ServerMessage | None:
         before, self._status = self._status, status

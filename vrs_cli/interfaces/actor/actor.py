@@ -13,17 +13,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from itertools import count
 from math import inf
 from queue import SimpleQueue
 from threading import Lock, Thread
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from msgspec import Struct, structs
 
 from vrs_cli.dialogue.questions import Question
 from vrs_cli.dialogue.replies import Message, Reply, Tone
-from vrs_cli.dialogue.talk import Running, Said, Slice, Talk, Terminal, Work
+from vrs_cli.dialogue.talk import Running, Said, Slice, Talk, Terminal, Work, quietly
 from vrs_cli.engine.book import Journal
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.inbox import Inbox
@@ -46,7 +47,6 @@ class _Request(Struct, eq=False):
     ticket: Ticket[Any]
     talk: Talk[Any]
     by: object
-    urgent: bool = False
     reaction: Reaction = None
     asked: int = 0  # the id of its last question
 
@@ -56,55 +56,11 @@ class _Request(Struct, eq=False):
         return self.talk.throw(reaction) if isinstance(reaction, BaseException) else self.talk.send(reaction)
 
 
-class _Answer(Struct):
-    """What is said to a holder, or how its request has ended."""
+class _Answer(NamedTuple):
+    """What is given to the holder of a ticket; without one, what the robot says by itself."""
 
-    ticket: Ticket[Any]
-    said: Reply | Question | None = None
-    result: object = None
-    error: BaseException | None = None
-
-    def give(self) -> None:
-        if self.said is not None:
-            self.ticket.say(self.said)
-        elif self.error is not None:
-            self.ticket.refuse(self.error)
-        else:
-            self.ticket.end(self.result)
-
-
-class _News(Struct):
-    """Something that the robot says by itself."""
-
+    ticket: Ticket[Any] | None
     give: Callable[[], None]
-
-
-class _Reacted(Struct):
-    """A holder gives back something for what was said to it. `question`: the id of that, 0 where it was a reply."""
-
-    ticket: Ticket[Any]
-    reaction: Reaction
-    question: int
-
-
-class _Withdrawn(Struct):
-    """A holder has gone."""
-
-    ticket: Ticket[Any]
-
-
-class _Worked(Struct):
-    """What was done beside is done."""
-
-    ticket: Ticket[Any]
-
-
-class _Arrived(Struct):
-    """Something has come from outside: whoever waits is woken."""
-
-
-class _Closed(Struct):
-    """Nobody is to drive any more."""
 
 
 class Actor:
@@ -112,7 +68,7 @@ class Actor:
 
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
-        self._inbox: Inbox[_Request | _Reacted | _Withdrawn | _Worked | _Arrived | _Closed] = Inbox()
+        self._inbox: Inbox[Callable[[], object]] = Inbox()  # what is to be done of what others ask for
         self._present: list[_Request] = []  # in the middle of what they do: the last goes on first
         self._waiting: Turns[_Request] = Turns()  # to begin
         self._running: list[_Request] = []  # until a program has stopped
@@ -121,7 +77,7 @@ class Actor:
         self._questions = count(1)
         self._time_first = False  # time goes on before the next request begins
         self._look = False  # what was done may have stopped a program that others wait for
-        self._answers: list[_Answer | _News] = []  # to be given when the changes that they are of are on the disk
+        self._answers: list[_Answer] = []  # to be given when the changes that they are of are on the disk
         self._beat: Callable[[], float | None] | None = None  # what the robot does by itself
         self._beats_at = inf  # [s] of the robot's clock
         self._since = inf  # [s] of real time: when the first of them was made
@@ -137,7 +93,7 @@ class Actor:
         clock = driver.engine.clock
         if isinstance(clock, WallClock) and clock.sleep is time.sleep:
             clock.sleep = self._inbox.wait  # to wait for the time is to wait for the inbox
-        driver.devices.outside.wake = lambda: self._inbox.put(_Arrived())
+        driver.devices.outside.wake = lambda: self._inbox.put(lambda: None)
 
     # --- asking, from any thread ---
 
@@ -153,23 +109,19 @@ class Actor:
         elif not urgent and len(self._inbox) + len(self._waiting) >= MOST_WAITING:
             ticket.refuse(RequestRefused(f"{MOST_WAITING} requests wait already", "wait for some answers first"))
         else:
-            self._inbox.put(_Request(ticket, talk, by, urgent))
+            request = _Request(ticket, talk, by)
+            self._inbox.put(partial(self._overtake, request) if urgent else partial(self._waiting.put, request, by))
         return ticket
 
     def call(self, act: Callable[[], T], *, urgent: bool = False) -> Ticket[T]:
         """Ask for something to be done, while nobody else changes anything."""
-
-        def once() -> Talk[T]:
-            yield from ()
-            return act()
-
-        return self.submit(once(), urgent=urgent)
+        return self.submit(quietly(act), urgent=urgent)
 
     def tell(self, give: Callable[[], None]) -> None:
         """The robot says something by itself: it is given where its answers are, and in their order. For what happens
         in one of its steps.
         """
-        self._answers.append(_News(give))
+        self._answers.append(_Answer(None, give))
 
     def repeat(self, beat: Callable[[], float | None]) -> None:
         """In real time: from now on it is done, in the place of what was before, whenever it is due. It says when that
@@ -178,10 +130,10 @@ class Actor:
         self._beat, self._beats_at = beat, self._driver.engine.clock.reached
 
     def _put_reaction(self, ticket: Ticket[Any], reaction: Reaction, question: int) -> None:
-        self._inbox.put(_Reacted(ticket, reaction, question))
+        self._inbox.put(partial(self._react, ticket, reaction, question))
 
     def _put_withdrawal(self, ticket: Ticket[Any]) -> None:
-        self._inbox.put(_Withdrawn(ticket))
+        self._inbox.put(partial(self._withdraw, ticket))
 
     # --- driving ---
 
@@ -255,7 +207,7 @@ class Actor:
 
     def close(self) -> None:
         """Drive no longer: what has not ended is refused."""
-        self._inbox.put(_Closed())
+        self._inbox.put(self._shut)
         if self._server is not None:
             self._server.join()
             self._server = None
@@ -349,9 +301,9 @@ class Actor:
         try:
             said = request.go_on()
         except StopIteration as over:
-            self._answers.append(_Answer(ticket, result=over.value))
+            self._answers.append(_Answer(ticket, partial(ticket.end, over.value)))
         except BaseException as error:  # it is raised again where somebody waits for the result
-            self._answers.append(_Answer(ticket, error=error))
+            self._answers.append(_Answer(ticket, partial(ticket.refuse, error)))
         else:
             self._said(request, said)
 
@@ -371,7 +323,7 @@ class Actor:
             self._asking.append(request)
         else:
             self._present.append(request)
-        self._answers.append(_Answer(request.ticket, said=said))
+        self._answers.append(_Answer(request.ticket, partial(request.ticket.say, said)))
 
     def _work_beside(self, request: _Request, it: Work) -> None:
         """In another thread where many are served. Elsewhere there is nothing else to do meanwhile."""
@@ -395,7 +347,7 @@ class Actor:
         begun = time.thread_time()
         it.run()
         self.spent(request.by, time.thread_time() - begun)
-        self._inbox.put(_Worked(request.ticket))
+        self._inbox.put(partial(self._worked, request.ticket))
 
     def _give_answers(self) -> None:
         """The changes that were made are on the disk, then who commanded them is answered, then all others hear of it.
@@ -418,8 +370,8 @@ class Actor:
             journal.settle()
         except FileError as error:
             lost = Message(f"{error}; what was done last is not on the disk", Tone.ERROR)
-            tickets = dict.fromkeys(one.ticket for one in self._answers if isinstance(one, _Answer))
-            self._answers = [*(_Answer(ticket, said=lost) for ticket in tickets), *self._answers]
+            tickets = dict.fromkeys(one.ticket for one in self._answers if one.ticket is not None)
+            self._answers = [*(_Answer(ticket, partial(ticket.say, lost)) for ticket in tickets), *self._answers]
 
     # --- messages ---
 
@@ -427,24 +379,15 @@ class Actor:
         """All messages that have come; whether any has."""
         if not self._inbox and not self._closed:
             return False
-        messages = self._inbox.taken()
-        for message in messages:
-            match message:
-                case _Request(urgent=True):
-                    self._overtake(message)
-                case _Request():
-                    self._waiting.put(message, message.by)
-                case _Reacted():
-                    self._react(message)
-                case _Worked():
-                    self._worked(message.ticket)
-                case _Withdrawn():
-                    self._withdraw(message.ticket)
-                case _Closed():
-                    self._closed = True
+        acts = self._inbox.taken()
+        for act in acts:
+            act()
         if self._closed:
             self._end_all()
-        return bool(messages)
+        return bool(acts)
+
+    def _shut(self) -> None:
+        self._closed = True
 
     def _overtake(self, request: _Request) -> None:
         """It comes before all others; those that have not begun are not begun after it."""
@@ -452,12 +395,14 @@ class Actor:
             self._end(waiting, RequestRefused("the robot was stopped before it began", "give it again"))
         self._present.append(request)
 
-    def _react(self, message: _Reacted) -> None:
-        """An answer to a question; or what went wrong with something that was said, which may come late."""
-        found, place = self._found(message.ticket)
-        if found is None or (message.question and (place is not self._asking or message.question != found.asked)):
+    def _react(self, ticket: Ticket[Any], reaction: Reaction, question: int) -> None:
+        """An answer to the question with that id; or (0) what went wrong with something that was said, which may come
+        late.
+        """
+        found, place = self._found(ticket)
+        if found is None or (question and (place is not self._asking or question != found.asked)):
             return
-        found.reaction = message.reaction
+        found.reaction = reaction
         if place is self._asking:
             place.remove(found)
             self._present.append(found)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from vrs_cli.dialogue.talk import Talk
+from vrs_cli.dialogue.talk import Talk, quietly
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import MOST, Subscription
 from vrs_cli.errors import VrsError
@@ -56,12 +56,7 @@ class Holder:
 
     def call(self, act: Callable[[Session], T], *, urgent: bool = False) -> Ticket[T]:
         """Something to be done while nobody else changes anything."""
-
-        def once() -> Talk[T]:
-            yield from ()
-            return act(self._session)
-
-        return self.submit(once(), urgent=urgent)
+        return self.submit(quietly(lambda: act(self._session)), urgent=urgent)
 
     def submit(self, talk: Talk[T], *, urgent: bool = False, outlet: Outlet | None = None) -> Ticket[T]:
         """What a talk does."""
