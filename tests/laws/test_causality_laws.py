@@ -225,7 +225,7 @@ class Shell:
         at, claim = (source.choice((None, 0.0, now - 0.2, now + 0.3)) for _ in range(2))
         go = Go(Goal(joints=joints), executed=at, text="GO")
         act = source.choice((go, go, go, Undo(), Redo()))
-        self.session.converse(act_on(self.session, act, issued=claim and min(claim, now)))
+        self.session.converse(self.session.desk.given(claim and min(claim, now), act_on(self.session, act)))
         return f"{act}"
 
     def keys(self) -> str:

@@ -108,7 +108,7 @@ class Robot:
         assert isinstance(request, At)
         assert isinstance(request.act, ShowBranch)
         self.asked += 1
-        outlet(Done(1, found=at_once(show_branch(self.of, request.act, None))))
+        outlet(Done(1, found=at_once(show_branch(self.of, request.act))))
         return 1
 
     def tell(self, message: messages.ClientMessage) -> None:

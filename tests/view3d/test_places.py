@@ -18,7 +18,7 @@ from vrs_cli.view3d.shown import Shown
 
 
 def surveyed(of: Session) -> Shown:
-    return seen(of.engine, of.engine.now)._replace(surveyed=at_once(survey(of, Survey(), None)))
+    return seen(of.engine, of.engine.now)._replace(surveyed=at_once(survey(of, Survey())))
 
 
 def frames(server: viser.ViserServer) -> np.ndarray:

@@ -264,25 +264,13 @@ class Guest:
         if isinstance(act, Say):
             self._typed(message, act.line, act_on(self._hall.session, act))
             return
-        on = self._at_desk(act) if isinstance(act, DeskAct) else self._on_robot(act, message.issued)
+        on = self._at_desk(act) if isinstance(act, DeskAct) else self._given(message, self._on_robot(act))
         self._ask(message, self._with_status(on))
 
     def _given(self, message: messages.Line | messages.At, talk: Talk[Any]) -> Talk[Any]:
-        """A line, which was given when its sender says, as far as that can be true."""
-        desk, issued = self.holder.desk, self._issued(message.issued)
-
-        def work() -> Talk[Any]:
-            desk.issued = issued
-            try:
-                return (yield from talk)
-            finally:
-                desk.issued = None
-
-        return work()
-
-    def _issued(self, claim: float | None) -> float | None:
-        """By the robot's clock [s]: when what arrives now was given."""
-        return None if claim is None else self.holder.desk.times.issued(claim, self.holder.now)
+        """What was given when its sender says, as far as that can be true: of what arrives now."""
+        desk, claim = self.holder.desk, message.issued
+        return desk.given(None if claim is None else desk.times.issued(claim, self.holder.now), talk)
 
     def _at_desk(self, act: DeskAct) -> Talk[Any]:
         """What moves the arm, or changes a program, is checked anew: the lease may be in other hands."""
@@ -295,9 +283,9 @@ class Guest:
 
         return self._hall.checked(work(), lambda: said in (None, *STOPPING))
 
-    def _on_robot(self, act: RobotAct, claim: float | None) -> Talk[Any]:
+    def _on_robot(self, act: RobotAct) -> Talk[Any]:
         always = isinstance(act, Undo) or ACTS[type(act)].role is Role.OBSERVER
-        return self._hall.checked(act_on(self._hall.session, act, self._issued(claim)), lambda: always)
+        return self._hall.checked(act_on(self._hall.session, act), lambda: always)
 
     def _abort(self, message: messages.Abort) -> None:
         check_may("ABORT", Role.SUPERVISOR, self.grant.role)

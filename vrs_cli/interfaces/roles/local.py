@@ -119,7 +119,7 @@ class LocalRobot:
     # --- asking ---
 
     def act(self, act: Act[T], answer: Answers | None = None, issued: float | None = None) -> T:
-        talk = act_on(self._session, act, issued=issued)
+        talk = self._holder.desk.given(issued, act_on(self._session, act))
         if answer is None:
             return self._end(self._holder.submit(talk))
         with self._conversing(answer):

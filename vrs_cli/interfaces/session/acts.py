@@ -6,7 +6,7 @@ word that does the same.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
 from math import isfinite
 from typing import Any, NamedTuple, TypeVar, cast
 
@@ -277,9 +277,9 @@ RobotFound = (
 # --- how they are done ----------------------------------------------------------------------------------------------
 
 
-def act_on(session: Session, act: Act[T], issued: float | None = None) -> Talk[T]:
-    """Do it; what comes of it. `issued`: when it was asked for, where that was earlier than now [s]. Raises RoleWanted,
-    LeaseHeld, and UsageError for what has to wait until the program stops, as a line does; VrsError.
+def act_on(session: Session, act: Act[T]) -> Talk[T]:
+    """Do it; what comes of it. Raises RoleWanted, LeaseHeld, and UsageError for what has to wait until the program
+    stops, as a line does; VrsError.
     """
     if isinstance(act, Say):
         return cast(T, (yield from session.answers(act.line)))
@@ -288,7 +288,7 @@ def act_on(session: Session, act: Act[T], issued: float | None = None) -> Talk[T
     session.settle()  # what is before now has happened
     if session.running or session.elsewhere:
         check_goes_beside(row.said, row.role, elsewhere=session.elsewhere)
-    return cast(T, (yield from session.on_branch(row.role, row.do(session, act, issued))))
+    return cast(T, (yield from session.on_branch(row.role, row.talk(session, act))))
 
 
 def move_of(act: Go, times: HolderTimes) -> Move:
@@ -297,32 +297,30 @@ def move_of(act: Go, times: HolderTimes) -> Move:
     return Move(act.goal.target, act.straight, speed=act.speed, stamp=stamp, text=act.text)
 
 
-def _go(session: Session, act: Go, issued: float | None) -> Talk[None]:
-    yield from ()
+def _go(session: Session, act: Go) -> None:
     for number in (act.executed, act.speed):
         _finite(() if number is None else (number,))
     if act.speed is not None and not 0.0 < act.speed <= 1.0:
         raise IllegalValue(f"{act.speed:g} of nominal speed", "more than 0, at most 1", value=act.speed)
     move = move_of(act, session.desk.times)
-    session.engine.clock.advance(session.engine.begin(move, program=False, issued=issued))
+    session.engine.clock.advance(session.engine.begin(move, program=False, issued=session.desk.issued))
 
 
-def _rest(session: Session, _act: Rest, _issued: float | None) -> Talk[None]:
-    yield from ()
+def _rest(session: Session, _act: Rest) -> None:
     clock = session.engine.clock
     if clock.paused or not clock.realtime:
         session.engine.perform(Break())
 
 
-def _undo(session: Session, act: Undo, _issued: float | None) -> Talk[None]:
+def _undo(session: Session, act: Undo) -> Talk[None]:
     yield from in_parts(session.engine.undoing(act.count))
 
 
-def _redo(session: Session, act: Redo, _issued: float | None) -> Talk[None]:
+def _redo(session: Session, act: Redo) -> Talk[None]:
     yield from in_parts(session.engine.redoing(act.count))
 
 
-def _explain(session: Session, act: Explain, _issued: float | None) -> Talk[ReachReport]:
+def _explain(session: Session, act: Explain) -> Talk[ReachReport]:
     target = act.goal.target
     if not isinstance(target, PoseTarget | JointTarget):
         raise UsageError("WHY of no place", "WHY explains a location")
@@ -330,17 +328,15 @@ def _explain(session: Session, act: Explain, _issued: float | None) -> Talk[Reac
     return ReachReport(act.name, reach, session.units)
 
 
-def _compare(session: Session, act: Compare, _issued: float | None) -> Talk[ComparisonTable]:
-    return (yield from comparison(session, act.a, act.b))
+def _compare(session: Session, act: Compare) -> Talk[ComparisonTable]:
+    return comparison(session, act.a, act.b)
 
 
-def _evaluate(session: Session, act: Evaluate, _issued: float | None) -> Talk[Valued]:
-    yield from ()
+def _evaluate(session: Session, act: Evaluate) -> Valued:
     return Valued.of(evaluate(session.environment, session.robot, _expression(session, act.expression)))
 
 
-def _assign(session: Session, act: Assign, _issued: float | None) -> Talk[None]:
-    yield from ()
+def _assign(session: Session, act: Assign) -> None:
     target = _expression(session, act.variable)
     if not isinstance(target, Variable) or target.grouped:
         raise UsageError(f"{act.variable} is no variable", "a name, or row[3]")
@@ -359,8 +355,7 @@ def _expression(session: Session, text: str) -> Expression:
     return arguments[0]
 
 
-def _define(session: Session, act: Define, _issued: float | None) -> Talk[Defined]:
-    yield from ()
+def _define(session: Session, act: Define) -> Defined:
     before = dict(session.programs)
     wrong = [one for one in session.load_text(act.text) if one.severity is Severity.ERROR]
     if wrong:
@@ -369,41 +364,43 @@ def _define(session: Session, act: Define, _issued: float | None) -> Talk[Define
     return Defined(tuple(stored.name for key, stored in session.programs.items() if before.get(key) is not stored))
 
 
-def _execute(session: Session, act: Execute, _issued: float | None) -> Talk[RunResult]:
-    return (yield from session.wait(session.begin(act.program, cycles=act.cycles)))
+def _execute(session: Session, act: Execute) -> Talk[RunResult]:
+    return session.wait(session.begin(act.program, cycles=act.cycles))
 
 
-def _list_commands(session: Session, _act: ListCommands, _issued: float | None) -> Talk[CommandList]:
-    yield from ()
+def _list_commands(session: Session, _act: ListCommands) -> CommandList:
     return CommandList(session.engine.records())
 
 
-def _list_branches(session: Session, _act: ListBranches, _issued: float | None) -> Talk[BranchTable]:
-    yield from ()
+def _list_branches(session: Session, _act: ListBranches) -> BranchTable:
     return branch_table(session)
 
 
-def _list_motions(session: Session, _act: ListMotions, _issued: float | None) -> Talk[TimelineTable]:
+def _list_motions(session: Session, _act: ListMotions) -> Talk[TimelineTable]:
     engine = session.engine
     timeline, done, now = engine.timeline, tuple(engine.book.history.done), engine.now
-    return (yield from beside(lambda: timeline_table(timeline, done, now)))
+    return beside(lambda: timeline_table(timeline, done, now))
 
 
-def _record(session: Session, _act: Record, _issued: float | None) -> Talk[Recorded]:
+def _record(session: Session, _act: Record) -> Talk[Recorded]:
     engine = session.engine
     course = engine.model, engine.initial, tuple(engine.deltas)
     return Recorded((yield from beside(lambda: b"".join(trajectory_lines(*course)))))
 
 
 class _Row(NamedTuple):
-    """How an act is called, the role that it needs, and how it is done."""
+    """How an act is called, the role that it needs, and how it is done: what comes of it, or a talk that tells that."""
 
     said: str
     role: Role
-    do: Callable[[Session, Any, float | None], Talk[object]]
+    do: Callable[[Session, Any], object]
+
+    def talk(self, session: Session, act: Act[Any]) -> Talk[object]:
+        found = self.do(session, act)
+        return (yield from found) if isinstance(found, Generator) else found
 
 
-def _as(word: str, do: Callable[[Session, Any, float | None], Talk[object]]) -> _Row:
+def _as(word: str, do: Callable[[Session, Any], object]) -> _Row:
     """An act that does what a word does."""
     return _Row(word, role_of(word), do)
 

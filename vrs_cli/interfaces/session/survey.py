@@ -126,7 +126,7 @@ class BranchShown(Spoken, frozen=True):
     snapshot: SnapshotRecord
 
 
-def survey(session: Session, act: Survey, _issued: float | None) -> Talk[Surveyed]:
+def survey(session: Session, act: Survey) -> Talk[Surveyed]:
     """What is there now, in one step of the robot."""
     text = yield from _text(session, act)
     places, programs = _places(session), _programs(session)
@@ -150,7 +150,7 @@ def survey(session: Session, act: Survey, _issued: float | None) -> Talk[Surveye
     )
 
 
-def show_branch(session: Session, act: ShowBranch, _issued: float | None) -> Talk[BranchShown]:
+def show_branch(session: Session, act: ShowBranch) -> Talk[BranchShown]:
     left = session.branches.left(act.name)
     timeline, settings = left.book.timeline, left.settings
 
@@ -159,7 +159,7 @@ def show_branch(session: Session, act: ShowBranch, _issued: float | None) -> Tal
         segments = tuple(timeline[index] for index in range(first, len(timeline)))
         return BranchShown(snapshot_record(Snapshot(timeline.version, segments, settings, first)))
 
-    return (yield from beside(work))
+    return beside(work)
 
 
 def _places(session: Session) -> Places:

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from vrs_cli.dialogue.questions import OnScreen
 from vrs_cli.dialogue.replies import Reply
@@ -15,6 +15,8 @@ from vrs_cli.interfaces.tasks.holder_times import THE_ROBOTS, HolderTimes
 from vrs_cli.language.text.ast import Statement
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.language.words.word import Role
+
+R = TypeVar("R")
 
 
 class LineEditor(Protocol):
@@ -83,3 +85,11 @@ class Desk:
             return (yield question) is not None
         finally:
             self.on_screen = None
+
+    def given(self, issued: float | None, talk: Talk[R]) -> Talk[R]:
+        """A talk about what was given at that time, by the robot's clock [s]."""
+        self.issued = issued
+        try:
+            return (yield from talk)
+        finally:
+            self.issued = None
