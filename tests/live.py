@@ -7,7 +7,8 @@ The machine they run on may be busy at the wrong moment, so they may be tried ag
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from functools import cache
 from types import ModuleType
 
@@ -15,8 +16,17 @@ import pytest
 
 REAL = {"http", "selenium", "signal", "socket", "subprocess", "threading", "urllib", "websockets"}
 PATIENCE = 60.0  # [s] until a test fails that waits for something real: a busy machine keeps it waiting
+PAUSE = 0.002  # [s] between two looks
 AGAIN = 2  # times that a failed one is tried again
 MARKS = (pytest.mark.live, pytest.mark.flaky(reruns=AGAIN))  # `flaky` is the word of pytest-rerunfailures
+
+
+def until(condition: Callable[[], object], what: str = "") -> None:
+    """Wait until a condition holds."""
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline, f"not so after {PATIENCE:g} s: {what or condition}"
+        time.sleep(PAUSE)
 
 
 def mark_live(tests: list[pytest.Item]) -> None:

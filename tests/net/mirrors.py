@@ -20,7 +20,7 @@ from typing import IO, Any, NamedTuple
 
 from msgspec.structs import replace
 
-from tests.live import PATIENCE
+from tests.live import PATIENCE, until
 from tests.net.cable import cable
 from tests.net.edits import Edits
 from tests.net.serving import Serving, serving
@@ -113,10 +113,7 @@ def _end(served: Serving, holder: Holder) -> tuple[int, Timeline]:
         return session.engine.timeline
 
     timeline = holder.call(engine_timeline).result(PATIENCE)
-    deadline = time.monotonic() + PATIENCE
-    while room.broadcast.stream.timeline != timeline:
-        assert time.monotonic() < deadline, "all that has happened is told"
-        time.sleep(0.01)
+    until(lambda: room.broadcast.stream.timeline == timeline, "all that has happened is told")
     return room.broadcast.stream.number, timeline
 
 

@@ -9,7 +9,6 @@ import random
 import re
 import socket as sockets
 import time
-from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,7 @@ import pytest
 
 import vrs_cli as vrs
 from tests.engine.wall import ManualWall
-from tests.live import PATIENCE
+from tests.live import until
 from tests.net.cable import cable
 from tests.net.serving import Caller, Serving, serving
 from vrs_cli.interfaces.station.lease import Lease
@@ -85,7 +84,7 @@ def test_all_that_is_typed_comes_to_who_reads_more_slowly(tmp_path: Path, monkey
         ada.lines(*CHAT)
         before = len(ada.said)
         id = ada.send(lambda id: Line(id, "EXECUTE chat"))
-        waited_for(lambda: room.guests["guest"].pace.waiting > MUCH)
+        until(lambda: room.guests["guest"].pace.waiting > MUCH)
         wall.seconds += 3.0  # a packet that is lost twice is sent again after 1 s and 2 s (RFC 6298)
         ada.until(lambda one: sleep_a_little(one) or (isinstance(one, Done) and one.id == id))
         typed = [text.strip() for text in ada.said[before:]]
@@ -102,12 +101,12 @@ def test_who_stops_reading_holds_nobody(tmp_path: Path, monkeypatch: pytest.Monk
         ada.lines(".PROGRAM much", f'$s = "{LONG}"', "DO", f"TYPE {30 * '$s, '}$s", "UNTIL FALSE", ".END")
         guest = room.guests["guest-2"]
         ada.send(lambda id: Line(id, "EXECUTE much"))
-        waited_for(lambda: guest.pace.waiting > MUCH)
+        until(lambda: guest.pace.waiting > MUCH)
         for _ in range(5):
             assert bob.line("WHERE").ok, "though the program waits for her"
         assert guest.link is not None
         wall.seconds += 2.0 * PACE
-        waited_for(lambda: guest.link is None)
+        until(lambda: guest.link is None)
         assert room.session.running
         assert bob.ask(Abort)
         assert not room.session.running
@@ -123,7 +122,7 @@ def test_a_program_that_waits_for_who_hears_it_is_stopped_at_once(
         monkeypatch.setattr(room, "_wall", ManualWall(time.monotonic()))  # it waits for ever
         ada.lines(".PROGRAM much", f'$s = "{LONG}"', "DO", f"TYPE {30 * '$s, '}$s", "UNTIL FALSE", ".END")
         ada.send(lambda id: Line(id, "EXECUTE much"))
-        waited_for(lambda: room.guests["guest-2"].pace.waiting > MUCH)
+        until(lambda: room.guests["guest-2"].pace.waiting > MUCH)
         assert bob.ask(Abort)
         assert not room.session.running
         ada.cut()
@@ -162,14 +161,14 @@ def test_a_peer_that_vanishes_is_cut_and_another_drives(tmp_path: Path, monkeypa
         assert ada.line("x = 1").ok
         for _ in range(3):
             wall.seconds += 0.9
-            waited_for(lambda: room.driving.lease.until == wall.seconds + 1.0)
+            until(lambda: room.driving.lease.until == wall.seconds + 1.0)
             assert not bob.line("x = 2").ok, "she is there, and says nothing: a ping tells it"
         wire.freeze()
         while not bob.line("x = 2").ok:
             wall.seconds += 0.9
         assert server.loop is not None
         server.loop.call_soon_threadsafe(hurry, room.guests["ada"].link)
-        waited_for(lambda: room.guests["ada"].link is None)
+        until(lambda: room.guests["ada"].link is None)
         wire.pull()
         ada.protocol.cut()
         ada._address = server.address
@@ -213,7 +212,7 @@ def test_a_jump_of_the_wall_clock_moves_nothing(tmp_path: Path, monkeypatch: pyt
                 robot.do("WHERE")  # pings go on meanwhile
             assert abs(robot.now - clock.reached) < OFF
             assert 0.0 < clock.reached - before < OFF
-            waited_for(lambda: room.guests["ada"].link is not None)
+            until(lambda: room.guests["ada"].link is not None)
         rows = (tmp_path / "audit.jsonl").read_text().splitlines()
         assert datetime.fromisoformat(json.loads(rows[-1])["when"]).timestamp() == pytest.approx(real() + jump, abs=OFF)
         ada.leave()
@@ -236,13 +235,6 @@ def test_the_wall_clock_is_asked_for_the_calendar_alone() -> None:
         if re.search(r"\btime\.time(_ns)?\b", path.read_text(encoding="utf-8"))
     }
     assert found == ON_THE_WALL.keys()
-
-
-def waited_for(true: Callable[[], object]) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while not true():
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
 
 
 def sleep_a_little(one: ServerMessage) -> bool:
@@ -292,7 +284,7 @@ def test_who_comes_and_goes_leaves_nothing_behind(tmp_path: Path) -> None:
                 caller.close()
         with server.call() as ada:
             assert ada.line("WHERE").ok
-            waited_for(lambda: len(server.server._links) == 1)
+            until(lambda: len(server.server._links) == 1)
             room = server.hub.rooms["cell1"]
             assert len(room.guests) == 41, "those who may come again within a minute"
             assert not room._pending

@@ -7,7 +7,6 @@ import shutil
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -17,7 +16,7 @@ import pytest
 
 import vrs_cli as vrs
 from tests.examples import some
-from tests.live import PATIENCE
+from tests.live import PATIENCE, until
 from tests.net.edits import Edits
 from tests.net.serving import Serving, serving
 from tests.net.test_mirror import bits
@@ -36,14 +35,14 @@ def nats_server(port: int, folder: Path) -> Iterator[str]:
     """A nats-server of our own."""
     command = [SERVER, "-a", "127.0.0.1", "-p", str(port), "-js", "-sd", str(folder)]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as running:
-        deadline = time.monotonic() + PATIENCE
-        while time.monotonic() < deadline:
-            with socket.socket() as there:
-                if there.connect_ex(("127.0.0.1", port)) == 0:
-                    break
-            time.sleep(0.02)
+        until(lambda: answers(port))
         yield f"nats://127.0.0.1:{port}"
         running.terminate()
+
+
+def answers(port: int) -> bool:
+    with socket.socket() as there:
+        return there.connect_ex(("127.0.0.1", port)) == 0
 
 
 def free_port() -> int:
@@ -86,10 +85,7 @@ async def caught_up(watching: Watching, served: Serving) -> None:
 def edit(served: Serving, edits: Edits, times: int) -> None:
     room = served.hub.rooms["cell1"]
     Holder(room.session).call(lambda _session: [edits.edit() for _ in range(times)]).result(PATIENCE)
-    deadline = time.monotonic() + PATIENCE
-    while room.broadcast.stream.timeline != room.session.engine.timeline:
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    until(lambda: room.broadcast.stream.timeline == room.session.engine.timeline)
 
 
 def test_who_comes_early_or_late_sees_the_robot_to_the_bit(url: str, published: Serving) -> None:

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 import vrs_cli as vrs
-from tests.live import PATIENCE
+from tests.live import PATIENCE, until
 from tests.net.cable import Cable, cable
 from tests.net.serving import Serving, serving
 from vrs_cli.dialogue.replies import ReachReport
@@ -84,9 +84,7 @@ def test_a_past_that_is_not_kept_here_is_asked_for(robot: vrs.Robot) -> None:
             assert repr(getattr(short.where(times), one)) == repr(getattr(robot.where(times), one))
         assert repr(short.where(0.3)) == repr(robot.where(0.3))
         robot.undo(40)
-        deadline = time.monotonic() + PATIENCE
-        while short.now != robot.now and time.monotonic() < deadline:
-            time.sleep(0.01)
+        until(lambda: short.now == robot.now)
         assert repr(short.where()) == repr(robot.where()), "its clock is where it was before them"
 
 
@@ -201,11 +199,7 @@ def test_others_see_it_move(robot: vrs.Robot) -> None:
 def connected(robot: vrs.Robot) -> None:
     held = robot.held
     assert isinstance(held, RemoteRobot)
-    for _ in range(2000):
-        if held.client.far.open:
-            return
-        time.sleep(0.01)
-    raise AssertionError("it does not come back")
+    until(lambda: held.client.far.open)
 
 
 def test_it_comes_back_after_a_cut(robot: vrs.Robot, caplog: pytest.LogCaptureFixture) -> None:
@@ -388,20 +382,35 @@ def press_ctrl_c() -> None:
     signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
 
 
-def test_ctrl_c_stops_what_is_waited_for_and_a_second_one_waits_no_longer(tmp_path: Path) -> None:
+def test_ctrl_c_stops_what_is_waited_for_and_a_second_one_waits_no_longer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with serving(tmp_path, realtime=1.0) as served:
-        to_it = Cable(served.address)
+        to_it, session, heard = Cable(served.address), served.hub.rooms["cell1"].session, threading.Event()
         robot = vrs.connect(to_it.url)
+        assert isinstance(robot.held, RemoteRobot)
+        tell = robot.held.tell
+        monkeypatch.setattr(robot.held, "tell", lambda message: (tell(message), heard.set()))
         robot.define(".PROGRAM slow()\n  WAIT SIG(1001)\n.END\n")
-        Timer(0.5, press_ctrl_c).start()
-        with pytest.raises(KeyboardInterrupt):
-            robot.execute("slow")
-        assert robot["1 + 1"] == 2.0
-        Timer(0.4, to_it.close).start()
-        Timer(0.8, press_ctrl_c).start()
-        Timer(1.2, press_ctrl_c).start()
-        with pytest.raises(KeyboardInterrupt):
-            robot.execute("slow")
+
+        def press_once() -> None:
+            until(lambda: session.running)
+            press_ctrl_c()
+
+        def press_twice() -> None:
+            until(lambda: session.running)
+            to_it.close()
+            press_ctrl_c()
+            heard.wait(PATIENCE)
+            press_ctrl_c()
+
+        for press in (press_once, press_twice):
+            heard.clear()
+            threading.Thread(target=press).start()
+            with pytest.raises(KeyboardInterrupt):
+                robot.execute("slow")
+            if press is press_once:
+                assert robot["1 + 1"] == 2.0
         robot.leave()
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from tests.live import PATIENCE
+from tests.live import until
 from tests.net.serving import said_in
 from vrs_cli.errors import DeviceNotReady
 from vrs_cli.kinematics.robot_file import load_robot
@@ -82,11 +82,11 @@ class Wire:
         return next(one for one in self.heard if isinstance(one, Done) and one.id == id)
 
     def until(self, there: Callable[[], object]) -> None:
-        deadline = time.monotonic() + PATIENCE
-        while not there():
-            assert time.monotonic() < deadline, self.heard[-3:]
-            time.sleep(0.001)
+        def pumped() -> object:
             self.room.pump()
+            return there()
+
+        until(pumped)
 
     @property
     def said(self) -> list[str]:

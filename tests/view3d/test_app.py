@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -10,7 +9,7 @@ from socket import create_server
 
 import pytest
 
-from tests.live import PATIENCE
+from tests.live import until
 from tests.net.serving import serving
 from tests.view3d.pages import Page
 from vrs_cli.engine.position import position_at
@@ -24,14 +23,6 @@ from vrs_cli.net.tokens import Wanted, add_tokens
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.hosted import SHELL, Hosted
 from vrs_cli.view3d.shown import Shown
-
-
-def until(found: Callable[[], object]) -> None:
-    """Poll for what other threads do."""
-    deadline = time.monotonic() + PATIENCE
-    while not found():
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
 
 
 @pytest.fixture(scope="module")
@@ -165,7 +156,7 @@ def port() -> int:
         return int(free.getsockname()[1])
 
 
-def test_a_server_that_goes_and_comes_back_is_waited_for(tmp_path: Path, port: int) -> None:
+def test_a_server_that_goes_and_comes_back_is_until(tmp_path: Path, port: int) -> None:
     before = ExitStack()
     server = before.enter_context(serving(tmp_path, port=port, journal=False))
     with viewing(server.address) as app, Page(app.address) as page:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from math import dist, inf, radians
@@ -17,7 +16,7 @@ import viser
 from msgspec.structs import replace
 
 import vrs_cli as vrs
-from tests.live import PATIENCE
+from tests.live import until
 from tests.net.serving import serving
 from tests.net.test_delayed_robot import behind
 from tests.view3d.browser import Browser, coloured, needs_browser
@@ -186,13 +185,6 @@ def held(address: str, ahead: float | Ahead) -> Callable[[object], Watched]:
         return robot
 
     return hold
-
-
-def until(condition: Callable[[], object]) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
 
 
 @contextmanager

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
-from tests.live import PATIENCE
+from tests.live import until
 from tests.view3d.browser import Browser, needs_browser
 from tests.view3d.pages import Page
 from vrs_cli.engine.position import position_at
@@ -34,13 +33,6 @@ def opened(app: App) -> Iterator[Page]:
     page = Page(app.address)
     yield page
     page._socket.close_socket()
-
-
-def until(there: Callable[[], Any]) -> None:
-    end = time.monotonic() + PATIENCE
-    while not there():
-        assert time.monotonic() < end, "it does not come"
-        time.sleep(0.01)
 
 
 def window(app: App, number: int = 0) -> Window:

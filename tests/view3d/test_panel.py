@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import re
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -17,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from tests.live import PATIENCE
+from tests.live import until
 from tests.net.cable import cable
 from tests.net.serving import serving
 from tests.view3d.pages import Page
@@ -96,9 +95,7 @@ def ada(app: App) -> Iterator[Sat]:
 
 
 def window(app: App) -> Window:
-    end = time.monotonic() + PATIENCE
-    while not app.windows:
-        assert time.monotonic() < end, "no window"
+    until(lambda: app.windows)
     return app.windows[0]
 
 
@@ -440,10 +437,7 @@ def test_nothing_is_left_of_a_browser_that_goes(app: App) -> None:
     with sat(app):
         done: list[int] = []
         panel(app).hands.do(lambda: done.append(1))
-        while not done:
-            time.sleep(0.001)
+        until(lambda: done)
         assert any(thread.name.startswith("vrs panel") for thread in threading.enumerate())
-    end = time.monotonic() + PATIENCE
-    while app.windows or any(thread.name.startswith("vrs panel") for thread in threading.enumerate()):
-        assert time.monotonic() < end, "a thread stays"
-        time.sleep(0.01)
+    until(lambda: not app.windows)
+    until(lambda: not any(thread.name.startswith("vrs panel") for thread in threading.enumerate()))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
 
-from tests.live import PATIENCE
+from tests.live import until
 from tests.net.cable import cable
 from tests.net.serving import Serving, serving
 from vrs_cli.net.client import hello_of
@@ -34,13 +34,6 @@ def sitting(url: str, name: str = "ada") -> Iterator[PanelSeat]:
         yield PanelSeat(robot)
     finally:
         robot.close()
-
-
-def until(true: Callable[[], object]) -> None:
-    end = time.monotonic() + PATIENCE
-    while not true():
-        assert time.monotonic() < end, "it does not come"
-        time.sleep(0.002)
 
 
 def idle(seat: PanelSeat) -> bool:
