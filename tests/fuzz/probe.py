@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from io import StringIO
 from math import isfinite
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
+
+from rich.console import ConsoleDimensions
 
 from tests.fuzz import lines
 from tests.language.trees import without_places
@@ -41,7 +44,8 @@ class Silent:
 
     def __init__(self) -> None:
         self._lines = iter(LINES)
-        self._renderer = TerminalRenderer(width=79)
+        self._renderer = TerminalRenderer(StringIO())
+        self._renderer.console.size = ConsoleDimensions(80, 24)
 
     def type(self, text: str, newline: bool) -> None:
         assert isinstance(text, str)
@@ -73,7 +77,7 @@ class Probe:
         self._folder = Folder(folder, closed=True)
         model = load_robot("puma560")
         self._inspectors = {dialect: Inspector(model, dialect) for dialect in Dialect}
-        self._model = model
+        self._model, self._unchanged = model, folder.stat().st_mtime_ns
         self.counted: Counter[str] = Counter()
 
     def __call__(self, text: str) -> None:
@@ -81,7 +85,7 @@ class Probe:
         for dialect in Dialect:
             self._check(text, dialect)
             self._format(text, dialect)
-        session = Session(Silent(), folder=self._folder, limits=BOUNDS)
+        session = Session(Silent(), self._model, folder=self._folder, limits=BOUNDS)
         try:
             self._run(session, text)
             self._type(session, text)
@@ -132,8 +136,12 @@ class Probe:
             self.counted["typed"] += 1
 
     def _clear(self) -> None:
+        """A folder in which nothing was made or removed is not read: there are many texts, and few files."""
+        if self._folder.root.stat().st_mtime_ns == self._unchanged:
+            return
         for path in sorted(self._folder.root.rglob("*"), reverse=True):
             path.rmdir() if path.is_dir() and not path.is_symlink() else path.unlink()
+        self._unchanged = self._folder.root.stat().st_mtime_ns
 
 
 def _meaning(text: str, dialect: Dialect) -> object:
