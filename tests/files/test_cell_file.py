@@ -102,6 +102,17 @@ def test_signals_are_shown_by_their_names() -> None:
     assert made.debugging.watches[0].text == "SIG(1003) (1003 is part.there)"
 
 
+def test_what_the_cell_fills_has_a_value() -> None:
+    made = Session(RecordingTerminal())
+    assert [one.detail for one in made.load_text(PROGRAM)] == [
+        "$kind is given a value nowhere",
+        "found.x is given a value nowhere",
+    ]
+    made.driver.surround(parse_cell(CELL.replace("{more}", "")))
+    assert made.load_text(PROGRAM) == ()
+    assert "found.x" not in made.environment.kinds(), "it has none before the camera has found something"
+
+
 def test_at_the_prompt_time_brings_what_follows() -> None:
     made = session()
     made.perform("SIGNAL 3")
@@ -114,31 +125,55 @@ def test_at_the_prompt_time_brings_what_follows() -> None:
     ("text", "told"),
     [
         ("[signals", "a table declaration"),
-        ("[signls]\na = 1", "signls: did you mean signals?"),
-        ("[signals]\nb = 7000", "b: 7000 is no signal"),
-        ("[signals]\nb = true", "b: True is no signal"),
+        (f"a = {'1' * 5000}", "a cell is a TOML file"),
+        (f"a = {'[' * 5000}", "a cell is a TOML file"),
+        ("[signls]\na = 1", ":1: signls: did you mean signals?"),
+        ("[signals]\n\nb = 7000", ":3: b: 7000 is no signal"),
+        ("[signals]\nb = true", ":2: b: True is no signal"),
+        ("[signals]\na.ab = 3\na.b = 0", ":3: a.b: 0 is no signal"),
+        ("[signals.part]\nthere = 1003\ngone = 1003", ":3: part.gone: signal 1003 is called part.there already"),
         (
             '[signals]\npart = 1001\n[[follow]]\nwhen = "prat"\nset = 1002',
-            "no signal is called prat (did you mean part?)",
+            ":4: [[follow]] 1: when: no signal is called prat (did you mean part?)",
         ),
-        ("[[follow]]\nset = 1001", "when: it is missing"),
-        ("[[follow]]\nwhen = 1\nset = 3", "an output is the program's"),
-        ("[[follow]]\nwhen = 1", "nothing follows"),
-        ("[[follow]]\nwhen = 1\nset = 1001\nafter = -1", "after: -1 is no time"),
+        (
+            "[[follow]]\nwhen = 1\nset = 1001\n\n[[follow]]\nwhen = 7000\nset = 1002",
+            ":6: [[follow]] 2: when: 7000 is no signal",
+        ),
+        ("follow = [{when = 1, set = 7000}]", ":1: [[follow]] 1: set: 7000 is no signal"),
+        ("[[follow]]\nset = 1001", ":1: [[follow]] 1: when: it is missing"),
+        ("[[follow]]\nwhen = 1\nset = 3", ":3: [[follow]] 1: set: an output is the program's"),
+        ("[[follow]]\nwhen = 1", ":1: [[follow]] 1: set: nothing follows"),
+        ("[[follow]]\nwhen = 1\nset = 1001\nafter = -1", ":4: [[follow]] 1: after: -1 is no time"),
         ("[[follow]]\nwhen = 1\nset = 1001\nafter = true", "after: True is no time"),
-        ("[[follow]]\nwhen = 1\nset = 1001\nafterr = 1", "afterr: did you mean after?"),
+        ("[[follow]]\nwhen = 1\nset = 1001\nafter = nan", "after: nan is no time"),
+        ("[[follow]]\nwhen = 1\nset = 1001\nafterr = 1", ":4: [[follow]] 1: afterr: did you mean after?"),
+        ('[[follow]]\nwhen = 1\nset = 1001\nagain = "no"', "again: 'no' is neither true nor false"),
         ('[[follow]]\nwhen = 1\nvariables = ["x"]', "variables and rows belong together"),
+        ("[[follow]]\nwhen = 1\nrows = [[1]]", "variables and rows belong together"),
         ('[[follow]]\nwhen = 1\nvariables = ["x"]\nrows = [[1, 2]]', "row 1: a value for each of x is wanted"),
+        ('[[follow]]\nwhen = 1\nvariables = ["x"]\nrows = [1]', "rows: a list of rows"),
+        ('[[follow]]\nwhen = 1\nvariables = ["x"]\nrows = [[{}]]', "row 1"),
+        ('[[follow]]\nwhen = 1\nvariables = ["x"]\nrows = [[nan]]', "row 1"),
+        (f'[[follow]]\nwhen = 1\nvariables = ["x"]\nrows = [[1{"0" * 400}]]', "row 1"),
         ('[[follow]]\nwhen = 1\nvariables = ["$s"]\nrows = [[1]]', "row 1"),
-        ('[[follow]]\nwhen = 1\nvariables = "x"\nrows = [[1]]', "variables: a list of names"),
-        ("follow = 3", "write [signals] and [[follow]]"),
+        (f'[[follow]]\nwhen = 1\nvariables = ["$s"]\nrows = [["{"s" * 129}"]]', "row 1"),
+        ('[[follow]]\nwhen = 1\nvariables = "x"\nrows = [[1]]', ":3: [[follow]] 1: variables: a list of names"),
+        ('[[follow]]\nwhen = 1\nvariables = ["2x"]\nrows = [[1]]', ":3: [[follow]] 1: variables: '2x' is no name"),
+        ('[[follow]]\nwhen = 1\nvariables = ["#p"]\nrows = [[1]]', "'#p' is no name"),
+        ('[[follow]]\nwhen = 1\nvariables = ["x[1]"]\nrows = [[1]]', "'x[1]' is no name"),
+        ('[[follow]]\nwhen = 1\nvariables = ["to"]\nrows = [[1]]', "TO is a word of the language"),
+        ("follow = 3", ":1: follow: write [[follow]]"),
+        ("[[follow]]\nwhen = 1\nset = 1001\n[signals.follow]\na = 3\nb = 3", ":6: follow.b: signal 3 is called"),
+        ("signals = 3", ":1: signals: write [signals]"),
     ],
 )
 def test_a_cell_that_is_wrong_says_where(text: str, told: str) -> None:
     with pytest.raises(FileDamaged) as refused:
         parse_cell(text, "my.toml")
-    assert told in refused.value.detail
-    assert refused.value.detail.startswith("my.toml: ")
+    assert told in f"{refused.value.detail} ({refused.value.hint})"
+    assert refused.value.detail.startswith("my.toml:")
+    assert "\n" not in refused.value.detail, "one mistake is told once"
 
 
 def test_a_cell_that_is_not_there() -> None:

@@ -41,6 +41,9 @@ def test_files_that_are_not_there_or_not_readable(tmp_path: Path) -> None:
     (tmp_path / "folder.toml").mkdir()
     with pytest.raises(FileError, match=r"folder\.toml"):
         load_robot(tmp_path / "folder.toml")
+    (tmp_path / "digits.toml").write_text(f"joints = {'1' * 5000}", encoding="utf-8")
+    with pytest.raises(FileDamaged, match=r"digits\.toml"):
+        load_robot(tmp_path / "digits.toml")
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(FileDamaged, match="UTF-8"):
         load_robot(tmp_path / "bytes.toml")

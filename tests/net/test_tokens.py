@@ -96,6 +96,7 @@ WRONG = (
     (row("ada", ADA) + row("ada", BOB), "ada is there twice"),
     (row("ada", ADA) + row("bob", ADA), "bob is there twice"),
     ("[[token", "tokens are a TOML file"),
+    (f"a = {'1' * 5000}", "tokens are a TOML file"),
 )
 
 

@@ -43,6 +43,8 @@ def test_what_is_shown_is_a_file_that_says_the_same() -> None:
         ("[colours]\nnumbr = '#000000'", "f: colours: numbr is no piece of text (did you mean number?)"),
         ("[colours]\nnumber = 'red'", "f: colours: number: 'red' is no colour"),
         ("keys =", "f is no TOML"),
+        (f"keys = {'1' * 5000}", "f is no TOML"),
+        (f"keys = {'[' * 5000}", "f is no TOML"),
     ],
 )
 def test_what_is_wrong_is_told_and_the_rest_holds(text: str, said: str) -> None:

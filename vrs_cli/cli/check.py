@@ -71,7 +71,7 @@ def parser(prog: str) -> Parser:
 def _chosen_cell(options: Namespace) -> Cell:
     """That of --cell; without it, one that fills nothing."""
     if options.cell is None:
-        from vrs_cli.interfaces.inspection import NO_CELL
+        from vrs_cli.language.run.cell import NO_CELL
 
         return NO_CELL
     from vrs_cli.files.cell_file import read_cell

@@ -20,20 +20,23 @@ again = true                # after the last row comes the first
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from vrs_cli.errors import FileDamaged, NonexistentFile, did_you_mean
 from vrs_cli.files.opening import open_to_read
 from vrs_cli.language.run.cell import Cell, Follow
+from vrs_cli.language.words.instructions import RESERVED, why_reserved
 from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
-from vrs_cli.language.words.values import Value
+from vrs_cli.language.words.values import LIMIT, STRING_LENGTH, Value
 from vrs_cli.trajectory.instant import LATEST, on_grid
 
 KEYS = ("when", "set", "after", "lasting", "variables", "rows", "again")
 _KNOWN = f"there are {', '.join(KEYS)}"
+_VARIABLE = re.compile(r"(?i)\$?[A-Z][A-Z0-9._]*")  # NAME of grammar/val2.lark, without locations
 
 
 def read_cell(path: str) -> Cell:
@@ -51,103 +54,160 @@ def parse_cell(text: str, path: str = "cell") -> Cell:
     """The cell that a text describes. Raises FileDamaged."""
     try:
         given = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:
         raise FileDamaged(f"{path}: {error}", "a cell is a TOML file: [signals] and [[follow]]") from None
-    reader = _Reader(path, given)
+    reader = _Reader(path, text, given)
     if reader.wrong:
         raise FileDamaged("\n".join(reader.wrong), "[signals] names signals, each [[follow]] says what follows")
     return Cell({number: name for name, number in reader.names.items()}, tuple(reader.follows))
 
 
+class _Part(NamedTuple):
+    """A part of the file: how it is called in messages, and its lines, from 0."""
+
+    name: str
+    lines: range
+
+
 class _Reader:
     """Reads a cell, and goes on after each mistake."""
 
-    def __init__(self, path: str, given: Mapping[str, Any]) -> None:
+    def __init__(self, path: str, text: str, given: Mapping[str, Any]) -> None:
         self.wrong: list[str] = []
-        self._path = path
+        self.names: dict[str, int] = {}
+        self._path, self._lines = path, text.splitlines()
+        self._whole = _Part("", range(len(self._lines)))
         for key in given.keys() - {"signals", "follow"}:
-            self._fault(key, did_you_mean(key, ("signals", "follow"), "there are [signals] and [[follow]]"))
-        signals, follow = given.get("signals", {}), given.get("follow", [])
-        self.names = dict(self._names(signals if isinstance(signals, dict) else {}))
-        rules = follow if isinstance(follow, list) else []
-        if rules is not follow or not isinstance(signals, dict):
-            self._fault("signals, follow", "write [signals] and [[follow]]")
-        self.follows = [one for place, rule in enumerate(rules, 1) if (one := self._follow(place, rule)) is not None]
+            near = did_you_mean(key, ("signals", "follow"), "there are [signals] and [[follow]]")
+            self._fault(self._whole, key, near)
+        signals, rules = given.get("signals", {}), given.get("follow", [])
+        if isinstance(signals, dict):
+            self._name(signals)
+        else:
+            self._fault(self._whole, "signals", "write [signals], and below it part.there = 1003")
+        if not isinstance(rules, list):
+            self._fault(self._whole, "follow", "write [[follow]], and below it what follows of what")
+            rules = []
+        parts = zip(self._parts(len(rules)), rules, strict=True)
+        self.follows = [one for part, rule in parts if (one := self._follow(part, rule)) is not None]
 
-    def _fault(self, where: str, what: str) -> None:
-        self.wrong.append(f"{self._path}: {where}: {what}")
+    def _parts(self, count: int) -> Iterator[_Part]:
+        """The lines of each [[follow]]; of none where they stand otherwise, as in `follow = [{when = 3}]`."""
+        heads = [at for at, line in enumerate(self._lines) if re.match(r"\s*\[\[\s*follow\s*\]\]", line)]
+        ends = [*heads[1:], len(self._lines)]
+        lines = list(map(range, heads, ends)) if len(heads) == count else [self._whole.lines] * count
+        return (_Part(f"[[follow]] {number}: ", one) for number, one in enumerate(lines, 1))
 
-    def _names(self, given: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, int]]:
+    def _fault(self, part: _Part, key: str, what: str) -> None:
+        """`key`: what is wrong in that part; its line, or the first of the part where none begins with it."""
+        last = re.escape(key.rpartition(".")[2])
+        begins = re.compile(rf"""(?i)[\s\["'\w.-]*(?<!\w){last}["']?\s*[=.\]]""")
+        line = next((at for at in part.lines if begins.match(self._lines[at])), min(part.lines, default=0))
+        self.wrong.append(f"{self._path}:{line + 1}: {part.name}{key}: {what}")
+
+    # --- signals ---
+
+    def _name(self, given: Mapping[str, Any], before: str = "") -> None:
         """A name with dots need not stand in quotes: TOML makes tables of it."""
-        for name, number in given.items():
+        for last, number in given.items():
+            name = f"{before}{last}".lower()
+            twin = next((known for known, other in self.names.items() if other == number), "")
             if isinstance(number, dict):
-                yield from self._names(number, f"{before}{name}.")
-            elif type(number) is int and any(number in bank for bank in (OUTPUTS, INPUTS, INTERNAL)):
-                yield f"{before}{name}".lower(), number
+                self._name(number, f"{before}{last}.")
+            elif not _is_signal(number):
+                self._fault(self._whole, name, f"{number!r} is no signal: 1-512, 1001-1512 or 2001-2512")
+            elif twin:
+                self._fault(self._whole, name, f"signal {number} is called {twin} already")
             else:
-                self._fault(f"{before}{name}", f"{number!r} is no signal: 1-512, 1001-1512 or 2001-2512")
+                self.names[name] = number
 
-    def _follow(self, place: int, rule: Any) -> Follow | None:
-        where, mistakes = f"[[follow]] {place}", len(self.wrong)
-        if not isinstance(rule, dict):
-            self._fault(where, "it is a table")
-            return None
-        for key in rule.keys() - set(KEYS):
-            self._fault(where, f"{key}: {did_you_mean(key, KEYS, _KNOWN)}")
-        when = self._signal(where, "when", rule.get("when"))
-        sets = self._signal(where, "set", rule["set"]) if "set" in rule else None
-        after, lasting = (self._seconds(where, key, rule.get(key)) for key in ("after", "lasting"))
-        variables, rows = self._table(where, rule)
-        if sets is not None and abs(sets) in OUTPUTS:
-            self._fault(where, "set: an output is the program's; an input or an internal signal follows")
-        if sets is None and not rows:
-            self._fault(where, "nothing follows: it needs set, or variables and rows")
-        if len(self.wrong) > mistakes or when is None:
-            return None
-        return Follow(when, sets, after or 0.0, lasting, variables, rows, bool(rule.get("again", False)))
-
-    def _signal(self, where: str, key: str, given: Any) -> int | None:
+    def _signal(self, part: _Part, key: str, given: Any) -> int | None:
         """Of a name or a number; a minus stands for off."""
         if isinstance(given, str):
             name = given.removeprefix("-").lower()
             found = self.names.get(name)
             if found is None:
-                self._fault(where, f"{key}: no signal is called {name}" + self._near(name))
+                near = did_you_mean(name, self.names)
+                self._fault(part, key, f"no signal is called {name}" + (f" ({near})" if near else ""))
                 return None
             return -found if given.startswith("-") else found
-        if type(given) is int and any(abs(given) in bank for bank in (OUTPUTS, INPUTS, INTERNAL)):
+        if type(given) is int and _is_signal(abs(given)):
             return given
-        self._fault(where, f"{key}: {'it is missing' if given is None else f'{given!r} is no signal'}")
+        self._fault(part, key, "it is missing" if given is None else f"{given!r} is no signal")
         return None
 
-    def _near(self, name: str) -> str:
-        near = did_you_mean(name, self.names)
-        return f" ({near})" if near else ""
+    # --- what follows ---
 
-    def _seconds(self, where: str, key: str, given: Any) -> float | None:
+    def _follow(self, part: _Part, rule: Any) -> Follow | None:
+        mistakes = len(self.wrong)
+        if not isinstance(rule, dict):
+            self._fault(part, "follow", "it is a table")
+            return None
+        for key in rule.keys() - set(KEYS):
+            self._fault(part, key, did_you_mean(key, KEYS, _KNOWN))
+        when = self._signal(part, "when", rule.get("when"))
+        sets = self._signal(part, "set", rule["set"]) if "set" in rule else None
+        after, lasting = (self._seconds(part, key, rule.get(key)) for key in ("after", "lasting"))
+        variables, rows = self._table(part, rule)
+        again = rule.get("again", False)
+        if type(again) is not bool:
+            self._fault(part, "again", f"{again!r} is neither true nor false")
+        if sets is not None and abs(sets) in OUTPUTS:
+            self._fault(part, "set", "an output is the program's; an input or an internal signal follows")
+        if "set" not in rule and not {"variables", "rows"} & rule.keys():
+            self._fault(part, "set", "nothing follows: it needs set, or variables and rows")
+        if len(self.wrong) > mistakes or when is None:
+            return None
+        return Follow(when, sets, after or 0.0, lasting, variables, rows, again)
+
+    def _seconds(self, part: _Part, key: str, given: Any) -> float | None:
         if given is None:
             return None
         if type(given) not in (int, float) or not 0.0 <= given <= LATEST:
-            self._fault(where, f"{key}: {given!r} is no time from 0 to {LATEST:g} s")
+            self._fault(part, key, f"{given!r} is no time from 0 to {LATEST:g} s")
             return None
         return on_grid(float(given))
 
-    def _table(self, where: str, rule: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[tuple[Value, ...], ...]]:
+    def _table(self, part: _Part, rule: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[tuple[Value, ...], ...]]:
         variables, rows = rule.get("variables", []), rule.get("rows", [])
         if not (isinstance(variables, list) and all(isinstance(one, str) for one in variables)):
-            self._fault(where, "variables: a list of names, such as x, or $name for a string")
+            self._fault(part, "variables", "a list of names, such as x, or $name for a string")
             return (), ()
-        if bool(variables) is not bool(rows) or not isinstance(rows, list):
-            self._fault(where, "variables and rows belong together")
+        for name in variables:
+            if wrong := _wrong_variable(name):
+                self._fault(part, "variables", wrong)
+        if not (isinstance(rows, list) and all(isinstance(row, list) for row in rows)):
+            self._fault(part, "rows", "a list of rows, each a list of values")
+            return (), ()
+        if not variables or not rows:
+            if {"variables", "rows"} & rule.keys():
+                self._fault(part, "rows" if variables else "variables", "variables and rows belong together")
             return (), ()
         for number, row in enumerate(rows, 1):
-            if not isinstance(row, list) or len(row) != len(variables) or not all(map(_fits, variables, row)):
-                self._fault(where, f"row {number}: a value for each of {', '.join(variables)} is wanted")
-        return tuple(variables), tuple(tuple(_value(one) for one in row) for row in rows if isinstance(row, list))
+            if len(row) != len(variables) or not all(map(_fits, variables, row)):
+                self._fault(part, "rows", f"row {number}: a value for each of {', '.join(variables)} is wanted")
+                return (), ()
+        return tuple(variables), tuple(tuple(map(_value, row)) for row in rows)
+
+
+def _is_signal(given: Any) -> bool:
+    return type(given) is int and any(given in bank for bank in (OUTPUTS, INPUTS, INTERNAL))
+
+
+def _wrong_variable(name: str) -> str:
+    """What is wrong with a name as that of a real or a string; "" for nothing."""
+    if _VARIABLE.fullmatch(name) is None:
+        return f"{name!r} is no name of a real, as found.x is, or of a string, as $kind is"
+    if name.upper() in RESERVED:
+        told, hint = why_reserved(name.upper())
+        return f"{told}: {hint}"
+    return ""
 
 
 def _fits(variable: str, value: Any) -> bool:
-    return isinstance(value, str) if variable.startswith("$") else type(value) in (int, float)
+    if variable.startswith("$"):
+        return isinstance(value, str) and len(value) <= STRING_LENGTH
+    return type(value) in (int, float) and abs(value) <= LIMIT
 
 
 def _value(given: Any) -> Value:

@@ -28,7 +28,7 @@ from vrs_cli.language.analysis.analyzer import Analysis, analyze_among
 from vrs_cli.language.analysis.confusions import delays
 from vrs_cli.language.analysis.structure import unreachable
 from vrs_cli.language.analysis.surroundings import Surroundings, names_given_in
-from vrs_cli.language.run.cell import Cell
+from vrs_cli.language.run.cell import NO_CELL, Cell
 from vrs_cli.language.run.constants import Constants
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Context
@@ -46,8 +46,6 @@ from vrs_cli.language.words.values import precision_point
 TO_PLACE = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST"})
 IN_FRONT = frozenset({"APPRO", "APPROS"})
 CHANGING_FRAMES = frozenset({"TOOL", "BASE"})  # with one of them in the file, nobody knows where a location is
-
-NO_CELL = Cell()  # which fills nothing
 
 
 def inspect(
@@ -94,8 +92,7 @@ class Inspector:
     def inspect(self, parts: Parts) -> tuple[Diagnostic, ...]:
         """Everything that is wrong with them."""
         environment = Environment(units=self._engine.model.units)
-        for name, value in self._cell.filled.items():
-            environment.reference(name, None).assign(value)
+        self._cell.fill(environment)
         found = [one for placed in parts for one in placed.found(placed.part.diagnostics)]
         found += repeated_programs(parts)
         for placed in parts:

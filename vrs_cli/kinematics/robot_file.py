@@ -75,7 +75,7 @@ def _built_in(name: str) -> RobotModel:
 def _read_toml(path: Path, ends: Ends) -> RobotModel:
     try:
         data = tomllib.loads(_text(path, "TOML"))
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:
         raise FileDamaged(f"{path}: {error}", "a robot is a TOML file") from None
     except RecursionError:
         raise FileDamaged(f"{path}: lists or tables in one another without end", "a robot is a TOML file") from None

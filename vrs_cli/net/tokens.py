@@ -157,7 +157,7 @@ def read_tokens(path: Path) -> Tokens:
         data = tomllib.loads(text)
     except OSError as error:
         raise unreadable(path, error) from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise FileDamaged(f"{path}: {error}", f"tokens are a TOML file: {GOOD}") from None
     rows = data.pop("token", [])
     if data or not isinstance(rows, list):

@@ -62,7 +62,7 @@ def config_of(text: str, path: str) -> Config:
 
     try:
         given = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # numbers of 5000 digits, lists in lists without end
         return Config(wrong=(f"{path} is no TOML: {error}",))
     good: dict[str, Any] = {}
     wrong = []

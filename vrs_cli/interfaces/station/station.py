@@ -43,7 +43,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import CYCLE_SETTINGS
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.memory import StoredProgram
+from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.run.prompt import statement_task
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text.ast import (
@@ -176,8 +176,14 @@ class Station:
     def ready(self, file: File, text: str) -> Talk[Brought]:
         """A file that has been parsed, ready for `take`. Raises as that does."""
         self._check_free(file)
-        memory, vplus = self.environment.copy(), self.robot.switch("VPLUS")
+        memory, vplus = self._memory(), self.robot.switch("VPLUS")
         return (yield from beside(lambda: Brought.of(file, text, memory, vplus=vplus)))
+
+    def _memory(self) -> Memory:
+        """A copy of what is there, and what the cell will bring: other programs are checked among these."""
+        memory = self.environment.copy()
+        self.driver.cell.fill(memory)
+        return memory
 
     def take(self, brought: Brought) -> None:
         """Put what a file has in memory, all of it at once. Raises ProgramInterlocked."""
@@ -193,7 +199,7 @@ class Station:
 
     def keep(self, program: Program, text: str) -> tuple[Diagnostic, ...]:
         """Put one program in memory, in the place of one of its name; `text` is its source. What is wrong with it."""
-        brought = Brought.of(File((program,)), text, self.environment.copy(), vplus=self.robot.switch("VPLUS"))
+        brought = Brought.of(File((program,)), text, self._memory(), vplus=self.robot.switch("VPLUS"))
         self._store(brought)
         return brought.diagnostics
 

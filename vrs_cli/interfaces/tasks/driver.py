@@ -32,7 +32,7 @@ from vrs_cli.interfaces.tasks.performing import Performer, Transcript
 from vrs_cli.interfaces.tasks.readings import SystemReadings
 from vrs_cli.interfaces.tasks.tasks import Tasks
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Asked, Pending, Track
-from vrs_cli.language.run.cell import Cell, LivingCell
+from vrs_cli.language.run.cell import NO_CELL, Cell, LivingCell
 from vrs_cli.language.run.effects import Budget, Event, Failed
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.robot import RobotReadings
@@ -83,6 +83,7 @@ class Driver:
     ) -> None:
         self.engine, self.terminal, self.environment = engine, terminal, environment
         self.inputs: Inputs = NO_INPUTS
+        self.cell = NO_CELL
         self.debugging = Debugging()
         self._transcript = Transcript(engine, terminal)
         self._written = Spent("max_disk", "write")
@@ -426,7 +427,7 @@ class Driver:
 
     def surround(self, cell: Cell) -> None:
         """Put the robot in a cell: its signals have names, and what follows of them comes by itself."""
-        living, signals = LivingCell(cell), self.environment.signals
+        self.cell, living, signals = cell, LivingCell(cell), self.environment.signals
         signals.names = cell.names
 
         def changed(signal: int, on: bool) -> None:

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from msgspec import Struct
 
 from vrs_cli.language.run.signals import InputChange
+from vrs_cli.language.run.variables import Variables
 from vrs_cli.language.words.values import Value
 
 
@@ -33,11 +34,16 @@ class Cell(Struct, frozen=True):
     names: Mapping[int, str] = {}
     follows: tuple[Follow, ...] = ()
 
-    @property
-    def filled(self) -> Mapping[str, Value]:
-        """The variables that the tables give values, with those of the first rows."""
-        tables = (one for one in self.follows if one.rows)
-        return {name: value for one in tables for name, value in zip(one.variables, one.rows[0], strict=True)}
+    def fill(self, variables: Variables) -> None:
+        """Give the variables of its tables, those without a value, the values of the first rows."""
+        for follow in self.follows:
+            for name, value in zip(follow.variables, *follow.rows[:1], strict=True):
+                one = variables.reference(name)
+                if not one.defined():
+                    one.assign(value)
+
+
+NO_CELL = Cell()  # in which nothing follows
 
 
 class LivingCell:
