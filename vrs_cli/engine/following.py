@@ -51,7 +51,7 @@ WAYS_ROUND = {  # by the singularity
 DRIVEN_ROUND = {"shoulder": (1,), "wrist": (4, 6)}  # the joints that a singularity turns far
 TOUCHING = 0.01  # [rad, m] a joint that changes by no more over a touch of a boundary does not jump there
 NEXT_SEED = 2.0  # [rad, m] from one seed to the next at most, also where a joint turns fast for a moment
-EDGE_STEPS = 30  # to find the place where a line is no longer possible, as well as it is shown
+EDGE_STEPS = 16  # halvings of the way between two samples, to find where a line is no longer possible
 
 _new = tuple.__new__
 

@@ -60,7 +60,7 @@ class SteadyBatch(SerialBatch):
         found = self._by_newton(T, near)
         rows = np.flatnonzero(np.isnan(found[:, 0]))
         if len(rows):
-            others = self.search(T[rows], near[rows], bounded=False).joints
+            others = self.search(T[rows], near[rows], bounded=False, steps=FOLLOWING).joints
             close = np.abs(others - near[rows]).max(axis=1) < BRANCH
             found[rows[close]] = others[close]
         return found
@@ -81,7 +81,8 @@ class SteadyBatch(SerialBatch):
             if done.any():
                 least = conditions.is_least(at, bend)
                 found[rows[done & least]] = q[rows[done & least]]
-                rows, multipliers = rows[~done], multipliers[~done]
+            goes_on = ~done & (np.abs(q[rows] - near[rows]).max(axis=1) <= 2.0 * BRANCH)
+            rows, multipliers = rows[goes_on], multipliers[goes_on]
             at = conditions.terms(q[rows], T[rows])
         return found
 
@@ -97,13 +98,13 @@ class SteadyBatch(SerialBatch):
         there = np.isfinite(found.turned)
         return list(zip(map(tuple, found.joints[there].tolist()), found.turned[there].tolist(), strict=True))
 
-    def search(self, T: Floats, near: Floats, *, bounded: bool = True) -> Found:
+    def search(self, T: Floats, near: Floats, *, bounded: bool = True, steps: int = STEPS) -> Found:
         """(N, 3, 4) and starts (N, n) or (n,): the least turn downhill from there, within the limits of the joints."""
         conditions, q = self.conditions, np.array(np.broadcast_to(near, (len(T), self.joints)))
         found, turned = np.full_like(q, np.nan), np.full(len(T), np.inf)
         rows = np.flatnonzero(self.in_task(T))
         multipliers = np.zeros((len(rows), PLACES))
-        for _ in range(STEPS if bounded else FREE_STEPS):
+        for _ in range(min(steps, STEPS if bounded else FREE_STEPS)):
             if not len(rows):
                 break
             at = conditions.terms(q[rows], T[rows])
