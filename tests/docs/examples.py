@@ -59,7 +59,8 @@ _PROMPT = re.compile(
 )
 _STEP = re.compile(r"^(?P<prompt> *\d+\.\? )(?P<typed>.*)$")
 _LATER = re.compile(r"; (?P<seconds>[0-9.]+) s later$")
-_SHELL_SYNTAX = re.compile(r"[|<>;&$`*]")
+# `vrs` with words that a shell leaves alone, at its place in a pipe
+_PROGRAM = re.compile(r"vrs(?P<arguments>( [^|<>;&$`*]*?)?)(?P<errors> 2>&1| 2> /dev/null)?")
 
 
 class PageFault(Exception):
@@ -188,22 +189,29 @@ class Reader:
         """Run a command line; what it prints."""
         if line == "echo $?":
             return f"{self.status}\n"
-        if line.startswith("vrs ") and not _SHELL_SYNTAX.search(line):
-            return self._in_this_process(shlex.split(line)[1:])
-        return self._in_a_shell(line)
+        pipe = line.split(" | ")
+        ours = [at for at, part in enumerate(pipe) if _PROGRAM.fullmatch(part)]
+        if len(ours) != 1 or len(re.findall(r"\bvrs ", line)) > 1:
+            return self._in_a_shell(line)
+        at = ours[0]
+        return self._in_a_pipe(" | ".join(pipe[:at]), pipe[at], " | ".join(pipe[at + 1 :]))
 
-    def _in_this_process(self, arguments: list[str]) -> str:
-        out = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
-        before, sys.stdin = sys.stdin, io.StringIO()
+    def _in_a_pipe(self, before: str, ours: str, after: str) -> str:
+        """`vrs` in this process, which need not begin; bash does what stands before and after it."""
+        program = _PROGRAM.fullmatch(ours)
+        assert program is not None
+        given, out, err = _file(self._in_a_shell(before) if before else ""), _file(), _file()
+        apart = program["errors"] == " 2> /dev/null" or (after and not program["errors"])
+        kept, sys.stdin = sys.stdin, given
         try:
-            with redirect_stdout(out), redirect_stderr(out):
-                self.status = main(arguments)
+            with redirect_stdout(out), redirect_stderr(err if apart else out):
+                self.status = main(shlex.split(program["arguments"]))
         finally:
-            sys.stdin = before
-        out.seek(0)
-        return out.read()
+            sys.stdin = kept
+        errors = "" if program["errors"] else _text(err)
+        return errors + (self._in_a_shell(after, _text(out)) if after else _text(out))
 
-    def _in_a_shell(self, line: str) -> str:
+    def _in_a_shell(self, line: str, given: str = "") -> str:
         """By bash, for which `vrs` is this very package."""
         python = shlex.quote(sys.executable)
         function = f'vrs() {{ {python} -P -m vrs_cli "$@"; }}\npython3() {{ {python} "$@"; }}\n'
@@ -211,7 +219,7 @@ class Reader:
             ["bash", "-c", function + line],
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-            stdin=subprocess.DEVNULL,
+            input=given,
             env=os.environ | {"PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "utf-8"},
             text=True,
             encoding="utf-8",
@@ -336,6 +344,16 @@ LANGUAGES: Mapping[str, Callable[[Reader, Block], Iterator[str]]] = {
     "sh": Reader.nothing_to_run,
     "text": Reader.nothing_to_run,
 }
+
+
+def _file(text: str = "") -> io.TextIOWrapper:
+    """As a process has its own."""
+    return io.TextIOWrapper(io.BytesIO(text.encode()), encoding="utf-8", write_through=True)
+
+
+def _text(file: io.TextIOWrapper) -> str:
+    file.seek(0)
+    return file.read()
 
 
 def taken(stream: io.StringIO) -> list[str]:
