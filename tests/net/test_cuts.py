@@ -77,7 +77,7 @@ class Wire:
 
     def connect(self) -> None:
         self.server = ServerConnection(self.time)
-        self.far.begin()
+        self.far.connection.begin()
         self.to_server()
         self.to_client()
 

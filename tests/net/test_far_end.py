@@ -56,7 +56,7 @@ class Wires:
 
     def connect(self, clock: Clock | None = None) -> None:
         self.server = ServerConnection(self.now)
-        self.far.begin()
+        self.far.connection.begin()
         self.carry()
         welcome = messages.Welcome(
             0, "", "cell1", "a", "supervisor", "ada", clock or Clock(self.engine.now), self.model
@@ -335,14 +335,14 @@ def test_a_wish_is_unconfirmed_from_its_arrival_on_until_the_robot_goes_after_it
     far, begin = wires.far, wires.far.now
     wish = wires.drag(translation(0.1, 0.0, 0.0))
     assert wish.issued == begin
-    assert far.unconfirmed == pytest.approx(begin + 0.1, abs=1e-3)
+    assert far.previewed().unconfirmed == pytest.approx(begin + 0.1, abs=1e-3)
     assert far.previewed().doubt.endswith("on: DRAG")
     wires.now += 0.15
-    assert far.unconfirmed == pytest.approx(begin + 0.1, abs=1e-3)
+    assert far.previewed().unconfirmed == pytest.approx(begin + 0.1, abs=1e-3)
     wires.pulled("ada", wish)
-    assert far.unconfirmed == inf, "the arm stands there"
+    assert far.previewed().unconfirmed == inf, "the arm stands there"
     wires.drag(translation(0.1, 0.0, 0.0))
-    assert far.unconfirmed == inf, "it is the same wish"
+    assert far.previewed().unconfirmed == inf, "it is the same wish"
 
 
 def test_while_somebody_drags_what_moves_is_unconfirmed_from_what_is_heard_on() -> None:
@@ -351,11 +351,11 @@ def test_while_somebody_drags_what_moves_is_unconfirmed_from_what_is_heard_on() 
     engine.clock.advance(max(engine.now, far.now))
     drive(wires, 0.5)
     wires.tell_changes()
-    assert far.unconfirmed == inf
+    assert far.previewed().unconfirmed == inf
     wires.say(messages.Pulled(Pulled("bob")))
-    assert far.unconfirmed == pytest.approx(far.heard)
+    assert far.previewed().unconfirmed == pytest.approx(far.heard)
     wires.say(messages.Pulled(Pulled(why="bob has gone")))
-    assert far.unconfirmed == inf
+    assert far.previewed().unconfirmed == inf
 
 
 def test_wishes_that_a_cut_has_swallowed_are_in_doubt_no_longer() -> None:
@@ -363,11 +363,11 @@ def test_wishes_that_a_cut_has_swallowed_are_in_doubt_no_longer() -> None:
     wires.drag(translation(0.1, 0.0, 0.0))
     wires.cut()
     wires.connect(Clock(wires.now, realtime=True, wall=wires.now))
-    assert wires.far.unconfirmed == inf
+    assert wires.far.previewed().unconfirmed == inf
 
 
 def test_next_to_the_robot_no_wish_is_in_doubt() -> None:
     wires = Wires()
     wires.say(Clock(wires.now, realtime=True, wall=wires.now))
     wires.far.drag(translation(0.1, 0.0, 0.0))
-    assert wires.far.unconfirmed == inf
+    assert wires.far.previewed().unconfirmed == inf

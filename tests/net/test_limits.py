@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 from vrs_cli.errors import LimitReached, RequestRefused
-from vrs_cli.net.limits import WRONG_TOKENS, Allowance, Crowd, Meter, Rate, Share, check_growth
+from vrs_cli.net.limits import WRONG_TOKENS, Allowance, Bucket, Crowd, Meter, check_growth
 
 
 def test_a_rate_in_the_long_run_and_at_once() -> None:
-    rate = Rate(10.0, 5, 0.0)
+    rate = Bucket(10.0, 5, 0.0)
     assert [rate.take(0.0) for _ in range(6)] == [True] * 5 + [False]
     assert rate.take(0.1)
     assert not rate.take(0.1)
@@ -56,9 +56,9 @@ def test_who_guesses_is_remembered_in_bounded_memory() -> None:
 
 
 def test_a_program_has_its_share_of_the_machine() -> None:
-    meter = Meter(Allowance(cpu=0.5, cpu_window=10.0), 0.0, 0.0)
+    meter = Meter(Allowance(cpu=0.5, cpu_window=10.0), 0.0)
     assert all(meter.look(0.5 * t, float(t)) is None for t in range(1, 1000)), "its share, for ever"
-    meter = Meter(Allowance(cpu=0.5, cpu_window=10.0), 0.0, 0.0)
+    meter = Meter(Allowance(cpu=0.5, cpu_window=10.0), 0.0)
     stopped = [t for t in range(1, 30) if isinstance(meter.look(1.0 * t, float(t)), LimitReached)]
     assert stopped == [11, 22], "twice its share: after ten seconds, and again where it goes on"
 
@@ -82,7 +82,7 @@ def test_a_run_in_real_time_may_go_on_for_ever() -> None:
 
 
 def test_who_looks_has_a_share_of_the_machine() -> None:
-    share = Share(0.1, 20.0, 0.0)
+    share = Bucket(0.1, 2.0, 0.0)
     for t in range(1000):
         assert share.wait(float(t)) == 0.0
         share.spend(0.1)

@@ -56,14 +56,6 @@ def test_clocks_that_differ_do_no_harm() -> None:
     assert [playout.take(now) for now in (2.9, 3.0, 3.4, 3.5)] == [None, "a", "a", "b"]
 
 
-def test_what_comes_too_late_is_counted() -> None:
-    playout = Playout[int]()
-    playout.put(0.0, 0, 0.1)
-    playout.take(2.0)
-    playout.put(1.0, 1, 2.5)
-    assert playout.late == 1
-
-
 def test_what_waits_is_bounded() -> None:
     playout = Playout[int](most=3)
     for k in range(10):

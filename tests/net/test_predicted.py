@@ -9,6 +9,7 @@ from msgspec import structs
 
 from tests.engine.wall import ManualWall
 from tests.net.test_far_end import Wires
+from vrs_cli.dialogue.replies import Message
 from vrs_cli.engine.commands import JointTarget, Move, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at
@@ -20,7 +21,7 @@ from vrs_cli.net import messages
 from vrs_cli.net.far_end import PATIENCE, Ahead
 from vrs_cli.net.flags import Flags
 from vrs_cli.net.in_flight import CHANGING, changing
-from vrs_cli.net.messages import Abort, At, Clock, Done, Line, Pong, Progress
+from vrs_cli.net.messages import Abort, At, Clock, Done, Line, Pong, Told
 from vrs_cli.net.mirror import Mirror, parting
 from vrs_cli.net.predicted import Predicted
 from vrs_cli.trajectory.timeline import TimelineDelta
@@ -195,16 +196,16 @@ def test_what_is_on_its_way_is_named_until_it_is_confirmed() -> None:
     planned, unknown = far.preview.expected
     assert (planned.begin, planned.planned, planned.text) == (at, True, "MOVE to 30")
     assert (unknown.begin, unknown.planned, unknown.text) == (pytest.approx(far.now + 0.25), False, "DO MOVE a")
-    assert far.unconfirmed == unknown.begin, "what it does is not known here: all may change when it arrives"
+    assert far.previewed().unconfirmed == unknown.begin, "what it does is not known here: all may change"
     assert wires.lines(2.0) == [f"unconfirmed from {unknown.begin:.3f} s on: MOVE to 30, DO MOVE a"]
     assert wires.lines(0.1) == []
-    wires.say(Progress(line, 0.6))
-    assert far.unconfirmed == at, "the robot is at it, and tells what it changes"
+    wires.say(Told(Message("begun"), line))
+    assert far.previewed().unconfirmed == at, "the robot is at it, and tells what it changes"
     wires.moves(30.0, at)
     wires.say(Done(move, version=wires.engine.timeline.version))
-    assert far.unconfirmed == at, "its change is on its way"
+    assert far.previewed().unconfirmed == at, "its change is on its way"
     wires.tell_changes()
-    assert far.unconfirmed == inf
+    assert far.previewed().unconfirmed == inf
 
 
 def test_what_is_no_place_is_sent_and_not_previewed() -> None:
@@ -222,13 +223,13 @@ def test_what_is_not_heard_is_not_confirmed() -> None:
     wires.cut()
     heard = wires.far.heard
     wires.pass_by(5.0)
-    assert wires.far.heard == wires.far.unconfirmed == heard
+    assert wires.far.heard == wires.far.previewed().unconfirmed == heard
     wires.now += PATIENCE
     wires.far.look()
     assert wires.far.heard == heard, "also when nobody waits for it any more"
     assert wires.lines(heard + 1.0) == [f"unconfirmed from {heard:.3f} s on: the robot is not heard"]
     wires.connect(wires.clock())
-    assert wires.far.unconfirmed == inf
+    assert wires.far.previewed().unconfirmed == inf
 
 
 def test_what_may_change_the_timeline() -> None:

@@ -45,7 +45,7 @@ def test_the_offset_is_wrong_by_half_of_the_asymmetry_at_most(
         sync.heard(*clocks.exchange(t, forward, backward))
     found = measured(sync)
     _, forward, backward = min(exchanges, key=lambda it: it[1] + it[2])
-    assert abs(found.offset - ahead) <= found.error + 1e-5
+    assert abs(found.offset - ahead) <= found.round_trip / 2.0 + 1e-5
     assert found.round_trip == pytest.approx(forward + backward, abs=1e-5)
     asymmetry = max(abs(f - b) for _, f, b in exchanges if abs(f + b - forward - backward) < 1e-5)
     assert abs(found.offset - ahead) <= asymmetry / 2 + 1e-5
@@ -71,8 +71,7 @@ def test_drift_is_measured(drift: float) -> None:
         sync.heard(*clocks.exchange(float(k), *late))
     found, soon = measured(sync), 610.0
     assert found.drift == pytest.approx(drift, abs=6e-6)
-    assert found.there(soon) == pytest.approx(clocks.there(soon), abs=0.004)
-    assert found.here(found.there(soon)) == pytest.approx(soon)
+    assert found.here(clocks.there(soon)) == pytest.approx(soon, abs=0.004)
 
 
 def test_few_exchanges_tell_no_drift() -> None:

@@ -23,11 +23,10 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
-from vrs_cli.errors import FileDamaged, NonexistentFile, did_you_mean
-from vrs_cli.files.opening import open_to_read
+from vrs_cli.errors import FileDamaged, did_you_mean
+from vrs_cli.files.opening import text_at
 from vrs_cli.language.run.cell import Cell, Follow
 from vrs_cli.language.words.instructions import RESERVED, why_reserved
 from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
@@ -41,13 +40,7 @@ _VARIABLE = re.compile(r"(?i)\$?[A-Z][A-Z0-9._]*")  # NAME of grammar/val2.lark,
 
 def read_cell(path: str) -> Cell:
     """Raises NonexistentFile, and FileDamaged which says what is wrong where."""
-    try:
-        with open_to_read(Path(path)) as stream:
-            text = stream.read().decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        why = error.strerror if isinstance(error, OSError) and error.strerror else "it is no text"
-        raise NonexistentFile(f"{path} cannot be read: {why}") from None
-    return parse_cell(text, path)
+    return parse_cell(text_at(path), path)
 
 
 def parse_cell(text: str, path: str = "cell") -> Cell:

@@ -75,13 +75,13 @@ def address_of(url: str) -> str:
     return parts.geturl() if port is not None else parts._replace(netloc=f"{parts.netloc}:{PORT}").geturl()
 
 
-def hello_of(
-    token: str = "", robot: str = "", name: str = "", behind: float = 0.0, *, attended: bool = False
-) -> messages.Hello:
+def hello_of(token: str = "", name: str = "", behind: float = 0.0, *, attended: bool = False) -> messages.Hello:
     """Of a client that takes all there is, and commands by a clock that is so far `behind` the robot's [s]. `attended`:
     a person is there, who can be asked.
     """
-    return messages.Hello((messages.VERSION,), token, robot, Encoding.MSGPACK, name, attended=attended, offset=-behind)
+    return messages.Hello(
+        (messages.VERSION,), token, format=Encoding.MSGPACK, name=name, attended=attended, offset=-behind
+    )
 
 
 def _tls(url: str, ca: Path | None) -> ssl.SSLContext | None:
@@ -124,12 +124,11 @@ class Client:
         *,
         ca: Path | None = None,
         told: Callable[[str], None] = lambda _text: None,
-        random: Random | None = None,
     ) -> None:
         self.url = address_of(url)
         self.far = FarEnd(hello, time.monotonic)
         self.told = told
-        self._tls, self._random = _tls(self.url, ca), random or Random()
+        self._tls, self._random = _tls(self.url, ca), Random()
         self._stirred = Event()
         self._opened: Future[None]
         self._task: Task[None] | None = None
@@ -161,7 +160,7 @@ class Client:
 
     def send(self, message: messages.ClientMessage) -> None:
         """What has no answer. Raises RequestRefused where there is no connection."""
-        self.far.send(message)
+        self.far.connection.send(message)
         self._stirred.set()
 
     def drag(self, T_world_tool: Transform | None) -> None:
@@ -286,7 +285,7 @@ class Client:
 
     async def _talk(self, socket: Socket) -> None:
         """Until the socket is closed, or the connection."""
-        self.far.begin()
+        self.far.connection.begin()
         writing = asyncio.create_task(self._write(socket))
         try:
             with suppress(ConnectionClosed):

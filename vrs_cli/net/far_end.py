@@ -29,7 +29,7 @@ from vrs_cli.kinematics.transform import Transform
 from vrs_cli.net import messages
 from vrs_cli.net.flags import Flags
 from vrs_cli.net.in_flight import changing
-from vrs_cli.net.messages import ClientMessage, Done, Request, ServerMessage
+from vrs_cli.net.messages import Done, Request, ServerMessage
 from vrs_cli.net.mirror import WINDOW, ClockReading, Mirror, parting
 from vrs_cli.net.preview import Preview
 from vrs_cli.net.protocol import ClientConnection, State
@@ -95,10 +95,6 @@ class FarEnd:
         self._pings, self._next_ping = 0, 0.0
 
     # --- sockets ---
-
-    def begin(self) -> None:
-        """There is a socket."""
-        self.connection.begin()
 
     def receive(self, frame: Frame) -> None:
         for message in self.connection.receive(frame):
@@ -174,10 +170,6 @@ class FarEnd:
         if issued is not None:
             self._wishes.sent(T_world_tool, issued)
 
-    def send(self, message: ClientMessage) -> None:
-        """What has no answer. Raises RequestRefused where there is no connection."""
-        self.connection.send(message)
-
     def extend(self, part: messages.Shown) -> bool:
         """More of the past, as far as it fits; False where it has to be asked for again: changes may overtake it."""
         if self.mirror is None or part.number < self.mirror.seq:
@@ -195,7 +187,7 @@ class FarEnd:
                 self._done(message)
             case messages.Refused(id=int(id)) | messages.Result(id=id):
                 self._end(id, message)
-            case messages.Told(id=int(id)) | messages.Asked(id=int(id)) | messages.Progress(id=id):
+            case messages.Told(id=int(id)) | messages.Asked(id=int(id)):
                 if self.preview is not None:
                     self.preview.begun(id)
                 self._outlets.get(id, self._spread)(message)
@@ -355,15 +347,6 @@ class FarEnd:
                 return self.now - self.round_trip / 2.0 + (ahead if self._passes else 0.0)
 
     @property
-    def expected(self) -> tuple[Expected, ...]:
-        """What is expected of what is under way."""
-        return self._with_dragged(() if self.preview is None else self.preview.expected)
-
-    def _with_dragged(self, known: tuple[Expected, ...]) -> tuple[Expected, ...]:
-        dragged = self._dragged
-        return known if dragged is None else (*known, dragged)
-
-    @property
     def _dragged(self) -> Expected | None:
         """Of a tool that is dragged. As long as it moves it goes after the newest wish tick by tick, which nobody can
         know who hears of that later; else a wish changes what comes from its arrival on.
@@ -377,22 +360,12 @@ class FarEnd:
             return None
         return Expected(0, DRAG, oldest, max(oldest + self.round_trip / 2.0, heard), planned=False)
 
-    @property
-    def unconfirmed(self) -> float:
-        """From when on the timeline is not what the robot has said [s]: commands are on their way, the tool is dragged,
-        or it is not heard any more.
-        """
-        return self._confirmed_until(self.expected)
-
-    def _confirmed_until(self, expected: tuple[Expected, ...]) -> float:
-        begins = [it.begin for it in expected if it.begin is not None]
-        return min(begins if self.open else [*begins, self.heard], default=inf)
-
     def previewed(self) -> Previewed:
         """What the robot will do, as it is known now. Any thread may look."""
         assert self.preview is not None, "there is a mirror"
         plan = self.preview.plan
-        expected = self._with_dragged(plan.expected)
+        expected = plan.expected if (dragged := self._dragged) is None else (*plan.expected, dragged)
+        begins = [it.begin for it in expected if it.begin is not None]
         return Previewed(
             plan.timeline,
             self.now,
@@ -400,7 +373,7 @@ class FarEnd:
             self.now + self.round_trip / 2.0,
             self.shown,
             self.ahead is not Ahead.PRESENT and self._passes,
-            self._confirmed_until(expected),
+            min(begins if self.open else [*begins, self.heard], default=inf),
             expected,
             not self.open,
             self.round_trip,

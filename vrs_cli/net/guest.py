@@ -38,7 +38,7 @@ from vrs_cli.net import locker, messages
 from vrs_cli.net.broadcast import Broadcast, Listener, Sink
 from vrs_cli.net.driving import Driving
 from vrs_cli.net.ledger import Ledger
-from vrs_cli.net.limits import Allowance, Share
+from vrs_cli.net.limits import Allowance, Bucket
 from vrs_cli.net.pace import Pace
 from vrs_cli.net.packets import Form
 from vrs_cli.net.places import without
@@ -83,7 +83,7 @@ class Hall(Protocol):
     folder: Folder
     prefixes: tuple[str, ...]
     allowance: Allowance
-    lookers: Share
+    lookers: Bucket
 
     def ask(self, guest: Guest, talk: Talk[Any], pending: Pending, *, urgent: bool = False) -> None:
         """Have something done, and tell the guest of it."""
@@ -144,7 +144,7 @@ class Guest:
         self.conversation = Conversation(hall.session, desk)
         self.link: Link | None = None
         self.pace = Pace()
-        self._share = Share(hall.allowance.looking, hall.allowance.looking_window, wall())
+        self._share = hall.allowance.of_looking(hall.allowance.looking, wall())
         self.address = ""
         self.console = False
         self.heard_at = wall()

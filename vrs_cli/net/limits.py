@@ -53,48 +53,42 @@ class Allowance(Struct, frozen=True):
             told_by=lambda option: HELP.get(option, OURS),
         )
 
+    def of_looking(self, share: float, now: float) -> Bucket:
+        """What looking may cost: that share of a core, on average over `looking_window`."""
+        return Bucket(share, share * self.looking_window, now)
+
 
 USUAL = Allowance()
 UNMEASURED = 2**62  # bytes of a folder that is its user's own, however much is in it
 
 
-class Rate:
-    """How often something may happen: `rate` times a second in the long run, `burst` times at once."""
-
-    def __init__(self, rate: float, burst: float, now: float) -> None:
-        self._rate, self._burst = rate, burst
-        self._left, self._since = burst, now
-
-    def left(self, now: float) -> bool:
-        """Whether it may happen once more now."""
-        self._left = min(self._burst, self._left + (now - self._since) * self._rate)
-        self._since = now
-        return self._left >= 1.0
-
-    def take(self, now: float) -> bool:
-        """The same, and it happens if it may."""
-        may = self.left(now)
-        self._left -= may
-        return may
-
-
-class Share:
-    """CPU time of one client, or of several: a share of a core on average over a while [s], which may all be spent at
-    once. Any thread may count what was spent.
+class Bucket:
+    """What flows in at `rate` a second, and is kept up to `most`: messages, or seconds of CPU. What is spent beyond
+    that is waited for. Any thread may spend.
     """
 
-    def __init__(self, share: float, window: float, now: float) -> None:
-        self._share, self._most = share, share * window
-        self._left, self._since = self._most, now
+    def __init__(self, rate: float, most: float, now: float) -> None:
+        self._rate, self._most = rate, most
+        self._left, self._since = most, now
 
-    def spend(self, seconds: float) -> None:
-        self._left -= seconds
+    def left(self, now: float) -> float:
+        """How much there is; below 0 what is owed."""
+        self._left = min(self._most, self._left + (now - self._since) * self._rate)
+        self._since = now
+        return self._left
+
+    def spend(self, amount: float) -> None:
+        self._left -= amount
+
+    def take(self, now: float) -> bool:
+        """One is spent, where there is one."""
+        there = self.left(now) >= 1.0
+        self.spend(there)
+        return there
 
     def wait(self, now: float) -> float:
-        """How long it is until there is some again [s]."""
-        self._left = min(self._most, self._left + (now - self._since) * self._share)
-        self._since = now
-        return max(0.0, -self._left / self._share)
+        """How long it is until nothing is owed [s]."""
+        return max(0.0, -self.left(now) / self._rate)
 
 
 class Crowd:
@@ -103,7 +97,7 @@ class Crowd:
     def __init__(self, allowance: Allowance) -> None:
         self._allowance = allowance
         self._there: dict[str, int] = {}
-        self._wrong: dict[str, Rate] = {}
+        self._wrong: dict[str, Bucket] = {}
 
     def __len__(self) -> int:
         return sum(self._there.values())
@@ -128,32 +122,35 @@ class Crowd:
         """Somebody at an address has a wrong token."""
         if len(self._wrong) >= self._allowance.connections:
             self._wrong.clear()  # a crowd of addresses: nobody is remembered rather than everybody
-        self._wrong.setdefault(address, Rate(WRONG_TOKENS / MINUTE, WRONG_TOKENS, now)).take(now)
+        self._wrong.setdefault(address, Bucket(WRONG_TOKENS / MINUTE, WRONG_TOKENS, now)).take(now)
 
     def guesses(self, address: str, now: float) -> bool:
         """Whether an address has had too many wrong tokens lately, and is not listened to now."""
-        rate = self._wrong.get(address)
-        return rate is not None and not rate.left(now)
+        bucket = self._wrong.get(address)
+        return bucket is not None and bucket.left(now) < 1.0
 
 
 class Meter:
     """The CPU time of one robot's programs: at most a share of a core on average over a while."""
 
-    def __init__(self, allowance: Allowance, used: float, now: float) -> None:
-        self._share, self._most = allowance.cpu, allowance.cpu * allowance.cpu_window
-        self._window = allowance.cpu_window
-        self._owed, self._used, self._at = 0.0, used, now
+    def __init__(self, allowance: Allowance, now: float) -> None:
+        self._allowance, self._used = allowance, 0.0
+        self._begin(now)
+
+    def _begin(self, now: float) -> None:
+        share = self._allowance.cpu
+        self._bucket = Bucket(share, share * self._allowance.cpu_window, now)
 
     def look(self, used: float, now: float) -> LimitReached | None:
         """`used` is CPU time so far [s]; why what runs is to be stopped, None where it may go on."""
-        spent, passed = used - self._used, now - self._at
-        self._used, self._at = used, now
-        self._owed = max(0.0, self._owed + spent - self._share * passed)
-        if self._owed <= self._most:
+        self._bucket.spend(used - self._used)
+        self._used = used
+        if self._bucket.left(now) >= 0.0:
             return None
-        self._owed = 0.0
+        self._begin(now)
+        allowance = self._allowance
         return LimitReached(
-            f"programs took more than {self._share:.0%} of a core for {self._window:g} s",
+            f"programs took more than {allowance.cpu:.0%} of a core for {allowance.cpu_window:g} s",
             "let it wait now and then: DELAY, WAIT, a motion; the server sets this limit",
         )
 

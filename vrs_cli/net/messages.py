@@ -424,13 +424,6 @@ class Withdrawn(Numbered, frozen=True):
     number: Count
 
 
-class Progress(ServerMessage, frozen=True):
-    """A program that a command waits for has come to this time of the robot's clock."""
-
-    id: Count
-    clock: float
-
-
 class Done(Numbered, frozen=True):
     """The command, or the request, with this id has ended. `version` of the timeline: what it has changed is in it.
     `status`: what stands around the prompt then; `found`: what has come of an act.
@@ -579,7 +572,6 @@ FromServer = (
     | Told
     | Asked
     | Withdrawn
-    | Progress
     | Done
     | Delta
     | Steered

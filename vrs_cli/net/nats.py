@@ -173,7 +173,7 @@ class _Robot:
         kind = "" if marks is None else marks.type
         if kind == "replaced":
             self._changes = 0
-            self._put(_bytes(self._robot.greeting()))
+            self._put(encode(self._robot.greeting(), Encoding.MSGPACK))
         self._put(packet.data)
         if kind == "delta":
             self._changes += 1
@@ -234,12 +234,6 @@ class _Robot:
         while self._waiting and not self._task.done():
             await asyncio.sleep(0)
         self._task.cancel()
-
-
-def _bytes(message: messages.ServerMessage) -> bytes:
-    frame = encode(message, Encoding.MSGPACK)
-    assert isinstance(frame, bytes), "that is its form"
-    return frame
 
 
 class Watching:

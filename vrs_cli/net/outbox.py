@@ -6,10 +6,10 @@ from math import inf
 
 from msgspec import Struct
 
-from vrs_cli.net.messages import Clock, Progress, Sample, Status
+from vrs_cli.net.messages import Clock, Sample, Status
 from vrs_cli.wire.codec import Encoding, Frame, encode
 
-NEWEST_WINS = (Sample, Clock, Status, Progress)  # what was not sent yet is out of date when the next one comes
+NEWEST_WINS = (Sample, Clock, Status)  # what was not sent yet is out of date when the next one comes
 
 BESIDE = 100  # bytes that a frame takes in memory, beside its own
 
@@ -39,9 +39,8 @@ class Outbox:
 
     def send(self, message: Struct) -> None:
         if isinstance(message, NEWEST_WINS):
-            place = (type(message), message.id) if isinstance(message, Progress) else type(message)
-            self._waiting.pop(place, None)
-            self._waiting[place] = message, 0
+            self._waiting.pop(type(message), None)
+            self._waiting[type(message)] = message, 0
         else:
             self.put(encode(message, self.encoding))
 

@@ -27,7 +27,6 @@ class Playout(Generic[T]):
                 f"percentile {percentile:g}", "above 0, up to 100", value=percentile, lower=0.0, upper=100.0
             )
         self.percentile, self.window = percentile, window
-        self.late = 0  # samples that came when another one was shown already
         self._waiting: deque[tuple[float, T]] = deque(maxlen=most)
         self._transits: deque[float] = deque()
         self._ordered: list[float] = []
@@ -43,8 +42,6 @@ class Playout(Generic[T]):
     def put(self, sent: float, value: T, arrived: float) -> None:
         """What was sent at that time has arrived [s], in the order of sending."""
         self._measure(arrived - sent)
-        if sent < self._shown_at:
-            self.late += 1
         self._waiting.append((sent, value))
 
     def take(self, now: float) -> T | None:

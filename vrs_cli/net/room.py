@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 from secrets import token_hex, token_urlsafe
-from typing import Any, NamedTuple
+from typing import Any
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -49,7 +49,7 @@ from vrs_cli.net.chronicle import Chronicle
 from vrs_cli.net.driving import Driving, WhenGone
 from vrs_cli.net.guest import Guest, Link, Pending
 from vrs_cli.net.ledger import Ledger
-from vrs_cli.net.limits import USUAL, Allowance, Meter, Share, check_growth
+from vrs_cli.net.limits import USUAL, Allowance, Meter, check_growth
 from vrs_cli.net.locker import check_room
 from vrs_cli.net.memory import Memory
 from vrs_cli.net.outbox import BESIDE
@@ -82,38 +82,6 @@ class Plan(Struct, frozen=True):
     when_gone: WhenGone = WhenGone.GO_ON
     allowance: Allowance = USUAL
     one_user: bool = False
-
-
-class _Typed(NamedTuple):
-    """What a program TYPEs, and who drives it."""
-
-    desk: object
-    text: str
-    newline: bool
-
-    @property
-    def size(self) -> int:
-        return len(self.text) + BESIDE
-
-
-class _Shown(NamedTuple):
-    """What the robot says by itself, to whom."""
-
-    desk: object
-    reply: Reply
-
-
-class _Said(NamedTuple):
-    """Something about a request, None for its end."""
-
-    ticket: Ticket[Any]
-    said: Reply | Question | None
-
-
-class _Told(NamedTuple):
-    """The lease is in other hands, or asked for."""
-
-    notice: Notice | None
 
 
 class _Console:
@@ -178,7 +146,7 @@ class Room:
         self.life = token_hex(8)
         self.guests: dict[str, Guest] = {}
         self._wake, self._audit, self._tell, self._wall = wake, audit, tell, wall
-        self._said: deque[_Said | _Typed | _Shown | _Told] = deque()
+        self._said: deque[Callable[[], list[Guest]]] = deque()  # tells those whom it concerns, and says who these are
         self._woken = False
         self._pending: dict[Ticket[Any], tuple[Guest, Pending]] = {}
         self._ledgers: dict[str, Guest] = {}
@@ -192,7 +160,7 @@ class Room:
         self.prefixes = prefixes_of((plan.folder, plan.journal and plan.journal.parent))
         self.session = self._session()
         self.grip = Grip(self.session, wall)
-        self.lookers = Share(plan.allowance.all_looking, plan.allowance.looking_window, wall())
+        self.lookers = plan.allowance.of_looking(plan.allowance.all_looking, wall())
         self._journal: Journal | None = None
         self._memory: Memory | None = None
         self.chronicle = self._chronicle()
@@ -204,7 +172,7 @@ class Room:
         first = self._events.take(0.0)
         assert isinstance(first, Replaced)
         self.broadcast = Broadcast(self._self, first, wall)
-        self._meter = Meter(plan.allowance, 0.0, wall())
+        self._meter = Meter(plan.allowance, wall())
         self._measured = wall() - 2 * MEASURED
         self._grown: LimitReached | None = None
         self._ran = False
@@ -428,15 +396,15 @@ class Room:
     # --- what it says: in its own thread ---
 
     def _hear(self, ticket: Ticket[Any], said: Reply | Question | None) -> None:
-        self._put(_Said(ticket, said))
+        self._put(lambda: self._tell_of(ticket, said))
 
     def _by_itself(self, desk: object, reply: Reply) -> None:
-        self.session.actor.tell(lambda: self._put(_Shown(desk, reply)))
+        self.session.actor.tell(lambda: self._put(lambda: self._show(desk, reply)))
 
     def _typed(self, desk: object, text: str, newline: bool) -> None:
-        typed = _Typed(desk, text, newline)
-        self._hears, self._typed_bytes = self._desks.get(desk), self._typed_bytes + typed.size
-        self.session.actor.tell(lambda: self._put(typed))
+        size = len(text) + BESIDE
+        self._hears, self._typed_bytes = self._desks.get(desk), self._typed_bytes + size
+        self.session.actor.tell(lambda: self._put(lambda: self._type(desk, text, newline, size)))
 
     def _lags(self) -> bool:
         """Whether time waits until what programs have TYPEd is given on; virtual time also for who hears it."""
@@ -452,14 +420,14 @@ class Room:
 
     def _driven(self, lease: Lease, notice: Notice | None) -> None:
         self.session.lease = self._binding(lease)
-        self._put(_Told(notice))
+        self._put(lambda: self._tell_lease(notice))
 
     def _binding(self, lease: Lease) -> Lease | None:
         """Whoever holds the robot of one user may drive it, as long as nobody has asked to do so alone."""
         return None if self.plan.one_user and not lease.holder else lease
 
-    def _put(self, it: _Said | _Typed | _Shown | _Told) -> None:
-        self._said.append(it)
+    def _put(self, tell: Callable[[], list[Guest]]) -> None:
+        self._said.append(tell)
         self.stirred()
 
     def stirred(self) -> None:
@@ -489,41 +457,47 @@ class Room:
                     self._told_now = applied  # what is told in short does not say it
         self._announce()
 
-    def _give(self, it: _Said | _Typed | _Shown | _Told) -> list[Guest]:
+    def _give(self, tell: Callable[[], list[Guest]]) -> list[Guest]:
         """The same, whatever goes wrong with one of them."""
         try:
-            return self._given(it)
+            return tell()
         except Exception as error:
             self._tell(internal_error(error).text)
             return []
 
-    def _given(self, it: _Said | _Typed | _Shown | _Told) -> list[Guest]:
-        """Who has been told something."""
-        match it:
-            case _Said(ticket, said):
-                guest, pending = self._pending[ticket]
-                if said is None:
-                    del self._pending[ticket]
-                    guest.ended(pending, ticket)
-                    self.broadcast.release()
-                else:
-                    guest.heard(pending, ticket, said)
-                return [guest]
-            case _Typed(desk, text, newline):
-                self._given_bytes += it.size
-                hearing = [guest for guest in self.guests.values() if guest.console or guest.holder.desk is desk]
-                for guest in hearing:
-                    guest.type(text, newline)
-            case _Shown(desk, reply):
-                hearing = [guest for guest in self.guests.values() if guest.holder.desk is desk]
-                hearing = hearing or list(self.guests.values())
-                for guest in hearing:
-                    guest.show(reply)
-            case _Told(notice):
-                hearing = list(self.guests.values())
-                for guest in hearing:
-                    guest.tell(messages.Lease(self.driving.lease.holder, notice))
+    def _tell_of(self, ticket: Ticket[Any], said: Reply | Question | None) -> list[Guest]:
+        """Of a request; None for its end."""
+        guest, pending = self._pending[ticket]
+        if said is None:
+            del self._pending[ticket]
+            guest.ended(pending, ticket)
+            self.broadcast.release()
+        else:
+            guest.heard(pending, ticket, said)
+        return [guest]
+
+    def _type(self, desk: object, text: str, newline: bool, size: int) -> list[Guest]:
+        """What a program TYPEs, to whoever drives it, and to all consoles."""
+        self._given_bytes += size
+        hearing = [guest for guest in self.guests.values() if guest.console or guest.holder.desk is desk]
+        for guest in hearing:
+            guest.type(text, newline)
         return hearing
+
+    def _show(self, desk: object, reply: Reply) -> list[Guest]:
+        """What the robot says by itself, to who is at a desk; to all where nobody is."""
+        everybody = list(self.guests.values())
+        hearing = [guest for guest in everybody if guest.holder.desk is desk] or everybody
+        for guest in hearing:
+            guest.show(reply)
+        return hearing
+
+    def _tell_lease(self, notice: Notice | None) -> list[Guest]:
+        """It is in other hands, or asked for."""
+        everybody = list(self.guests.values())
+        for guest in everybody:
+            guest.tell(messages.Lease(self.driving.lease.holder, notice))
+        return everybody
 
     def _announce(self) -> None:
         """The clock and the activity, where they are not what all were told last. What the clock shows in virtual time
@@ -582,7 +556,8 @@ class Room:
         act = Session.abort if self.plan.when_gone is WhenGone.ABORT else Session.pause
         self._self.call(act, urgent=self.plan.when_gone is WhenGone.ABORT)
         said = "stopped" if self.plan.when_gone is WhenGone.ABORT else "paused"
-        self._put(_Shown(None, Message(f"{who} drove, and has gone: the program is {said}", Tone.WARNING)))
+        message = Message(f"{who} drove, and has gone: the program is {said}", Tone.WARNING)
+        self._put(lambda: self._show(None, message))
 
     def _watch_over(self) -> None:
         """A program whose holder has gone goes on, though nobody waits for it."""
@@ -607,7 +582,8 @@ class Room:
         wrong = self._meter.look(self.session.actor.worked, now)
         if wrong is not None and not self.session.driver.end_by(wrong):
             self._self.stop()  # tasks that nobody waits for
-            self._put(_Shown(None, refusal(wrong, "")))
+            told = refusal(wrong, "")
+            self._put(lambda: self._show(None, told))
 
     def _note_ends(self) -> None:
         """What a program that has ended changed is written down."""

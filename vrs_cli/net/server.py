@@ -27,7 +27,7 @@ from vrs_cli.net import messages
 from vrs_cli.net.audit import Audit, Deed
 from vrs_cli.net.guest import Guest
 from vrs_cli.net.hub import Hub
-from vrs_cli.net.limits import Allowance, Crowd, Rate
+from vrs_cli.net.limits import Allowance, Bucket, Crowd
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.room import Room
 from vrs_cli.net.sockets import SharedDeflate, SocketSink
@@ -72,7 +72,7 @@ class _Link:
         self.host, self.address = str(peer[0]), f"{peer[0]}:{peer[1]}"
         self.guest: Guest | None = None
         self.room: Room | None = None
-        self.rate = Rate(allowance.rate, allowance.burst, time.monotonic())
+        self.rate = Bucket(allowance.rate, allowance.burst, time.monotonic())
         self.fast = 0  # messages that came too fast, one after the other
         self.sink = SocketSink(socket)
         socket.transport.get_extra_info("socket").setsockopt(SOL_SOCKET, SO_SNDBUF, HELD)

@@ -48,22 +48,13 @@ class Exchange(Struct, frozen=True):
 
 class Estimate(Struct, frozen=True):
     """The clock there is `offset` ahead of the one here at `at` [s], and `drift` more with every second. `round_trip`:
-    the least D_f + D_b.
+    the least D_f + D_b; the offset is wrong by half of that at most.
     """
 
     at: float
     offset: float
     drift: float
     round_trip: float
-
-    @property
-    def error(self) -> float:
-        """The offset is wrong by no more than this at `at`: half of what the two ways differ in [s]."""
-        return self.round_trip / 2.0
-
-    def there(self, t: float) -> float:
-        """What the clock there shows when the one here shows t."""
-        return t + self.offset + self.drift * (t - self.at)
 
     def here(self, t: float) -> float:
         """What the clock here shows when the one there shows t."""

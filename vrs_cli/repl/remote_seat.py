@@ -230,8 +230,6 @@ class RemoteSeat:
                     self._ask(message)
             case messages.Withdrawn(number):
                 self._withdrawn.add(number)
-            case messages.Progress(clock=clock):
-                self._terminal.progress(Running(clock))
             case messages.Status(around):
                 self._see(around)
                 if self._waits and around.running:
