@@ -277,8 +277,8 @@ def test_viewers_look_at_a_mirror_as_at_the_robot() -> None:
     audience.join(10.0)
     wall[0] = 0.55
     (look,) = audience.step()
-    assert repr(look.frame.position) == repr(edits.engine.position(0.5))
-    assert look.frame.version == edits.engine.timeline.version
+    assert repr(look.position) == repr(edits.engine.position(0.5))
+    assert look.version == edits.engine.timeline.version
 
 
 def test_targets_of_steering_in_short_make_the_same_timeline() -> None:

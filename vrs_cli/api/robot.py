@@ -222,7 +222,7 @@ class Robot:
         while True:
             time.sleep(max(audience.peek() - time.monotonic(), 0.0))
             for look in audience.step():
-                yield Posture.of(look.frame.position, self._model, self.units)
+                yield Posture.of(look.position, self._model, self.units)
 
     # --- kinematics ---
 

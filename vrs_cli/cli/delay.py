@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import CommandLineError, Parser
 from vrs_cli.cli.delay_options import KINDS, add_line_options
+from vrs_cli.cli.main import OK
 from vrs_cli.cli.signals import end_by, signal_comes
 
 if TYPE_CHECKING:
     from vrs_cli.net.delay_proxy import Address, DelayProxy
 
-OK = 0
 LOOPBACK = "127.0.0.1"
 LAST_PORT = 65535
 

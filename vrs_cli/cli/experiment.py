@@ -19,13 +19,13 @@ from msgspec import Struct, structs
 
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, chosen_robot, positive, size
 from vrs_cli.cli.delay_options import KINDS, add_line_options, duration
+from vrs_cli.cli.main import FAILED, OK
 
 if TYPE_CHECKING:
     from vrs_cli.net.delay_line import Delays
     from vrs_cli.net.experiment import Error, Outcome, Trial
     from vrs_cli.render.blocks import Block, Grid
 
-OK, FAILED = 0, 1
 LEADS = (0.0, 0.2, 0.4, 0.6, 0.8)  # [s]
 POLICIES = ("ABORT", "POSTPONE")
 USUAL_DELAY, USUAL_JITTER = 0.2, 0.08  # [s]

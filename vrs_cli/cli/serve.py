@@ -21,6 +21,7 @@ from vrs_cli.cli.command_line import (
     whole,
     with_rate,
 )
+from vrs_cli.cli.main import OK
 from vrs_cli.errors import FileError
 from vrs_cli.extras import how_to_install
 
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     from vrs_cli.net.server import Place, Server
     from vrs_cli.net.tokens import TokenFile
 
-OK = 0
 USUAL_ROBOT = "puma560"
 TURN = 0.0005  # [s] after which one thread lets the next one go on: with Python's 5 ms many who look delay each line
 LOCAL = ("localhost",)

@@ -24,6 +24,7 @@ from vrs_cli.cli.command_line import (
     positive,
     with_rate,
 )
+from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.cli.outputs import Outputs, add_output_options, journal
 from vrs_cli.errors import FileDamaged, FileError, MotionError, NonexistentFile, VrsError
 
@@ -38,7 +39,6 @@ if TYPE_CHECKING:
     from vrs_cli.render.progress import RunProgress
     from vrs_cli.repl.interrupt import Stoppable
 
-OK, FAILED = 0, 1
 KEPT = 1000  # targets after which what they left is not looked through for garbage any more
 MOST_TOLD = 5  # lines that are no targets, or out of reach, that are named
 LONGEST_LINE = 1 << 16  # characters: a longer one is no target, and is not kept whole

@@ -8,8 +8,7 @@ from datetime import date, datetime
 from pathlib import Path
 
 from vrs_cli.cli.command_line import CommandLineError, Parser
-
-OK = 0
+from vrs_cli.cli.main import OK
 
 EPILOG = """\
 The file holds hashes of tokens: what is printed here is told once. A server reads the file again when it changes.

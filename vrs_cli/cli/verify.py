@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from itertools import islice
 
 from vrs_cli.cli.command_line import Parser
+from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.cli.recordings import read_recording
-
-SOUND, UNSOUND = 0, 1
 
 EPILOG = """\
 Reading a file checks its form, checksums, continuity, the ranges of the joints, and their limits in joint space;
@@ -39,7 +38,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
             print(f"{options.file}, {what}")
         held = f"{len(recording.deltas)} changes, {len(recording.timeline)} segments, {recording.timeline.end:.3f} s"
         print(f"{held}{'' if checksums else ', no checksums'}: {'sound' if not wrong else 'not sound'}")
-    return UNSOUND if wrong else SOUND
+    return FAILED if wrong else OK
 
 
 def parser(prog: str) -> Parser:

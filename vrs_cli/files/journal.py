@@ -8,7 +8,7 @@ that is told before the command is answered.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack, suppress
 from itertools import count
 from pathlib import Path
@@ -20,7 +20,7 @@ from vrs_cli.files.atomic import create_beside, writing
 from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.lock import Hold, hold, is_special
 from vrs_cli.files.opening import reason
-from vrs_cli.files.trajectory_file import Recording, read_trajectory
+from vrs_cli.files.trajectory_file import Recording, read_trajectory, trajectory_lines
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import Segment
@@ -39,10 +39,6 @@ class Course(Struct, frozen=True):
     model: RobotModel
     initial: Iterable[Segment]
     deltas: Sequence[TimelineDelta]
-
-    def lines(self, encoder: LineEncoder) -> Iterator[bytes]:
-        yield encoder.header(self.model, self.initial)
-        yield from map(encoder.delta, self.deltas)
 
     def motions(self) -> dict[int, Motion]:
         """What the lines describe, by its number."""
@@ -151,10 +147,9 @@ class Journal:
 
     def _begun(self, path: Path, held: Hold) -> tuple[GrowingFile, LineEncoder]:
         """A new file with all that has happened, in the place of an older one at once."""
-        beside, lines = create_beside(path, held), LineEncoder()
+        beside, lines, course = create_beside(path, held), LineEncoder(), self._course()
         try:
-            for line in self._course().lines(lines):
-                beside.stream.write(line)
+            beside.stream.writelines(trajectory_lines(course.model, course.initial, course.deltas, lines))
             beside.commit()
         finally:
             beside.close()

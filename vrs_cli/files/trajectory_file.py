@@ -60,9 +60,11 @@ def write_trajectory(
         stream.writelines(trajectory_lines(model, initial, deltas))
 
 
-def trajectory_lines(model: RobotModel, initial: Iterable[Segment], deltas: Iterable[TimelineDelta]) -> Iterator[bytes]:
-    """The lines of a trajectory file."""
-    lines = LineEncoder()
+def trajectory_lines(
+    model: RobotModel, initial: Iterable[Segment], deltas: Iterable[TimelineDelta], lines: LineEncoder | None = None
+) -> Iterator[bytes]:
+    """The lines of a trajectory file; `lines` knows them then."""
+    lines = lines or LineEncoder()
     yield lines.header(model, initial)
     yield from map(lines.delta, deltas)
 

@@ -348,8 +348,8 @@ def _towards(a: Joints, b: Joints, box: Range) -> Joints:
 class Dragging:
     """Feeds an engine with wishes for its tool. Letting go is no more wishes: the arm comes to rest by itself."""
 
-    def __init__(self, engine: Engine, *, speed: float = 1.0, text: str = DRAG) -> None:
-        self.engine, self.speed, self.text = engine, speed, text
+    def __init__(self, engine: Engine) -> None:
+        self.engine = engine
         self.pursuit = Pursuit(engine.arm, engine.position().joints)
         self._last: float | None = None
 
@@ -359,7 +359,7 @@ class Dragging:
         now = engine.now
         since = TICK if self._last is None else now - self._last
         tick, self._last = min(max(since, SHORTEST), LONGEST_TICK), now
-        fraction, model = fraction_of_full(self.speed, engine.settings).fraction, engine.model
+        fraction, model = fraction_of_full(1.0, engine.settings).fraction, engine.model
         fastest = [v * fraction for v in model.max_velocity]
         pace = Pace.of(fastest, [a * engine.settings.acceleration for a in model.max_acceleration])
         before, here = pursuit.goal, engine.position().joints
@@ -371,5 +371,5 @@ class Dragging:
             velocity = (0.0,) * len(velocity)
         if now < engine.end or largest_change(here, pursuit.goal) > AT_REST:
             target = Target(pursuit.goal, velocity, *pursuit.range)
-            engine.steer(target, tick, speed=self.speed, text=self.text, issued=issued)
+            engine.steer(target, tick, speed=1.0, text=DRAG, issued=issued)
         return held

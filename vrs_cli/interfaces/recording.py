@@ -43,24 +43,20 @@ class Tolerance(NamedTuple):
         return Tolerance(part * self.away, part * self.turned)
 
 
-class Way(NamedTuple):
-    """Where the joints were, and the tool."""
+Way = tuple[Joints, ...]  # where the joints were, one after the other
 
-    joints: tuple[Joints, ...]
-    tools: tuple[Transform, ...]
 
-    @classmethod
-    def of(cls, arm: RobotArm, timeline: Timeline, begin: float, end: float, tolerance: Tolerance) -> Way:
-        """From `begin` to `end` [s]; of what is next to each other, by the tolerance, one will do."""
-        count, least = max(ceil((end - begin) / STEP), 1), tolerance.times(NEXT)
-        found = [position_at(arm, timeline, begin + (end - begin) * k / count) for k in range(count + 1)]
-        kept = [found[0]]
-        for one in found[1:]:
-            if _miss(kept[-1].T_world_tool, one.T_world_tool, least) > 1.0:
-                kept.append(one)
-        if largest_change(kept[-1].joints, found[-1].joints) > STANDS:
-            kept.append(found[-1])
-        return cls(tuple(one.joints for one in kept), tuple(one.T_world_tool for one in kept))
+def way_of(arm: RobotArm, timeline: Timeline, begin: float, end: float, tolerance: Tolerance) -> Way:
+    """From `begin` to `end` [s]; of what is next to each other, by the tolerance, one will do."""
+    count, least = max(ceil((end - begin) / STEP), 1), tolerance.times(NEXT)
+    found = [position_at(arm, timeline, begin + (end - begin) * k / count) for k in range(count + 1)]
+    kept = [found[0]]
+    for one in found[1:]:
+        if _miss(kept[-1].T_world_tool, one.T_world_tool, least) > 1.0:
+            kept.append(one)
+    if largest_change(kept[-1].joints, found[-1].joints) > STANDS:
+        kept.append(found[-1])
+    return tuple(one.joints for one in kept)
 
 
 def recorded_program(
@@ -72,13 +68,13 @@ def recorded_program(
     """
     if end - begin > MOST:
         raise UsageError(f"{end - begin:.0f} s of motion", f"record {MOST:.0f} s at most")
-    way = Way.of(arm, timeline, begin, end, tolerance)
-    if len(way.joints) < 2:
+    way = way_of(arm, timeline, begin, end, tolerance)
+    if len(way) < 2:
         raise UsageError("the arm stood all the time", "drag the tool while it is recorded")
     tool = timeline.locate(begin)[0].motion.frames.tool
     rounded, finer = 0.5 * tolerance.away, tolerance.times(FIRST)
     for attempt in range(ATTEMPTS):
-        chosen = [_as_written(arm, way.joints[k]) for k in corners(arm, tool, way, finer)]
+        chosen = [_as_written(arm, way[k]) for k in corners(arm, tool, way, finer)]
         last = attempt == ATTEMPTS - 1
         rounding = 0.0 if last else rounded
         if last or _kept(arm, tool, way, chosen, rounding, tolerance):
@@ -92,11 +88,11 @@ def recorded_program(
 
 def corners(arm: RobotArm, T_flange_tool: Transform, way: Way, tolerance: Tolerance) -> list[int]:
     """The points of a way, by number, between which it is joint-interpolated within the tolerance."""
-    seen = [compose(arm.forward(q), T_flange_tool) for q in way.joints]
+    seen = [compose(arm.forward(q), T_flange_tool) for q in way]
     chosen, open_ = [0], [(0, len(seen) - 1)]
     while open_:
         a, b = open_.pop()
-        worst, miss = _worst(arm, T_flange_tool, way.joints, seen, (a, b), tolerance)
+        worst, miss = _worst(arm, T_flange_tool, way, seen, (a, b), tolerance)
         if miss > 1.0:
             open_ += [(worst, b), (a, worst)]  # the first part comes off first
         else:
@@ -156,8 +152,8 @@ def _kept(
 ) -> bool:
     """Whether the program leads the tool along the way, nowhere else, and past all of it."""
     done = _carried_out(arm, joints, rounding, tolerance)
-    tools = [compose(arm.forward(q), T_flange_tool) for q in done.joints]
-    seen = [compose(arm.forward(q), T_flange_tool) for q in way.joints]
+    tools = [compose(arm.forward(q), T_flange_tool) for q in done]
+    seen = [compose(arm.forward(q), T_flange_tool) for q in way]
     return all(_covered(some, others, tolerance) for some, others in ((tools, seen), (seen, tools)))
 
 
@@ -167,7 +163,7 @@ def _carried_out(arm: RobotArm, joints: Sequence[Joints], rounding: float, toler
     for q in joints[1:]:
         engine.perform(Move(JointTarget(q), straight=False), program=True)
     engine.perform(Break(), program=True)
-    return Way.of(engine.arm, engine.timeline, 0.0, engine.end, tolerance)
+    return way_of(engine.arm, engine.timeline, 0.0, engine.end, tolerance)
 
 
 def _covered(some: Sequence[Transform], others: Sequence[Transform], tolerance: Tolerance) -> bool:

@@ -16,6 +16,7 @@ from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.trajectory.state import Target
 
+STEER = "STEER"  # the text of its motions
 SHORTEST, LONGEST = 0.001, 0.5  # [s] between targets of a stream: a longer time is a gap
 
 
@@ -59,8 +60,8 @@ class Following(Struct):
 class Steering:
     """Feeds targets to an engine. Where joints are to be, and how fast that changes, follows from two targets."""
 
-    def __init__(self, engine: Engine, *, speed: float = 1.0, text: str = "STEER") -> None:
-        self.engine, self.speed, self.text = engine, speed, text
+    def __init__(self, engine: Engine, *, speed: float = 1.0) -> None:
+        self.engine, self.speed = engine, speed
         self.following = Following()
         self._last: tuple[float, Joints] | None = None
 
@@ -90,7 +91,7 @@ class Steering:
         """No more targets: come to rest at the last one."""
         self._wait_for(None)
         if self._last is not None:
-            self.engine.redirect(self._last[1], speed=self.speed, text=f"{self.text} ends")
+            self.engine.redirect(self._last[1], speed=self.speed, text=f"{STEER} ends")
             self._last = None
 
     def _near(self) -> Joints:
@@ -105,8 +106,8 @@ class Steering:
         last = self._last
         since = stamp - last[0] if last is not None else 0.0
         if last is None or not 0.0 < since <= LONGEST:
-            self.engine.redirect(goal, speed=self.speed, text=self.text)
+            self.engine.redirect(goal, speed=self.speed, text=STEER)
             return
         tick = max(since, SHORTEST)
         velocity = tuple((b - a) / tick for a, b in zip(last[1], goal, strict=True))
-        self.engine.steer(Target(goal, velocity), tick, speed=self.speed, text=self.text)
+        self.engine.steer(Target(goal, velocity), tick, speed=self.speed, text=STEER)

@@ -17,9 +17,11 @@ from math import inf
 from typing import NamedTuple, Protocol
 
 from vrs_cli.engine.engine import Event
+from vrs_cli.engine.position import Position
 from vrs_cli.engine.snapshot import Replaced
 from vrs_cli.interfaces.roles.observer import Watched
-from vrs_cli.interfaces.roles.viewer import Audience, Frame, Viewer, checked_rate
+from vrs_cli.interfaces.roles.playback import Playback
+from vrs_cli.interfaces.roles.viewer import Audience, Viewer, checked_rate
 from vrs_cli.net import messages
 from vrs_cli.net.messages import Play, ServerMessage, Step, Subscribe
 from vrs_cli.net.packets import Form, Letter, Packet, Place
@@ -133,9 +135,8 @@ class Channel:
         if cut < applied + self.viewer.ahead:
             self._wrong.append((cut, applied + self.viewer.ahead))
 
-    def show(self, frame: Frame, clock: float) -> None:
+    def show(self, position: Position, version: int, clock: float) -> None:
         """The next sample; who has not got the one before gets this one."""
-        position, version = frame.position, frame.version
         self._wrong = [one for one in self._wrong if one[1] > clock]
         wrong = min((cut for cut, _ in self._wrong), default=None)
         self.sample = Letter(lambda _full: messages.Sample(position.time, position.joints, version, clock, wrong))
@@ -153,13 +154,12 @@ class Channel:
         return len(turn)
 
 
-STEPS: Mapping[Step, Callable[[Viewer, float], None]] = {
-    Step.PLAY: lambda viewer, _: viewer.play(),
-    Step.PAUSE: lambda viewer, _: viewer.pause(),
-    Step.REWIND: lambda viewer, _: viewer.rewind(),
-    Step.SEEK: lambda viewer, t: viewer.seek(t),
-    Step.RATE: lambda viewer, rate: viewer.play_at(rate),
-    Step.FOLLOW: lambda viewer, _: viewer.follow(),
+STEPS: Mapping[Step, Callable[[Playback, float, float], Playback]] = {  # with a value, at a time on the wall
+    Step.PLAY: lambda it, _, wall: it.play(wall),
+    Step.PAUSE: lambda it, _, wall: it.pause(wall),
+    Step.REWIND: lambda it, _, wall: it.rewind(wall),
+    Step.SEEK: lambda it, t, wall: it.seek(t, wall),
+    Step.RATE: lambda it, rate, wall: it.at_rate(checked_rate(rate, "times as fast", inf), wall),
 }
 
 
@@ -220,12 +220,13 @@ class Broadcast:
         """Show it another time of the timeline, or at another rate. Raises IllegalValue for a rate that is none."""
         if listener.channel is None:
             return
+        viewer = listener.channel.viewer
         if wish.step is Step.FOLLOW:
-            viewer = listener.channel.viewer
             self._leave_channel(listener)
             self._enter_channel(listener, self._following(viewer.rate, viewer.ahead))
         else:
-            STEPS[wish.step](self._own(listener, listener.channel).viewer, wish.value)
+            viewer = self._own(listener, listener.channel).viewer
+            viewer.playback = STEPS[wish.step](viewer.playback, wish.value, self._wall())
 
     def _following(self, rate: float, ahead: float) -> Channel:
         """The samples of those who follow the robot; new ones where the others are still behind it, as virtual time
@@ -321,8 +322,8 @@ class Broadcast:
         """Look where the robot is, if somebody is to see it now, and send a slice of what is to be sent."""
         if self._held > self._wall():
             return
-        for viewer, frame in self._audience.step():
-            self._channels[viewer].show(frame, self._watched.now)
+        for viewer, version, position in self._audience.step():
+            self._channels[viewer].show(position, version, self._watched.now)
         if self._again <= self._wall():
             for listener in list(islice(self._behind, SLICE)):
                 self._catch_up(listener)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterable
+from operator import attrgetter
 from typing import NamedTuple
 
 
@@ -49,12 +50,8 @@ class Flags:
 
     def forget(self, before: float) -> None:
         """What ended before that time is of no interest any more."""
-        gone = bisect_left(self.windows, before, key=_end)
+        gone = bisect_left(self.windows, before, key=attrgetter("end"))
         self.windows = self.windows[gone:] if gone else self.windows
-
-
-def _end(window: Window) -> float:
-    return window.end
 
 
 def merged(windows: Iterable[Window]) -> tuple[Window, ...]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from math import sqrt
+from operator import attrgetter
 
 from msgspec import Struct
 
@@ -95,7 +96,7 @@ class TimeSync:
         """The D_f + D_b that this share of the exchanges did not exceed [s]: 0 the least, 0.5 the median, 1 the most.
         Raises IndexError before the first.
         """
-        trips = sorted(map(_round_trip, self._exchanges))
+        trips = sorted(one.round_trip for one in self._exchanges)
         return trips[min(int(share * len(trips)), len(trips) - 1)]
 
     def _best_of_parts(self) -> list[Exchange]:
@@ -108,8 +109,7 @@ class TimeSync:
         return list(best.values())
 
 
-def _round_trip(exchange: Exchange) -> float:
-    return exchange.round_trip
+_round_trip = attrgetter("round_trip")
 
 
 def _drift(exchanges: Sequence[Exchange]) -> float:

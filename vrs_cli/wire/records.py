@@ -6,7 +6,7 @@ trajectory of a robot of that form; whether it keeps the laws of motion is for o
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from math import copysign, hypot
 from operator import mul
 from typing import Annotated
@@ -390,12 +390,15 @@ def _relative(record: RelativeRecord, form: Form) -> RelativeTarget:
     raise RecordError("a relative target needs joint and change, or offset, or aligned")
 
 
+def is_rotation(rows: Sequence[Sequence[float]]) -> bool:
+    """Whether the axes are at right angles, and of length 1."""
+    pairs = ((a, b) for i, a in enumerate(rows) for b in rows[: i + 1])
+    return all(abs(sum(map(mul, a, b)) - (a is b)) <= ORTHONORMAL for a, b in pairs)
+
+
 def _transform(rows: Rows) -> Transform:
-    R = [row[:3] for row in rows]
-    for i, a in enumerate(R):
-        for b in R[: i + 1]:
-            if abs(sum(map(mul, a, b)) - (a is b)) > ORTHONORMAL:
-                raise RecordError("the axes of a transformation are not at right angles, or not of length 1")
+    if not is_rotation([row[:3] for row in rows]):
+        raise RecordError("the axes of a transformation are not at right angles, or not of length 1")
     return Transform(*rows[0], *rows[1], *rows[2])
 
 

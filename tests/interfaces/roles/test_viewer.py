@@ -34,7 +34,7 @@ class Hall:
 def shown(hall: Hall, audience: Audience) -> list[float]:
     """The times that are shown at the next instant at which somebody looks."""
     hall.wall = audience.peek()
-    return [look.frame.position.time for look in audience.step()]
+    return [look.position.time for look in audience.step()]
 
 
 def test_a_viewer_looks_at_its_own_rate() -> None:
@@ -83,9 +83,9 @@ def test_following_plays_on_at_its_rate_when_virtual_time_jumps() -> None:
     hall.now = 40.0
     assert shown(hall, audience) == [0.25]
     hall.wall = 64.25
-    [(_, frame)] = audience.step()
-    assert (frame.position.time, frame.behind) == (4.25, 35.75)
-    viewer.follow()
+    [look] = audience.step()
+    assert (look.position.time, viewer.playback.behind(hall.wall)) == (4.25, 35.75)
+    viewer.playback = viewer.playback.follow(hall.wall)
     assert shown(hall, audience) == [40.0]
 
 
@@ -93,14 +93,13 @@ def test_a_viewer_pauses_seeks_and_plays_faster() -> None:
     hall = Hall(now=5.0)
     audience = hall.audience()
     viewer = audience.join(1.0)
-    viewer.rewind()
-    viewer.play_at(0.5)
+    viewer.playback = viewer.playback.rewind(hall.wall).at_rate(0.5, hall.wall)
     assert shown(hall, audience) == [0.5]
-    viewer.pause()
+    viewer.playback = viewer.playback.pause(hall.wall)
     assert shown(hall, audience) == [0.5]
-    viewer.play()
+    viewer.playback = viewer.playback.play(hall.wall)
     assert shown(hall, audience) == [1.0]
-    viewer.seek(99.0)
+    viewer.playback = viewer.playback.seek(99.0, hall.wall)
     assert shown(hall, audience) == [5.0]
 
 

@@ -10,8 +10,6 @@ from collections.abc import Callable
 from math import floor, inf, isfinite
 from typing import NamedTuple
 
-from msgspec import Struct
-
 from vrs_cli.engine.position import Position, position_at
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.roles.observer import Watched
@@ -20,21 +18,13 @@ from vrs_cli.interfaces.roles.playback import Playback
 USUAL_RATE, HIGHEST_RATE = 25.0, 1000.0  # looks a second
 
 
-class Frame(Struct, frozen=True):
-    """One look: the robot at a time of timeline `version`, and how far that lies behind its present [s]."""
-
-    version: int
-    position: Position
-    behind: float
-
-
 class Viewer:
-    """Looks `rate` times a second, and follows the robot until it is told to do something else: it sees what is now, or
-    what will be `ahead` [s] later.
+    """Looks `rate` times a second at what its `playback` shows, which follows the robot until another is put in its
+    place: at what is now, or at what will be `ahead` [s] later.
     """
 
-    def __init__(self, rate: float, ahead: float, playback: Playback, wall: Callable[[], float]) -> None:
-        self.rate, self.ahead, self.playback, self._wall = rate, ahead, playback, wall
+    def __init__(self, rate: float, ahead: float, playback: Playback) -> None:
+        self.rate, self.ahead, self.playback = rate, ahead, playback
         self._last = floor(playback.since * rate)  # the number of the last look
 
     @property
@@ -42,39 +32,20 @@ class Viewer:
         """When its next look is due, on the wall [s]."""
         return (self._last + 1) / self.rate
 
-    def look(self, watched: Watched) -> None:
+    def look(self, watched: Watched, wall: float) -> None:
         """The look that is due now; those that were missed are left out."""
-        self._last = max(floor(self._wall() * self.rate), self._last + 1)
+        self._last = max(floor(wall * self.rate), self._last + 1)
         timeline = watched.timeline
         now = watched.now + self.ahead
         self.playback = self.playback.look(self._last / self.rate, timeline.start, timeline.end, now)
 
-    def play(self) -> None:
-        self.playback = self.playback.play(self._wall())
-
-    def pause(self) -> None:
-        self.playback = self.playback.pause(self._wall())
-
-    def rewind(self) -> None:
-        """Go to the start of the timeline."""
-        self.playback = self.playback.rewind(self._wall())
-
-    def seek(self, t: float) -> None:
-        """Go to a time [s], also one that is still to come, as far as there is a timeline."""
-        self.playback = self.playback.seek(t, self._wall())
-
-    def follow(self) -> None:
-        """Go to where the robot is, and on with it."""
-        self.playback = self.playback.follow(self._wall())
-
-    def play_at(self, rate: float) -> None:
-        """So many seconds of the timeline in one second. Raises IllegalValue for a rate that is none."""
-        self.playback = self.playback.at_rate(checked_rate(rate, "times as fast", inf), self._wall())
-
 
 class Look(NamedTuple):
+    """What a viewer sees: the robot, at a time of timeline `version`."""
+
     viewer: Viewer
-    frame: Frame
+    version: int
+    position: Position
 
 
 class Audience:
@@ -90,7 +61,7 @@ class Audience:
         wall = floor(self._wall() * rate) / rate  # on the grid, as those of its rate that are here
         timeline = self._watched.timeline
         playback = Playback.following(timeline.start, timeline.end, self._watched.now + ahead, wall)
-        self._viewers.append(Viewer(rate, ahead, playback, self._wall))
+        self._viewers.append(Viewer(rate, ahead, playback))
         return self._viewers[-1]
 
     def leave(self, viewer: Viewer) -> None:
@@ -106,12 +77,11 @@ class Audience:
         shared, looks = dict[float, Position](), list[Look]()
         for viewer in self._viewers:
             if viewer.due <= wall:
-                viewer.look(self._watched)
-                playback = viewer.playback
-                t = playback.shown
+                viewer.look(self._watched, wall)
+                t = viewer.playback.shown
                 if t not in shared:
                     shared[t] = position_at(arm, timeline, t)
-                looks.append(Look(viewer, Frame(timeline.version, shared[t], playback.behind(playback.since))))
+                looks.append(Look(viewer, timeline.version, shared[t]))
         return looks
 
 

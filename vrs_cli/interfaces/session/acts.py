@@ -34,10 +34,9 @@ from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.words.values import LIMIT, Value
 from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
+from vrs_cli.wire.records import is_rotation
 
 T = TypeVar("T", covariant=True)
-
-ORTHONORMAL = 1e-6  # products of the axes of a rotation
 
 
 # --- parts ----------------------------------------------------------------------------------------------------------
@@ -130,11 +129,8 @@ def rotating(T: Transform) -> Transform:
     """Raises IllegalValue for a matrix that is no location, or a place that no line could name."""
     if max(map(abs, _finite(T))) > LIMIT:
         raise IllegalValue("a location beyond all numbers", "reals go to about 3E38")
-    rows = T[0:3], T[4:7], T[8:11]
-    for i, a in enumerate(rows):
-        for b in rows[: i + 1]:
-            if abs(sum(x * y for x, y in zip(a, b, strict=True)) - (a is b)) > ORTHONORMAL:
-                raise IllegalValue("a location whose axes are not at right angles, or not of length 1")
+    if not is_rotation((T[0:3], T[4:7], T[8:11])):
+        raise IllegalValue("a location whose axes are not at right angles, or not of length 1")
     return T
 
 
