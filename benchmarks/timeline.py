@@ -10,8 +10,9 @@ import gc
 import random
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from time import process_time
+
+from msgspec import structs
 
 from benchmarks.engine import wandering
 from vrs_cli.engine.planner import plan
@@ -46,7 +47,7 @@ def own(segment: Segment) -> Segment:
     """The same with numbers of its own."""
     assert isinstance(segment.path, JointPath)
     rows = tuple(tuple([c + 0.0 if c else 0.0 for c in row]) for row in segment.path.coefficients)
-    return replace(segment, path=JointPath(rows))
+    return structs.replace(segment, path=JointPath(rows))
 
 
 def deltas(timeline: Timeline, source: random.Random) -> Iterator[tuple[str, TimelineDelta]]:

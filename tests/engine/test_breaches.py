@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import pi
 
 import pytest
+from msgspec import structs
 
 from tests.files.trajectories import STAND, initial, planned, puma
 from vrs_cli.engine.breaches import breaches, on_lines
@@ -86,7 +86,7 @@ def with_line(**changes: object) -> Timeline:
     timeline = planned(6, seed=1)[0]
     segments = list(timeline)
     at = next(i for i, s in enumerate(segments) if isinstance(s.path, CartesianPath) and s.duration > 0.1)
-    segments[at] = replace(segments[at], path=segments[at].path._replace(**changes))
+    segments[at] = structs.replace(segments[at], path=segments[at].path._replace(**changes))
     return Timeline(segments)
 
 

@@ -4,7 +4,6 @@ import csv
 import io
 import json
 import tracemalloc
-from dataclasses import replace
 from itertools import pairwise
 from math import degrees, radians
 from pathlib import Path
@@ -12,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from tests.files.trajectories import initial, planned, puma
 from vrs_cli.engine.position import position_at
@@ -120,7 +120,7 @@ def test_the_archive_is_the_bytes_of_savez() -> None:
 
 
 def test_samples_are_not_all_in_memory(tmp_path: Path) -> None:
-    timeline, samples = Timeline([replace(initial(), finish=100.0)]), 100_000
+    timeline, samples = Timeline([structs.replace(initial(), finish=100.0)]), 100_000
     tracemalloc.start()
     try:
         with (tmp_path / "long.npz").open("wb") as stream:

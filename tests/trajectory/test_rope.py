@@ -15,7 +15,8 @@ from tests.examples import examples
 from vrs_cli.trajectory import rope
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.motion import Kind, Motion, Start
-from vrs_cli.trajectory.rope import BLOCK, FAN, SMALL, Branch, Held, Leaf, Row
+from vrs_cli.trajectory.rope import BLOCK, FAN, SMALL, Branch, Held, Leaf
+from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 
 MOTION = Motion(1, Kind.JOINT, Start.AFTER)
@@ -37,9 +38,9 @@ def check_sound(held: Held) -> None:
     """Counts, begins, ends and heights are what the children say."""
     node = held.node
     if isinstance(node, Leaf):
-        assert 1 <= node.count == len(node.segments) == node.last - node.first
-        assert list(node.row.starts) == [one.start for one in node.row.segments]
-        assert (node.begin, node.end) == (node.segments[0].start, node.segments[-1].finish)
+        assert 1 <= node.count == len(node.row[node.first : node.last]) == node.last - node.first
+        assert list(node.row.starts) == [one.start for one in node.row]
+        assert (node.begin, node.end) == (node.row[node.first].start, node.row[node.last - 1].finish)
         return
     children = [Held(begin - child.begin, child) for begin, child in zip(node.begins, node.nodes, strict=True)]
     assert 1 <= len(children) <= FAN
@@ -180,17 +181,17 @@ def test_threads_that_go_on_from_one_version_do_not_disturb_each_other(monkeypat
 def test_an_edit_that_is_interrupted_leaves_no_trace() -> None:
     """Ctrl-C may come between any two steps."""
 
-    class Interrupted(list[Segment]):
-        def extend(self, _segments: object) -> None:
+    class Interrupted(list[Motion]):
+        def extend(self, _motions: object) -> None:
             raise KeyboardInterrupt
 
     held = rope.rope_of(row(3))
     assert held is not None
     one = held_row(held)
-    one.segments = Interrupted(one.segments)
+    one.motions = Interrupted(one.motions)
     with pytest.raises(KeyboardInterrupt):
         rope.splice(held, 3, 3, row(2, 7.0), 0.0)
-    one.segments = list(one.segments)
+    one.motions = list(one.motions)
     again = rope.splice(held, 3, 3, row(3, 3.0), 0.0)
     assert again is not None
     check_sound(again)

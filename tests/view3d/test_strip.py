@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from xml.etree import ElementTree
 
 import pytest
+from msgspec import structs
 
 from vrs_cli.api.robot import Robot
 from vrs_cli.errors import TooLate
@@ -105,7 +105,7 @@ def test_a_thousand_commands_are_no_larger_than_the_picture() -> None:
 
 
 def test_texts_of_commands_do_no_harm_in_a_page(timeline: Timeline) -> None:
-    evil = Timeline(replace(s, motion=s.motion._replace(text="<script>alert(1)</script>")) for s in timeline)
+    evil = Timeline(structs.replace(s, motion=s.motion._replace(text="<script>alert(1)</script>")) for s in timeline)
     picture = strip(evil, Span(0.0, 1.0), 4000.0)
     assert "<script" not in picture
     assert "&lt;script&gt;" in picture

@@ -13,6 +13,7 @@ from typing import Protocol, TypeVar
 from vrs_cli.engine.history import CommandRecord, History, Step, records
 from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.joints import Joints
+from vrs_cli.trajectory.delta_log import DeltaLog
 from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import rest
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
@@ -66,7 +67,7 @@ class Book:
         number: int = 0,
     ) -> None:
         self.initial, self.timeline = initial, timeline
-        self.deltas: list[TimelineDelta] = list(deltas)
+        self.deltas = deltas.copy() if isinstance(deltas, DeltaLog) else DeltaLog(deltas)
         self.history = history or History()
         self.number = number
         self.stream: Motion | None = None
@@ -124,7 +125,7 @@ class Book:
         before = self.deltas[-2]
         kept = before.segments[: delta.keep - before.keep]
         shorter = delta._replace(drop=delta.drop - len(before.segments) + len(kept))
-        self.deltas[-2:] = [before._replace(segments=kept), shorter]
+        self.deltas[-2], self.deltas[-1] = before._replace(segments=kept), shorter
         self.told([delta])
 
     def end_stream(self) -> None:
@@ -138,6 +139,7 @@ class Book:
         other.end_stream()
         deltas = other.deltas[len(self.deltas) :]
         self._change(deltas, other.timeline)
+        self.deltas = other.deltas.copy()  # shared, as far as they are packed
         self.history, self.number = other.history.copy(), other.number
         self.told(deltas)
 
@@ -212,5 +214,5 @@ class Book:
         if not goes_on:
             self.end_stream()
         self.timeline = timeline
-        self.deltas += deltas
+        self.deltas.extend(deltas)
         return wrong

@@ -264,10 +264,7 @@ class Branches:
 
 def _begins_as(book: Book, main: Book) -> bool:
     """Whether a book begins with all that has happened on main."""
-    known = len(main.deltas)
-    if not known:
-        return book.initial == main.initial
-    return len(book.deltas) >= known and book.deltas[known - 1] is main.deltas[-1]
+    return book.deltas.begins_as(main.deltas) if main.deltas else book.initial == main.initial
 
 
 def _own_steps(name: str, fork: Fork, book: Book) -> Sequence[Step]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from itertools import takewhile, zip_longest
+from collections.abc import Callable, Iterator
+from itertools import chain, takewhile, zip_longest
 from math import inf
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,6 @@ from vrs_cli.engine.book import Book
 from vrs_cli.engine.history import CommandRecord, Step
 from vrs_cli.engine.position import Places, places_at
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.trajectory.rope import Block
 from vrs_cli.trajectory.segment import Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -87,19 +86,15 @@ def first_difference(a: Timeline, b: Timeline) -> float | None:
     ours, theirs = list(a.blocks(-inf, inf)), list(b.blocks(-inf, inf))
     # blocks at the beginning of both that are the same part of the same row at the same time
     shared = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(ours, theirs, strict=False)))
-    for one, other in zip_longest(_segments(ours[shared:]), _segments(theirs[shared:])):
+    for one, other in zip_longest(
+        *(chain.from_iterable(block.segments() for block in some[shared:]) for some in (ours, theirs))
+    ):
         if one is None or other is None:
             return float((one or other).start)
         if _course(one) != _course(other):
             same_way = _course(one)[:-1] == _course(other)[:-1]
             return min(one.finish, other.finish) if same_way else min(one.start, other.start)
     return None
-
-
-def _segments(blocks: Iterable[Block]) -> Iterator[Segment]:
-    for block in blocks:
-        for place in range(block.first, block.last):
-            yield block.row.segments[place].shifted(block.offset)
 
 
 def _course(segment: Segment) -> tuple[object, ...]:

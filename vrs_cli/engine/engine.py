@@ -5,7 +5,7 @@ Nothing runs here between two requests. Readers of a timeline keep the version t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from msgspec import Struct, structs
@@ -57,6 +57,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose
+from vrs_cli.trajectory.delta_log import DeltaLog
 from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
 from vrs_cli.trajectory.motion import Frames, Kind, Motion, RelativeTarget, Start, ToolOffsetTarget
 from vrs_cli.trajectory.state import Target
@@ -121,7 +122,7 @@ class Engine:
         return self.book.initial
 
     @property
-    def deltas(self) -> Sequence[TimelineDelta]:
+    def deltas(self) -> DeltaLog:
         """All changes of the timeline so far."""
         return self.book.deltas
 

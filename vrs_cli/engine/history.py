@@ -7,6 +7,7 @@ commands costs what its deltas cost.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import islice
 from typing import TypeVar
 
 from msgspec import Struct, structs
@@ -14,6 +15,7 @@ from msgspec import Struct, structs
 from vrs_cli.errors import UsageError
 from vrs_cli.trajectory.instant import shown
 from vrs_cli.trajectory.motion import Start
+from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 
 _S = TypeVar("_S")
@@ -58,7 +60,7 @@ class Step(Struct, frozen=True):
 
     def lengthened(self, timeline: Timeline) -> Step:
         """The same step, whose motion is now all that stands on the timeline since it began."""
-        segments = tuple(timeline[index] for index in range(self.delta.keep, len(timeline)))
+        segments = Row(islice(timeline, self.delta.keep, None))
         more, back = len(segments) - len(self.delta.segments), self.back
         if isinstance(back, TimelineDelta):
             back = back._replace(drop=back.drop + more)

@@ -68,9 +68,8 @@ Sampled = TypeVar("Sampled", bound=Places)
 
 def joints_at(arm: RobotArm, timeline: Timeline, t: float) -> Joints:
     """The joints at time t [rad]."""
-    segment, s = timeline.locate(t)
-    path = segment.path
-    return path.joints(s) if path.__class__ is JointPath else segment_joints(arm, segment, s)
+    path, s = timeline.path_at(t)
+    return path.joints(s) if isinstance(path, JointPath) else segment_joints(arm, *timeline.locate(t))
 
 
 def position_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
@@ -169,7 +168,7 @@ def _joints(arm: RobotArm, table: BlockTable, places: Rows, s: Floats, out: Floa
     if table.any_straight:
         for place, rows in _runs(places):
             if table.straight[place]:
-                out[rows] = _joints_on_line(arm, table.segments[place], s[rows])
+                out[rows] = _joints_on_line(arm, table.segment(place), s[rows])
 
 
 def _runs(places: Rows) -> Iterator[tuple[int, slice]]:
@@ -266,9 +265,9 @@ def _fill_rates(
     for place, rows in _runs(places) if _solved_at_once(arm) and alone.any() else ():
         these = rows.start + np.flatnonzero(alone[rows])
         if len(these):
-            qd[these], qdd[these], alone[these] = _rates_on_line(arm, table.segments[place], s[these], q[these])
+            qd[these], qdd[these], alone[these] = _rates_on_line(arm, table.segment(place), s[these], q[these])
     for row in np.flatnonzero(alone):
-        segment = table.segments[places[row]]
+        segment = table.segment(places[row])
         qd[row], qdd[row] = _rates(arm, segment, float(s[row]), tuple(q[row].tolist()))
 
 

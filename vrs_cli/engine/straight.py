@@ -7,7 +7,6 @@ a singularity, is refused before it starts, with the place.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 from functools import reduce
 from itertools import chain, repeat
 from math import dist, sqrt
@@ -64,7 +63,7 @@ def straight_segments(problem: Problem) -> tuple[Segment, ...]:
             segments = _segments_to(structs.replace(problem, motion=problem.motion._replace(pose=turned)))
         except MotionError:
             raise failure from None
-        return tuple(replace(segment, motion=problem.motion) for segment in segments)
+        return tuple(structs.replace(segment, motion=problem.motion) for segment in segments)
 
 
 def _turned_as_it_can_be(problem: Problem) -> Transform | None:
@@ -236,7 +235,7 @@ class _Line:
             motion = self.motion._replace(pose=stop.pose, duration=self.motion.duration * (stop.part - done))
             problem = Problem(self.arm, Here(JointState(joints, still)), motion, start, self.problem.slowest)
             part = _Line(problem, ToolState(pose, STILL, STILL), self.configuration)
-            segments += [replace(segment, motion=self.motion) for segment in part.segments()]
+            segments += [structs.replace(segment, motion=self.motion) for segment in part.segments()]
             start, path = segments[-1].finish, segments[-1].path
             assert isinstance(path, CartesianPath)
             done, joints, pose = stop.part, path.seeds[-1], stop.pose

@@ -11,7 +11,8 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import Vector, dot, inverse, moved_point, position, subtracted
 from vrs_cli.trajectory.motion import Kind, Motion
 from vrs_cli.trajectory.polynomial import value
-from vrs_cli.trajectory.rope import Block, Row
+from vrs_cli.trajectory.rope import Block
+from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 
@@ -85,7 +86,7 @@ class ToolPath:
 def _block_lines(arm: RobotArm, block: Block, error: float) -> Iterator[ToolLine]:
     """A line for each segment that moves; one for all that are steered without a pause."""
     steered = list[ToolLine]()
-    for segment in block.row.segments[block.first : block.last]:
+    for segment in block.row.between(block.first, block.last):
         if segment.phase is Phase.REST or segment.duration <= 0.0:
             continue
         steers = segment.motion.kind is Kind.STEERED

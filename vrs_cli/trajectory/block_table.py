@@ -6,10 +6,11 @@ a timeline that have a part of them, so after an edit only what is new in it has
 
 from __future__ import annotations
 
-from itertools import chain
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.trajectory.motion import Frames
+from vrs_cli.trajectory.row import CODES, Row
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
 
 if TYPE_CHECKING:
@@ -17,13 +18,15 @@ if TYPE_CHECKING:
 
 
 class BlockTable(NamedTuple):
-    """m segments of n joints: `starts`, `durations`, `hand` (m,); `coefficients` (k, m, n) by ascending power.
+    """m segments of n joints, those of a row from `first` on: `starts`, `durations`, `hand` (m,); `coefficients`
+    (k, m, n) by ascending power.
 
     `straight` and `resting` (m,) say what each segment is; a straight one has coefficients of zero. `frame_number` (m,)
     counts into `frames`. Times are those that the segments were made with.
     """
 
-    segments: list[Segment]
+    row: Row
+    first: int
     starts: Floats
     durations: Floats
     hand: Floats
@@ -32,6 +35,9 @@ class BlockTable(NamedTuple):
     resting: Flags
     frames: tuple[Frames, ...]
     frame_number: Rows
+
+    def segment(self, place: int) -> Segment:
+        return self.row[self.first + place]
 
     @property
     def any_straight(self) -> bool:
@@ -76,41 +82,45 @@ class BlockTable(NamedTuple):
         return qd, qdd
 
 
-def table_of(segments: list[Segment]) -> BlockTable:
-    """The table of segments that follow each other."""
+def table_of(row: Row, first: int, last: int) -> BlockTable:
+    """The table of the segments of a row from `first` to before `last`, or to its end."""
     import numpy as np
 
-    paths = [segment.path for segment in segments]
-    frames = tuple(dict.fromkeys(segment.motion.frames for segment in segments))
+    last = min(last, len(row))
+    starts, motions, paths = np.array(row.starts[first:last]), row.motions[first:last], row.paths[first:last]
+    frames = tuple(dict.fromkeys(motion.frames for motion in motions))
     number = {frame: count for count, frame in enumerate(frames)}
     return BlockTable(
-        segments=segments,
-        starts=np.array([segment.start for segment in segments]),
-        durations=np.array([segment.duration for segment in segments]),
-        hand=np.array([segment.motion.hand for segment in segments]),
+        row=row,
+        first=first,
+        starts=starts,
+        durations=np.array(row.finishes[first:last]) - starts,
+        hand=np.array([motion.hand for motion in motions]),
         coefficients=coefficients(paths),
         straight=np.array([not isinstance(path, JointPath) for path in paths]),
-        resting=np.array([segment.phase is Phase.REST for segment in segments]),
+        resting=np.frombuffer(bytes(row.phases[first:last]), np.uint8) == CODES[Phase.REST],
         frames=frames,
-        frame_number=np.array([number[segment.motion.frames] for segment in segments]),
+        frame_number=np.array([number[motion.frames] for motion in motions]),
     )
 
 
-def coefficients(paths: list[Path]) -> Floats:
+def coefficients(paths: Sequence[Path]) -> Floats:
     """(k, m, n) by ascending power: the paths in joint space; zero for straight ones."""
     import numpy as np
 
-    by_length: dict[int, list[int]] = {}
+    by_length: dict[int, tuple[list[int], list[bytes]]] = {}
     joints = 0
     for place, path in enumerate(paths):
         if isinstance(path, JointPath):
-            by_length.setdefault(len(path.coefficients[0]), []).append(place)
-            joints = len(path.coefficients)
+            length, doubles = path.doubles()
+            places, rows = by_length.setdefault(length, ([], []))
+            places.append(place)
+            rows.append(doubles)
+            joints = len(doubles) // (8 * length)
         else:
             joints = len(path.seeds[0])
     table = np.zeros((max(by_length, default=1), len(paths), joints))
-    for length, places in by_length.items():
-        rows = chain.from_iterable(path.coefficients for path in map(paths.__getitem__, places))  # type: ignore[union-attr]
-        values = np.fromiter(chain.from_iterable(rows), float, len(places) * joints * length)
-        table[:length, places] = values.reshape(len(places), joints, length).transpose(2, 0, 1)
+    for length, (places, rows) in by_length.items():
+        values = np.frombuffer(b"".join(rows)).reshape(len(places), joints, length)
+        table[:length, places] = values.transpose(2, 0, 1)
     return table

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from array import array
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from math import inf
@@ -22,6 +22,7 @@ from threading import Lock
 from typing import NamedTuple
 
 from vrs_cli.trajectory.block_table import BlockTable, table_of
+from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import Segment
 
 SMALL = 128  # segments: a leaf of no more may be copied
@@ -29,27 +30,6 @@ BLOCK = 128  # segments of a row that are read as arrays at once
 FAN = 32  # children of a full branch
 SPARSE = 4  # a node that holds less than this part of SMALL or FAN is put together with a neighbour,
 MENDED = 2  # where both together hold at most this part of it
-
-
-class Row:
-    """Segments with the times they were made with, in order. `starts` stand side by side in memory: looking for a time
-    touches few of its lines, and no segment. `tables` hold blocks of them as arrays, once they were asked for.
-    """
-
-    __slots__ = ("segments", "starts", "tables")
-
-    def __init__(self, segments: Sequence[Segment]) -> None:
-        self.segments = list(segments)
-        self.starts = array("d", [segment.start for segment in segments])
-        self.tables: dict[int, BlockTable] = {}
-
-    def __len__(self) -> int:
-        return len(self.segments)
-
-    def grow(self, segments: Sequence[Segment]) -> None:
-        starts = array("d", [segment.start for segment in segments])
-        self.starts[len(self.segments) :] = starts  # in the place of those that Ctrl-C has left without segments
-        self.segments.extend(segments)
 
 
 @dataclass(slots=True)
@@ -63,10 +43,6 @@ class Leaf:
     begin: float
     end: float
     height = 0
-
-    @property
-    def segments(self) -> Sequence[Segment]:
-        return self.row.segments[self.first : self.last]
 
 
 @dataclass(slots=True)
@@ -108,38 +84,52 @@ class Block(NamedTuple):
     def begin(self) -> float:
         return self.offset + self.row.starts[self.first]
 
+    def segments(self) -> Iterator[Segment]:
+        """The segments at their times."""
+        return _shifted(self.row.between(self.first, self.last), self.offset)
+
     def table(self) -> tuple[BlockTable, slice]:
         """The table that the block is in, and the part of it that the block is."""
         number, first = divmod(self.first, BLOCK)
         part = slice(first, first + self.last - self.first)
         table = self.row.tables.get(number)
-        if table is None or len(table.segments) < part.stop:  # the row has grown since
-            table = table_of(self.row.segments[number * BLOCK : (number + 1) * BLOCK])
-            self.row.tables[number] = table
+        if table is None or len(table.starts) < part.stop:  # the row has grown since
+            table = self.row.tables[number] = table_of(self.row, number * BLOCK, (number + 1) * BLOCK)
         return table, part
 
 
 # --- making ------------------------------------------------------------------------------------------------------
 
 
-def _leaf(segments: Sequence[Segment]) -> Leaf:
+def _leaf(segments: Iterable[Segment]) -> Leaf:
     """A leaf with a row of its own."""
-    count = len(segments)
-    return Leaf(Row(segments), 0, count, count, segments[0].start, segments[-1].finish)
+    return _whole(Row(segments))
+
+
+def _whole(row: Row) -> Leaf:
+    """All of a row."""
+    count = len(row)
+    return Leaf(row, 0, count, count, row.starts[0], row.finishes[count - 1])
 
 
 def _part(leaf: Leaf, first: int, last: int) -> Leaf:
     """The segments of a leaf from `first` to before `last`."""
     row, begin = leaf.row, leaf.first
     first, last = begin + first, begin + last
-    return Leaf(row, first, last, last - first, row.starts[first], row.segments[last - 1].finish)
+    return Leaf(row, first, last, last - first, row.starts[first], row.finishes[last - 1])
 
 
-def _grow(leaf: Leaf, segments: Sequence[Segment]) -> Leaf:
-    """A leaf that ends its row, with segments put on behind."""
-    leaf.row.grow(segments)
-    count = len(segments)
-    return Leaf(leaf.row, leaf.first, leaf.last + count, leaf.count + count, leaf.begin, segments[-1].finish)
+def _copy(leaf: Leaf, count: int) -> Row:
+    """A row of the first segments of a leaf."""
+    row = Row()
+    row.take(leaf.row, leaf.first, leaf.first + count, 0.0)
+    return row
+
+
+def _grown(leaf: Leaf) -> Leaf:
+    """A leaf with all that its row has got since."""
+    row, last = leaf.row, len(leaf.row)
+    return Leaf(row, leaf.first, last, last - leaf.first, leaf.begin, row.finishes[last - 1])
 
 
 def _ends_row(node: Node) -> bool:
@@ -250,7 +240,7 @@ def _splice_leaf(
 ) -> list[Held]:
     """What is before and after new segments stays where it is."""
     count = leaf.count
-    new = _shifted(new, -(base + offset))
+    new = list(_shifted(new, -(base + offset)))
     if last < count:
         parts = [Held(offset, _part(leaf, 0, first))] if first else []
         parts += [Held(offset, _leaf(new))] if new else []
@@ -265,15 +255,18 @@ def _replace_end(leaf: Leaf, first: int, new: Sequence[Segment]) -> list[Leaf]:
     if not first:
         return [_leaf(new)]
     if first == leaf.count and _ends_row(leaf):
-        return [_grow(leaf, new)]
+        leaf.row.grow(new)
+        return [_grown(leaf)]
     if first + len(new) <= SMALL:
-        return [_leaf([*leaf.segments[:first], *new])]
-    kept = _leaf(leaf.segments[:first]) if first <= SMALL else _part(leaf, 0, first)  # the copy ends its row
+        row = _copy(leaf, first)
+        row.grow(new)
+        return [_whole(row)]
+    kept = _whole(_copy(leaf, first)) if first <= SMALL else _part(leaf, 0, first)  # the copy ends its row
     return [kept, _leaf(new)]
 
 
-def _shifted(segments: Sequence[Segment], shift: float) -> Sequence[Segment]:
-    return [segment.shifted(shift) for segment in segments] if shift else segments
+def _shifted(segments: Iterable[Segment], shift: float) -> Iterator[Segment]:
+    return (segment.shifted(shift) for segment in segments) if shift else iter(segments)
 
 
 def _merge_sparse(row: list[Held]) -> list[Held]:
@@ -304,7 +297,8 @@ def _takes(left: Node, right: Node) -> bool:
 def _merge_leaves(left: Held, right: Held) -> Held:
     """Two leaves as one, the first of which ends its row."""
     assert isinstance(left.node, Leaf)
-    return Held(left.offset, _grow(left.node, _segments_of(right, left.offset)))
+    _take(left.node.row, right, left.offset)
+    return Held(left.offset, _grown(left.node))
 
 
 def _merge_neighbours(left: Held, right: Held) -> list[Held]:
@@ -318,13 +312,17 @@ def _merge_neighbours(left: Held, right: Held) -> list[Held]:
     if (left.node.count + right.node.count) * MENDED > SMALL:
         return [left, right]
     offset = max(left, right, key=lambda held: held.node.count).offset
-    return [Held(offset, _leaf([*_segments_of(left, offset), *_segments_of(right, offset)]))]
+    row = Row()
+    _take(row, left, offset)
+    _take(row, right, offset)
+    return [Held(offset, _whole(row))]
 
 
-def _segments_of(held: Held, offset: float = 0.0) -> Sequence[Segment]:
-    """The segments of a leaf, their times counted from `offset`."""
-    assert isinstance(held.node, Leaf)
-    return _shifted(held.node.segments, held.offset - offset)
+def _take(row: Row, held: Held, offset: float) -> None:
+    """Put the segments of a leaf behind a row, their times counted from `offset`."""
+    leaf = held.node
+    assert isinstance(leaf, Leaf)
+    row.take(leaf.row, leaf.first, leaf.last, held.offset - offset)
 
 
 # --- reading -----------------------------------------------------------------------------------------------------
@@ -368,7 +366,7 @@ def segment(held: Held, index: int) -> Segment:
         child = node.nodes[place]
         offset += node.begins[place] - child.begin
         node = child
-    return node.row.segments[node.first + index].shifted(offset)
+    return node.row[node.first + index].shifted(offset)
 
 
 def leaves(held: Held, first: float, last: float) -> Iterator[tuple[float, Leaf]]:
@@ -397,5 +395,4 @@ def blocks(held: Held, first: float, last: float) -> Iterator[Block]:
 def segments(held: Held) -> Iterator[Segment]:
     """All segments at their times."""
     for offset, leaf in leaves(held, -inf, inf):
-        for place in range(leaf.first, leaf.last):
-            yield leaf.row.segments[place].shifted(offset)
+        yield from _shifted(leaf.row.between(leaf.first, leaf.last), offset)

@@ -7,11 +7,15 @@ R(t) = R_0 Rot(k_1, phi_1(t)) Rot(k_2, phi_2(t)) ...; everything in the robot's 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+import struct
+from array import array
+from collections.abc import Callable, Iterable, Iterator
 from enum import Enum
-from itertools import pairwise
+from functools import cache
+from itertools import chain, pairwise
 from typing import NamedTuple
+
+from msgspec import Struct
 
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.jacobian import Demands
@@ -54,20 +58,63 @@ class Phase(Enum):
     DECELERATE = "decelerate"
 
 
-@dataclass(frozen=True, slots=True)  # read more often than made: an attribute of a named tuple takes twice as long
-class JointPath:
-    """One polynomial a joint [rad, m], all of one degree; `s` below is t - t_s [s]."""
+class JointPath(Struct, eq=False, gc=False):
+    """One polynomial a joint [rad, m], all of one degree; `s` below is t - t_s [s].
 
-    coefficients: tuple[Polynomial, ...]
+    A path is a value: `pack` only keeps it in a fifth of the memory, its doubles side by side, slower to read again.
+    """
+
+    _rows: tuple[Polynomial, ...] | bytes
+    _length: int = 0  # coefficients of a polynomial, once it is packed
+
+    @property
+    def coefficients(self) -> tuple[Polynomial, ...]:
+        rows = self._rows
+        return tuple(_rows_of(self._length)(rows)) if isinstance(rows, bytes) else rows
+
+    def pack(self) -> None:
+        """Keep only the doubles from now on."""
+        self._length, self._rows = self.doubles()
+
+    def doubles(self) -> tuple[int, bytes]:
+        """How many coefficients a polynomial has, and those of one joint after the other."""
+        rows = self._rows
+        if isinstance(rows, bytes):
+            return self._length, rows
+        return len(rows[0]), array("d", chain.from_iterable(rows)).tobytes()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, JointPath) and (
+            (self._rows, self._length) == (other._rows, other._length) or self.coefficients == other.coefficients
+        )
+
+    def __hash__(self) -> int:
+        return hash(self.coefficients)
+
+    def __repr__(self) -> str:
+        return f"JointPath({self.coefficients})"
 
     def joints(self, s: float) -> Joints:
-        rows = self.coefficients
-        degree = len(rows[0]) - 1
-        if degree == 2:  # the two common cases spelled out: g is read more often than anything else
-            return tuple([a + s * (b + s * c) for a, b, c in rows])
+        rows = self._rows
+        if isinstance(rows, bytes):
+            if len(rows) == _SIX and self._length == 3:  # the usual arm, read more often than anything else
+                p1, v1, h1, p2, v2, h2, p3, v3, h3, p4, v4, h4, p5, v5, h5, p6, v6, h6 = _six_parabolas(rows)
+                return (
+                    p1 + s * (v1 + s * h1),
+                    p2 + s * (v2 + s * h2),
+                    p3 + s * (v3 + s * h3),
+                    p4 + s * (v4 + s * h4),
+                    p5 + s * (v5 + s * h5),
+                    p6 + s * (v6 + s * h6),
+                )
+            degree, polynomials = self._length - 1, _rows_of(self._length)(rows)
+        else:
+            degree, polynomials = len(rows[0]) - 1, iter(rows)
+        if degree == 2:  # the two common cases spelled out, for the same reason
+            return tuple([a + s * (b + s * c) for a, b, c in polynomials])
         if degree == 1:
-            return tuple([a + s * b for a, b in rows])
-        return tuple([value(a, s) for a in rows])
+            return tuple([a + s * b for a, b in polynomials])
+        return tuple([value(a, s) for a in polynomials])
 
     @property
     def degree(self) -> int:
@@ -99,6 +146,16 @@ class JointPath:
             elif len(a) > 3 and not all(low <= value(a, s) <= high for s in turning_points(a, duration)):
                 return False
         return True
+
+
+@cache
+def _rows_of(length: int) -> Callable[[bytes], Iterator[Polynomial]]:
+    """What reads the polynomials of so many coefficients from doubles."""
+    return struct.Struct(f"{length}d").iter_unpack
+
+
+_SIX = 6 * 3 * 8  # bytes of the parabolas of six joints
+_six_parabolas = struct.Struct(f"{_SIX // 8}d").unpack
 
 
 class Turn(NamedTuple):
@@ -208,8 +265,7 @@ class CartesianPath(NamedTuple):
 Path = JointPath | CartesianPath
 
 
-@dataclass(frozen=True, slots=True)
-class Segment:
+class Segment(Struct, frozen=True, gc=False):
     """`start` is t_s and `finish` t_f [s]; `motion` is the motion it serves.
 
     A truncated segment keeps its path and finishes earlier; a shifted one keeps its path to the bit.
@@ -231,7 +287,7 @@ class Segment:
         return Segment(self.start + shift, self.finish + shift, self.path, self.phase, self.motion)
 
     def truncated(self, finish: float) -> Segment:
-        return replace(self, finish=finish)
+        return Segment(self.start, finish, self.path, self.phase, self.motion)
 
 
 def stay_inside(segments: Iterable[Segment], lower: Joints, upper: Joints) -> bool:

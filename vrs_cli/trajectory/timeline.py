@@ -9,14 +9,15 @@ applies, a line of the trajectory file, the message of a stream, and what undo t
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 from typing import NamedTuple
 
 from vrs_cli.trajectory import rope
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.rope import Block, Held
-from vrs_cli.trajectory.segment import Segment
+from vrs_cli.trajectory.row import Row
+from vrs_cli.trajectory.segment import Path, Segment
 
 
 class Cause(Enum):
@@ -42,7 +43,7 @@ class TimelineDelta(NamedTuple):
     keep: int
     drop: int
     shift: float
-    segments: tuple[Segment, ...]
+    segments: Sequence[Segment]
 
 
 class Timeline:
@@ -103,12 +104,12 @@ class Timeline:
     def locate(self, t: float) -> tuple[Segment, float]:
         """The segment in force at t as stored, and t - t_s limited to its duration (the robot stands still in gaps)."""
         offset, row, place = rope.locate(self._rope, t)
-        segment = row.segments[place]
-        since = t - (offset + segment.start)  # that sum is exact: whatever the offsets are, g is the same to the bit
-        if since < 0.0:
-            return segment, 0.0
-        duration = segment.finish - segment.start
-        return segment, since if since < duration else duration
+        return row[place], _since(row, place, offset, t)
+
+    def path_at(self, t: float) -> tuple[Path, float]:
+        """The path of that segment, and the same time."""
+        offset, row, place = rope.locate(self._rope, t)
+        return row.paths[place], _since(row, place, offset, t)
 
     def blocks(self, first: float, last: float) -> Iterator[Block]:
         """What is in force from time `first` to `last` in order, as parts of the rows that versions share."""
@@ -149,3 +150,13 @@ class Timeline:
             shift=0.0 - delta.shift,  # not -0.0
             segments=tuple(self[index] for index in range(kept_whole, delta.keep + delta.drop)),
         )
+
+
+def _since(row: Row, place: int, offset: float, t: float) -> float:
+    """How long a segment of a row, `offset` later than that says, has been in force at t [s], at most its duration."""
+    start = row.starts[place]
+    since = t - (offset + start)  # that sum is exact: whatever the offsets are, g is the same to the bit
+    if since < 0.0:
+        return 0.0
+    duration = row.finishes[place] - start
+    return since if since < duration else duration

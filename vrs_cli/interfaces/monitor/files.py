@@ -181,7 +181,7 @@ def _save(station: Station, it: Instruction) -> Talk[None]:
     engine = station.engine
     path = _with_extension(path_of(station, it), EXTENSION)
     yield from may_write(station, path)
-    model, initial, deltas = engine.model, engine.initial, tuple(engine.deltas)
+    model, initial, deltas = engine.model, engine.initial, engine.deltas.copy()
     yield from beside(lambda: write_trajectory(path, model, initial, deltas, station.folder))
     yield Message(f"{path} saved: {count(engine.book.commands, 'command')}, {engine.end:.3f} s")
 

@@ -27,7 +27,8 @@ from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.trajectory.delta_log import DeltaLog
+from vrs_cli.trajectory.timeline import Timeline
 
 PATIENCE = 0.005  # [s] between two looks whether another thread, which drives the robot, has done what was asked for
 T = TypeVar("T")
@@ -158,8 +159,8 @@ class LocalRobot:
         self._end(self._holder.call(Session.abort, urgent=True))
 
     def save(self, path: Path) -> None:
-        def course(session: Session) -> tuple[Timeline, tuple[TimelineDelta, ...]]:
-            return session.engine.initial, tuple(session.engine.deltas)
+        def course(session: Session) -> tuple[Timeline, DeltaLog]:
+            return session.engine.initial, session.engine.deltas.copy()
 
         write_trajectory(path, self.arm.model, *self._end(self._holder.call(course)))
 

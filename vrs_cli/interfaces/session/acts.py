@@ -380,7 +380,7 @@ def _list_motions(session: Session, _act: ListMotions) -> Talk[TimelineTable]:
 
 def _record(session: Session, _act: Record) -> Talk[Recorded]:
     engine = session.engine
-    course = engine.model, engine.initial, tuple(engine.deltas)
+    course = engine.model, engine.initial, engine.deltas.copy()
     return Recorded((yield from beside(lambda: b"".join(trajectory_lines(*course)))))
 
 
