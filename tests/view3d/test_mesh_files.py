@@ -14,6 +14,7 @@ from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.shapes import Box, MeshFile, Shape
 from vrs_cli.kinematics.transform import translation
+from vrs_cli.view3d import mesh_files
 from vrs_cli.view3d.looks import all_of
 from vrs_cli.view3d.mesh_files import read_mesh
 
@@ -72,6 +73,13 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
             read_mesh(MeshFile(str(tmp_path / name)))
     with pytest.raises(FileError, match="on another machine"):
         read_mesh(MeshFile("//elsewhere/arms/mesh.stl"))
+
+
+def test_a_small_file_of_many_faces_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mesh_files, "MOST_FACES", 3)
+    (tmp_path / "bomb.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n" + 4 * "f 1 2 3\n", encoding="utf-8")
+    with pytest.raises(FileError, match="4 faces"):
+        read_mesh(MeshFile(str(tmp_path / "bomb.obj")))
 
 
 def test_capsules_stand_for_missing_files_and_one_word_is_said(tmp_path: Path) -> None:

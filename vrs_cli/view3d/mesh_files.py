@@ -12,6 +12,7 @@ from vrs_cli.view3d.meshes import Mesh, creased, moved
 
 KINDS = (".stl", ".obj", ".dae")
 LARGEST = 50_000_000  # [B] of a file: no link of an arm has more
+MOST_FACES = 1_000_000  # of an OBJ file, whose faces are a few bytes each: so many are in an STL file of that size
 
 
 def read_mesh(body: MeshFile) -> Mesh:
@@ -22,8 +23,12 @@ def read_mesh(body: MeshFile) -> Mesh:
     from trimesh.units import unit_conversion
 
     try:
+        if path.suffix.lower() == ".obj" and (count := path.read_bytes().count(b"\nf ")) > MOST_FACES:
+            raise FileError(f"{path}: {count} faces", f"at most {MOST_FACES} are read")
         found = trimesh.load_mesh(path, process=True, skip_materials=True)
         metres = unit_conversion(found.units, "meters") if found.units else 1.0  # DAE says it, the others do not
+    except FileError:
+        raise
     except Exception as error:  # whatever the readers of many formats run into
         raise FileDamaged(f"{path}: {error or type(error).__name__}", "a mesh is an STL, OBJ or DAE file") from None
     points, faces = np.asarray(found.vertices, dtype=float) * metres, np.asarray(found.faces, dtype=np.uint32)
