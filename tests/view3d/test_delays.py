@@ -56,9 +56,7 @@ class Looking:
         timeline = self.engine.timeline
         self.playback = Playback.following(timeline.start, timeline.end, 0.0, 0.0)
         self.seconds, self.node = 0.0, server.scene.get_handle_by_name
-        self.robot: Any = SimpleNamespace(
-            arm=self.engine.arm, ahead=Ahead.AUTO, welcome=SimpleNamespace(one_user=False)
-        )
+        self.robot: Any = SimpleNamespace(arm=self.engine.arm, ahead=Ahead.AUTO, near=False)
         window: Any = SimpleNamespace(
             client=server,
             playback=self.playback,
@@ -120,15 +118,6 @@ def test_without_a_prediction_there_is_no_second_robot(looking: Looking) -> None
     assert looking.node("/predicted") is None
 
 
-def test_a_robot_of_ones_own_has_no_delays_to_tell_of(looking: Looking) -> None:
-    looking.robot.welcome.one_user = True
-    looking.show(predicts=False, round_trip=0.5)
-    assert not looking.told(), "the machine is busy"
-    looking.robot.welcome.one_user = False
-    looking.show()
-    assert "500 ms" in looking.told()
-
-
 def test_what_is_not_confirmed_and_what_was_wrong_have_their_colours(looking: Looking) -> None:
     arm, timeline = looking.engine.arm, looking.seen.timeline
 
@@ -158,9 +147,11 @@ def test_what_has_not_changed_is_not_sent_again(looking: Looking) -> None:
 
 
 def test_a_near_robot_has_no_panel_of_delays(looking: Looking) -> None:
-    looking.show(predicts=False, round_trip=0.001)
+    looking.robot.near = True
+    looking.show(predicts=False, round_trip=0.3)
     assert looking.told() == ""
-    looking.show(round_trip=0.3)
+    looking.robot.near = False
+    looking.show()
     assert looking.told().split() == ["D_f", "+", "D_b:", "300", "ms"]
     looking.show(
         predicts=True,

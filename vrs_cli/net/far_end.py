@@ -43,7 +43,7 @@ from vrs_cli.wire.snapshots import snapshot_of
 CATCHING_UP = 2.0  # [s] that the end of a command waits at most for the change that it has made
 PATIENCE = 60.0  # [s] after a cut until nobody knows what has become of a command: no server remembers it longer
 REMEMBERED = 600.0  # [s] that it is known what was shown wrongly
-NEAR = 0.05  # [s] D_f + D_b of who sees what becomes of a wish about as soon as the robot itself does
+NEAR = 0.05  # [s] D_f + D_b of who sees what becomes of a wish about as soon as it does
 FIRST_PINGS, QUICKLY, USUALLY = 8, 0.05, 2.0  # how many, and the seconds between them and after them
 
 Outlet = Callable[[ServerMessage], None]
@@ -276,7 +276,7 @@ class FarEnd:
         """A change has come. In real time it cuts nothing that was before it, and `applied` of its message is a moment
         later: that is when it was told.
         """
-        if self._passes:
+        if self._passes and not self.near:
             self.flags.forget(self.now - REMEMBERED)
             self.flags.ahead = self.shown - self.now
             self.flags.arrived(cut, cut, self.now)
@@ -325,6 +325,12 @@ class FarEnd:
         return (self.rate or 0.0) * self._round_trip
 
     @property
+    def near(self) -> bool:
+        """Whether what is shown is as good as what is: always so of a robot of one's own, however busy its machine."""
+        own = self.welcome is not None and self.welcome.one_user
+        return own or max(self.round_trip, self.shown - self.heard) < NEAR
+
+    @property
     def heard(self) -> float:
         """The robot's clock t_c as it is heard, D_b late: by then all has happened as the timeline says [s]. Nothing is
         heard after a cut.
@@ -351,7 +357,7 @@ class FarEnd:
         """Of a tool that is dragged. As long as it moves it goes after the newest wish tick by tick, which nobody can
         know who hears of that later; else a wish changes what comes from its arrival on.
         """
-        if self.mirror is None or not self._passes or self.round_trip < NEAR:
+        if self.mirror is None or not self._passes or self.near:
             return None
         oldest, heard = self._wishes.oldest(self.now, self.round_trip), self.heard
         if self._pulled.by and self.mirror.timeline.end > heard:

@@ -200,6 +200,11 @@ class RemoteRobot:
     def ahead(self, ahead: float | Ahead) -> None:
         self.client.far.ahead = ahead
 
+    @property
+    def near(self) -> bool:
+        """Whether what is shown of it is as good as what is: there are no delays to tell of."""
+        return self.client.far.near
+
     def previewed(self) -> Previewed:
         if self._loop.ends:
             raise RequestRefused(*LET_GO)

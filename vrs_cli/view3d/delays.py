@@ -29,7 +29,6 @@ OPACITY = 0.35  # of the robot that is predicted
 ERROR = 1e-3  # [m] that a way may be beside the tool's
 THICK = 4.0  # [px] of a way
 RECENT = 60.0  # [s] that what was shown wrongly stays in the picture
-WORTH = 0.02  # [s] of D_f + D_b from which on delays are told of by themselves
 EDGE, ABOVE, WIDTH = 12.0, 190.0, 300.0  # [px] the panel: from the edges of the picture, and wide
 PRESENT, HEARD = "at its present", "as it is heard, with a prediction"
 
@@ -113,8 +112,8 @@ class Delays:
 
     def _tell(self, t: float, seen: Previewed) -> None:
         if self._told is None:
-            if not seen.predicts and (self._robot.welcome.one_user or seen.round_trip < WORTH):
-                return  # a robot of this machine is late where the machine is busy
+            if self._robot.near and not seen.predicts:
+                return
             self._told = self._add_panel()
         told = "".join(f"<div>{line}</div>" for line in _lines(t, seen))
         style = "padding:0 0.625rem 0.4rem;font-size:0.8rem;font-variant-numeric:tabular-nums"
