@@ -78,6 +78,14 @@ def test_values_show_themselves(shell: Any) -> None:
     assert robot.sample()._repr_html_().count("<tr>") == 1 + 5 + 1 + 5
 
 
+def test_a_line_that_says_nothing_shows_nothing(shell: Any) -> None:
+    robot = vrs.Robot()
+    assert shell.display_formatter.format(robot.do("SPEED 50")) == ({}, {})
+    shown, _ = shell.display_formatter.format(robot.do("WHERE"))
+    assert "JT1" in shown["text/plain"]
+    assert "<table>" in shown["text/html"]
+
+
 def test_the_lesson_runs_as_it_stands() -> None:
     nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
     pytest.importorskip("ipykernel")

@@ -15,6 +15,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+import viser
 
 from tests.live import until
 from tests.net.cable import cable
@@ -34,6 +35,7 @@ from vrs_cli.view3d.hosted import SHELL, Hosted
 from vrs_cli.view3d.panel import DRIVE, RELEASE, Panel
 from vrs_cli.view3d.panel_hand import HELD, RESTS, HeldButton, Slider, slider_range
 from vrs_cli.view3d.panel_line import EARLIER, LATER
+from vrs_cli.view3d.panel_parts import put
 from vrs_cli.view3d.window import Window
 
 WAITS = ".PROGRAM waits()\n  TYPE 1\n  WAIT SIG(1001)\n  TYPE 2\n.END\n"
@@ -221,9 +223,9 @@ def test_signals_are_lamps_and_switches(ada: Sat) -> None:
     ada.until(lambda: "\N{WHITE CIRCLE} 3" in ada.now("GuiButtonGroupMessage", label="Outputs")["options"])
 
 
-def test_a_slider_is_meant_when_it_rests() -> None:
-    handle = SimpleNamespace(value=0.0)
-    slider = Slider(handle)  # type: ignore[arg-type]
+def test_a_slider_is_meant_when_it_rests(server: viser.ViserServer) -> None:
+    handle = server.gui.add_slider("Joint 1", 0.0, 9.0, 0.1, 0.0)
+    slider = Slider(handle)
     for k, angle in enumerate((5.0, 12.0, 20.0)):
         slider.moved(angle, 0.1 * k)
         slider.follow(1.0, 0.1 * k)
@@ -234,6 +236,31 @@ def test_a_slider_is_meant_when_it_rests() -> None:
     assert handle.value == 0.0, "it does not jump back under the mouse"
     slider.follow(3.0, 0.3 + HELD)
     assert handle.value == 3.0
+
+
+def test_a_page_is_told_of_a_value_what_the_setter_of_viser_tells(
+    server: viser.ViserServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """But who hears the user is not called."""
+    told, heard, gui = list[object](), list[object](), server.gui
+    monkeypatch.setattr(server._websock_server, "queue_message", told.append)
+    handles: tuple[Any, ...] = (
+        gui.add_slider("", 0.0, 9.0, 0.1, 0.0),
+        gui.add_dropdown("", ("0", "2")),
+        gui.add_text("", "0"),
+    )
+    for handle in handles:
+        handle.on_update(heard.append)
+        told.clear()
+        first, second = handle.value, type(handle.value)(2)
+        put(handle, value=second)
+        put(handle, value=second)
+        assert not heard
+        handle.value = first
+        handle.value = second
+        ours, _, its = told
+        assert ours == its
+        heard.clear()
 
 
 def test_a_slider_begins_between_its_ends() -> None:

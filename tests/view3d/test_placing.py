@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 import viser
+from viser.infra import Message
 
 from vrs_cli.kinematics.transform import Transform, compose, rotation_x, rotation_z, translation
-from vrs_cli.view3d.placing import GRAIN, place, transform_of, wxyz
+from vrs_cli.view3d.placing import GRAIN, move_points, place, transform_of, wxyz
 
 AT = compose(translation(0.5, -0.25, 0.125), compose(rotation_z(0.7), rotation_x(-2.5)))
 POSES = ("SetPositionMessage", "SetOrientationMessage")
@@ -48,3 +50,25 @@ def test_nothing_is_sent_of_what_stays(server: viser.ViserServer) -> None:
     place(node, AT._replace(px=AT.px + 0.1 * GRAIN))
     assert len(recording._messages) == before
     recording.serialize()
+
+
+@pytest.mark.parametrize("live", [True, False])
+def test_a_page_is_told_of_lines_what_the_setter_of_viser_tells(
+    server: viser.ViserServer, monkeypatch: pytest.MonkeyPatch, live: bool
+) -> None:
+    """Over a connection arrays are beside the message, in a recording in it."""
+    node = server.scene.add_line_segments("/lines", np.zeros((2, 2, 3), np.float32), (0, 0, 0))
+    sent = list[Message]()
+    monkeypatch.setattr(server._websock_server, "queue_message", sent.append)
+    points = np.arange(12, dtype=np.float32).reshape(2, 2, 3)
+    move_points(node, points)
+    assert np.array_equal(node.points, points)
+    node.points = np.zeros_like(points)
+    node.points = points
+    buffers: tuple[list[memoryview], list[memoryview]] = [], []
+    ours, its = (
+        message.as_serializable_dict(beside if live else None)
+        for message, beside in zip(sent[::2], buffers, strict=True)
+    )
+    assert ours == its
+    assert buffers[0] == buffers[1]

@@ -34,6 +34,11 @@ class Replies(tuple[Reply, ...]):
     def _repr_html_(self) -> str:
         return html(self)
 
+    def _ipython_display_(self) -> None:
+        """Where nothing was said a notebook shows nothing, instead of `<no replies>`; else as it shows all else."""
+        if self:
+            raise NotImplementedError
+
 
 class Picture(Replies):
     """A plot: `times` [s] and `curves`, each with its label and values; a notebook draws it."""

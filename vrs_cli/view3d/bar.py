@@ -15,6 +15,7 @@ import viser
 from vrs_cli.interfaces.roles.playback import Playback, command_after, command_before
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.doubts import Doubts
+from vrs_cli.view3d.panel_parts import put
 from vrs_cli.view3d.redrawing import Redrawing
 from vrs_cli.view3d.shown import Shown
 from vrs_cli.view3d.strip import COLOURS, Span, strip
@@ -109,9 +110,8 @@ class Bar:
         self._window.change(lambda playback, wall: action.change(playback, wall, timeline))
 
     async def _slide(self, event: viser.GuiEvent[Any]) -> None:
-        """The slider has moved; by the user, where there is a client. Read at once: it follows time."""
-        if event.client is not None:
-            self._window.doing(lambda: self._seek(float(event.target.value)))(event)
+        """The user has moved the slider. Read at once: it follows time."""
+        self._window.doing(lambda: self._seek(float(event.target.value)))(event)
 
     def _seek(self, t: float) -> None:
         self._moved_at = self._window.wall()
@@ -152,8 +152,7 @@ class Bar:
 
     def _tell(self, shown: Shown, playback: Playback, wall: float) -> None:
         if wall > self._moved_at + HANDS_OFF:
-            t = round(self.span.within(shown.t), 3)
-            self._slider.value = t  # type: ignore[misc]  # mypy wants a setter beside its property
+            put(self._slider, value=round(self.span.within(shown.t), 3))
         told = _cursor(self.span, shown) + _told(shown, playback, wall)
         if told != self._cursor.content:
             self._cursor.content = told

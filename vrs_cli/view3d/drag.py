@@ -133,7 +133,9 @@ class Gizmo:
         if not dragged:
             along_tool = self._along == TOOL
             place(self.node, tool if along_tool else at_position(IDENTITY, *position(tool)))
-        self._show_why(shown, self.pulled if live or dragged else Pulled())
+        pulled = self.pulled if live or dragged else Pulled()
+        if pulled.held.holds or shown.reads:
+            self._show_why(shown, pulled)
 
     def _show_why(self, shown: Shown, pulled: Pulled) -> None:
         model, held = shown.arm.model, pulled.held

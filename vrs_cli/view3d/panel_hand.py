@@ -23,6 +23,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.words.values import plain
 from vrs_cli.net.far_hand import FarHand
 from vrs_cli.render.colours import Ink
+from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.panel_parts import Act, Hands, put
 from vrs_cli.view3d.panel_seat import PanelSeat
 from vrs_cli.view3d.shown import Shown
@@ -215,16 +216,20 @@ class HandPanel:
             self._seat.command(f"SPEED {plain(speed)}", again="SPEED")
         elif found is not None:
             self.speed.follow(found.monitor_speed, wall)
-        units = self._arm.model.units
-        goal = destination_at(self._arm, shown.timeline, shown.timeline.end).joints
         here = position_at(self._arm, shown.timeline, shown.now).joints
         begun = any(text.startswith(JOG) for text in self._seat.waiting.values())  # where that leads is not known yet
         for number, joint in enumerate(self.joints, 1):
             wanted = None if begun else joint.taken(wall)
-            change = 0.0 if wanted is None else wanted - units.one_shown(number, goal[number - 1])
-            if abs(change) >= LEAST:
-                self._command(str(number), change)
-            joint.follow(round(units.one_shown(number, here[number - 1]), 1), wall)
+            if wanted is not None:
+                self._jog(number, wanted, shown.timeline)
+            joint.follow(round(self._arm.model.units.one_shown(number, here[number - 1]), 1), wall)
+
+    def _jog(self, number: int, wanted: float, timeline: Timeline) -> None:
+        """From where the joint goes, to where it is wanted [deg, mm]."""
+        goal = destination_at(self._arm, timeline, timeline.end).joints
+        change = wanted - self._arm.model.units.one_shown(number, goal[number - 1])
+        if abs(change) >= LEAST:
+            self._command(str(number), change)
 
 
 def full_speed(model: RobotModel, axis: Axis) -> float:

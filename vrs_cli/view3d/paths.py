@@ -20,7 +20,7 @@ from vrs_cli.kinematics.transform import Vector, position
 from vrs_cli.trajectory.motion import Kind
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.view3d.placing import Rooted
+from vrs_cli.view3d.placing import Rooted, move_points
 from vrs_cli.view3d.redrawing import Redrawing
 from vrs_cli.view3d.shown import Shown
 
@@ -79,6 +79,7 @@ class Path(Rooted):
         self._drawn: tuple[object, ...] = ()
         self._parted: tuple[ToolLine, int] | None = None  # the line under way, and how many of its points are past
         self._now = _none(UNDER_WAY)
+        self._tip: Vector | None = None
         self.commands = False
 
     def show(self, shown: Shown) -> None:
@@ -160,11 +161,14 @@ class Path(Rooted):
             past, planned = (*line.points[first:passed], tip), (tip, *line.points[passed : first + UNDER_WAY])
             parts = [(past, _colour(line, PAST)), (planned, _colour(line, PLANNED))]
             self._now, self._under_way.colors = _segments(parts, UNDER_WAY)
+        elif tip == self._tip:
+            return
+        self._tip = tip
         if here:
             self._now[here - 1, 1] = tip
         if passed < len(line.points):
             self._now[here, 0] = tip
-        self._under_way.points = self._now
+        move_points(self._under_way, self._now)
 
 
 class _Found:

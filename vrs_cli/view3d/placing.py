@@ -6,7 +6,9 @@ from collections.abc import Sequence
 from math import sqrt
 from typing import Any
 
-from viser import FrameHandle, SceneNodeHandle
+import numpy as np
+from numpy.typing import NDArray
+from viser import FrameHandle, LineSegmentsHandle, SceneNodeHandle
 from viser import _messages as its
 
 from vrs_cli.kinematics.transform import Transform, position
@@ -44,6 +46,21 @@ class SetOrientationMessage(its.SetOrientationMessage):
         return {"name": self.name, "wxyz": self.wxyz, "owner": self.owner, "type": "SetOrientationMessage"}
 
 
+class SceneNodeUpdateMessage(its.SceneNodeUpdateMessage):
+    """As SetPositionMessage, of arrays alone."""
+
+    def as_serializable_dict(self, buffers: list[memoryview] | None = None) -> dict[str, Any]:
+        updates = {name: array.data for name, array in self.updates.items()}
+        if buffers is not None:
+            first = len(buffers)
+            buffers += updates.values()
+            updates = {
+                name: {"__binary_index": first + k, "dtype": array.dtype.str}
+                for k, (name, array) in enumerate(self.updates.items())
+            }
+        return {"name": self.name, "updates": updates, "owner": self.owner, "type": "SceneNodeUpdateMessage"}
+
+
 def place(node: SceneNodeHandle, T: Transform) -> None:
     """Put a node at T, in the frame of its parent. Nothing is sent of what stays.
 
@@ -61,6 +78,13 @@ def place(node: SceneNodeHandle, T: Transform) -> None:
     if node.wxyz.tolist() != turned:
         node.wxyz[:] = turned
         state.api._queue_scene_message(SetOrientationMessage(state.name, (a, b, c, d)))
+
+
+def move_points(node: LineSegmentsHandle, points: NDArray[np.float32]) -> None:
+    """Have lines elsewhere, which is sent in any case: as `place`, for those that move in each picture."""
+    state, points = node._impl, points.copy()
+    state.props.points = points
+    state.api._queue_scene_message(SceneNodeUpdateMessage(state.name, {"points": points}))
 
 
 def transform_of(node: SceneNodeHandle) -> Transform:
