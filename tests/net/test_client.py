@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import gc
 from collections import deque
 from itertools import pairwise
 from random import Random
@@ -12,7 +14,7 @@ import pytest
 
 from vrs_cli.errors import UsageError
 from vrs_cli.net import messages
-from vrs_cli.net.client import LATEST, SOONEST, Even, address_of, waits
+from vrs_cli.net.client import LATEST, SOONEST, Client, Even, address_of, hello_of, waits
 from vrs_cli.net.delay_line import DelayLine, Gamma
 from vrs_cli.net.messages import PORT
 
@@ -46,6 +48,27 @@ def test_attempts_come_later_and_later_and_never_together() -> None:
         found = [waits(attempt, random) for _ in range(200)]
         assert 0.0 <= min(found) < 0.2 * most
         assert 0.8 * most < max(found) <= most
+
+
+def test_who_gives_up_an_opening_leaves_nothing_behind() -> None:
+    """As who closes a page that is about to take hold of a robot."""
+    complaints = list[object]()
+
+    async def given_up() -> None:
+        asyncio.get_running_loop().set_exception_handler(lambda _loop, what: complaints.append(what))
+        silent = await asyncio.start_server(lambda _reader, writer: writer.close(), "127.0.0.1", 0)
+        client = Client(f"ws://127.0.0.1:{silent.sockets[0].getsockname()[1]}", hello_of())
+        opening = asyncio.create_task(client.open())
+        await asyncio.sleep(0)
+        opening.cancel()
+        while others := asyncio.all_tasks() - {asyncio.current_task()}:
+            await asyncio.wait(others)
+        silent.close()
+        del client, opening
+        gc.collect()
+
+    asyncio.run(given_up())
+    assert complaints == []
 
 
 @pytest.mark.parametrize("rate", [1.0, 2.0])

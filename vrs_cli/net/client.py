@@ -329,6 +329,7 @@ class Client:
         refusal = self.far.refusal
         if not self._opened.done():
             self._opened.set_exception(refusal or RequestRefused(why, hint))
+            self._opened.exception()  # who opens it may have given up: nobody complains that he does not ask
             return False
         if self._leaves:
             return False

@@ -111,6 +111,8 @@ class App:
             window.doing(lambda: self._first(window))(None)
 
     def _furnished(self, client: viser.ClientHandle, watched: Watched) -> Window:
+        # viser gathers what comes within that time, and wakes for it: a tick is gathered as it is
+        client._websock_connection.get_message_buffer().window_duration_sec = 0.0
         window = Window(client, watched, self._wall, self._rate, self._stirred.set)
         try:
             _hear(window)

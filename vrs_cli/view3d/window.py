@@ -57,8 +57,6 @@ class Window:
         self.playback = self._begin(wall(), rate)
         self.due = self._next = self._read_at = -inf  # [s]: when it is shown again, when it may be, when it is read
         self._woken = woken
-        buffer = client._websock_connection.get_message_buffer()
-        buffer.window_duration_sec = 0.0  # viser gathers what comes within that time: a tick is gathered as it is
         self._changing = Lock()
         self._told = ""
         self._told_at = -STAYS
