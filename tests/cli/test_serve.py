@@ -22,7 +22,7 @@ from tests.net.serving import Caller
 from vrs_cli.cli.main import run
 from vrs_cli.errors import RequestRefused
 from vrs_cli.net.messages import Closing, Hello, Sample, Subscribe
-from vrs_cli.net.tokens import Wanted, add_tokens
+from vrs_cli.net.tokens import add_tokens
 
 WRONG = (
     (["--host", "0.0.0.0"], "without --tokens"),
@@ -58,7 +58,7 @@ def test_a_wrong_command_line_is_one_message(
 
 def test_own_robots_that_are_not_one_s_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     tokens = tmp_path / "ada.toml"
-    add_tokens(tokens, [Wanted("ada")])
+    add_tokens(tokens, ["ada"])
     arguments = ("--tokens", str(tokens), "--robots-per-token", "2", "--robot", "ada-2=puma560")
     assert run(["serve", "--port", "0", *arguments]) == 1
     assert "ada would have ada-2 for itself, which is the robot of all" in capsys.readouterr().err
@@ -210,7 +210,7 @@ def test_a_port_that_is_taken(tmp_path: Path) -> None:
 @pytest.mark.skipif(shutil.which("openssl") is None, reason="there is no openssl to make a certificate with")
 def test_with_tls_and_tokens(tmp_path: Path) -> None:
     cert, key, tokens = tmp_path / "cert.pem", tmp_path / "key.pem", tmp_path / "tokens.toml"
-    made = add_tokens(tokens, [Wanted("ada")])
+    made = add_tokens(tokens, ["ada"])
     made_of = "req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost -addext subjectAltName=IP:127.0.0.1"
     subprocess.run(["openssl", *made_of.split(), "-keyout", key, "-out", cert], check=True, capture_output=True)
     options = ("--host", "0.0.0.0", "--tls-cert", str(cert), "--tls-key", str(key), "--tokens", str(tokens))

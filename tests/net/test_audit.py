@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from vrs_cli.errors import FileError
-from vrs_cli.net.audit import Audit, Deed
+from vrs_cli.net.audit import Audit
 
-MOVE = Deed("cell1", "ada", "10.0.0.7:51344", "MOVE part", "done")
+MOVE = ("cell1", "ada", "10.0.0.7:51344", "MOVE part", "done")
 
 
 def rows(path: Path) -> list[dict[str, str]]:
@@ -23,7 +23,7 @@ def audit(path: Path | None, told: list[str], most: int = 10_000) -> Audit:
 
 def test_a_line_says_when_who_where_what_and_what_became_of_it(tmp_path: Path) -> None:
     path = tmp_path / "journal" / "audit.jsonl"
-    audit(path, []).note(MOVE)
+    audit(path, []).note(*MOVE)
     assert rows(path) == [
         {
             "when": "2027-01-15T08:00:00.123Z",
@@ -39,27 +39,27 @@ def test_a_line_says_when_who_where_what_and_what_became_of_it(tmp_path: Path) -
 def test_it_is_there_at_once_and_goes_on_in_the_same_file(tmp_path: Path) -> None:
     path = tmp_path / "audit.jsonl"
     for _ in range(2):
-        audit(path, []).note(MOVE)
+        audit(path, []).note(*MOVE)
     assert len(rows(path)) == 2
 
 
 def test_what_is_typed_cannot_forge_a_line(tmp_path: Path) -> None:
     path = tmp_path / "audit.jsonl"
-    audit(path, []).note(Deed("cell1", "ada", "x", 'MOVE p"}\n{"who": "bob\x1b[2J', "done"))
+    audit(path, []).note("cell1", "ada", "x", 'MOVE p"}\n{"who": "bob\x1b[2J', "done")
     assert len(rows(path)) == 1
     assert "\x1b" not in path.read_text()
 
 
 def test_long_commands_are_cut_and_say_so(tmp_path: Path) -> None:
     path = tmp_path / "audit.jsonl"
-    audit(path, []).note(Deed("cell1", "ada", "x", "y" * 5000, "done"))
+    audit(path, []).note("cell1", "ada", "x", "y" * 5000, "done")
     assert rows(path)[0]["what"].endswith("yyy... (5000 characters)")
     assert path.stat().st_size < 2000
 
 
 def test_a_stranger_cannot_fill_it_with_his_name(tmp_path: Path) -> None:
     path = tmp_path / "audit.jsonl"
-    audit(path, []).note(Deed(30_000 * "r", 30_000 * "\0", "10.0.0.7:1", "(enter)", "refused"))
+    audit(path, []).note(30_000 * "r", 30_000 * "\0", "10.0.0.7:1", "(enter)", "refused")
     (row,) = rows(path)
     assert row["robot"] == 40 * "r"
     assert row["who"] == 40 * "\0"
@@ -69,7 +69,7 @@ def test_it_is_bounded(tmp_path: Path) -> None:
     path = tmp_path / "audit.jsonl"
     it = audit(path, [], most=1000)
     for number in range(100):
-        it.note(Deed("cell1", "ada", "x", f"MOVE p{number}", "done"))
+        it.note("cell1", "ada", "x", f"MOVE p{number}", "done")
     assert sorted(one.name for one in tmp_path.iterdir()) == ["audit.1.jsonl", "audit.jsonl"]
     assert all(one.stat().st_size <= 1000 for one in tmp_path.iterdir())
     kept = [row["what"] for one in ("audit.1.jsonl", "audit.jsonl") for row in rows(tmp_path / one)]
@@ -85,11 +85,11 @@ def test_what_cannot_be_written_is_told_once(tmp_path: Path, monkeypatch: pytest
 
     with monkeypatch.context() as broken:
         broken.setattr("vrs_cli.net.audit.os.write", full)
-        it.note(MOVE)
-        it.note(MOVE)
+        it.note(*MOVE)
+        it.note(*MOVE)
     assert len(told) == 1
     assert "no space left" in told[0]
-    it.note(MOVE)
+    it.note(*MOVE)
     assert len(told) == 2
     assert len(rows(path)) == 1
 
@@ -101,8 +101,8 @@ def test_half_a_line_does_not_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     it = audit(path, [])
     with monkeypatch.context() as short:
         short.setattr("vrs_cli.net.audit.os.write", lambda handle, data: write(handle, data[:5]))
-        it.note(MOVE)
-    it.note(MOVE)
+        it.note(*MOVE)
+    it.note(*MOVE)
     assert len(rows(path)) == 1
 
 
@@ -110,4 +110,4 @@ def test_a_place_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(FileError):
         audit(tmp_path / "file" / "audit.jsonl", [])
-    audit(None, []).note(MOVE)
+    audit(None, []).note(*MOVE)

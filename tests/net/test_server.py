@@ -52,7 +52,7 @@ from vrs_cli.net.messages import (
     Who,
     Window,
 )
-from vrs_cli.net.tokens import Wanted, add_tokens
+from vrs_cli.net.tokens import add_tokens
 
 
 @pytest.fixture(scope="module")
@@ -255,9 +255,8 @@ def test_a_program_is_no_more_changed_by_who_does_not_drive_than_a_variable(tmp_
 
 def test_tokens_give_robots_and_roles(tmp_path: Path) -> None:
     path = tmp_path / "tokens.toml"
-    made = add_tokens(
-        path, [Wanted("ada"), Wanted("bob"), Wanted("eve", "observer", ("cell1",)), Wanted("tom", "teacher")]
-    )
+    made = add_tokens(path, ["ada", "bob"]) | add_tokens(path, ["tom"], "teacher")
+    made |= add_tokens(path, ["eve"], "observer", ("cell1",))
     with serving(tmp_path, tokens=path, own=1) as server:
         with server.call(hello=Hello((1,), token=made["ada"])) as ada:
             welcome = ada.heard[0]
@@ -284,7 +283,7 @@ def test_tokens_give_robots_and_roles(tmp_path: Path) -> None:
 
 def test_a_robot_whose_journal_is_damaged(tmp_path: Path) -> None:
     path = tmp_path / "tokens.toml"
-    made = add_tokens(path, [Wanted("ada")])
+    made = add_tokens(path, ["ada"])
     (tmp_path / "journal").mkdir()
     (tmp_path / "journal" / "ada.vrst").write_text("no trajectory\n")
     with serving(tmp_path, tokens=path, own=1) as server:
@@ -299,7 +298,7 @@ def test_a_robot_whose_journal_is_damaged(tmp_path: Path) -> None:
 
 def test_a_token_that_is_taken_out_ends_its_connections(tmp_path: Path) -> None:
     path = tmp_path / "tokens.toml"
-    made = add_tokens(path, [Wanted("ada"), Wanted("bob")])
+    made = add_tokens(path, ["ada", "bob"])
     with serving(tmp_path, tokens=path) as server:
         ada, bob = (server.call(hello=Hello((1,), token=made[name])) for name in ("ada", "bob"))
         text = path.read_text()
@@ -315,7 +314,7 @@ def test_a_token_that_is_taken_out_ends_its_connections(tmp_path: Path) -> None:
 
 def test_who_guesses_tokens_is_not_listened_to(tmp_path: Path) -> None:
     path = tmp_path / "tokens.toml"
-    made = add_tokens(path, [Wanted("ada")])
+    made = add_tokens(path, ["ada"])
     with serving(tmp_path, tokens=path) as server:
         for _ in range(11):
             with server.call(hello=Hello((1,), token="guess" * 5)) as nobody:
@@ -445,7 +444,7 @@ def test_files_that_are_fetched_are_in_the_audit(tmp_path: Path) -> None:
 
 def test_files_that_are_refused_to_an_observer_are_in_the_audit(tmp_path: Path) -> None:
     path = tmp_path / "tokens.toml"
-    made = add_tokens(path, [Wanted("eve", "observer")])
+    made = add_tokens(path, ["eve"], "observer")
     with serving(tmp_path, tokens=path) as server, server.call(hello=Hello((1,), token=made["eve"])) as eve:
         assert not eve.ask(lambda id: Put(id, "own.v2", b"")).ok  # type: ignore[attr-defined]
         assert isinstance(eve.ask(lambda id: Get(id, "own.v2")), Refused)
@@ -456,7 +455,7 @@ def test_files_that_are_refused_to_an_observer_are_in_the_audit(tmp_path: Path) 
 
 def test_what_is_refused_to_a_role_or_by_the_lease_is_in_the_audit(tmp_path: Path) -> None:
     path = tmp_path / "tokens.toml"
-    made = add_tokens(path, [Wanted("eve", "observer"), Wanted("ada", "supervisor"), Wanted("bob", "supervisor")])
+    made = add_tokens(path, ["eve"], "observer") | add_tokens(path, ["ada", "bob"])
     with serving(tmp_path, tokens=path) as server:
         eve, ada, bob = (server.call(hello=Hello((1,), token=made[name])) for name in ("eve", "ada", "bob"))
         assert not eve.ask(Abort).ok  # type: ignore[attr-defined]

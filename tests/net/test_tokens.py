@@ -10,7 +10,7 @@ import pytest
 from vrs_cli.errors import FileDamaged, FileError, UsageError
 from vrs_cli.language.words.word import Role
 from vrs_cli.net import tokens
-from vrs_cli.net.tokens import Grant, TokenFile, Tokens, Wanted, add_tokens, digest_of, good_name, read_tokens, take_out
+from vrs_cli.net.tokens import Grant, TokenFile, Tokens, add_tokens, digest_of, good_name, read_tokens, take_out
 
 ADA, BOB = "the long token of ada", "the long token of bob"
 
@@ -180,8 +180,8 @@ def test_a_file_that_is_wrong_now_lets_nobody_in_anew(tmp_path: Path) -> None:
 
 def test_new_tokens_are_hashes_in_a_private_file(tmp_path: Path) -> None:
     path = tmp_path / "tokens.toml"
-    made = add_tokens(path, [Wanted("ada"), Wanted("bob", "teacher", ("cell1", "cell2"))])
-    again = add_tokens(path, [Wanted("carl", robots=())])
+    made = add_tokens(path, ["ada"]) | add_tokens(path, ["bob"], "teacher", ("cell1", "cell2"))
+    again = add_tokens(path, ["carl"], robots=())
     found = read_tokens(path)
     assert [grant.name for grant in found.grants] == ["ada", "bob", "carl"]
     for name, token in {**made, **again}.items():
@@ -195,7 +195,7 @@ def test_new_tokens_are_hashes_in_a_private_file(tmp_path: Path) -> None:
     if os.name == "posix":
         assert path.stat().st_mode & 0o777 == 0o600
     with pytest.raises(UsageError):
-        add_tokens(path, [Wanted("ada")])
+        add_tokens(path, ["ada"])
 
 
 def test_tokens_are_taken_out_and_all_else_stays(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from vrs_cli.interfaces.session.acts import Define
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.client import hello_of
 from vrs_cli.net.remote import RemoteRobot
-from vrs_cli.net.tokens import Wanted, add_tokens
+from vrs_cli.net.tokens import add_tokens
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.hosted import SHELL, Hosted
 from vrs_cli.view3d.shown import Shown
@@ -182,7 +182,8 @@ def test_a_browser_that_comes_while_the_server_is_away_is_shown_so(tmp_path: Pat
 
 
 def test_who_may_only_look_has_nothing_to_drive_with(tmp_path: Path) -> None:
-    tokens = add_tokens(tmp_path / "tokens.toml", (Wanted("eve", "observer"), Wanted("ada"), Wanted("tea", "teacher")))
+    file = tmp_path / "tokens.toml"
+    tokens = add_tokens(file, ["eve"], "observer") | add_tokens(file, ["ada"]) | add_tokens(file, ["tea"], "teacher")
     with serving(tmp_path, tokens=tmp_path / "tokens.toml") as server:
         for name, drives in (("eve", False), ("ada", True), ("tea", True)):
             hello = hello_of(tokens[name])

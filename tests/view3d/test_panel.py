@@ -29,7 +29,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.client import hello_of
 from vrs_cli.net.messages import LeaseAct
 from vrs_cli.net.remote import RemoteRobot
-from vrs_cli.net.tokens import Wanted, add_tokens
+from vrs_cli.net.tokens import add_tokens
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.hosted import SHELL, Hosted
 from vrs_cli.view3d.panel import DRIVE, RELEASE, Panel
@@ -400,7 +400,7 @@ def test_two_browsers_and_one_lease(shared: App) -> None:
 
 
 def test_who_may_not_drive_sees_and_presses_nothing(tmp_path: Path) -> None:
-    tokens = add_tokens(tmp_path / "tokens.toml", (Wanted("ada"), Wanted("eve", role="observer")))
+    tokens = add_tokens(file := tmp_path / "tokens.toml", ["ada"]) | add_tokens(file, ["eve"], "observer")
     with serving(tmp_path, tokens=tmp_path / "tokens.toml") as it:
         ada = RemoteRobot.connect(it.address, hello_of(tokens["ada"]))
         app = App(lambda told: RemoteRobot.connect(it.address, hello_of(tokens["eve"], attended=True), told=told))

@@ -23,7 +23,7 @@ The file holds hashes of tokens: what is printed here is told once. A server rea
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Print a line for each name: the name and its token."""
     options = parser(prog).parse(arguments)
-    from vrs_cli.net.tokens import NAME_RULE, Wanted, add_tokens, good_name, take_out
+    from vrs_cli.net.tokens import NAME_RULE, add_tokens, good_name, take_out
 
     wrong = next((name for name in options.names if not good_name(name)), None)
     if wrong is not None:
@@ -33,8 +33,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
         take_out(path, options.names)
         return OK
     robots = None if options.robots is None else tuple(filter(None, options.robots.split(",")))
-    wanted = [Wanted(name, options.role, robots, options.expires) for name in dict.fromkeys(options.names)]
-    for name, token in add_tokens(path, wanted).items():
+    for name, token in add_tokens(path, options.names, options.role, robots, options.expires).items():
         print(f"{name} {token}")
     return OK
 

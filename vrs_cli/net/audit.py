@@ -15,8 +15,6 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
-from msgspec import Struct
-
 from vrs_cli.errors import FileError
 from vrs_cli.files.opening import reason
 
@@ -25,16 +23,6 @@ LONGEST = 1000  # characters of one command
 LONGEST_NAME = 40  # characters of a name: who is not let in says what he likes
 ADDING = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_BINARY", 0)
 PRIVATE = 0o600
-
-
-class Deed(Struct, frozen=True):
-    """What `who`, at an address, did at a robot, or wanted to; and what became of it."""
-
-    robot: str
-    who: str
-    address: str
-    what: str
-    result: str
 
 
 class Audit:
@@ -56,12 +44,12 @@ class Audit:
             except OSError as error:
                 raise FileError(f"{path} cannot be written: {reason(error)}", "name another place") from None
 
-    def note(self, deed: Deed) -> None:
-        """Add a line. Never raises."""
+    def note(self, robot: str, who: str, address: str, what: str, result: str) -> None:
+        """Add a line: what `who`, at an address, did at a robot, or wanted to, and what became of it. Never raises."""
         if self._path is None:
             return
         try:
-            self._add(self._path, self._line(deed))
+            self._add(self._path, self._line(robot, who, address, what, result))
         except OSError as error:
             if not self._failing:
                 self._tell(f"*File error* the audit {self._path} cannot be written: {reason(error)}; commands go on")
@@ -76,16 +64,16 @@ class Audit:
         if handle >= 0:
             os.close(handle)
 
-    def _line(self, deed: Deed) -> bytes:
+    def _line(self, robot: str, who: str, address: str, what: str, result: str) -> bytes:
         when = datetime.fromtimestamp(self._now(), UTC).isoformat(timespec="milliseconds")
-        what = deed.what if len(deed.what) <= LONGEST else f"{deed.what[:LONGEST]}... ({len(deed.what)} characters)"
+        what = what if len(what) <= LONGEST else f"{what[:LONGEST]}... ({len(what)} characters)"
         row = {
             "when": when.replace("+00:00", "Z"),
-            "robot": deed.robot[:LONGEST_NAME],
-            "who": deed.who[:LONGEST_NAME],
-            "from": deed.address,
+            "robot": robot[:LONGEST_NAME],
+            "who": who[:LONGEST_NAME],
+            "from": address,
             "what": what,
-            "result": deed.result[:LONGEST],
+            "result": result[:LONGEST],
         }
         return json.dumps(row).encode() + b"\n"
 

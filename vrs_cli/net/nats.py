@@ -12,7 +12,6 @@ import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Protocol
 
 from nats.aio.client import Client as Connection
 from nats.errors import Error
@@ -21,12 +20,13 @@ from nats.js.client import JetStreamContext
 
 from vrs_cli.errors import RequestRefused
 from vrs_cli.net import messages
-from vrs_cli.net.broadcast import Broadcast, Listener
+from vrs_cli.net.broadcast import Listener
 from vrs_cli.net.client import hello_of, reason_of
 from vrs_cli.net.far_end import FarEnd
 from vrs_cli.net.messages import FromServer, Subscribe
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.packets import Form, Packet
+from vrs_cli.net.room import Room
 from vrs_cli.wire.codec import Encoding, Reader, encode, marks_of
 from vrs_cli.wire.records import RecordError
 
@@ -46,19 +46,6 @@ def subject_of(robot: str) -> str:
 def _stream_of(robot: str) -> str:
     """A name of a stream has no dots."""
     return "vrs=" + robot.replace(".", "=")
-
-
-class Published(Protocol):
-    """A robot of a server."""
-
-    name: str
-    broadcast: Broadcast
-
-    def greeting(self) -> messages.Welcome:
-        """What is told of it to who only looks."""
-
-    def stirred(self) -> None:
-        """There is something to broadcast."""
 
 
 async def _connected(url: str, told: Callable[[str], None], again: Callable[[], None] = lambda: None) -> Connection:
@@ -125,7 +112,7 @@ class Publisher:
             await self._connection.close()
             raise RequestRefused(f"{self._url}: this NATS keeps no streams", "start it as nats-server -js") from None
 
-    def add(self, robot: Published) -> None:
+    def add(self, robot: Room) -> None:
         """One more robot."""
         assert self._connection is not None, "it is open"
         if robot.name not in self._robots:
@@ -148,7 +135,7 @@ class Publisher:
 class _Robot:
     """One robot, as a listener of its broadcast."""
 
-    def __init__(self, robot: Published, connection: Connection, told: Callable[[str], None]) -> None:
+    def __init__(self, robot: Room, connection: Connection, told: Callable[[str], None]) -> None:
         self._robot, self._connection, self._told = robot, connection, told
         self._waiting: deque[bytes] = deque()
         self._size, self._changes = 0, 0

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from math import inf
 from threading import Lock
-from typing import Protocol
 
 from msgspec import Struct, structs
 
@@ -19,21 +18,10 @@ from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.roles.preview import Expected
-from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.net.mirror import Mirror
 from vrs_cli.trajectory.timeline import Timeline
 
 UNCONFIRMED = 1 << 40  # added to the numbers of motions that are previewed: no motion of a robot has such a number
-
-
-class Followed(Protocol):
-    """A robot as it is known here: a mirror."""
-
-    @property
-    def arm(self) -> RobotArm: ...
-    @property
-    def timeline(self) -> Timeline: ...
-    @property
-    def settings(self) -> Settings: ...
 
 
 class Underway(Struct, frozen=True):
@@ -68,7 +56,7 @@ class Preview:
     thread may call any method.
     """
 
-    def __init__(self, followed: Followed, forward: float) -> None:
+    def __init__(self, followed: Mirror, forward: float) -> None:
         self.forward = forward
         self._followed = followed
         self._engine = Engine(followed.arm.model, clock=_ArrivalClock())

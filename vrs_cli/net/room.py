@@ -43,7 +43,7 @@ from vrs_cli.language.text.ast import Instruction, ProgramHeader
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.words.word import Role
 from vrs_cli.net import messages
-from vrs_cli.net.audit import Audit, Deed
+from vrs_cli.net.audit import Audit
 from vrs_cli.net.broadcast import Broadcast
 from vrs_cli.net.chronicle import Chronicle
 from vrs_cli.net.driving import Driving, WhenGone
@@ -391,7 +391,7 @@ class Room:
             guest.link.flush()
 
     def note(self, guest: Guest, what: str, result: str) -> None:
-        self._audit.note(Deed(self.name, guest.name, guest.address, what, result))
+        self._audit.note(self.name, guest.name, guest.address, what, result)
 
     # --- what it says: in its own thread ---
 

@@ -24,7 +24,7 @@ from websockets.typing import Origin
 from vrs_cli.errors import LimitReached, RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.net import messages
-from vrs_cli.net.audit import Audit, Deed
+from vrs_cli.net.audit import Audit
 from vrs_cli.net.guest import Guest
 from vrs_cli.net.hub import Hub
 from vrs_cli.net.limits import Allowance, Bucket, Crowd
@@ -268,14 +268,14 @@ class Server:
             room = await self._opened(name)
             self._crowd.enter(grant.name)
         except VrsError as error:
-            self._audit.note(Deed(hello.robot, hello.name, link.address, "(enter)", f"refused: {error}"))
+            self._audit.note(hello.robot, hello.name, link.address, "(enter)", f"refused: {error}")
             link.connection.close(error.detail, Refusal.of(error))
             return
         self._strangers.discard(link)
         self._follow(name)
         link.room, link.guest = room, room.enter(grant, hello, link)
         room.pump()
-        self._audit.note(Deed(name, link.guest.name, link.address, "(enter)", "done"))
+        self._audit.note(name, link.guest.name, link.address, "(enter)", "done")
 
     async def _opened(self, name: str) -> Room:
         """Raises RequestRefused where a robot cannot be served; why is for whoever runs the server."""
@@ -316,7 +316,7 @@ class Server:
             return
         self._crowd.leave(guest.grant.name)
         room.cut(guest, link)
-        self._audit.note(Deed(room.name, guest.name, link.address, "(leave)", link.connection.why or "cut"))
+        self._audit.note(room.name, guest.name, link.address, "(leave)", link.connection.why or "cut")
 
     # --- robots ---
 

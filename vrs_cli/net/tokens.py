@@ -19,7 +19,7 @@ import os
 import re
 import secrets
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import date, datetime, time, timedelta
 from pathlib import Path
 
@@ -241,32 +241,39 @@ def _until(where: str, expires: object) -> float | None:
 # --- new ones -------------------------------------------------------------------------------------------------------
 
 
-class Wanted(Struct, frozen=True):
-    """A token that is to be made."""
-
-    name: str
-    role: str = "supervisor"
-    robots: tuple[str, ...] | None = None
-    until: datetime | date | None = None
-
-
-def add_tokens(path: Path, wanted: Sequence[Wanted]) -> dict[str, str]:
-    """Make tokens, and add their hashes to a file, which is made if need be; the tokens by name, which nobody can tell
-    later. Raises FileError, FileDamaged, and UsageError for a name that is there already."""
-    before, known = "", set[str]()
+def add_tokens(
+    path: Path,
+    names: Iterable[str],
+    role: str = "supervisor",
+    robots: Sequence[str] | None = None,
+    until: datetime | date | None = None,
+) -> dict[str, str]:
+    """Make tokens that are alike, and add their hashes to a file, which is made if need be; the tokens by name, which
+    nobody can tell later. Raises FileError, FileDamaged, and UsageError for a name that is there already."""
+    made, before, known = {name: new_token() for name in names}, "", set[str]()
     if path.exists():
         known = {grant.name for grant in read_tokens(path).grants}
         before = path.read_text(encoding="utf-8").rstrip("\n")
     else:
         _make_private(path)
-    if taken := sorted(known & {one.name for one in wanted}):
+    if taken := sorted(known & made.keys()):
         raise UsageError(
             f"{path} has a token of {taken[0]} already", "take it out of the file first: it is revoked then"
         )
-    made = {one.name: new_token() for one in wanted}
-    parts = [before, *(_text(one, digest_of(made[one.name])) for one in wanted)]
+    given = tuple(_given(role, robots, until))
+    heads = (f'[[token]]\nname = "{name}"\nsha256 = "{digest_of(token).hex()}"' for name, token in made.items())
+    parts = [before, *("\n".join((head, *given)) for head in heads)]
     write_atomically(path, "\n\n".join(part for part in parts if part) + "\n")
     return made
+
+
+def _given(role: str, robots: Sequence[str] | None, until: datetime | date | None) -> Iterator[str]:
+    yield f'role = "{role}"'
+    if robots is not None:
+        listed = ", ".join(f'"{robot}"' for robot in robots)
+        yield f"robots = [{listed}]"
+    if until is not None:
+        yield f"expires = {until.isoformat()}"
 
 
 def take_out(path: Path, names: Iterable[str]) -> None:
@@ -286,13 +293,3 @@ def _make_private(path: Path) -> None:
         os.close(os.open(path, os.O_WRONLY | os.O_CREAT, 0o600))
     except OSError as error:
         raise FileError(f"{path} cannot be written: {error.strerror}", "name another place") from None
-
-
-def _text(one: Wanted, digest: bytes) -> str:
-    lines = ["[[token]]", f'name = "{one.name}"', f'sha256 = "{digest.hex()}"', f'role = "{one.role}"']
-    if one.robots is not None:
-        names = ", ".join(f'"{robot}"' for robot in one.robots)
-        lines.append(f"robots = [{names}]")
-    if one.until is not None:
-        lines.append(f"expires = {one.until.isoformat()}")
-    return "\n".join(lines)

@@ -19,7 +19,7 @@ from vrs_cli.net.limits import UNMEASURED, Allowance
 from vrs_cli.net.remote import Loop, RemoteRobot
 from vrs_cli.net.room import Plan
 from vrs_cli.net.server import Place, Server
-from vrs_cli.net.tokens import TokenFile, Wanted, add_tokens
+from vrs_cli.net.tokens import TokenFile, add_tokens
 
 BROWSER, SHELL = "browser", "shell"  # who holds it, as all see them called
 OPENING = 10.0  # [s] until it listens
@@ -49,7 +49,7 @@ class Hosted:
         self._left = ExitStack()
         try:
             here = Path(self._left.enter_context(TemporaryDirectory(prefix="vrs-")))
-            self.tokens = add_tokens(here / "tokens.toml", (Wanted(BROWSER), Wanted(SHELL)))
+            self.tokens = add_tokens(here / "tokens.toml", (BROWSER, SHELL))
             allowance = Allowance(folder=UNMEASURED)
             audit = Audit(None, time.time, tell)
             server = Server(
