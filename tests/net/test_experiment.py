@@ -10,7 +10,6 @@ from tests.examples import some
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.delay_line import Bursty, Constant, Delays, Gamma, Lossy, Normal, Trace, Ways
 from vrs_cli.net.experiment import (
-    Arrival,
     Change,
     Error,
     Outcome,
@@ -136,19 +135,19 @@ def test_logs_and_flags_say_the_same_of_any_events() -> None:
     random = Random(1)
     for _ in range(some(400)):
         flags, changes, arrivals, applied, arrived = Flags(), [], [], 0.0, 0.0
-        for version in range(random.randint(0, 8)):
+        for _ in range(random.randint(0, 8)):
             applied += random.choice((0.0, 0.25, 1.0))
             arrived = max(arrived, applied + random.choice((0.0, 0.5, 2.0)))
             cut = applied + random.choice((0.0, 0.5, 1.0, 3.0))
-            changes.append(Change(version, applied, cut))
-            arrivals.append(Arrival(version, arrived))
+            changes.append(Change(applied, cut))
+            arrivals.append(arrived)
             flags.arrived(cut, applied, arrived)
         assert windows_of_logs(changes, arrivals) == flags.windows
 
 
 def test_windows_of_logs() -> None:
-    changes = [Change(1, 1.0, 1.5), Change(2, 1.25, 4.0)]
-    assert windows_of_logs(changes, [Arrival(1, 2.0), Arrival(2, 2.0)]) == (Window(1.5, 2.0),)
+    changes = [Change(1.0, 1.5), Change(1.25, 4.0)]
+    assert windows_of_logs(changes, [2.0, 2.0]) == (Window(1.5, 2.0),)
     assert windows_of_logs([], []) == ()
 
 

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 LEADS = (0.0, 0.2, 0.4, 0.6, 0.8)  # [s]
 POLICIES = ("ABORT", "POSTPONE")
 USUAL_DELAY, USUAL_JITTER = 0.2, 0.08  # [s]
-SECONDS, RATES = (5.0, 1e4), (1.0, 200.0)  # least and most, of a trial [s] and of looks [Hz]
 CHARTED = {"predicted": "p", "deltas": "d", "ahead": "a", "preview": "w"}  # plain frames are off by far more
 
 EPILOG = f"""\
@@ -82,8 +81,8 @@ def parser(prog: str) -> Parser:
     told = "what becomes of late commands (default: ABORT and POSTPONE)"
     parser.add_argument("--policy", type=str.upper, choices=POLICIES, nargs="+", default=POLICIES, help=told)
     parser.add_argument("--seeds", metavar="N", type=size, default=20, help="trials a row (default: 20)")
-    parser.add_argument("--seconds", metavar="T", type=_seconds, default=200.0, help="how long each is (default: 200)")
-    parser.add_argument("--rate", metavar="HZ", type=_rate, default=25.0, help="looks a second (default: 25)")
+    parser.add_argument("--seconds", metavar="T", type=seconds, default=200.0, help="how long each is (default: 200)")
+    parser.add_argument("--rate", metavar="HZ", type=rate, default=25.0, help="looks a second (default: 25)")
     parser.add_robot()
     parser.add_argument("--jobs", metavar="N", type=size, help="processes (default: one for each core)")
     told = "draw curves over the lead: into a file, or in letters"
@@ -92,20 +91,16 @@ def parser(prog: str) -> Parser:
     return parser
 
 
-def _seconds(text: str) -> float:
-    """How long a trial is: some commands at least."""
-    return _within(positive(text), *SECONDS, "s")
-
-
-def _rate(text: str) -> float:
-    """Looks a second."""
-    return _within(positive(text), *RATES, "Hz")
-
-
-def _within(value: float, least: float, most: float, unit: str) -> float:
+def _within(least: float, most: float, unit: str, text: str) -> float:
+    """A number of a unit."""
+    value = positive(text)
     if not least <= value <= most:
         raise argparse.ArgumentTypeError(f"{value:g} {unit} is not from {least:g} to {most:g} {unit}")
     return value
+
+
+seconds = partial(_within, 5.0, 1e4, "s")  # of a trial
+rate = partial(_within, 1.0, 200.0, "Hz")  # of looks
 
 
 # --- what is tried -----------------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from itertools import count, pairwise
 from math import ceil
 from random import Random
 from statistics import fmean
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from msgspec import Struct
 
@@ -137,19 +137,11 @@ def _errors_together(errors: Sequence[Error]) -> Error:
 # --- the course of events ----------------------------------------------------------------------------------------
 
 
-class Change(Struct, frozen=True):
-    """A line of the robot's log: the timeline has this version since `applied`, and another path after `cut` [s]."""
+class Change(NamedTuple):
+    """A line of the robot's log: the timeline has another path after `cut`, since `applied` [s]."""
 
-    version: int
     applied: float
     cut: float
-
-
-class Arrival(Struct, frozen=True):
-    """A line of the viewer's log: that version is known since then [s]."""
-
-    version: int
-    arrived: float
 
 
 class _Course:
@@ -177,7 +169,7 @@ class _Course:
         self.preview = Preview(self.mirror, self.ahead)
         self.flags = Flags()
         self.changes: list[Change] = []
-        self.arrivals: list[Arrival] = []
+        self.arrivals: list[float] = []  # the viewer's log: since when it knows each of them [s]
         self.commands = self.aborted = self.postponed = 0
 
         self.looks = np.arange(0.0, trial.seconds, 1.0 / trial.rate)
@@ -234,7 +226,7 @@ class _Course:
             return
         version, applied = robot.timeline.version, robot.now
         told = [event for event in self._told.taken() if isinstance(event, TimelineDelta)]
-        self.changes += (Change(delta.version + 1, applied, delta.cut) for delta in told)
+        self.changes += (Change(applied, delta.cut) for delta in told)
         changes = (messages.Delta(delta_record(it, Motions()), applied, number=it.version + 1) for it in told)
         frames = [encode(change, Encoding.MSGPACK) for change in changes]
         self._at(self._backward.arrival(self._now), lambda: self._hear(number, version, frames))
@@ -255,7 +247,7 @@ class _Course:
             delta = delta_of(change.delta, Motions(), self._form)
             self.mirror.change(delta, change.number)
             self.flags.arrived(delta.cut, change.applied, self._now)
-            self.arrivals.append(Arrival(self.mirror.timeline.version, self._now))
+            self.arrivals.append(self._now)
 
     # --- what is seen ---
 
@@ -379,11 +371,11 @@ def _buffer(sent: Floats, arrived: Floats) -> float:
 # --- the flags, another way --------------------------------------------------------------------------------------
 
 
-def windows_of_logs(changes: Sequence[Change], arrivals: Sequence[Arrival]) -> tuple[Window, ...]:
+def windows_of_logs(changes: Sequence[Change], arrived: Sequence[float]) -> tuple[Window, ...]:
     """The times at which a viewer saw something wrong, by what both sides have written down: the robot had changes that
     the viewer had not, and one of them was of a time before.
     """
-    applied, arrived = [it.applied for it in changes], [it.arrived for it in arrivals]
+    applied = [it.applied for it in changes]
     borders = sorted({*applied, *arrived, *(it.cut for it in changes)})
     wrong = []
     for begin, end in pairwise(borders):

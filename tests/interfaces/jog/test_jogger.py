@@ -359,7 +359,7 @@ def test_many_keys_to_and_fro_stay_where_they_began(live: Session, wall: ManualW
     engine, begun = live.engine, live.engine.position().T_world_tool
     for k in range(60):
         panel.move(-1.0 if k % 2 else 1.0)
-        assert panel.said == ""
+        assert panel.look().said == ""
         wall.seconds += 0.03
         live.settle()
         assert distance(engine.position().T_world_tool, begun) < 0.003
@@ -457,7 +457,7 @@ def test_the_panel_says_why_nothing_moves(session: Session) -> None:
     panel = Panel(Jogger(session))
     session.perform("DISABLE POWER")
     panel.move(1.0)
-    assert "ENABLE POWER" in panel.said
+    assert "ENABLE POWER" in panel.look().said
 
 
 # --- a button that is held down ---------------------------------------------------------------------------------------

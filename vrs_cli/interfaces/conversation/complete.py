@@ -142,28 +142,17 @@ def _supported(row: Row) -> bool:
     return row.state is State.SUPPORTED
 
 
-def _reals(names: Names) -> Candidates:
-    yield from names.of(Kind.REAL).items()
-    yield from _functions(Kind.REAL)
+def _of(*kinds: Kind) -> Callable[[Names], Candidates]:
+    """The variables of some kinds, and the functions."""
+    return lambda names: (*names.of(*kinds).items(), *_functions(*kinds))
 
 
-def _strings(names: Names) -> Candidates:
-    yield from names.of(Kind.STRING).items()
-    yield from _functions(Kind.STRING)
-
-
-def _places(names: Names) -> Candidates:
-    yield from names.of(*PLACE_FUNCTIONS).items()
-    yield from _functions(*PLACE_FUNCTIONS)
+_reals, _strings, _places = _of(Kind.REAL), _of(Kind.STRING), _of(*PLACE_FUNCTIONS)
 
 
 def _items(names: Names) -> Candidates:
     yield from _strings(names)
     yield from _reals(names)
-
-
-def _instructions(_names: Names) -> Candidates:
-    return _rows(INSTRUCTIONS)
 
 
 def _nothing(_names: Names) -> Candidates:
@@ -186,7 +175,7 @@ SHAPES: Mapping[Shape, Callable[[Names], Candidates]] = {
     Shape.SWITCH: lambda names: names.switches.items(),
     Shape.PARAMETER_NAME: lambda names: names.parameters.items(),
     Shape.BRANCH: lambda names: names.branches.items(),
-    Shape.INSTRUCTION: _instructions,
+    Shape.INSTRUCTION: lambda _names: _rows(INSTRUCTIONS),
 }
 
 

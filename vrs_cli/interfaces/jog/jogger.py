@@ -427,11 +427,6 @@ class Panel(Struct):
     def move(self, sign: float) -> None:
         self.hand.do(Press(self.axis, sign * self.step, self.speed))
 
-    @property
-    def said(self) -> str:
-        """What there is to say of the last step."""
-        return self.look().said
-
     def stop(self) -> None:
         self.hand.do(Brake())
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import zip_longest
 from pathlib import Path
 
@@ -301,16 +301,15 @@ def _fdelete(station: Station, it: Instruction) -> Talk[None]:
     yield Message(f"{path} deleted")
 
 
-def _fcopy(station: Station, it: Instruction) -> Talk[None]:
-    old, new = yield from _two_files(station, it)
-    copy(old, new, station.folder)
-    yield Message(f"{old} copied to {new}")
+def _to_another(act: Callable[[Path, Path, Folder], None], done: str) -> Handler:
+    """FCOPY, FRENAME."""
 
+    def put(station: Station, it: Instruction) -> Talk[None]:
+        old, new = yield from _two_files(station, it)
+        act(old, new, station.folder)
+        yield Message(f"{old} {done} {new}")
 
-def _frename(station: Station, it: Instruction) -> Talk[None]:
-    old, new = yield from _two_files(station, it)
-    rename(old, new, station.folder)
-    yield Message(f"{old} renamed to {new}")
+    return put
 
 
 def _two_files(station: Station, it: Instruction) -> Talk[tuple[Path, Path]]:
@@ -339,6 +338,6 @@ FILES: Mapping[str, Handler] = {
     "PWD": _pwd,
     "LOG": _log,
     "FDELETE": _fdelete,
-    "FCOPY": _fcopy,
-    "FRENAME": _frename,
+    "FCOPY": _to_another(copy, "copied to"),
+    "FRENAME": _to_another(rename, "renamed to"),
 }

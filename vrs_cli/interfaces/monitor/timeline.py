@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from vrs_cli.dialogue.replies import BranchRow, BranchTable, ComparisonTable, Message, Plot, SegmentRow, TimelineTable
 from vrs_cli.dialogue.talk import Talk, beside, in_parts
+from vrs_cli.engine.book import Parts
 from vrs_cli.engine.branches import MAIN
 from vrs_cli.engine.comparison import compare
+from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.history import Step, records
 from vrs_cli.errors import IllegalValue, InvalidName, UsageError
 from vrs_cli.interfaces.monitor.consent import agreed, may_write
@@ -21,16 +23,15 @@ from vrs_cli.trajectory.segment import Segment, stops_on_the_way
 from vrs_cli.trajectory.timeline import Timeline
 
 
-def _undo(station: Station, it: Instruction) -> Talk[None]:
-    engine, count = station.engine, _steps_back(station, it)
-    texts = yield from in_parts(engine.undoing(count))
-    yield Message(f"{_counted(texts, 'undone')}; the clock is at {engine.now:.3f} s")
+def _through_history(work: Callable[[Engine, int], Parts[tuple[str, ...]]], done: str) -> Handler:
+    """UNDO, REDO."""
 
+    def go(station: Station, it: Instruction) -> Talk[None]:
+        engine = station.engine
+        texts = yield from in_parts(work(engine, _steps_back(station, it)))
+        yield Message(f"{_counted(texts, done)}; the clock is at {engine.now:.3f} s")
 
-def _redo(station: Station, it: Instruction) -> Talk[None]:
-    engine, count = station.engine, _steps_back(station, it)
-    texts = yield from in_parts(engine.redoing(count))
-    yield Message(f"{_counted(texts, 'done again')}; the clock is at {engine.now:.3f} s")
+    return go
 
 
 def _steps_back(station: Station, it: Instruction) -> int:
@@ -159,8 +160,8 @@ def _drawn(station: Station, plot: Plot, file: str) -> Talk[Message]:
 
 
 TIMELINE: Mapping[str, Handler] = {
-    "UNDO": _undo,
-    "REDO": _redo,
+    "UNDO": _through_history(Engine.undoing, "undone"),
+    "REDO": _through_history(Engine.redoing, "done again"),
     "BRANCH": _branch,
     "COMPARE": _compare,
     "MERGE": _merge,
