@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import re
 import sys
 from argparse import ArgumentTypeError, Namespace
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, chosen_dialect, chosen_robot
@@ -14,6 +14,7 @@ from vrs_cli.cli.findings import FORMATS, Finding
 from vrs_cli.cli.main import FAILED, OK, status_of
 from vrs_cli.cli.sources import has_errors, program_files, read_source
 from vrs_cli.errors import FileError
+from vrs_cli.files.opening import stamp
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
@@ -149,14 +150,6 @@ def _watch(prog: str, options: Namespace, model: RobotModel, cell: Cell) -> int:
 def _state(named: Sequence[str]) -> object:
     """What changes when a file does."""
     try:
-        return [(path, _stamp(path)) for path in program_files(named)]
+        return [(path, stamp(Path(path))) for path in program_files(named)]
     except FileError as error:
         return str(error)
-
-
-def _stamp(path: str) -> tuple[int, int] | None:
-    try:
-        found = os.stat(path)
-    except OSError:
-        return None
-    return found.st_mtime_ns, found.st_size

@@ -30,6 +30,15 @@ def reason(error: OSError) -> str:
     return text[:1].lower() + text[1:]
 
 
+def stamp(path: Path) -> tuple[int, ...]:
+    """Another one whenever a file has changed; empty where there is none."""
+    try:
+        there = os.stat(path)
+    except OSError:
+        return ()
+    return there.st_ino, there.st_size, there.st_mtime_ns, there.st_ctime_ns
+
+
 def text_of(content: bytes) -> str:
     """UTF-8, or a character a byte where it is not that."""
     try:

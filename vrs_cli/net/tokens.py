@@ -28,7 +28,7 @@ from msgspec import Struct
 from vrs_cli.errors import FileDamaged, FileError, UsageError
 from vrs_cli.files.atomic import write_atomically
 from vrs_cli.files.naming import wrong_name
-from vrs_cli.files.opening import unreadable
+from vrs_cli.files.opening import stamp, unreadable
 from vrs_cli.language.words.word import Role
 
 BYTES = 24  # of chance in a token that is made here
@@ -113,7 +113,7 @@ class TokenFile:
     def __init__(self, path: Path, robots: Iterable[str] = (), own: int = 0) -> None:
         self.path = path
         self._robots, self._own = tuple(robots), own
-        self._read = self._seen = _mark(path)
+        self._read = self._seen = stamp(path)
         self.tokens = self._found()
         self.wrong = ""
 
@@ -121,7 +121,7 @@ class TokenFile:
         """Read the file again if it has changed; whether the tokens are others now. Who writes a file may empty it
         first: it is read when it is as it was at the look before, and taken when it still is after that.
         """
-        mark = _mark(self.path)
+        mark = stamp(self.path)
         still, self._seen = mark == self._seen, mark
         if mark == self._read or not still:
             return False
@@ -130,7 +130,7 @@ class TokenFile:
             found = self._found()
         except FileError as error:
             wrong = f"{error}; the tokens read before it was changed still hold"
-        if _mark(self.path) != mark:
+        if stamp(self.path) != mark:
             return False
         self._read, self.tokens, self.wrong = mark, found, wrong
         return found != before
@@ -139,15 +139,6 @@ class TokenFile:
         tokens = read_tokens(self.path)
         _check_own(self.path, tokens, self._robots, self._own)
         return tokens
-
-
-def _mark(path: Path) -> tuple[int, ...]:
-    """Another one whenever a file has changed."""
-    try:
-        there = os.stat(path)
-    except OSError:
-        return ()
-    return there.st_ino, there.st_size, there.st_mtime_ns, there.st_ctime_ns
 
 
 def read_tokens(path: Path) -> Tokens:

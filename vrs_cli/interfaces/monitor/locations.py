@@ -49,34 +49,37 @@ def _where(station: Station, it: Instruction) -> Talk[None]:
     number = real_or(station, it, 0, 1.0)
     if whole(number) != 1:
         raise IllegalValue(f"robot {plain(number)}", "there is one robot, number 1")
-    engine, at, units = station.engine, it.modifiers, station.units
-    over_time = any(operand(it, index) is not None for index in (1, 2, 3))
-    if over_time and (at.at is not None or at.within is not None):
+    engine, stamped, units = station.engine, _stamped(it), station.units
+    if not any(operand(it, index) is not None for index in (1, 2, 3)):
+        yield Whereabouts(engine.position(_time(station, it)), stamped=stamped, units=units)
+        return
+    if stamped:
         raise UsageError("AT and FROM do not go together", "WHERE AT t, or WHERE FROM t1 TO t2 STEP dt")
-    if at.at is not None:
-        yield Whereabouts(engine.position(real(station, at.at)), stamped=True, units=units)
-    elif at.within is not None:
-        yield Whereabouts(engine.position(engine.now + real(station, at.within)), stamped=True, units=units)
-    elif over_time:
-        arm, timeline, times = engine.arm, engine.timeline, tuple(_times(station, it))
-        rows = yield from beside(lambda: tuple(position_at(arm, timeline, t) for t in times))
-        yield WhereaboutsTable(rows, units)
-    else:
-        yield Whereabouts(engine.position(), units=units)
+    arm, timeline, times = engine.arm, engine.timeline, tuple(_times(station, it))
+    rows = yield from beside(lambda: tuple(position_at(arm, timeline, t) for t in times))
+    yield WhereaboutsTable(rows, units)
 
 
 def _show(station: Station, it: Instruction) -> Talk[None]:
-    engine, at = station.engine, it.modifiers
-    stamped, t = at.at is not None or at.within is not None, engine.now
-    if at.at is not None:
-        t = real(station, at.at)
-    elif at.within is not None:
-        t += real(station, at.within)
+    engine, stamped, t = station.engine, _stamped(it), _time(station, it)
     arm, timeline = engine.arm, engine.timeline
     moves = engine.realtime and engine.now < engine.end and not stamped
     shown = moves and station.desk.attended and (yield from station.desk.show(None, Watching()))
     if not shown:
         yield (yield from beside(lambda: pictured(arm, timeline, t, stamped)))
+
+
+def _stamped(it: Instruction) -> bool:
+    """Whether AT or IN says when."""
+    return it.modifiers.at is not None or it.modifiers.within is not None
+
+
+def _time(station: Station, it: Instruction) -> float:
+    """AT t, IN dt, or now [s]."""
+    at, within = it.modifiers.at, it.modifiers.within
+    if at is not None:
+        return real(station, at)
+    return station.engine.now + (0.0 if within is None else real(station, within))
 
 
 def _times(station: Station, it: Instruction) -> Iterator[float]:
