@@ -60,6 +60,15 @@ def test_it_is_one_motion_that_undo_takes_back(engine: Engine) -> None:
     assert engine.position(engine.end).T_world_tool == pytest.approx(before)
 
 
+def test_another_way_round_leads_over_the_axis_of_joint_1_at_full_speed() -> None:
+    """The arm does not creep there, as it does where it only comes near to that axis."""
+    model = load_robot("ur5e")
+    engine = Engine(model, start=(5.4, -1.9, 3.5, -0.3, -5.5, -1.1))
+    wish = engine.world_pose((-2.0, 5.2, 4.9, 4.4, -2.6, 5.3))
+    assert pull(Dragging(engine), wish, 3.0) == Shortfall()
+    assert distance(engine.position().T_world_tool, wish) < 1e-6
+
+
 def test_without_wishes_it_comes_to_rest_by_itself(engine: Engine) -> None:
     dragging = Dragging(engine)
     for k in range(30):

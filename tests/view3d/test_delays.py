@@ -63,6 +63,7 @@ class Looking:
             wall=lambda: self.seconds,
             doing=lambda act: lambda _event: act(),
             again=lambda: None,
+            width=1000.0,
         )
         self.window = window
         self.delays = Delays(window, self.robot)

@@ -276,6 +276,7 @@ def test_a_slider_moves_its_joint_and_follows_the_arm(app: App, ada: Sat) -> Non
         ada.page.set(one, angle)
     ada.until(lambda: abs(joint_1(app) - 20.0) < 0.1)
     ada.press("JOG", "Joints")
+    ada.until(lambda: "\N{BLACK CIRCLE} Joints" in ada.now("GuiButtonGroupMessage", label="JOG")["options"])
     click(ada, "\N{MINUS SIGN} X", "\N{MINUS SIGN} Joint 1")
     ada.until(lambda: abs(ada.now("GuiSliderMessage", label="Joint 1")["value"] - 10.0) < 0.2)
 

@@ -197,7 +197,7 @@ class Pursuit:
         self.roundabout = there is not None and (self.roundabout or stalled)
         self.goal, self.steady = nearest.joints, False
         if self.roundabout and there is not None:
-            self.goal = _towards(now, there, box)
+            self.goal = _towards(now, there, self.range.around(now, pace.ahead, pace.ahead))  # over that axis too
             return self._slowed(aim, now, [abs(b - a) / lag for a, b, lag in zip(now, there, pace.lag, strict=True)])
         miss = aim.miss(self.goal)
         if miss.within(*THERE):

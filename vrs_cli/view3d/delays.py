@@ -30,6 +30,7 @@ ERROR = 1e-3  # [m] that a way may be beside the tool's
 THICK = 4.0  # [px] of a way
 RECENT = 60.0  # [s] that what was shown wrongly stays in the picture
 EDGE, ABOVE, WIDTH = 12.0, 190.0, 300.0  # [px] the panel: from the edges of the picture, and wide
+NARROW = 900.0  # [px] of a picture in which it would cover the arm
 PRESENT, HEARD = "at its present", "as it is heard, with a prediction"
 
 
@@ -47,7 +48,7 @@ class Delays:
         self._told: GuiHtmlHandle | None = None
 
     def _add_panel(self) -> GuiHtmlHandle:
-        """In the picture, at the right above the bar of time."""
+        """In the picture, at the right above the bar of time; only its title where there is no room beside the arm."""
         gui, chosen = self._window.client.gui, PRESENT if self._robot.ahead is Ahead.PRESENT else HEARD
         panel = gui.add_panel()
         with panel.add_tab("Delays"):
@@ -55,6 +56,8 @@ class Delays:
             told = gui.add_html("")
         choice.on_update(self._window.doing(lambda: self._choose(choice.value)))
         panel.float(x=-EDGE, y=-ABOVE, width=WIDTH)
+        if self._window.width < NARROW:
+            panel.minimize()
         return told
 
     def _choose(self, chosen: str) -> None:

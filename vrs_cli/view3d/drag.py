@@ -18,7 +18,7 @@ from vrs_cli.interfaces.session.grip import Pulled
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, inverse, position
 from vrs_cli.net import messages
 from vrs_cli.net.remote import RemoteRobot
-from vrs_cli.view3d.panel_parts import Hands, boxed, put
+from vrs_cli.view3d.panel_parts import Hands, OneOf, boxed, put
 from vrs_cli.view3d.panel_seat import PanelSeat
 from vrs_cli.view3d.placing import place, transform_of
 from vrs_cli.view3d.shown import Shown
@@ -67,14 +67,12 @@ class Gizmo:
 
     def _add_controls(self, gui: viser.GuiApi, hands: Hands) -> None:
         self.on = gui.add_checkbox("Gizmo at the tool (G)", initial_value=True)
-        self.axes = gui.add_button_group("Axes", (TOOL, WORLD))
-        self.moves = gui.add_button_group("Drag", tuple(moves.value for moves in Moves))
+        OneOf(gui, hands, "Axes", (TOOL, WORLD), self._turn)
+        OneOf(gui, hands, "Drag", tuple(moves.value for moves in Moves), self._choose)
         self.why = gui.add_html("")
         self.name = gui.add_text("Name", "part")
         self.here = gui.add_button("HERE", hint="Keep the place under this name")
         self.record = gui.add_button(RECORD, hint="Of what is dragged, under this name", icon=viser.Icon.PLAYER_RECORD)
-        hands.on(self.axes, self._turn)
-        hands.on(self.moves, self._choose)
         hands.on(self.here, lambda _: self._seat.command(f"HERE {self._named()}"))
         hands.on(self.record, lambda _: self._record())
         gui.add_command("Drag the tool, or not", hotkey="G").on_trigger(self._window.doing(self._toggle))

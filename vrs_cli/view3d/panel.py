@@ -20,7 +20,7 @@ from vrs_cli.view3d.panel_signals import SignalsPanel
 from vrs_cli.view3d.shown import Part, Shown
 from vrs_cli.view3d.window import Window
 
-WIDTH = 400.0  # [px]
+WIDTH, LEAST, SHARE = 400.0, 320.0, 0.4  # [px] usually, at least, and of the page where that is narrow
 DRIVE, ASK, RELEASE, GIVE = "Drive", "Ask to drive", "Let others drive", "Give to "
 A_WHILE = 0.5  # [s] that a command takes before it is said to be under way
 NO_CONNECTION = "No connection to the robot: it is tried again"
@@ -54,7 +54,7 @@ class Panel:
                 self.line = CommandLine(gui, self.seat, self.hands, self._wall)
             self._add_tabs(window, gui)
         panel.dock_left()
-        panel.set_width(WIDTH)
+        panel.set_width(min(WIDTH, max(LEAST, SHARE * window.width)))
         self.stop.on_click(lambda _event: self.seat.abort())  # waits for nothing that was clicked before
         self.hands.on(self.lease, self._lease)
 

@@ -24,7 +24,7 @@ from vrs_cli.language.words.values import plain
 from vrs_cli.net.far_hand import FarHand
 from vrs_cli.render.colours import Ink
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.view3d.panel_parts import Act, Hands, put
+from vrs_cli.view3d.panel_parts import Act, Hands, OneOf, put
 from vrs_cli.view3d.panel_seat import PanelSeat
 from vrs_cli.view3d.shown import Shown
 
@@ -133,7 +133,7 @@ class HandPanel:
         with self.leading:
             self.speed = Slider(gui.add_slider("SPEED %", 1.0, 100.0, 1.0, 100.0))
             self.joints = [Slider(self._add_joint(gui, number)) for number in range(1, arm.model.joint_count + 1)]
-            self.frame = gui.add_button_group(JOG, (WORLD, TOOL, JOINTS))
+            OneOf(gui, hands, JOG, (WORLD, TOOL, JOINTS), self._choose)
             self.axis = gui.add_button_group("Axis", AXES[WORLD])
             self.buttons = [self._add_button(gui, hands, way) for way in (MINUS, PLUS)]
             steps = tuple(plain(step) for step in STEPS)
@@ -143,7 +143,6 @@ class HandPanel:
         hands.on(self.speed.handle, partial(self._move, self.speed))
         for joint in self.joints:
             hands.on(joint.handle, partial(self._move, joint))
-        hands.on(self.frame, self._choose)
         hands.on(self.axis, self._choose_axis)
 
     def _add_joint(self, gui: viser.GuiApi, number: int) -> viser.GuiSliderHandle[float]:

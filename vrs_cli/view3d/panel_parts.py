@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from typing import Any
@@ -12,6 +12,7 @@ import viser
 from viser._messages import GuiUpdateMessage
 
 Act = Callable[[], object]
+ON, OFF = "\N{BLACK CIRCLE}", "\N{WHITE CIRCLE}"  # lamps
 STYLE = (
     "<style>.vrs pre{margin:0;white-space:pre-wrap;font:inherit}.vrs table{font:inherit;border-spacing:0}"
     ".vrs td,.vrs th{padding:0 0 0 0.7em}</style>"
@@ -58,6 +59,25 @@ class Hands:
 
     def close(self) -> None:
         self._thread.shutdown(wait=False, cancel_futures=True)
+
+
+class OneOf:
+    """Buttons of which the one that was pressed last is lit, the first at first; `act` is given its name."""
+
+    def __init__(
+        self, gui: viser.GuiApi, hands: Hands, label: str, names: Sequence[str], act: Callable[[str], object]
+    ) -> None:
+        self._names, self._act = names, act
+        self._handle = gui.add_button_group(label, self._lamps(names[0]))
+        hands.on(self._handle, self._choose)
+
+    def _choose(self, pressed: str) -> None:
+        name = pressed.removeprefix(ON).removeprefix(OFF).strip()
+        put(self._handle, options=self._lamps(name))
+        self._act(name)
+
+    def _lamps(self, lit: str) -> tuple[str, ...]:
+        return tuple(f"{ON if name == lit else OFF} {name}" for name in self._names)
 
 
 def boxed(content: str) -> str:

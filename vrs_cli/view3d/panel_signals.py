@@ -8,12 +8,11 @@ import viser
 
 from vrs_cli.interfaces.session.survey import Surveyed
 from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
-from vrs_cli.view3d.panel_parts import Hands, put
+from vrs_cli.view3d.panel_parts import OFF, ON, Hands, put
 from vrs_cli.view3d.panel_seat import PanelSeat
 
 USUAL = 8  # signals of a bank that are there always
 MOST = 32  # of a bank
-ON, OFF = "\N{BLACK CIRCLE}", "\N{WHITE CIRCLE}"
 BANKS = (("Outputs", OUTPUTS, USUAL), ("Inputs", INPUTS, USUAL), ("Internal", INTERNAL, 0))
 
 
