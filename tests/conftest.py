@@ -14,6 +14,8 @@ from tests.live import mark_live
 from tests.view3d.browser import browser, running_browser  # for all tests: one of each process  # noqa: F401
 from vrs_cli.__main__ import COLLECT_AFTER
 
+BROWSER = "running_browser"  # the fixture
+
 settings.load_profile("fast")
 gc.disable()  # until all tests are collected: they stay
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each of hundreds of processes would compile all of the product anew
@@ -22,8 +24,9 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # run in the background o
 
 
 @pytest.hookimpl(tryfirst=True)  # before `-m live` chooses
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(items: list[pytest.Function]) -> None:
     mark_live(items)
+    items.sort(key=lambda item: BROWSER not in item.fixturenames)  # first: all by one worker, with one Chromium
 
 
 @pytest.hookimpl(trylast=True)

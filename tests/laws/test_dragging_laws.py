@@ -24,7 +24,7 @@ RMS = Miss(0.004, 0.015)  # [m, rad] of a tool that follows a hand inside its re
 def test_a_tool_that_is_dragged_anyhow_keeps_the_laws(name: str, seed: int) -> None:
     model = load_robot(URDF / name if name.endswith(".urdf") else name)
     hand = Hand(seed, model, ("LSPB", "SCURVE")[seed % 2])
-    hand.drag(3.0)
+    hand.drag(2.0)
     hand.settle()
 
 
@@ -36,5 +36,5 @@ def test_a_fast_arm_is_not_thrown_over_the_axis_of_joint_1() -> None:
 
 @pytest.mark.parametrize("name", KINDS)
 def test_inside_its_reach_it_follows_a_hand(name: str) -> None:
-    rms = follow(load_robot(name), 1, 5.0)
+    rms = follow(load_robot(name), 1, 3.0)
     assert rms.within(*RMS), rms

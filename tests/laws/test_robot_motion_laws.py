@@ -86,10 +86,9 @@ def test_a_robot_whose_joints_are_searched_keeps_the_laws(
     check_robot(load_robot(URDF / name if name.endswith(".urdf") else name), sequence)
 
 
-@pytest.mark.parametrize("profile", PROFILES)
 @pytest.mark.parametrize("model", [FIVE, SEVEN, CLOSED], ids=lambda model: str(model.name))
-@examples(8)
-@given(sequence=steps)
+@examples(24)
+@given(profile=st.sampled_from(PROFILES), sequence=steps)
 def test_a_robot_that_points_keeps_the_laws(
     model: RobotModel, profile: str, sequence: list[tuple[str, list[float], float | None]]
 ) -> None:

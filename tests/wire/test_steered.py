@@ -55,10 +55,9 @@ def waves(engine: Engine, count: int) -> None:
         steering.to(tuple(q + far * sin((0.6 + 0.3 * i) * s) for i, (q, far) in enumerate(ranges)), begin + s)
 
 
-@pytest.mark.parametrize("encoding", Encoding)
 @pytest.mark.parametrize("profile", PROFILES)
 @pytest.mark.parametrize("first", range(0, some(40), 10))
-def test_any_stream_comes_back_to_the_bit(first: int, profile: str, encoding: Encoding) -> None:
+def test_any_stream_comes_back_to_the_bit(first: int, profile: str) -> None:
     short = total = 0
     for seed in range(first, first + 10):
         stream = Stream(seed, (profile,))
@@ -67,9 +66,10 @@ def test_any_stream_comes_back_to_the_bit(first: int, profile: str, encoding: En
             record = steered_record(delta, before, arm)
             total += 1
             if record is not None:
-                sent = READER.read(encode(Steered(record), encoding))
-                assert isinstance(sent, Steered)
-                assert repr(steered_delta(sent.target, before, arm, form)) == repr(delta)
+                for encoding in Encoding:
+                    sent = READER.read(encode(Steered(record), encoding))
+                    assert sent == Steered(record)
+                assert repr(steered_delta(record, before, arm, form)) == repr(delta)
                 short += 1
     assert short > 0.8 * total  # of targets anywhere, with joints that go on as they were planned before
 
