@@ -73,6 +73,7 @@ class Parser(argparse.ArgumentParser):
 
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
         """The values of all arguments. Raises CommandLineError; `--help` raises SystemExit."""
+        arguments = list(_with_rate(arguments))
         unknown = [word for word in _words(arguments) if word.startswith("--") and word not in self.options()]
         if unknown:
             raise self._unknown(unknown[0])
@@ -205,7 +206,7 @@ def teller(prog: str) -> Callable[[str], None]:
 
 
 def add_realtime_option(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
-    """The option, the same in every subcommand that has it; its arguments go through `with_rate` first."""
+    """The option, the same in every subcommand that has it."""
     parser.add_argument(
         "--realtime",
         metavar="RATE",
@@ -226,7 +227,7 @@ def clock_rate(text: str) -> float:
     return rate
 
 
-def with_rate(arguments: Sequence[str]) -> Iterator[str]:
+def _with_rate(arguments: Sequence[str]) -> Iterator[str]:
     """`--realtime FILE` means `--realtime=1 FILE`: what follows the option is a rate only if it is a number."""
     for argument, following in zip(arguments, [*arguments[1:], ""], strict=False):
         yield "--realtime=1" if argument == "--realtime" and isnan(float_of(following)) else argument

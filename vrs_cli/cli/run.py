@@ -25,7 +25,6 @@ from vrs_cli.cli.command_line import (
     positive,
     size,
     whole,
-    with_rate,
 )
 from vrs_cli.cli.fence import Alone, Enough, memory, wall
 from vrs_cli.cli.main import FAILED, OK
@@ -73,7 +72,7 @@ standard error. Time is the robot's and passes as fast as it computes, unless --
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Load, check and execute; returns 1 when the file has errors or the program stopped with one."""
-    options = parser(prog).parse(list(with_rate(arguments)))
+    options = parser(prog).parse(arguments)
     files = program_files(_files(options))
     if options.sandbox is not None:
         _fence_in(options)

@@ -19,7 +19,6 @@ from vrs_cli.cli.command_line import (
     tell_notes,
     teller,
     whole,
-    with_rate,
 )
 from vrs_cli.cli.main import OK
 from vrs_cli.errors import FileError
@@ -64,7 +63,7 @@ Ctrl-C, or SIGTERM, ends it. See docs/serve.md and docs/security.md.
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Serve until a signal says to end."""
-    options = parser(prog).parse(list(with_rate(arguments)))
+    options = parser(prog).parse(arguments)
     _check(options)
     import asyncio
 

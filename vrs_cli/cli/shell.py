@@ -13,7 +13,6 @@ from vrs_cli.cli.command_line import (
     chosen_dialect,
     chosen_robot,
     clock_of,
-    with_rate,
 )
 from vrs_cli.cli.outside import add_outside_options, chosen_outside
 
@@ -36,7 +35,7 @@ All subcommands: vrs --help
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Hand over to the shell; returns its exit status."""
-    options = parser(prog).parse(list(with_rate(arguments)))
+    options = parser(prog).parse(arguments)
     outside = chosen_outside(options)
     from vrs_cli.repl.shell import main as shell
 

@@ -22,7 +22,6 @@ from vrs_cli.cli.command_line import (
     chosen_robot,
     clock_of,
     positive,
-    with_rate,
 )
 from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.cli.outputs import Outputs, add_output_options, journal
@@ -57,7 +56,7 @@ A line that is no target is named and left out.
 
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Follow a stream to its end; returns 1 when some of its lines were no targets, or out of reach."""
-    options = parser(prog).parse(list(with_rate(arguments)))
+    options = parser(prog).parse(arguments)
     return _Run(prog, options, Outputs.of(options)).run()
 
 

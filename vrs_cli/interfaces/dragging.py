@@ -27,7 +27,7 @@ from vrs_cli.engine.motions import fraction_of_full
 from vrs_cli.interfaces.steering import SHORTEST
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Arm, Configuration
-from vrs_cli.kinematics.joints import Joints, largest_change
+from vrs_cli.kinematics.joints import Joints, largest_change, put_inside
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.nearest import Aim, Nearest, Side
 from vrs_cli.kinematics.numeric.search import some_joints
@@ -117,7 +117,7 @@ class Range(NamedTuple):
         return all(low <= x <= high for x, low, high in zip(q, self.lower, self.upper, strict=True))
 
     def put(self, q: Joints) -> Joints:
-        return tuple(min(max(x, low), high) for x, low, high in zip(q, self.lower, self.upper, strict=True))
+        return put_inside(q, self.lower, self.upper)
 
 
 class Pace(NamedTuple):

@@ -17,7 +17,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import UsageError
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.joints import Joints, largest_change
+from vrs_cli.kinematics.joints import Joints, largest_change, put_inside
 from vrs_cli.kinematics.transform import Transform, along, angle_between, compose, distance, dot, position, subtracted
 from vrs_cli.language.words.values import plain
 from vrs_cli.trajectory.timeline import Timeline
@@ -134,7 +134,7 @@ def _as_written(arm: RobotArm, q: Joints) -> Joints:
     """As a program has them, in few decimals, inside the ranges."""
     units, model = arm.model.units, arm.model
     rounded = units.read(tuple(round(x, DECIMALS) for x in units.shown(q)))
-    return tuple(min(max(x, low), high) for x, low, high in zip(rounded, model.lower, model.upper, strict=True))
+    return put_inside(rounded, model.lower, model.upper)
 
 
 def _lines(arm: RobotArm, name: str, joints: Sequence[Joints], rounding: float) -> Iterator[str]:

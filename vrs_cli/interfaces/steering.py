@@ -12,7 +12,7 @@ from math import sqrt
 from msgspec import Struct, field
 
 from vrs_cli.engine.engine import Engine
-from vrs_cli.kinematics.joints import Joints, JointUnits
+from vrs_cli.kinematics.joints import Joints, JointUnits, put_inside
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.trajectory.state import Target
 
@@ -99,7 +99,7 @@ class Steering:
 
     def _inside(self, joints: Joints) -> Joints:
         model = self.engine.model
-        return tuple(min(max(q, low), high) for q, low, high in zip(joints, model.lower, model.upper, strict=True))
+        return put_inside(joints, model.lower, model.upper)
 
     def _go(self, goal: Joints, stamp: float) -> None:
         """Chase a target that moves; go to the first one, and to one after a gap, which are not known to."""

@@ -98,6 +98,11 @@ def joints_outside(q: Joints, lower: Joints, upper: Joints) -> tuple[int, ...]:
     )
 
 
+def put_inside(q: Joints, lower: Joints, upper: Joints) -> Joints:
+    """Each joint, or the end of its range that is nearest to it."""
+    return tuple([min(max(x, low), high) for x, low, high in zip(q, lower, upper, strict=True)])
+
+
 def largest_change(a: Joints, b: Joints) -> float:
     """The most that any joint moves between two joint vectors [rad]."""
     return max(abs(y - x) for x, y in zip(a, b, strict=True))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from vrs_cli.interfaces.conversation.entry import Entry, closes_entry
+from vrs_cli.interfaces.editor.lines import outside
 from vrs_cli.language.analysis.analyzer import check_line
 from vrs_cli.language.text.ast import ProgramHeader
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, first_error
@@ -26,7 +27,5 @@ def mistake_in_entry(entry: Entry, line: str, known: Mapping[str, Kind]) -> Diag
     if statement is None:
         return None
     parameters = heading.parameters if isinstance(heading, ProgramHeader) else ()
-    own = {variable.key for variable in parameters}
-    outside = {key: kind for key, kind in known.items() if key not in own}
     meant = resolve_line(statement, variables_in((entry.header, *entry.lines)))
-    return first_error(check_line(meant, outside, in_program=True))
+    return first_error(check_line(meant, outside(parameters, known), in_program=True))

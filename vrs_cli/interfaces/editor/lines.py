@@ -10,7 +10,7 @@ A letter before `=` or `[` is a variable: `d = 4` is an assignment, `D 4` delete
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache, partial
 from typing import NamedTuple
 
@@ -228,14 +228,18 @@ def checked_step(program: Program, line: str, known: Mapping[str, Kind]) -> tupl
     step = _step(line, 1, program.dialect)
     if step.statement is None:
         return step, ()
-    own = {parameter.key for parameter in program.parameters}
-    outside = {key: kind for key, kind in known.items() if key not in own}
     names = variables_named_like_functions(program.parameters, (step.statement for step in program.steps))
-    found = check_line(resolve_line(step.statement, names), outside, in_program=True)
+    found = check_line(resolve_line(step.statement, names), outside(program.parameters, known), in_program=True)
     wrong = first_error(found)
     if wrong is not None:
         raise LineRefused(wrong)
     return step, (DiagnosticsReport(tuple(Diagnosed(one, line) for one in found)),) if found else ()
+
+
+def outside(parameters: Iterable[Variable], known: Mapping[str, Kind]) -> dict[str, Kind]:
+    """The kinds of variables in a program; a name that a parameter bears too means something else there."""
+    own = {parameter.key for parameter in parameters}
+    return {key: kind for key, kind in known.items() if key not in own}
 
 
 @lru_cache(maxsize=20_000)

@@ -209,8 +209,13 @@ def _why(station: Station, it: Instruction) -> Talk[None]:
     if not isinstance(value, tuple):
         raise TypeMismatch(f"{shown(asked)} is a {kind_of_value(value).value}", "WHY explains a location")
     target = PoseTarget(value) if isinstance(value, Transform) else JointTarget(value)
+    yield (yield from explained(station, target, shown(asked)))
+
+
+def explained(station: Station, target: PoseTarget | JointTarget, name: str) -> Talk[ReachReport]:
+    """Why a place of that name can be reached from here, or not."""
     reach = yield from beside(lambda: station.engine.explain(target))
-    yield ReachReport(shown(asked), reach, station.units)
+    return ReachReport(name, reach, station.units)
 
 
 LOCATIONS: Mapping[str, Handler] = {

@@ -120,9 +120,14 @@ def _deleteb(station: Station, it: Instruction) -> Talk[None]:
 
 
 def _timeline(station: Station, _it: Instruction) -> Talk[None]:
+    yield (yield from motions(station))
+
+
+def motions(station: Station) -> Talk[TimelineTable]:
+    """The timeline as it is now."""
     engine = station.engine
     timeline, done, now = engine.timeline, tuple(engine.book.history.done), engine.now
-    yield (yield from beside(lambda: timeline_table(timeline, done, now)))
+    return beside(lambda: timeline_table(timeline, done, now))
 
 
 def timeline_table(timeline: Timeline, done: Sequence[Step], now: float) -> TimelineTable:

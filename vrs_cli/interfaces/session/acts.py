@@ -20,7 +20,8 @@ from vrs_cli.engine.commands import Break, JointTarget, Move, NamedTarget, PoseT
 from vrs_cli.engine.history import CommandRecord
 from vrs_cli.errors import IllegalValue, ProgramNotExecutable, UsageError
 from vrs_cli.files.trajectory_file import trajectory_lines
-from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, timeline_table
+from vrs_cli.interfaces.monitor.locations import explained
+from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, motions
 from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, role_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.session.survey import BranchShown, ShowBranch, Survey, Surveyed, show_branch, survey
@@ -320,12 +321,7 @@ def _explain(session: Session, act: Explain) -> Talk[ReachReport]:
     target = act.goal.target
     if not isinstance(target, PoseTarget | JointTarget):
         raise UsageError("WHY of no place", "WHY explains a location")
-    reach = yield from beside(lambda: session.engine.explain(target))
-    return ReachReport(act.name, reach, session.units)
-
-
-def _compare(session: Session, act: Compare) -> Talk[ComparisonTable]:
-    return comparison(session, act.a, act.b)
+    return explained(session, target, act.name)
 
 
 def _evaluate(session: Session, act: Evaluate) -> Valued:
@@ -360,24 +356,6 @@ def _define(session: Session, act: Define) -> Defined:
     return Defined(tuple(stored.name for key, stored in session.programs.items() if before.get(key) is not stored))
 
 
-def _execute(session: Session, act: Execute) -> Talk[RunResult]:
-    return session.wait(session.begin(act.program, cycles=act.cycles))
-
-
-def _list_commands(session: Session, _act: ListCommands) -> CommandList:
-    return CommandList(session.engine.records())
-
-
-def _list_branches(session: Session, _act: ListBranches) -> BranchTable:
-    return branch_table(session)
-
-
-def _list_motions(session: Session, _act: ListMotions) -> Talk[TimelineTable]:
-    engine = session.engine
-    timeline, done, now = engine.timeline, tuple(engine.book.history.done), engine.now
-    return beside(lambda: timeline_table(timeline, done, now))
-
-
 def _record(session: Session, _act: Record) -> Talk[Recorded]:
     engine = session.engine
     course = engine.model, engine.initial, engine.deltas.copy()
@@ -407,14 +385,14 @@ ACTS: Mapping[type[Act[Any]], _Row] = {
     Undo: _as("UNDO", _undo),
     Redo: _as("REDO", _redo),
     Explain: _as("WHY", _explain),
-    Compare: _as("COMPARE", _compare),
+    Compare: _as("COMPARE", lambda session, act: comparison(session, act.a, act.b)),
     Evaluate: _Row("a look at a value", Role.OBSERVER, _evaluate),
     Assign: _Row(CHANGE, Role.SUPERVISOR, _assign),
     Define: _as("LOAD", _define),
-    Execute: _as("EXECUTE", _execute),
-    ListCommands: _as("TIMELINE", _list_commands),
-    ListBranches: _Row("a look at the branches", Role.OBSERVER, _list_branches),
-    ListMotions: _as("TIMELINE", _list_motions),
+    Execute: _as("EXECUTE", lambda session, act: session.wait(session.begin(act.program, cycles=act.cycles))),
+    ListCommands: _as("TIMELINE", lambda session, _act: CommandList(session.engine.records())),
+    ListBranches: _Row("a look at the branches", Role.OBSERVER, lambda session, _act: branch_table(session)),
+    ListMotions: _as("TIMELINE", lambda session, _act: motions(session)),
     Record: _Row("a look at the trajectory", Role.OBSERVER, _record),
     Survey: _Row("a survey", Role.OBSERVER, survey),
     ShowBranch: _Row("a look at a branch", Role.OBSERVER, show_branch),

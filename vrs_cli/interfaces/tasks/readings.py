@@ -13,7 +13,7 @@ from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationTooClose, Moti
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.tasks import Tasks
 from vrs_cli.kinematics.configuration import Configuration
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import Joints, put_inside
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.language.run.effects import TaskState
 from vrs_cli.language.run.environment import Environment
@@ -148,8 +148,7 @@ class Readings:
         except JointOutOfRange as error:
             T_robot_flange = compose(compose(engine.frames.base, T_world_tool), inverse(engine.frames.tool))
             found = engine.arm.branch_joints(T_robot_flange, way, near) or near
-            limits = zip(found, engine.model.lower, engine.model.upper, strict=True)
-            return tuple(min(max(angle, low), high) for angle, low, high in limits), _reason(error)
+            return put_inside(found, engine.model.lower, engine.model.upper), _reason(error)
         except MotionError as error:
             return near, _reason(error)
 
