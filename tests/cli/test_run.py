@@ -84,7 +84,7 @@ def test_a_program_that_needs_its_cell_runs_in_it(vrs: Vrs, tmp_path: Path) -> N
     (tmp_path / "cell.toml").write_text("[signals]\ngo = 0\n")
     refused = vrs("run", "fetch.v2", "--cell", "cell.toml")
     assert refused.status != 0
-    assert "cell.toml: go: 0 is no signal" in refused.err
+    assert "cell.toml:2: go: 0 is no signal" in refused.err
 
 
 # --- what a run tells --------------------------------------------------------------------------------------
