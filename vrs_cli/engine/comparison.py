@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from itertools import chain, takewhile, zip_longest
+from collections.abc import Callable, Iterable, Iterator
+from itertools import takewhile, zip_longest
 from math import inf
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, structs
 
@@ -13,7 +13,7 @@ from vrs_cli.engine.book import Book
 from vrs_cli.engine.history import CommandRecord, Step
 from vrs_cli.engine.position import Places, places_at
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.trajectory.segment import Phase, Segment
+from vrs_cli.trajectory.rope import Block
 from vrs_cli.trajectory.timeline import Timeline
 
 if TYPE_CHECKING:
@@ -84,22 +84,30 @@ def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
 def first_difference(a: Timeline, b: Timeline) -> float | None:
     """The first time at which two timelines may differ [s]; None where they are the same throughout."""
     ours, theirs = list(a.blocks(-inf, inf)), list(b.blocks(-inf, inf))
-    # blocks at the beginning of both that are the same part of the same row at the same time
-    shared = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(ours, theirs, strict=False)))
-    for one, other in zip_longest(
-        *(chain.from_iterable(block.segments() for block in some[shared:]) for some in (ours, theirs))
-    ):
+    shared = sum(1 for _ in takewhile(_same_part, zip(ours, theirs, strict=False)))
+    for one, other in zip_longest(_courses(ours[shared:]), _courses(theirs[shared:])):
         if one is None or other is None:
-            return float((one or other).start)
-        if _course(one) != _course(other):
-            same_way = _course(one)[:-1] == _course(other)[:-1]
-            return min(one.finish, other.finish) if same_way else min(one.start, other.start)
+            return float((one or other)[0])
+        if one != other:
+            return float(min(one[-1], other[-1]) if one[:-1] == other[:-1] else min(one[0], other[0]))
     return None
 
 
-def _course(segment: Segment) -> tuple[object, ...]:
-    """What the robot does in a segment, without the command that asked for it; the time at which it ends is last."""
-    return segment.start, segment.path, segment.motion.hand, segment.motion.frames, segment.finish
+def _same_part(pair: tuple[Block, Block]) -> bool:
+    """Whether two blocks are the same part of the same row at the same time."""
+    one, other = pair
+    return one.row is other.row and (one.offset, one.first, one.last) == (other.offset, other.first, other.last)
+
+
+def _courses(blocks: Iterable[Block]) -> Iterator[Any]:
+    """What the robot does in each segment, without the command that asked for it: when it starts first, when it ends
+    last.
+    """
+    for block in blocks:
+        (starts, finishes), part = block.times(), slice(block.first, block.last)
+        paths, motions = block.row.paths[part], block.row.motions[part]
+        for start, path, motion, finish in zip(starts, paths, motions, finishes, strict=True):
+            yield start, path, motion.hand, motion.frames, finish
 
 
 # --- how far ---------------------------------------------------------------------------------------------------
@@ -123,17 +131,18 @@ def _extent(arm: RobotArm, book: Book) -> Extent:
 
 
 def _sample_times(timeline: Timeline, since: float = 0.0) -> Floats:
-    """Times at all boundaries of moving segments and between them [s], in order."""
+    """Times at all boundaries of moving segments and between them [s], in order, none twice."""
     import numpy as np
 
-    moving = [(s.start, s.finish) for s in timeline if s.phase is not Phase.REST and s.finish >= since]
-    if not moving:
+    tables = [(block.offset, *block.table()) for block in timeline.blocks(since, inf)]
+    edges = np.concatenate([table.edges(part) + offset for offset, table, part in tables])
+    moving = edges[(edges[:, 1] >= since) & ~np.concatenate([table.resting[part] for _, table, part in tables])]
+    if not len(moving):
         return np.array([timeline.start, timeline.end])
-    edges = np.array(moving)
     count = int(min(max(MOST_SAMPLES // len(moving), SPARSEST), DENSEST))
     shares = np.linspace(0.0, 1.0, count)
-    times = (edges[:, :1] + (edges[:, 1:] - edges[:, :1]) * shares).ravel()
-    return np.concatenate(([timeline.start], times, [timeline.end]))
+    times = np.concatenate(([timeline.start], (moving[:, :1] + np.diff(moving) * shares).ravel(), [timeline.end]))
+    return times[np.diff(times, prepend=-inf) > 0.0]  # a segment begins where the one before ends
 
 
 # --- how far apart ---------------------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from itertools import islice
+from math import inf
 from typing import TypeVar
 
 from msgspec import Struct, structs
@@ -129,9 +130,12 @@ def records(timeline: Timeline, steps: Sequence[Step]) -> tuple[CommandRecord, .
     """The commands of steps, with the times of their motions on a timeline."""
     begins: dict[int, float] = {}
     ends: dict[int, float] = {}
-    for segment in timeline:
-        begins.setdefault(segment.motion.number, segment.start)
-        ends[segment.motion.number] = segment.finish
+    for block in timeline.blocks(-inf, inf) if steps else ():
+        numbers = [motion.number for motion in block.row.motions[block.first : block.last]]
+        starts, finishes = block.times()
+        for number, start in zip(numbers, starts, strict=True):
+            begins.setdefault(number, start)
+        ends.update(zip(numbers, finishes, strict=True))
     found = []
     for delta in (step.delta for step in steps):
         motion, executed = delta.motion, shown(delta.executed)

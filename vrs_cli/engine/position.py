@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 
 TWIST = 6  # numbers of a twist
+POSES = 2048  # found at once: their numbers stay in the cache
 BEYOND = 1.5  # times the limit of a joint, which no motion reaches
 
 
@@ -227,15 +228,18 @@ def _sampled(arm: RobotArm, timeline: Timeline, times: Floats, kind: type[Sample
     n = arm.model.joint_count
     shapes = {"joints": (n,), "T_world_tool": (3, 4), "hand": (), "velocity": (n,), "acceleration": (n,)}
     found = kind(times, *(np.zeros((len(times), *shapes[name])) for name in kind.__struct_fields__[1:]))
+    frames: dict[Frames, int] = {}
+    which = np.zeros(len(times), dtype=np.intp)  # of these, at each time
     for block, rows in _blocks(timeline, times):
-        _fill(arm, block, rows, found)
+        table, places = _fill(arm, block, rows, found)
+        numbers = [frames.setdefault(one, len(frames)) for one in table.frames]
+        which[rows] = numbers[0] if len(numbers) == 1 else np.take(numbers, table.frame_number[places])
+    _fill_poses(arm, frames, which, found)
     return found if back is None else kind(*(column[back] for column in structs.astuple(found)))
 
 
-def _fill(arm: RobotArm, block: Block, rows: slice, out: Places) -> None:
-    """Fill the rows of the sorted times that lie in one block."""
-    from vrs_cli.kinematics import transform_batch as batch
-
+def _fill(arm: RobotArm, block: Block, rows: slice, out: Places) -> tuple[BlockTable, Rows]:
+    """Fill the rows of the sorted times that lie in one block, but for the poses: its table, and the places there."""
     times, q = out.times[rows], out.joints[rows]
     table, part = block.table()
     places, s = table.locate(times, block.offset, part)
@@ -244,13 +248,21 @@ def _fill(arm: RobotArm, block: Block, rows: slice, out: Places) -> None:
         moving = (times >= table.starts[places] + block.offset) & (s < table.durations[places]) & ~table.resting[places]
         _fill_rates(arm, table, places, s, moving, q, (out.velocity[rows], out.acceleration[rows]))
     out.hand[rows] = table.hand[places]
-    T_robot_flange = arm.forward_batch(q)
-    T_world_tool = out.T_world_tool[rows]
-    for number, frames in enumerate(table.frames):
-        with_these = table.frame_number[places] == number
-        T_world_robot, T_flange_tool = batch.stack([inverse(frames.base), frames.tool])
-        T_world_flange = batch.compose_batch(T_world_robot, T_robot_flange[with_these])
-        T_world_tool[with_these] = batch.compose_batch(T_world_flange, T_flange_tool)
+    return table, places
+
+
+def _fill_poses(arm: RobotArm, frames: dict[Frames, int], which: Rows, out: Places) -> None:
+    """Fill in T_world_tool, many rows at once: `which` (N,) tells the number of the frames at each time."""
+    import numpy as np
+
+    from vrs_cli.kinematics import transform_batch as batch
+
+    for one, number in frames.items():
+        T_world_robot, T_flange_tool = batch.stack([inverse(one.base), one.tool])
+        rows = np.flatnonzero(which == number)
+        for part in np.split(rows, range(POSES, len(rows), POSES)):
+            T_world_flange = batch.compose_batch(T_world_robot, arm.forward_batch(out.joints[part]))
+            out.T_world_tool[part] = batch.compose_batch(T_world_flange, T_flange_tool)
 
 
 def _fill_rates(

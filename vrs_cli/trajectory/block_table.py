@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 
 class BlockTable(NamedTuple):
-    """m segments of n joints, those of a row from `first` on: `starts`, `durations`, `hand` (m,); `coefficients`
-    (k, m, n) by ascending power.
+    """m segments of n joints, those of a row from `first` on: `starts`, `finishes`, `durations`, `hand` (m,);
+    `coefficients` (k, m, n) by ascending power.
 
     `straight` and `resting` (m,) say what each segment is; a straight one has coefficients of zero. `frame_number` (m,)
     counts into `frames`. Times are those that the segments were made with.
@@ -28,6 +28,7 @@ class BlockTable(NamedTuple):
     row: Row
     first: int
     starts: Floats
+    finishes: Floats
     durations: Floats
     hand: Floats
     coefficients: Floats
@@ -42,6 +43,12 @@ class BlockTable(NamedTuple):
     @property
     def any_straight(self) -> bool:
         return bool(self.straight.any())
+
+    def edges(self, part: slice) -> Floats:
+        """When the segments of a part start and finish, (m, 2)."""
+        import numpy as np
+
+        return np.stack((self.starts[part], self.finishes[part]), axis=1)
 
     def locate(self, times: Floats, offset: float, part: slice) -> tuple[Rows, Floats]:
         """The segment of a part in force at each time (N,), and how long it has been so [s], at most its duration; the
@@ -88,13 +95,15 @@ def table_of(row: Row, first: int, last: int) -> BlockTable:
 
     last = min(last, len(row))
     starts, motions, paths = np.array(row.starts[first:last]), row.motions[first:last], row.paths[first:last]
+    finishes = np.array(row.finishes[first:last])
     frames = tuple(dict.fromkeys(motion.frames for motion in motions))
     number = {frame: count for count, frame in enumerate(frames)}
     return BlockTable(
         row=row,
         first=first,
         starts=starts,
-        durations=np.array(row.finishes[first:last]) - starts,
+        finishes=finishes,
+        durations=finishes - starts,
         hand=np.array([motion.hand for motion in motions]),
         coefficients=coefficients(paths),
         straight=np.array([not isinstance(path, JointPath) for path in paths]),

@@ -22,7 +22,7 @@ from threading import Lock
 from typing import NamedTuple
 
 from vrs_cli.trajectory.block_table import BlockTable, table_of
-from vrs_cli.trajectory.row import Row
+from vrs_cli.trajectory.row import Row, later
 from vrs_cli.trajectory.segment import Segment
 
 SMALL = 128  # segments: a leaf of no more may be copied
@@ -84,9 +84,10 @@ class Block(NamedTuple):
     def begin(self) -> float:
         return self.offset + self.row.starts[self.first]
 
-    def segments(self) -> Iterator[Segment]:
-        """The segments at their times."""
-        return _shifted(self.row.between(self.first, self.last), self.offset)
+    def times(self) -> tuple[array[float], array[float]]:
+        """When the segments start and when they finish [s]."""
+        part = slice(self.first, self.last)
+        return later(self.row.starts[part], self.offset), later(self.row.finishes[part], self.offset)
 
     def table(self) -> tuple[BlockTable, slice]:
         """The table that the block is in, and the part of it that the block is."""

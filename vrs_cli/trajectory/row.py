@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
-from operator import eq
 from typing import Any, overload
 
 from vrs_cli.trajectory.motion import Motion
@@ -64,11 +63,6 @@ class Row(Sequence[Segment]):
         phases = map(PHASES.__getitem__, self.phases[first:last])
         columns = self.starts[first:last], self.finishes[first:last], self.paths[first:last], phases
         return map(Segment, *columns, self.motions[first:last])
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Sequence) and len(self) == len(other) and all(map(eq, self, other))
-
-    __hash__ = None  # type: ignore[assignment]  # it grows
 
     # --- growing ---
 
