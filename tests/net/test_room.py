@@ -257,6 +257,19 @@ def test_a_program_of_who_has_gone_goes_on_in_virtual_time_and_asks_who_drives_n
         assert bob.line("WHERE").version == 2, "a delay, and a motion"
 
 
+def test_an_error_of_vrs_itself_that_nobody_waits_for_is_raised_by_a_tick(tmp_path: Path) -> None:
+    def broken() -> float:
+        raise ZeroDivisionError("as if there were a fault")
+
+    with served(tmp_path) as it:
+        actor = it.room.session.actor
+        actor.call(lambda: actor.repeat(broken))
+        until(lambda: actor.mishaps)
+        with pytest.raises(ZeroDivisionError):
+            it.room.tick()
+        it.room.tick()
+
+
 # --- what programs may take, and say ---
 
 

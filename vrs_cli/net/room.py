@@ -532,7 +532,9 @@ class Room:
     # --- as time passes ---
 
     def tick(self) -> None:
-        """See who is gone, and what has grown too large. To be called some times a second."""
+        """See who is gone, and what has grown too large. To be called some times a second. Raises what went wrong in
+        the robot's thread and nobody has waited for.
+        """
         now = self._wall()
         for guest in tuple(self._away):
             if guest.link is None and guest.ledger.expired(now):
@@ -548,6 +550,8 @@ class Room:
         self._push_status()
         self._note_ends()
         self._announce()
+        if self.session.actor.mishaps:
+            raise self.session.actor.mishaps.pop(0)
 
     def _driver_gone(self, who: str) -> None:
         """What becomes of the program is a setting."""
