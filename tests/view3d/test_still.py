@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -69,6 +70,16 @@ def test_a_moving_picture_keeps_the_colours_of_thin_lines() -> None:
 def test_a_film_of_too_many_frames_is_refused(timeline: Timeline) -> None:
     with pytest.raises(PictureError, match=r"more than a film has \(600\).*give --rate \d"):
         PICTURES["gif"].write(io.BytesIO(), ARM, timeline, BEYOND)
+
+
+def test_a_film_that_ffmpeg_does_not_make_is_said_to_be_none(
+    timeline: Timeline, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frames = [np.zeros((*still.FILM_SIZE[::-1], 3), np.uint8)] * 3
+    monkeypatch.setattr(still, "_frames", lambda *_: nullcontext(iter(frames)))
+    monkeypatch.setattr(still, "find_ffmpeg", lambda: "false")
+    with pytest.raises(PictureError, match="ffmpeg makes no film"):
+        PICTURES["mp4"].write(io.BytesIO(), ARM, timeline, 10.0)
 
 
 def test_without_a_browser_it_is_said_what_there_is(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from io import BytesIO
 from math import ceil, floor
 from pathlib import Path
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.render.progress import RunProgress
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.caption import caption
 from vrs_cli.view3d.needs import PictureError, find_browser, find_ffmpeg
@@ -99,10 +100,14 @@ def write_mp4(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) 
     with TemporaryDirectory() as folder, _frames(arm, timeline, rate) as frames:
         made = Path(folder) / "film.mp4"
         command = (find_ffmpeg(), "-loglevel", "error", *picture, *form, str(made))
-        raw = b"".join(frame.tobytes() for frame in frames)
-        done = subprocess.run(command, input=raw, capture_output=True, check=False)
-        if done.returncode:
-            raise PictureError("ffmpeg makes no film", done.stderr.decode(errors="replace").strip())
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+            assert running.stdin is not None, "it is piped"
+            with suppress(BrokenPipeError):  # it says why it ended
+                for frame in frames:
+                    running.stdin.write(frame.tobytes())
+            _, said = running.communicate()
+        if running.returncode:
+            raise PictureError("ffmpeg makes no film", said.decode(errors="replace").strip())
         stream.write(made.read_bytes())
 
 
@@ -115,13 +120,14 @@ def _frames(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[Iterator
             f"{count} frames are more than a film has ({MOST_FRAMES}), as each takes a moment to draw",
             f"give --rate {floor(10.0 * MOST_FRAMES / (timeline.end - timeline.start)) / 10.0:g}, or --to html",
         )
-    with photographing(FILM_SIZE) as (client, take):
+    with photographing(FILM_SIZE) as (client, take), RunProgress("drawing", timeline.end) as progress:
         _aim(client, arm, FILM_SIZE)
         studio = Studio(client.scene, arm, timeline)
         if (label := client.scene.get_handle_by_name("/tool/name")) is not None:
             label.visible = False  # it would be a picture late
 
         def taken(t: float) -> Pixels:
+            progress(t)
             shown = studio.show(t)
             return captioned(take(), caption(shown))
 
