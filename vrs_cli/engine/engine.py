@@ -56,13 +56,14 @@ from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.transform import Transform, compose
+from vrs_cli.kinematics.transform import Transform, angle_between, compose
 from vrs_cli.trajectory.delta_log import DeltaLog
 from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
 from vrs_cli.trajectory.motion import Frames, Kind, Motion, RelativeTarget, Start, ToolOffsetTarget
 from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 
+NOTICEABLE = 0.01  # [rad] of a tool that is turned otherwise than asked
 SLACK = 1e-6  # [m] of the width of a hand: rounding
 LONGER = 1.0 + 1e-5  # a tick of steering, so that the next target comes before its end
 
@@ -75,6 +76,13 @@ class Postponement(Struct, frozen=True):
     text: str
     asked: float
     executed: float
+
+
+class Turning(Struct, frozen=True):
+    """A motion of an arm that turns its tool as nearly as it can: how far from what was asked [rad]."""
+
+    text: str
+    angle: float
 
 
 class Bookmark(Struct, frozen=True):
@@ -96,6 +104,7 @@ class Engine:
         self.settings = Settings().after(SetParameter("PROFILE", model.profile))
         self.events: Feed[Event] = Feed(lambda: Replaced(self.timeline, self.settings))
         self.postponed: list[Callable[[Postponement], None]] = []  # they are told of every one
+        self.turned: list[Callable[[Turning], None]] = []  # the same, of those that are `NOTICEABLE`
         self.book = Book.at(model.poses["ready"] if start is None else start)
         self.book.told = self.events.publish
 
@@ -224,10 +233,18 @@ class Engine:
             self.settings = structs.replace(self.settings, alter=altered)
         if self.settings.moves:
             executed = self._edit(motion, executed, self.settings.inserts, issued).executed
+            self._tell_turned(move, executed)
         self.settings = self.settings.after_motion(move.target)
         if move.stamp is not None:
             return self.now
         return self._until(executed, program)
+
+    def _tell_turned(self, move: Move, executed: float) -> None:
+        if self.arm.steady is None or not isinstance(move.target, PoseTarget):
+            return
+        angle = angle_between(self.destination(executed).T_world_tool, move.target.T_world_tool)
+        for listener in tuple(self.turned) if angle > NOTICEABLE else ():
+            listener(Turning(move.text, angle))
 
     def _alter(self, alter: Alter, issued: float | None) -> None:
         """The motion under way, or a straight one from where the robot stands, goes to the displaced place from now on:

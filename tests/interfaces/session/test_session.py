@@ -6,6 +6,7 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from tests.laws.motion_laws import check_continuous, check_limits
+from vrs_cli.dialogue.replies import Message
 from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.errors import (
     JointOutOfRange,
@@ -278,3 +279,16 @@ def test_a_line_carries_on_the_acceleration_of_an_arm_that_turns_its_tool_by_the
     session.perform("MOVES SHIFT(DEST BY 2.8, -27, 0) AT 22.3")
     check_continuous(session.engine, session.engine.timeline)
     check_limits(session.engine, session.engine.timeline)
+
+
+def test_a_tool_that_is_turned_otherwise_than_asked_is_told_once(terminal: RecordingTerminal) -> None:
+    session = Session(terminal, load_robot("so100"))
+    session.perform("MOVE TRANS(50, -200, 20, -90, 90, 0)")
+    assert not terminal.replies, "so its joints can turn the tool"
+    session.perform("SET aside = TRANS(50, -200, 100, 0, 0, 0)")
+    session.perform("MOVE aside")
+    session.perform("MOVE SHIFT(aside BY 0, 0, 30)")
+    (said,) = terminal.replies
+    assert isinstance(said, Message)
+    assert said.text.startswith("MOVE aside: 5 joints turn the tool as nearly as they can, here ")
+    assert said.text.endswith(" deg off what is asked (said once)")

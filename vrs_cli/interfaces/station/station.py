@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from math import degrees
 from pathlib import Path
 from typing import Protocol, TypeVar
 from weakref import WeakSet, finalize
@@ -14,7 +15,7 @@ from vrs_cli.dialogue.runs import Beside, Outcome, RunResult
 from vrs_cli.dialogue.talk import Slice, Talk, Terminal, at_once, beside, within
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.clock import Clock
-from vrs_cli.engine.engine import Engine, Postponement
+from vrs_cli.engine.engine import Engine, Postponement, Turning
 from vrs_cli.errors import (
     ClockPaused,
     NoProgramSpecified,
@@ -116,6 +117,7 @@ class Station:
         self.tasks.told = self._tell
         self._closing = finalize(self, self.driver.close)
         self.engine.postponed.append(self._postponed)
+        self.engine.turned.append(self._turned)
         self.dialect = Dialect.VPLUS  # of what is typed, and of files that name none
         self.last_program: str | None = None
         self.desk = self._own_desk = Desk(attended=terminal.attended)
@@ -369,6 +371,13 @@ class Station:
     def _postponed(self, it: Postponement) -> None:
         what = it.text or "the motion"
         self.terminal.show(Message(f"{what} is postponed from {it.asked:.3f} to {it.executed:.3f} s", Tone.WARNING))
+
+    def _turned(self, it: Turning) -> None:
+        """Said once: of a location that was not taught all motions do it."""
+        self.engine.turned.remove(self._turned)
+        joints, off = self.engine.model.joint_count, f"{degrees(it.angle):.1f} deg off what is asked"
+        what = f"{it.text or 'the motion'}: {joints} joints turn the tool as nearly as they can, here {off} (said once)"
+        self.terminal.show(Message(what, Tone.WARNING))
 
     def _tell(self, one: Beside) -> None:
         """Show what became of another task."""
