@@ -173,7 +173,7 @@ class Client:
         end: Future[ServerMessage] = asyncio.get_running_loop().create_future()
 
         def hear(message: ServerMessage) -> None:
-            if is_end(message) and not end.done():
+            if isinstance(message, Done | messages.Result | messages.Refused) and not end.done():
                 end.set_result(message)
 
         self.begin(make, hear)
@@ -337,11 +337,6 @@ class Client:
         if refusal is not None:
             self.far.give_up(refusal)
         return refusal is None
-
-
-def is_end(message: ServerMessage) -> bool:
-    """Whether a request has ended with it."""
-    return isinstance(message, Done | messages.Result | messages.Refused)
 
 
 def checked(end: ServerMessage) -> ServerMessage:

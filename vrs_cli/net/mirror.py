@@ -21,7 +21,6 @@ from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Replaced, Snapshot, fitted
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.instant import down_to_grid
-from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.wire.records import Form, RecordError
 from vrs_cli.wire.steered import SteeredRecord, steered_delta
@@ -151,8 +150,8 @@ class Mirror:
         it has to be asked for again.
         """
         held, count = self._held, self._held.first - older.first
-        joint = older.segments[count : count + 1]
-        if self.lost or count < 0 or not joint or not _continue_each_other(joint[0], held.timeline[0]):
+        joint = older.segments[count : count + 1]  # the first that is held, perhaps cut off by now
+        if self.lost or count < 0 or not joint or joint[0].truncated(held.timeline[0].finish) != held.timeline[0]:
             return False
         timeline = Timeline((*older.segments[:count], *held.timeline), held.timeline.version)
         self._held = replace(held, timeline=timeline, first=older.first)
@@ -178,8 +177,3 @@ def parting(before: Timeline, after: Timeline) -> float:
             same = one.truncated(end) == other.truncated(end)
             return end if same else max(min(one.start, other.start), begin)
     return inf
-
-
-def _continue_each_other(older: Segment, held: Segment) -> bool:
-    """Whether it is the same segment, perhaps cut off by now."""
-    return older.truncated(held.finish) == held

@@ -254,7 +254,7 @@ def _unique(candidates: Candidates) -> Iterator[tuple[str, str]]:
 
 def _candidates(line: str, prefix: str, names: Names, in_program: bool) -> Candidates:
     if _TARGET.match(line):
-        return _after_assignment(line, names)
+        return _strings(names) if line.lstrip().startswith("$") else _items(names)
     first = _FIRST.match(line)
     if first is None or first.end() == len(line):
         return _beginnings(names, in_program)
@@ -285,10 +285,6 @@ def _beginnings(names: Names, in_program: bool) -> Candidates:
     else:
         yield (".PROGRAM", ".PROGRAM name: type a program, line by line, up to .END")
     yield from names.of(Kind.REAL, Kind.STRING).items()
-
-
-def _after_assignment(line: str, names: Names) -> Candidates:
-    return _strings(names) if line.lstrip().startswith("$") else _items(names)
 
 
 def _row_of(word: str, in_program: bool) -> Word | None:

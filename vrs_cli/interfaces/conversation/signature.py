@@ -17,7 +17,7 @@ from vrs_cli.language.words.word import rows_for
 
 _QUOTED_OR_COMMENT = re.compile(r'"[^"]*"?|;.*')
 _FIRST = re.compile(r"\s*(?:\d+\s+)?(?:DO\s+(?=[A-Za-z]))?([A-Za-z][\w.]*)(\s|$)", re.IGNORECASE)
-_SEPARATOR = re.compile(r",|\bBY\b", re.IGNORECASE)
+_SEPARATOR = re.compile(r",|\bBY\b", re.IGNORECASE)  # BY stands for a comma
 _BEFORE_PARENTHESIS = re.compile(r"([#$]?[A-Za-z][\w.]*)\s*$")
 
 
@@ -71,12 +71,8 @@ def _signature(form: str, summary: str, names: Iterable[str], rest: str) -> Sign
     arguments = tuple(_places(form, names))
     if not arguments:
         return None
-    return Signature(form, summary, arguments, min(_separators(rest), len(arguments) - 1))
-
-
-def _separators(rest: str) -> int:
-    """How many arguments are complete; BY stands for a comma."""
-    return len(_SEPARATOR.findall(top_level(rest)))
+    complete = len(_SEPARATOR.findall(top_level(rest)))
+    return Signature(form, summary, arguments, min(complete, len(arguments) - 1))
 
 
 def _places(form: str, names: Iterable[str]) -> Iterator[tuple[int, int]]:

@@ -88,10 +88,6 @@ def _seen(T: Transform, points: Sequence[Vector]) -> Iterator[Vector]:
     """Points in another frame; of several that are one, the first."""
     before: Vector | None = None
     for p in points:
-        if before is None or not _same(p, before):
+        if before is None or dist(p, before) > SAME:
             yield moved_point(T, p)
             before = p
-
-
-def _same(a: Vector, b: Vector) -> bool:
-    return dist(a, b) <= SAME

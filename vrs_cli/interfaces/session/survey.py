@@ -138,7 +138,7 @@ def survey(session: Session, act: Survey) -> Talk[Surveyed]:
         None if marks[1] in act.known else programs,
         None if marks[2] in act.known else text,
         marks,
-        tuple(map(_task, islice(filter(_shown, session.tasks.in_order()), MOST_TASKS))),
+        tuple(map(_task, islice((track for track in session.tasks.in_order() if not track.at_prompt), MOST_TASKS))),
         tuple(_branches(session)),
         session.environment.signals.on,
         frames.base,
@@ -197,10 +197,6 @@ def _text(session: Session, act: Survey) -> Talk[Text | None]:
 def _steps(stored: StoredProgram) -> tuple[ListedStep, ...]:
     """A stored program does not change."""
     return listed(stored.analysis)
-
-
-def _shown(track: Track) -> bool:
-    return not track.at_prompt
 
 
 def _task(track: Track) -> TaskRow:
