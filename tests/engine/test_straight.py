@@ -331,3 +331,10 @@ def test_a_line_to_a_boundary_ends_on_it_exactly(aside: float) -> None:
     end = engine.position(engine.end)
     assert end.T_world_tool.py == pytest.approx(y, abs=1e-13)
     assert engine.arm.clearance(end.T_world_tool, engine.arm.configuration(end.joints)).shoulder == 0.0
+
+
+def test_a_line_of_a_redundant_arm_to_a_place_that_is_too_far_says_so() -> None:
+    engine = Engine(load_robot("panda"))
+    here = engine.position().T_world_tool
+    with pytest.raises(LocationTooFar, match="all links in one line are 9"):
+        engine.perform(Move(PoseTarget(here._replace(pz=1.7)), straight=True))

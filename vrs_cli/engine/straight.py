@@ -113,7 +113,7 @@ def _check_end(arm: RobotArm, joints: Joints, motion: Motion, failure: MotionErr
     LocationOutOfRange."""
     assert motion.pose is not None
     T_robot_flange = compose(motion.pose, inverse(motion.frames.tool))
-    if arm.hand is not None and not any(arm.branches(T_robot_flange)):
+    if arm.beyond(T_robot_flange) if arm.hand is None else not any(arm.branches(T_robot_flange)):
         try:
             arm.holding(motion.frames.tool).select(T_robot_flange, joints)
         except LocationOutOfRange as beyond:

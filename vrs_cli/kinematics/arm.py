@@ -210,6 +210,10 @@ class RobotArm:
         found = (self.branch_joints(T, way, middle) for way in self.ways)
         return tuple([None if q is None else self._best_turns(q) for q in found])
 
+    def beyond(self, T: Transform) -> bool:  # noqa: ARG002 (others look at T)
+        """Whether all links in one line are too short for T_base_flange, if that is told at once."""
+        return False
+
     @cached_property
     def length(self) -> float:
         """Of all links in one line, from the axis of joint 1 [m]."""

@@ -180,7 +180,7 @@ class NumericArm(RobotArm):
         """Inside the limits: what is found from `near`, where that is one of many; else from the first starts that
         find any.
         """
-        if not self.unchanging.allows(T) or self._beyond(T):
+        if not self.unchanging.allows(T) or self.beyond(T):
             return []
         if self.model.joint_count > self.model.task.size:
             q, _ = self._search(T, near, self._all, bounded=True)
@@ -188,8 +188,7 @@ class NumericArm(RobotArm):
                 return [q]
         return self._batch.solutions(T, near, self._inside)
 
-    def _beyond(self, T: Transform) -> bool:
-        """Whether all links in one line are too short."""
+    def beyond(self, T: Transform) -> bool:
         start, (most, *_) = levers(self.model)
         return self.model.task.counts[:3] == (True,) * 3 and dist(position(T), start) > most + LEVEL
 
