@@ -64,6 +64,6 @@ def alarm() -> Iterator[list[int]]:
 @pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="Windows has no alarm")
 def test_a_wait_ends_though_its_time_ran_out_while_a_signal_was_handled(alarm: list[int]) -> None:
     inbox: Inbox[str] = Inbox()
-    signal.setitimer(signal.ITIMER_REAL, 0.01, 5.0)
+    signal.setitimer(signal.ITIMER_REAL, 0.01, PATIENCE)
     assert inbox.take(0.04) is None
     assert len(alarm) == 1

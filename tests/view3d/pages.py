@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from math import dist
 from typing import Any, TypeVar
 
 import msgspec
@@ -14,6 +15,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from tests.live import PATIENCE
+from vrs_cli.kinematics.transform import Transform, position
 
 PROTOCOL = f"viser-v{viser.__version__}"
 CAMERA = {
@@ -84,6 +86,11 @@ class Page:
                 part = "wxyz" if "wxyz" in message else "position"
                 last[part] = tuple(message[part])
         return last["position"], last["wxyz"]
+
+    def is_at(self, node: str, place: Transform) -> bool:
+        """Whether a node was put there last."""
+        told = [tuple(m["position"]) for m in self.of("SetPositionMessage") if m["name"] == node]
+        return bool(told) and dist(told[-1], position(place)) < 1e-7
 
     def gui(self, kind: str, **props: object) -> Message:
         """The first element of that kind with these properties; its properties are those that it has now."""

@@ -84,9 +84,8 @@ def test_what_is_shown_is_where_g_puts_the_arm(app: App) -> None:
         assert window.robot is not None
         window.robot.say("MOVE #PPOINT(-30, -70, 70, 10, 20, 30)", no_answer)
         until(lambda: window.watched.now > window.watched.timeline.end)
-        page.quiet(0.3)
         expected = position_at(window.watched.arm, window.watched.timeline, window.watched.now).T_world_tool
-        assert page.pose("/tool")[0] == pytest.approx((expected.px, expected.py, expected.pz), abs=1e-7)
+        page.until(lambda: page.is_at("/tool", expected))
 
 
 def is_let_go(robot: RemoteRobot) -> bool:

@@ -84,12 +84,9 @@ def test_pause_seek_and_play_on(page: Page, window: Window) -> None:
 def test_the_arm_is_where_it_is_at_the_time_that_is_sought(page: Page, window: Window, recorded: Recorded) -> None:
     press(page, "play / pause")
     played(page, window, lambda p: not p.playing)
-    before = len(page.told)
     page.set(page.gui("GuiSliderMessage")["uuid"], 2.0)
-    page.until(lambda: any(m.get("name") == "/tool" for m in page.told[before:]))
-    page.quiet(0.1)
     expected = position_at(recorded.arm, recorded.timeline, 2.0).T_world_tool
-    assert page.pose("/tool")[0] == pytest.approx((expected.px, expected.py, expected.pz), abs=1e-7)
+    page.until(lambda: page.is_at("/tool", expected))
 
 
 def test_rates_and_loop(page: Page, window: Window) -> None:
@@ -125,8 +122,7 @@ def test_nothing_is_followed_of_what_does_not_live(page: Page) -> None:
 def test_where_nothing_moves_nothing_is_sent(page: Page, window: Window) -> None:
     page.key("Play or pause")
     played(page, window, lambda p: not p.playing)
-    page.quiet(0.5)
-    assert page.quiet(0.5) == []
+    page.until(lambda: page.quiet(0.5) == [])
 
 
 def test_less_of_the_timeline_is_shown_at_will(page: Page) -> None:

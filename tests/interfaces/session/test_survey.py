@@ -203,7 +203,7 @@ def test_it_is_cheap_where_there_is_much() -> None:
         begun = process_time()
         surveyed(session, "long", first=900, known=known)
         took.append(process_time() - begun)
-    assert min(took) < 0.005 * slowness()
+    assert min(took) < 2.0 * 0.005 * slowness(), "twice as much is not chance"
 
 
 def slowness() -> float:
