@@ -67,13 +67,16 @@ def plan_corner(moving: Problem, resting: Problem) -> tuple[Segment, ...]:
     """A motion that rounds the corner where the one before would end; where that would take longer, it begins once the
     arm stands there. Raises MotionError where it is possible from neither.
     """
+    refusal: MotionError | None = None
+    try:
+        stopped = plan_motion(resting)
+        moving = structs.replace(moving, latest=stopped[-1].finish + SLOWER)
+    except MotionError as error:
+        refusal = error
     try:
         rounded = plan_directly(moving)
-    except NoWay:
-        return plan_motion(resting)
-    latest = rounded[-1].finish - SLOWER
-    try:
-        stopped = plan_motion(structs.replace(resting, latest=latest))
-    except (MotionError, NotInTime):
-        return rounded
-    return stopped if stopped[-1].finish < latest else rounded
+    except (NoWay, NotInTime):
+        if refusal is not None:
+            raise refusal from None
+        return stopped
+    return rounded if rounded[-1].finish <= moving.latest else stopped

@@ -6,7 +6,7 @@ joint jumps unseen. What the samples ask of the joints: `load`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import accumulate, pairwise
 from math import ceil, inf
 from typing import NamedTuple
@@ -22,6 +22,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
+from vrs_cli.kinematics.jacobian import Twist
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints, joints_outside
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
@@ -82,6 +83,8 @@ class Follower:
         self.lower, self.upper = arm.model.lower, arm.model.upper
         self.rate_steps = tuple(RATE_STEP * limit for limit in arm.model.max_velocity)
         self.hopeless = HOPELESS * slowest  # of the limit of a joint
+        self._path: CartesianPath | None = None  # the last one that was asked about, and its states
+        self._states: Callable[[float], tuple[Transform, Twist]]
 
     def samples(
         self,
@@ -105,8 +108,14 @@ class Follower:
             self._check_starts(path, samples)
         instants = [duration * step / steps for step in range(1, steps + 1)]
         for until in sorted({*marks, *instants}) if marks else instants:
-            if until - samples[-1].s > LEAST_GAP * duration:
-                self._refine(path, samples, until, min(finest, steps * FINEST * (until - samples[-1].s)))
+            last = samples[-1]
+            if until - last.s <= LEAST_GAP * duration:
+                continue
+            sample = None if self.arm.guesses else self._sample(path, until, last.joints)
+            if sample is not None and self._close(last, sample):  # as nearly all are
+                samples.append(sample)
+            else:
+                self._refine(path, samples, until, min(finest, steps * FINEST * (until - last.s)))
         if self.singular(samples[-1]):
             samples.pop()
             steady = len(samples) - 1
@@ -293,7 +302,9 @@ class Follower:
 
     def _sample(self, path: CartesianPath, s: float, near: Joints, *, soon: bool = False) -> Sample | None:
         """None out of reach, or of a range; `soon`: also where Newton's method does not find it next to `near`."""
-        pose, twist = path.state(s)
+        if path is not self._path:
+            self._path, self._states = path, path.states()
+        pose, twist = self._states(s)
         T_robot_flange = self.flange(pose)
         at_once = state_on(self.arm, path, s, (pose, twist), T_robot_flange, near) if self.arm.guesses else None
         if at_once is None and soon:

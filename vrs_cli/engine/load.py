@@ -31,6 +31,7 @@ JERK_MARGIN = 1.01
 NEAR_LIMIT = 0.9  # of an acceleration or jerk limit: what the samples show may hide a peak above it
 NEAR_PEAK = 0.95  # of the worst joint's part of its limit: the joints whose peaks between samples are looked for
 BENT = 0.01  # of the greatest jerk: a bend between two samples from which it is looked at more closely
+FAST = 0.8  # of a velocity limit: a joint that is slower at all samples comes nowhere near it between them
 AT_LIMIT = 0.999  # of a velocity limit: a joint that begins the stretch there
 SLOWS_DOWN = 0.1  # [1/s] of its velocity: a joint that loses so much is fastest at the beginning
 CLOSER_STEPS = 8  # halvings of the way between two samples
@@ -86,14 +87,16 @@ class StretchLoad:
         """The greatest load. A joint that is no faster than at the start of the motion, `start`, is given
         little margin: the motion that was interrupted may have been at its limit.
         """
-        first, last, means = self.samples[0], self.samples[-1], _means(self.samples)
-        at_first = self._known(joint_acceleration, first) or _carried_on(means[0], means[1], first.s)
-        at_last = self._known(joint_acceleration, last) or _carried_on(means[-1], means[-2], last.s)
-        rates = [(first.s, at_first), *means, (last.s, at_last), *(self._bends() if self.closely else ())]
-        load = self._acceleration(rates, ACCELERATION_MARGIN)
+        means, fast = _means(self.samples), self._fast()
+        load = self._acceleration(means, ACCELERATION_MARGIN)
+        counts = max(load.acceleration, NEAR_LIMIT) / ACCELERATION_MARGIN
+        first = self._at_end(self.samples[0], means[0], means[1], 0.0 if fast else counts)
+        last = self._at_end(self.samples[-1], means[-1], means[-2], counts)
+        ends = [first, last, *(self._bends() if self.closely else ())]
+        load = load.worse(self._acceleration(ends, ACCELERATION_MARGIN))
         if load.acceleration > NEAR_LIMIT:
-            load = load.worse(self._acceleration([*self._near_limit(means)], ACCELERATION_MARGIN))
-        return self._velocity(start, at_first, means[0][1]).worse(load)
+            load = load.worse(self._acceleration([*self._near_limit(means, counts)], ACCELERATION_MARGIN))
+        return self._velocity(start, first[1], means[0][1]).worse(load) if fast else load
 
     def smooth(self, start: Joints) -> Load:
         """`parabolic` for a jerk-limited motion, with its jerk."""
@@ -102,10 +105,16 @@ class StretchLoad:
         known = ((sample, self._known(joint_acceleration_and_jerk, sample)) for sample in clear)
         moments = [Moment(sample, *rates) for sample, rates in known if rates is not None]
         at_first = moments[0].acceleration if moments and moments[0].sample is self.samples[0] else means[0][1]
-        load = self._velocity(start, at_first, means[0][1])
+        load = self._velocity(start, at_first, means[0][1]) if self._fast() else Load()
         return load.worse(self._smooth_acceleration(moments, means)).worse(self._jerk(moments))
 
     # --- velocity ---
+
+    def _fast(self) -> bool:
+        """Whether a joint is so fast somewhere that its velocity counts."""
+        columns = zip(*[sample.velocity for sample in self.samples], strict=True)
+        rows = zip(columns, self.limits.max_velocity, strict=True)
+        return any(max(column) > FAST * most or min(column) < -FAST * most for column, most in rows)
 
     def _velocity(self, start: Joints, at_first: Joints, first_mean: Joints) -> Load:
         """At all samples but the first, which is given; between these two; and where a joint is fastest."""
@@ -172,15 +181,30 @@ class StretchLoad:
 
     # --- acceleration ---
 
-    def _near_limit(self, means: list[Rates]) -> Iterator[Rates]:
-        """The joint accelerations at both samples of the greatest mean of a joint, where that is near its limit."""
+    def _at_end(self, sample: Sample, near: Rates, far: Rates, counts: float) -> Rates:
+        """The joint accelerations at the first or the last sample: the line through the two means next to it, where no
+        joint can come to that part of its limit which counts.
+        """
+        guess = _carried_on(near, far, sample.s)
+        rows = zip(guess, near[1], self.limits.max_acceleration, strict=True)
+        if all(abs(a) + 2.0 * abs(a - mean) < counts * limit for a, mean, limit in rows):
+            return sample.s, guess
+        return sample.s, self._known(joint_acceleration, sample) or guess
+
+    def _near_limit(self, means: list[Rates], counts: float) -> Iterator[Rates]:
+        """The joint accelerations at both samples of the greatest mean of a joint, where that is near its limit and may
+        hide one that counts. Those at the ends are known.
+        """
         columns = zip(*[rates for _, rates in means], strict=True)
         near = dict[int, None]()  # the samples, each once
         for column, limit in zip(columns, self.limits.max_acceleration, strict=True):
-            k = _where_largest(column)
-            if NEAR_LIMIT * limit < abs(column[k]):
-                near |= {k: None, k + 1: None}
-        for sample in [self.samples[k] for k in near if k < len(self.samples)]:
+            most = _largest(column)
+            if most > NEAR_LIMIT * limit:
+                k = _where_largest(column)
+                around = column[max(k - 1, 0) : k + 2]
+                if most + max(around) - min(around) > counts * limit:
+                    near |= {k: None, k + 1: None}
+        for sample in [self.samples[k] for k in near if 0 < k < len(self.samples) - 1]:
             rates = self._known(joint_acceleration, sample)
             if rates is not None:
                 yield sample.s, rates
@@ -292,13 +316,15 @@ def _between(a: Joints, b: Joints, before: Joints, after: Joints, lasting: float
     return found
 
 
-def _means(samples: list[Sample]) -> list[Rates]:
+def _means(samples: Sequence[Sample]) -> list[Rates]:
     """The mean joint accelerations between samples."""
-    return [
-        (0.5 * (a.s + b.s), tuple([(w - v) / (b.s - a.s) for v, w in zip(a.velocity, b.velocity, strict=True)]))
-        for a, b in pairwise(samples)
-        if b.s > a.s
-    ]
+    means = []
+    for a, b in pairwise(samples):
+        lasting = b.s - a.s
+        if lasting > 0.0:
+            rates = tuple([(w - v) / lasting for v, w in zip(a.velocity, b.velocity, strict=True)])
+            means.append((0.5 * (a.s + b.s), rates))
+    return means
 
 
 def _largest(values: Sequence[float]) -> float:

@@ -156,21 +156,21 @@ class _Line:
     def segments(self) -> tuple[Segment, ...]:
         if self.state.at_rest:
             return self._from_rest()
-        slowed = 1.0
+        slowed, closely = 1.0, False
         for _ in range(ATTEMPTS):
             stretches = self._stretches(self.limits)
-            try:
-                marks = [self._marks_in_motion(stretch, last=stretch is stretches[-1]) for stretch in stretches]
-            except MotionError:
-                self._follow(stretches)  # which may be refused sooner
-                raise
-            seeds, loads = self._follow(stretches, marks)
+            seeds, loads = self._follow(stretches, self._marks_in_motion(stretches) if closely else ())
+            if not closely and _worst(loads).slowing <= 1.0 + ROUNDING:
+                marks = self._marks_in_motion(stretches)
+                closely = any(marks)
+                seeds, loads = self._follow(stretches, marks) if closely else (seeds, loads)
             load = _worst(loads)
             if load.slowing <= 1.0 + ROUNDING:
                 return self._segments(stretches, seeds)
             slowed *= self._ease(stretches, loads)
             if slowed > self.problem.slowest:
                 break
+        self._marks_in_motion(stretches)  # which refuse it for what stands on the way
         raise self._too_singular(load)
 
     def _ease(self, stretches: list[ToolStretch], loads: list[Load]) -> float:
@@ -189,8 +189,6 @@ class _Line:
     def _from_rest(self) -> tuple[Segment, ...]:
         """From rest the line is slowed down by stretching its time as a whole: once, exactly, on the same path."""
         stretches = self._stretches(self.limits)
-        if self.problem.latest <= self.problem.begin + sum(stretch.duration for stretch in stretches):
-            raise NotInTime  # the joints can only make it longer
         way = self._way()
         try:
             found = survey(self.follower, way, 1.0)
@@ -241,8 +239,13 @@ class _Line:
             done, joints, pose = stop.part, path.seeds[-1], stop.pose
         return tuple(segments)
 
-    def _marks_in_motion(self, stretch: ToolStretch, *, last: bool) -> Marks:
-        """The instants that need a sample. Raises MotionError for what leaves the reach, or touches a boundary."""
+    def _marks_in_motion(self, stretches: list[ToolStretch]) -> list[Marks]:
+        """The instants of each stretch that need a sample. Raises MotionError for what leaves the reach, or touches a
+        boundary.
+        """
+        return [self._marks_of(stretch, last=stretch is stretches[-1]) for stretch in stretches]
+
+    def _marks_of(self, stretch: ToolStretch, *, last: bool) -> Marks:
         path, lasting = self._path(stretch, (self.joints.joints,)), stretch.duration
         found = survey(self.follower, path, lasting)
         for touch in found.touches:
@@ -278,15 +281,19 @@ class _Line:
         return value(stretch.turns[-1][1], s) / angle if stretch.turns and angle else 0.0
 
     def _stretches(self, limits: ToolLimits) -> list[ToolStretch]:
+        """Raises NotInTime, as what the joints ask for can only make it longer."""
         try:
             if self.stops:
                 return self.law.straight_stop(self.state, limits)
-            return self.law.straight_motion(self.state, self.goal, limits, self.least)
+            stretches = self.law.straight_motion(self.state, self.goal, limits, self.least)
         except NoTimes:
             raise StraightLineSingular(
                 "the tool moves too fast to go over to the line within its limits",
                 "use MOVE, or let the arm come to rest first",
             ) from None
+        if self.problem.begin + sum([stretch.duration for stretch in stretches]) > self.problem.latest:
+            raise NotInTime
+        return stretches
 
     def _follow(self, stretches: list[ToolStretch], marks: Iterable[Marks] = ()) -> tuple[list[Seeds], list[Load]]:
         """The joints of each stretch, and the greatest load on a joint in each. `marks`: instants that get a sample."""

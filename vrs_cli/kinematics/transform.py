@@ -11,6 +11,7 @@ Two triples of angles name a rotation, and one routine serves both (VAL-II manua
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import atan2, cos, hypot, pi, sin, sqrt
 from typing import NamedTuple
 
@@ -139,36 +140,52 @@ def rotation_z(angle: float) -> Transform:
 
 
 def rotation_about(axis: Vector, angle: float) -> Transform:
-    """A rotation about any axis of any length but zero [rad] (Rodrigues).
+    """A rotation about any axis of any length but zero [rad].
 
     Raises IllegalValue for an axis of no length.
     """
-    x, y, z = axis
-    length = hypot(x, y, z)
+    return turned_about(IDENTITY, axis)(angle)
+
+
+def turned_about(T: Transform, axis: Vector) -> Callable[[float], Transform]:
+    """T by the angle [rad] by which it is turned about an axis that it carries along (Rodrigues).
+
+    Raises IllegalValue for an axis of no length.
+    """
+    length = hypot(*axis)
     if not length > 0.0:
         raise IllegalValue(f"the axis {axis} has no direction", "give a vector that is not zero")
-    x, y, z = x / length, y / length, z / length
-    s, half = sin(angle), sin(0.5 * angle)
-    versine = 2.0 * half * half
-    c = 1.0 - versine
-    xy, yz, zx = x * y * versine, y * z * versine, z * x * versine
-    return _new(
-        Transform,
-        (
-            x * x * versine + c,
-            xy - z * s,
-            zx + y * s,
-            0.0,
-            xy + z * s,
-            y * y * versine + c,
-            yz - x * s,
-            0.0,
-            zx - y * s,
-            yz + x * s,
-            z * z * versine + c,
-            0.0,
-        ),
-    )
+    x, y, z = axis[0] / length, axis[1] / length, axis[2] / length
+    xx, yy, zz, xy, yz, zx = x * x, y * y, z * z, x * y, y * z, z * x
+    nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
+
+    def turned(angle: float) -> Transform:
+        s, half = sin(angle), sin(0.5 * angle)
+        versine = 2.0 * half * half
+        c = 1.0 - versine
+        xs, ys, zs, xyv, yzv, zxv = x * s, y * s, z * s, xy * versine, yz * versine, zx * versine
+        n1, n2, n3 = xx * versine + c, xyv + zs, zxv - ys
+        s1, s2, s3 = xyv - zs, yy * versine + c, yzv + xs
+        a1, a2, a3 = zxv + ys, yzv - xs, zz * versine + c
+        return _new(
+            Transform,
+            (
+                nx * n1 + sx * n2 + ax * n3,
+                nx * s1 + sx * s2 + ax * s3,
+                nx * a1 + sx * a2 + ax * a3,
+                px,
+                ny * n1 + sy * n2 + ay * n3,
+                ny * s1 + sy * s2 + ay * s3,
+                ny * a1 + sy * a2 + ay * a3,
+                py,
+                nz * n1 + sz * n2 + az * n3,
+                nz * s1 + sz * s2 + az * s3,
+                nz * a1 + sz * a2 + az * a3,
+                pz,
+            ),
+        )
+
+    return turned
 
 
 def distance(a: Transform, b: Transform) -> float:

@@ -24,12 +24,12 @@ from vrs_cli.kinematics.transform import (
     Transform,
     Vector,
     added,
-    at_position,
     compose,
     cross,
     rotate,
     rotation_about,
     scaled,
+    turned_about,
 )
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import (
@@ -46,6 +46,8 @@ from vrs_cli.trajectory.polynomial import (
 
 Twist = tuple[float, float, float, float, float, float]
 STILL: Vector = (0.0, 0.0, 0.0)
+
+_new = tuple.__new__
 
 
 class Phase(Enum):
@@ -210,15 +212,18 @@ class CartesianPath(NamedTuple):
 
     def state(self, s: float) -> tuple[Transform, Twist]:
         """`pose` and `twist` at once."""
-        (x, vx), (y, vy), (z, vz) = [value_and_rate(a, s) for a in self.position]
-        R = self.orientation
-        wx = wy = wz = 0.0
-        for axis, polynomial in self.turns:
-            angle, rate = value_and_rate(polynomial, s)
-            kx, ky, kz = rotate(R, axis)
-            wx, wy, wz = wx + kx * rate, wy + ky * rate, wz + kz * rate
-            R = compose(R, rotation_about(axis, angle))
-        return at_position(R, x, y, z), (vx, vy, vz, wx, wy, wz)
+        return self.states()(s)
+
+    def states(self) -> Callable[[float], tuple[Transform, Twist]]:
+        """`state`, for many times of one path."""
+        place, turned = _places(*self.position), _orientations(self.orientation, self.turns)
+
+        def state(s: float) -> tuple[Transform, Twist]:
+            x, vx, y, vy, z, vz = place(s)
+            (nx, sx, ax, _, ny, sy, ay, _, nz, sz, az, _), (wx, wy, wz) = turned(s)
+            return _new(Transform, (nx, sx, ax, x, ny, sy, ay, y, nz, sz, az, z)), (vx, vy, vz, wx, wy, wz)
+
+        return state
 
     def twist_rate(self, s: float) -> Twist:
         """Acceleration of the tool tip and angular acceleration [m/s2, rad/s2]."""
@@ -260,6 +265,46 @@ class CartesianPath(NamedTuple):
             w = added(w, scaled(k, rate))
             before = Turn(axis, angle)
         return alpha, beta
+
+
+def _places(
+    x: Polynomial, y: Polynomial, z: Polynomial
+) -> Callable[[float], tuple[float, float, float, float, float, float]]:
+    """Place and velocity along each axis by the time: x, x', y, y', z, z'."""
+    if max(len(x), len(y), len(z)) > 3:
+        return lambda s: (*value_and_rate(x, s), *value_and_rate(y, s), *value_and_rate(z, s))
+    (x0, x1, x2), (y0, y1, y2), (z0, z1, z2) = [(*a, 0.0, 0.0)[:3] for a in (x, y, z)]  # by far the most frequent
+
+    def place(s: float) -> tuple[float, float, float, float, float, float]:
+        return (
+            x0 + s * (x1 + s * x2),
+            x1 + 2.0 * x2 * s,
+            y0 + s * (y1 + s * y2),
+            y1 + 2.0 * y2 * s,
+            z0 + s * (z1 + s * z2),
+            z1 + 2.0 * z2 * s,
+        )
+
+    return place
+
+
+def _orientations(R: Transform, turns: tuple[Turn, ...]) -> Callable[[float], tuple[Transform, Vector]]:
+    """The orientation, whose position does not count, and the angular velocity, by the time."""
+    if not turns:
+        return lambda _: (R, STILL)
+    (axis, angle), *later = turns
+    (kx, ky, kz), turned = rotate(R, axis), turned_about(R, axis)
+
+    def orientation(s: float) -> tuple[Transform, Vector]:
+        phi, rate = value_and_rate(angle, s)
+        now, w = turned(phi), (kx * rate, ky * rate, kz * rate)
+        for another, polynomial in later:
+            phi, rate = value_and_rate(polynomial, s)
+            w = added(w, scaled(rotate(now, another), rate))
+            now = compose(now, rotation_about(another, phi))
+        return now, w
+
+    return orientation
 
 
 Path = JointPath | CartesianPath
