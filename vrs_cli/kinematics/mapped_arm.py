@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache, partial
+from math import atan2
 from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.errors import LocationOutOfRange
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.axes import EXACT, Chain, chain_of
 from vrs_cli.kinematics.clearance import Clearance, Hand, Pace
+from vrs_cli.kinematics.compiled import NOTHING
 from vrs_cli.kinematics.configuration import ALL, ARM, Configuration
 from vrs_cli.kinematics.jacobian import Demands, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
@@ -42,7 +44,8 @@ class Canonical(NamedTuple):
     def hand(self) -> float:
         """1.0 where the flange lies on axis 6 as the axis points, from the wrist, or points so; else -1.0."""
         flange = self.chain.flange
-        return -1.0 if flange.pz < -EXACT or (abs(flange.pz) <= EXACT and flange.az < 0.0) else 1.0
+        way = self.chain.links[-1].d + flange.pz
+        return -1.0 if way < -EXACT or (abs(way) <= EXACT and flange.az < 0.0) else 1.0
 
 
 def canonical(model: RobotModel, alphas: Sequence[float | None]) -> Canonical | None:
@@ -53,11 +56,46 @@ def canonical(model: RobotModel, alphas: Sequence[float | None]) -> Canonical | 
     chain = chain_of(joint_axes(model), model.units.kinds, T_base_flange, alphas)
     if chain is None:
         return None
+    chain = _without_ends(chain)
     ends = zip(chain.of(model.lower), chain.of(model.upper), strict=True)
     lower, upper = zip(*((min(pair), max(pair)) for pair in ends), strict=True)
     links = tuple(link._replace(theta=0.0) for link in chain.links)
     inner = replace(model, links=links, base=IDENTITY, flange=IDENTITY, lower=lower, upper=upper, task=Task.POSE)
     return Canonical(chain, inner)
+
+
+def _without_ends(chain: Chain) -> Chain:
+    """A base and a flange that only turn about the first and the last axis, and slide along it, go into the links."""
+    first, *others, last = chain.links
+    base, flange = chain.base, chain.flange
+    if _along_axis(base):
+        first = first._replace(theta=first.theta + atan2(base.ny, base.nx), d=first.d + base.pz)
+        base = IDENTITY
+    if _along_axis(flange):
+        last = last._replace(theta=last.theta + atan2(flange.ny, flange.nx), d=last.d + flange.pz)
+        flange = IDENTITY
+    return Chain(base, (first, *others, last), flange, chain.signs)
+
+
+def _along_axis(T: Transform) -> bool:
+    """Whether it leaves the z axis where it is."""
+    return T.az > 0.0 and max(map(abs, (T.px, T.py, T.ax, T.ay, T.nz, T.sz))) <= NOTHING
+
+
+def _there_and_back(signs: Joints, zeros: Joints) -> tuple[Callable[[Joints], Joints], Callable[[Joints], Joints]]:
+    """`Chain.of` of six joints that all turn, and its inverse, written out: each inverse of an arm asks eight times."""
+    s1, s2, s3, s4, s5, s6 = signs
+    z1, z2, z3, z4, z5, z6 = zeros
+
+    def there(q: Joints) -> Joints:
+        q1, q2, q3, q4, q5, q6 = q
+        return s1 * q1 + z1, s2 * q2 + z2, s3 * q3 + z3, s4 * q4 + z4, s5 * q5 + z5, s6 * q6 + z6
+
+    def back(q: Joints) -> Joints:
+        q1, q2, q3, q4, q5, q6 = q
+        return s1 * (q1 - z1), s2 * (q2 - z2), s3 * (q3 - z3), s4 * (q4 - z4), s5 * (q5 - z5), s6 * (q6 - z6)
+
+    return there, back
 
 
 class MappedArm(RobotArm):
@@ -73,19 +111,16 @@ class MappedArm(RobotArm):
             joint, value = inner.fold
             self.fold = joint, way.chain.signs[joint] * (value - way.chain.links[joint].theta)
         self.to_inner, self.from_flange = inverse(way.chain.base), inverse(way.chain.flange)
-        self._turns = tuple([(s, link.theta) for s, link in zip(way.chain.signs, way.chain.links, strict=True)])
+        self._bare = way.chain.base == way.chain.flange == IDENTITY
+        self._same_senses = all(sign > 0.0 for sign in way.chain.signs)
+        zeros = tuple([link.theta for link in way.chain.links])
+        self._inner_joints, self._back = _there_and_back(way.chain.signs, zeros)
+        self._order = tuple([i ^ swapped for i in range(len(self.ways))])
         self._inner_tool = lru_cache(TOOLS)(partial(compose, way.chain.flange))
-
-    def _inner_joints(self, q: Joints) -> Joints:
-        """`Chain.of`, of joints that all turn."""
-        return tuple([s * x + theta for x, (s, theta) in zip(q, self._turns, strict=True)])
-
-    def _back(self, q: Joints) -> Joints:
-        return tuple([s * (x - theta) for x, (s, theta) in zip(q, self._turns, strict=True)])
 
     def _inner_pose(self, T: Transform) -> Transform:
         """The pose of the flange as the inner arm has it."""
-        return compose(compose(self.to_inner, T), self.from_flange)
+        return T if self._bare else compose(compose(self.to_inner, T), self.from_flange)
 
     def _other(self, configuration: Configuration) -> Configuration:
         """What the formulas call it, and back."""
@@ -102,8 +137,8 @@ class MappedArm(RobotArm):
         return tuple(map(self._other, self.inner.twins(self._inner_joints(q))))
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
-        back, found, swapped = self._back, self.inner.branches(self._inner_pose(T)), self._swapped
-        return tuple([None if (q := found[i ^ swapped]) is None else back(q) for i in range(len(found))])
+        back, found = self._back, self.inner.branches(self._inner_pose(T))
+        return tuple([None if (q := found[i]) is None else back(q) for i in self._order])
 
     def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
         q = self.inner.branch_joints(self._inner_pose(T), self._other(configuration), self._inner_joints(near))
@@ -138,8 +173,12 @@ class MappedArm(RobotArm):
         T_flange_tool: Transform = IDENTITY,
         demands: Demands = (),  # noqa: ARG002 (no joint is too many)
     ) -> Joints:
-        seen = *rotate(self.to_inner, twist[:3]), *rotate(self.to_inner, twist[3:])
-        rates = self.inner.joint_velocity(self._inner_joints(q), seen, self._inner_tool(T_flange_tool))
+        if not self._bare:
+            twist = *rotate(self.to_inner, twist[:3]), *rotate(self.to_inner, twist[3:])
+            T_flange_tool = self._inner_tool(T_flange_tool)
+        rates = self.inner.joint_velocity(self._inner_joints(q), twist, T_flange_tool)
+        if self._same_senses:
+            return rates
         return tuple([s * rate for s, rate in zip(self.way.chain.signs, rates, strict=True)])
 
     def singularity(self, q: Joints) -> Singularity:
