@@ -15,12 +15,11 @@ from vrs_cli.kinematics.jacobian import Demands, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints, nearest_turn
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.parallel_axes.bars import Bars
-from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, dot, inverse, position, rotate
+from vrs_cli.kinematics.parallel_axes.rates import make_rates
+from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, rotate
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.serial_batch import SerialBatch
-
-CLEAR = 1e-3  # of the measure of the singularity, from which on the rates are in closed form
 
 
 class ParallelAxesArm(RobotArm):
@@ -32,6 +31,7 @@ class ParallelAxesArm(RobotArm):
     def __init__(self, model: RobotModel, bars: Bars) -> None:
         super().__init__(model)
         self.bars = bars
+        self._closed_rates = make_rates(bars)
         self.reach = TwoBars(*bars.lengths, 0.0)
         self.boundary = self.reach.boundary()
         centre = rotate(inverse(bars.flange), (-bars.hand.real, -bars.hand.imag, 0.0))
@@ -88,34 +88,8 @@ class ParallelAxesArm(RobotArm):
     def joint_velocity(
         self, q: Joints, twist: Twist, T_flange_tool: Transform = IDENTITY, demands: Demands = ()
     ) -> Joints:
-        """The wrist goes as both bars turn, each at its rate: v = i (w1 bar1 + w2 bar2)."""
-        bars, (l1, l2), to_plane, tool = self.bars, self.bars.lengths, self.bars.T_plane_base, self._tip(T_flange_tool)
-        i1, i2, *i3 = bars.turns
-        s1, s2 = bars.signs[i1], bars.signs[i2]
-        a1 = s1 * q[i1]
-        a2 = a1 + s2 * q[i2]
-        bar1, bar2 = rect(l1, a1 + bars.bearings[0]), rect(l2, a2 + bars.bearings[1])
-        across = bar1.real * bar2.imag - bar1.imag * bar2.real
-        if abs(across) < CLEAR * l1 * l2 or (tool and not i3):
-            return super().joint_velocity(q, twist, T_flange_tool, demands)
-        x, y, rise = rotate(to_plane, twist[:3])
-        turn = 0.0
-        for i in i3:
-            turn = dot((to_plane.nz, to_plane.sz, to_plane.az), twist[3:])
-            beside = rect(1.0, a2 + bars.signs[i] * q[i]) * tool
-            x, y = x + turn * beside.imag, y - turn * beside.real
-        w1 = (x * bar2.real + y * bar2.imag) / across
-        w2 = -(x * bar1.real + y * bar1.imag) / across
-        rates = [bars.signs[i] * rise for i in range(len(q))]
-        rates[i1], rates[i2] = s1 * w1, s2 * (w2 - w1)
-        for i in i3:
-            rates[i] = bars.signs[i] * (turn - w2)
-        return tuple(rates)
-
-    def _tip(self, T_flange_tool: Transform) -> complex:
-        """From the wrist to the tip of a tool, in the plane, while all joints are 0."""
-        x, y, _ = rotate(self.bars.flange, position(T_flange_tool))
-        return self.bars.hand + complex(x, y)
+        found = self._closed_rates(q, twist, T_flange_tool)
+        return super().joint_velocity(q, twist, T_flange_tool, demands) if found is None else found
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:  # noqa: ARG002
         far, (l1, l2) = abs(self.wrist(T)[0]), self.bars.lengths
