@@ -59,7 +59,7 @@ def _wrist_circle(model: RobotModel) -> RobotArm | None:
     from vrs_cli.kinematics.wrist_circle.arm import WristCircleArm
     from vrs_cli.kinematics.wrist_circle.circle import ALPHAS, circle_of
 
-    way = canonical(model, ALPHAS)
+    way = canonical(model, ALPHAS, bare=False)
     circle = None if way is None else circle_of(way.model)
     if way is None or circle is None:
         return None

@@ -48,15 +48,17 @@ class Canonical(NamedTuple):
         return -1.0 if way < -EXACT or (abs(way) <= EXACT and flange.az < 0.0) else 1.0
 
 
-def canonical(model: RobotModel, alphas: Sequence[float | None]) -> Canonical | None:
-    """The way to an arm of turning joints with these alphas; None where the axes of the robot do not lie so."""
+def canonical(model: RobotModel, alphas: Sequence[float | None], *, bare: bool = True) -> Canonical | None:
+    """The way to an arm of turning joints with these alphas; None where the axes of the robot do not lie so. `bare`:
+    what stands at the ends goes into the links as far as it can.
+    """
     if model.joint_count != len(alphas) + 1 or any(map(model.units.slides, range(1, model.joint_count + 1))):
         return None
     T_base_flange = link_frames(model, (0.0,) * model.joint_count)[-1]
     chain = chain_of(joint_axes(model), model.units.kinds, T_base_flange, alphas)
     if chain is None:
         return None
-    chain = _without_ends(chain)
+    chain = _without_ends(chain) if bare else chain
     ends = zip(chain.of(model.lower), chain.of(model.upper), strict=True)
     lower, upper = zip(*((min(pair), max(pair)) for pair in ends), strict=True)
     links = tuple(link._replace(theta=0.0) for link in chain.links)
