@@ -14,8 +14,8 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.transform import Transform, position
 from vrs_cli.net.messages import At, Done, ServerMessage
+from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.view3d.afar import Afar
 from vrs_cli.view3d.figure import Figure
 from vrs_cli.view3d.shown import Shown
 from vrs_cli.wire.records import Form, RecordError
@@ -100,7 +100,9 @@ class BranchGhosts:
     timelines come from the robot, once for each version. `moves` is called where one of them does.
     """
 
-    def __init__(self, scene: SceneApi, arm: RobotArm, robot: Afar, moves: Callable[[], object] = lambda: None) -> None:
+    def __init__(
+        self, scene: SceneApi, arm: RobotArm, robot: RemoteRobot, moves: Callable[[], object] = lambda: None
+    ) -> None:
         self._scene, self._arm, self._robot, self._moves = scene, arm, robot, moves
         self._asked: dict[str, int] = {}  # the version that was asked for
         self._found: dict[str, Timeline] = {}

@@ -19,8 +19,8 @@ from vrs_cli.interfaces.station.lease import Lost, Requested
 from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.net import messages
 from vrs_cli.net.messages import Abort, Asked, At, Done, Drive, How, LeaseAct, Line, Refused, Request, ServerMessage
+from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.render.colours import Ink
-from vrs_cli.view3d.afar import Afar
 from vrs_cli.view3d.transcript import Transcript
 
 LONGEST = 50_000  # characters of what is typed at once
@@ -39,7 +39,7 @@ class PanelSeat:
     is called when one has, `explained` hears what WHY says, `refused` the lines that were not done.
     """
 
-    def __init__(self, robot: Afar, happened: Callable[[], None] = lambda: None) -> None:
+    def __init__(self, robot: RemoteRobot, happened: Callable[[], None] = lambda: None) -> None:
         self.robot, self._happened = robot, happened
         self.transcript = Transcript()
         self.status = Status()

@@ -32,33 +32,20 @@ class Rooted:
         self._root.visible = visible
 
 
-class SetPositionMessage(its.SetPositionMessage):
-    """That of viser, which looks up the types of its fields each time that it is sent: most of what a picture costs."""
+class _AsItIs:
+    """viser looks up the types of the fields of a message each time that it is sent: most of what a picture costs."""
 
     def as_serializable_dict(self, _buffers: list[memoryview] | None = None) -> dict[str, Any]:
-        return {"name": self.name, "position": self.position, "owner": self.owner, "type": "SetPositionMessage"}
+        fields: dict[str, Any] = self.__dataclass_fields__  # type: ignore[attr-defined]  # of the message that it is
+        return {**{name: getattr(self, name) for name in fields}, "type": type(self).__name__}
 
 
-class SetOrientationMessage(its.SetOrientationMessage):
-    """As SetPositionMessage."""
-
-    def as_serializable_dict(self, _buffers: list[memoryview] | None = None) -> dict[str, Any]:
-        return {"name": self.name, "wxyz": self.wxyz, "owner": self.owner, "type": "SetOrientationMessage"}
+class SetPositionMessage(_AsItIs, its.SetPositionMessage):
+    """Where a node is."""
 
 
-class SceneNodeUpdateMessage(its.SceneNodeUpdateMessage):
-    """As SetPositionMessage, of arrays alone."""
-
-    def as_serializable_dict(self, buffers: list[memoryview] | None = None) -> dict[str, Any]:
-        updates = {name: array.data for name, array in self.updates.items()}
-        if buffers is not None:
-            first = len(buffers)
-            buffers += updates.values()
-            updates = {
-                name: {"__binary_index": first + k, "dtype": array.dtype.str}
-                for k, (name, array) in enumerate(self.updates.items())
-            }
-        return {"name": self.name, "updates": updates, "owner": self.owner, "type": "SceneNodeUpdateMessage"}
+class SetOrientationMessage(_AsItIs, its.SetOrientationMessage):
+    """How it is turned."""
 
 
 def place(node: SceneNodeHandle, T: Transform) -> None:
@@ -84,7 +71,7 @@ def move_points(node: LineSegmentsHandle, points: NDArray[np.float32]) -> None:
     """Have lines elsewhere, which is sent in any case: as `place`, for those that move in each picture."""
     state, points = node._impl, points.copy()
     state.props.points = points
-    state.api._queue_scene_message(SceneNodeUpdateMessage(state.name, {"points": points}))
+    state.api._queue_scene_message(its.SceneNodeUpdateMessage(state.name, {"points": points}))
 
 
 def transform_of(node: SceneNodeHandle) -> Transform:

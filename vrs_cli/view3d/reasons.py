@@ -20,7 +20,7 @@ from vrs_cli.language.text.ast import DoInstruction, Expression, Instruction
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.net.messages import At, Done, ServerMessage
-from vrs_cli.view3d.afar import Afar
+from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.view3d.shown import Shown
 
 GOOD, BAD, STOP = (52, 150, 82), (214, 48, 49), (140, 20, 20)
@@ -105,7 +105,7 @@ def said(report: ReachReport) -> str:
 class Asking:
     """Asks the robot why a motion that somebody typed was refused; the report goes to `told`."""
 
-    def __init__(self, robot: Afar, told: Callable[[ReachReport], None]) -> None:
+    def __init__(self, robot: RemoteRobot, told: Callable[[ReachReport], None]) -> None:
         self._robot, self._told = robot, told
 
     def refused(self, text: str) -> None:

@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from vrs_cli.interfaces.session.survey import MOST_STEPS, Survey, Surveyed, TaskRow
 from vrs_cli.net import messages
 from vrs_cli.net.messages import At, Done, ServerMessage
-from vrs_cli.view3d.afar import Afar
+from vrs_cli.net.remote import RemoteRobot
 
 OFTEN = 0.25  # [s] between two looks at least
 PATIENCE = 5.0  # [s] until a look whose answer does not come is made again
@@ -18,7 +18,7 @@ HAPPENED = (messages.Told, messages.Status, messages.Activity, messages.Lease, m
 class Surveying:
     """`found`: all that is known, None at first. `program`: whose steps are wanted, empty for the one that runs."""
 
-    def __init__(self, robot: Afar) -> None:
+    def __init__(self, robot: RemoteRobot) -> None:
         self.found: Surveyed | None = None
         self.program = ""
         self._robot = robot
