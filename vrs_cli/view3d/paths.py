@@ -20,7 +20,7 @@ from vrs_cli.kinematics.transform import Vector, position
 from vrs_cli.trajectory.motion import Kind
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.view3d.placing import Rooted, move_points
+from vrs_cli.view3d.placing import Rooted, gathered, move_points
 from vrs_cli.view3d.redrawing import Redrawing
 from vrs_cli.view3d.shown import Shown
 
@@ -127,11 +127,7 @@ class Path(Rooted):
         """The commands at their marks; of those at one place one below the other."""
         self._texts.remove()
         self._texts = self._scene.add_frame("/path/commands", show_axes=False)
-        texts: dict[Vector, list[str]] = {}
-        for line in marks[:LABELS]:
-            here = line.points[0]
-            near = next((place for place in texts if _apart(place, here) < MARK * self._reach), here)
-            texts.setdefault(near, []).append(line.motion.text)
+        texts = gathered(((line.points[0], line.motion.text) for line in marks[:LABELS]), MARK * self._reach)
         for k, (place, said) in enumerate(texts.items()):
             self._scene.add_label(f"/path/commands/{k}", "\n".join(said), position=place, anchor="bottom-left")
 
@@ -248,7 +244,3 @@ def _segments(parts: Sequence[tuple[Sequence[Vector], Colour]], count: int) -> t
 
 def _none(count: int) -> Points:
     return np.zeros((count, 2, 3), np.float32)
-
-
-def _apart(a: Vector, b: Vector) -> float:
-    return max(abs(x - y) for x, y in zip(a, b, strict=True))

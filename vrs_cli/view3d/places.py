@@ -10,9 +10,9 @@ from vrs_cli.engine.position import world_pose
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
-from vrs_cli.kinematics.transform import Transform, Vector, position
+from vrs_cli.kinematics.transform import Transform, position
 from vrs_cli.trajectory.motion import Frames
-from vrs_cli.view3d.placing import Rooted, wxyz
+from vrs_cli.view3d.placing import Rooted, gathered, wxyz
 from vrs_cli.view3d.shown import Shown
 
 LONG = 0.055  # of the reach: the axes
@@ -52,17 +52,9 @@ class Places(Rooted):
             axes_length=LONG * self._reach,
             axes_radius=0.03 * LONG * self._reach,
         )
-        for k, (place, names) in enumerate(self._together().items()):
+        named = gathered(((position(T), name) for name, T in self._drawn), NEAR * self._reach)
+        for k, (place, names) in enumerate(named.items()):
             self._scene.add_label(f"/places/{k}", "\n".join(names), position=place, anchor="top-left")
-
-    def _together(self) -> dict[Vector, list[str]]:
-        """The names at each place."""
-        found: dict[Vector, list[str]] = {}
-        for name, T in self._drawn:
-            here = position(T)
-            near = next((p for p in found if np.abs(np.subtract(p, here)).max() < NEAR * self._reach), here)
-            found.setdefault(near, []).append(name)
-        return found
 
 
 def _pose(arm: RobotArm, row: NamedLocation, frames: Frames) -> Transform | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import sqrt
 from typing import Any
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from viser import FrameHandle, LineSegmentsHandle, SceneNodeHandle
 from viser import _messages as its
 
-from vrs_cli.kinematics.transform import Transform, position
+from vrs_cli.kinematics.transform import Transform, Vector, position
 
 GRAIN = 2.0**-26  # of metres (15 nm) and of quaternions: numbers of few bits make recordings nearly half as large
 
@@ -72,6 +72,15 @@ def move_points(node: LineSegmentsHandle, points: NDArray[np.float32]) -> None:
     state, points = node._impl, points.copy()
     state.props.points = points
     state.api._queue_scene_message(its.SceneNodeUpdateMessage(state.name, {"points": points}))
+
+
+def gathered(named: Iterable[tuple[Vector, str]], near: float) -> dict[Vector, list[str]]:
+    """The names at each place; places nearer to each other than that [m] are one."""
+    found: dict[Vector, list[str]] = {}
+    for place, name in named:
+        here = next((one for one in found if max(abs(x - y) for x, y in zip(one, place, strict=True)) < near), place)
+        found.setdefault(here, []).append(name)
+    return found
 
 
 def transform_of(node: SceneNodeHandle) -> Transform:
