@@ -20,9 +20,9 @@ from vrs_cli.interfaces.session.survey import ShowBranch, show_branch
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import link_frames
 from vrs_cli.net import messages
+from vrs_cli.net.far_end import Outlet
 from vrs_cli.net.messages import At, Done, Request
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.view3d.afar import Outlet
 from vrs_cli.view3d.figure import link_node
 from vrs_cli.view3d.ghosts import BranchGhosts, GoalGhost
 
