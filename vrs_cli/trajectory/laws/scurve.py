@@ -124,15 +124,15 @@ def _parts(state: JointState, goal: Joints, limits: JointLimits) -> list[Part]:
 def _joint_stretches(
     state: JointState, goal: Joints, course: Course, blending: Phase
 ) -> Iterator[tuple[float, Phase, Path]]:
-    if course.reach <= 0.0:
+    reach = course.reach
+    if reach <= 0.0:
         return
     change, cruise, slow = course
-    k0, _ = change.ways
+    (k0, _), lag, lasts, half = change.ways, change.lag, change.lasts, 0.5 * change.rise
+    going = not course.stops_at_once
     cruising, ways = [], []
     for at, v, a, to in zip(state.joints, state.velocity, state.present_acceleration, goal, strict=True):
-        carried = v + 0.5 * change.rise * a
-        ahead = to - at - v * change.lasts - a * k0 + change.lag * carried
-        v1 = 0.0 if course.stops_at_once else ahead / course.reach
+        v1 = (to - at - v * lasts - a * k0 + lag * (v + half * a)) / reach if going else 0.0
         cruising.append(v1)
         ways.append(change.polynomials(at, v, a, v1))
     for duration, path in zip(change.durations, zip(*ways, strict=True), strict=True):

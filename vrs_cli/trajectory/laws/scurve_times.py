@@ -283,19 +283,28 @@ def scalar_demands(parts: Sequence[Part]) -> Demands:
         lag = k1 / reach
         low, high, by_acceleration, by_jerk = 0.0, inf, 0.0, 0.0
         for way, v, a, fastest, acceleration, jerk, peak in rows:
-            carried = v
+            carried, most = v, jerk * fall
+            if acceleration < most:
+                most = acceleration
+            up = jerk * rise
             if not a:
-                most = min(acceleration, jerk * rise, jerk * fall)
+                if up < most:
+                    most = up
                 least = -most
             else:
                 carried += half * a
-                most = min(acceleration, jerk * fall, a + jerk * rise)
-                least = max(-acceleration, -jerk * fall, a - jerk * rise)
+                least = a - up if a - up > -most else -most
+                if a + up < most:
+                    most = a + up
                 if abs(carried) > peak and carried * a > 0.0:
                     turned = _turned_before(a, peak - v if a > 0.0 else peak + v, rise)
                     most, least = (min(most, turned), least) if a > 0.0 else (most, max(least, turned))
-            most = min(carried + reach * most, fastest)
-            least = max(carried + reach * least, -fastest)
+            most = carried + reach * most
+            if most > fastest:
+                most = fastest
+            least = carried + reach * least
+            if least < -fastest:
+                least = -fastest
             if least > most:
                 return IMPOSSIBLE
             ahead = way - v * lasts - a * k0 + lag * carried
@@ -309,8 +318,12 @@ def scalar_demands(parts: Sequence[Part]) -> Demands:
                 high = most / ahead
             if least > low * ahead:
                 low = least / ahead
-            by_acceleration = max(by_acceleration, ahead / acceleration)
-            by_jerk = max(by_jerk, ahead / jerk)
+            bound = ahead / acceleration
+            if bound > by_acceleration:
+                by_acceleration = bound
+            bound = ahead / jerk
+            if bound > by_jerk:
+                by_jerk = bound
         return Bounds(low, high, by_acceleration, by_jerk, lag)
 
     return demands
@@ -460,9 +473,12 @@ def _downhill(total: Callable[[Change], float], start: Change, shortest: float, 
     step = FIRST_STEP * max(start.lasts, 0.05)
     while best_total > good and step > LAST_STEP * max(best.lasts, 0.05) and tries < MOST_TRIES:
         before = best_total
-        for direction in _DIRECTIONS:
-            for sign in (1.0, -1.0):
-                tried = Change(*(max(x + sign * step * d, 0.0) for x, d in zip(best, direction, strict=True)))
+        for longer, held, shorter in _DIRECTIONS:
+            for way in (step, -step):
+                rise, hold, fall = best
+                tried = Change(
+                    max(rise + way * longer, 0.0), max(hold + way * held, 0.0), max(fall + way * shorter, 0.0)
+                )
                 if tried == best or tried.rise < shortest or min(tried.rise, tried.fall) < SLIVER:
                     continue
                 tries += 1
