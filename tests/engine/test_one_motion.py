@@ -6,8 +6,8 @@ import pytest
 from msgspec import structs
 
 from vrs_cli.engine import one_motion
-from vrs_cli.engine.one_motion import plan_motion
-from vrs_cli.engine.problem import Here, NotInTime, Problem
+from vrs_cli.engine.one_motion import plan_directly, plan_motion
+from vrs_cli.engine.problem import Here, NotInTime, Problem, state_at
 from vrs_cli.engine.straight import straight_segments
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
@@ -45,3 +45,14 @@ def test_a_line_is_of_no_use_when_it_is_too_late_wherever_it_was_planned_before(
     plan_motion(line(1, 8.0))
     with pytest.raises(NotInTime):
         plan_motion(structs.replace(line(1, 8.0), latest=8.01))
+
+
+def test_a_line_out_of_motion_is_of_no_use_when_it_is_too_late() -> None:
+    resting = line(1, 0.0)
+    first = plan_motion(resting)[0]
+    place = state_at(resting.arm, first, 0.5 * first.duration)
+    moving = structs.replace(resting, here=place, begin=0.5 * first.duration)
+    end = plan_directly(moving)[-1].finish
+    assert plan_directly(structs.replace(moving, latest=end))[-1].finish == end
+    with pytest.raises(NotInTime):
+        plan_directly(structs.replace(moving, latest=0.5 * (moving.begin + end)))
