@@ -17,6 +17,7 @@ from vrs_cli.interfaces.editor.lines import named_program
 from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.text.diagnostics import LineRefused
+from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.repl.screen_editor import UNSAVED, ScreenEditor
 
 ENTER, SAVE, QUIT, FIND, UNDO, REDO, CUT = "\r", "\x13", "\x11", "\x06", "\x1a", "\x19", "\x0b"
@@ -31,11 +32,11 @@ def session_with(text: str = "") -> Session:
     return session
 
 
-def see(session: Session, keys: str, name: str = "p", step: int = 1) -> ScreenEditor:
+def see(session: Session, keys: str, name: str = "p", step: int = 1, *, vi: bool = False) -> ScreenEditor:
     """The editor after the keys; they must leave it."""
     with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
         pipe.send_text(keys)
-        editor = ScreenEditor(ScreenDraft(session, named_program(name), step), Conversation(session))
+        editor = ScreenEditor(ScreenDraft(session, named_program(name), step), Conversation(session), vi=vi)
         editor.run()
     return editor
 
@@ -74,6 +75,26 @@ def test_lines_become_canonical_and_blocks_indented_while_they_are_typed() -> No
     assert session.environment.program("p").analysis.executable
     assert editor.message == "Program p: 7 steps"
     assert session.desk.last_edited == "p"
+
+
+def test_operators_group_as_in_the_dialect_of_the_session() -> None:
+    session = session_with()
+    session.dialect = Dialect.VAL2
+    editor = see(session, f"x = 1{ENTER}y = a > 2 and b < 3{ENTER}ready{SAVE}{QUIT}")
+    assert lines(editor)[2] == "    y = (a > (2 AND b)) < 3"
+    again = see(session, f"{DOWN}{END} ; it{SAVE}{QUIT}")
+    assert lines(again)[2] == "    y = (a > (2 AND b)) < 3 ; it"
+    assert session.environment.program("p").program.dialect is Dialect.VAL2
+
+
+def test_keys_of_vi() -> None:
+    program = ".PROGRAM p\nMOVE a\nMOVE b\nMOVE c\n.END\n"
+    editor = see(session_with(program), f"jddoready\x1b{SAVE}{QUIT}", vi=True)
+    assert lines(editor) == [".PROGRAM p()", "    MOVE a", "    MOVE c", "    READY"]
+    assert "NORMAL" in editor._title()
+    undone = see(session_with(program), f"jddu{SAVE}{QUIT}", vi=True)
+    assert lines(undone) == [".PROGRAM p()", "    MOVE a", "    MOVE b", "    MOVE c"]
+    assert "NORMAL" not in see(session_with(program), QUIT)._title()
 
 
 def test_leaving_a_line_by_an_arrow_makes_it_canonical() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from vrs_cli.dialogue.spoken import Spoken
 from vrs_cli.errors import EndOfInput
 from vrs_cli.kinematics.joints import JointUnits
+from vrs_cli.language.words.dialect import Dialect
 
 
 class Asking(Spoken, frozen=True, kw_only=True):
@@ -48,6 +49,7 @@ class Editing(Asking, frozen=True):
     name: str
     text: str
     row: int
+    dialect: Dialect = Dialect.VPLUS
 
 
 class Jogging(Asking, frozen=True):

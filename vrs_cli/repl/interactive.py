@@ -21,6 +21,7 @@ from prompt_toolkit.auto_suggest import AutoSuggest, Suggestion
 from prompt_toolkit.buffer import Buffer
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
+from prompt_toolkit.enums import EditingMode
 from prompt_toolkit.filters import Condition, has_validation_error, to_filter
 from prompt_toolkit.formatted_text import StyleAndTextTuples
 from prompt_toolkit.history import InMemoryHistory
@@ -39,7 +40,7 @@ from vrs_cli.repl.interrupt import Ended, stoppable
 from vrs_cli.repl.lexer import ValLexer
 from vrs_cli.repl.place import Place
 from vrs_cli.repl.seat import KEEPING_UP, RESTING, Seat
-from vrs_cli.repl.toolbar import GAP, signature_row, toolbar
+from vrs_cli.repl.toolbar import GAP, signature_row, toolbar, vi_mode
 from vrs_cli.repl.word_at import asked_about
 from vrs_cli.version import __version__
 
@@ -69,6 +70,7 @@ class Work(NamedTuple):
 
         terminal = ShellTerminal(read, cache(lambda: TerminalRenderer(palette=config.palette)))
         terminal.pager, terminal.palette = pager_of(config.pager, os.environ), config.palette
+        terminal.vi = config.keys == "vi"
         terminal.whole_lines = place.lives
         work = cls(place.seat(terminal), terminal)
         terminal.screens, terminal.interrupt = work.seat, work.interrupt
@@ -315,7 +317,8 @@ class Shell:
             return toolbar(None, "", width)
         noted = work.seat.noted
         note = f"\n{fill(noted, width, initial_indent=' ', break_on_hyphens=False)}" if noted else ""
-        return toolbar(status, status.asked or work.terminal.last, width) + note
+        mode = vi_mode(self.prompts.app)
+        return toolbar(status, status.asked or work.terminal.last, width, mode) + note
 
     def _redraw(self) -> None:
         self.prompts.app.invalidate()
@@ -324,7 +327,11 @@ class Shell:
         """A line for PROMPT and `Change?`, with a history of its own."""
         if self._answers is None:
             self._answers = PromptSession(
-                history=InMemoryHistory(), style=STYLE, color_depth=colour_depth(), enable_suspend=True
+                history=InMemoryHistory(),
+                style=STYLE,
+                color_depth=colour_depth(),
+                vi_mode=self.prompts.editing_mode is EditingMode.VI,
+                enable_suspend=True,
             )
         return self._prompt(self._answers, question)
 

@@ -395,7 +395,7 @@ class _Page:
     """The program of SEE. One look at its text is on its way at a time, and the last text is looked at."""
 
     def __init__(self, question: Editing, far: Far) -> None:
-        self.name, self.text, self.row = question.name, question.text, question.row
+        self.name, self.text, self.row, self.dialect = question.name, question.text, question.row, question.dialect
         self._far = far
         self._latest: tuple[str, Found] | None = None
         self._looking = False

@@ -13,9 +13,11 @@ from prompt_toolkit.application import Application
 from prompt_toolkit.buffer import Buffer
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
-from prompt_toolkit.filters import has_focus
+from prompt_toolkit.enums import EditingMode
+from prompt_toolkit.filters import Filter, emacs_mode, has_focus, vi_insert_mode, vi_navigation_mode
 from prompt_toolkit.formatted_text import StyleAndTextTuples
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
+from prompt_toolkit.key_binding.vi_state import InputMode
 from prompt_toolkit.layout import Dimension, Float, FloatContainer, HSplit, Layout, Window
 from prompt_toolkit.layout.containers import WindowRenderInfo
 from prompt_toolkit.layout.controls import BufferControl, FormattedTextControl, UIContent
@@ -42,7 +44,7 @@ from vrs_cli.render.text import plain_text
 from vrs_cli.repl.colours import STYLE, colour_depth
 from vrs_cli.repl.lexer import ValLexer
 from vrs_cli.repl.seat import Typing
-from vrs_cli.repl.toolbar import signature_row
+from vrs_cli.repl.toolbar import signature_row, vi_mode
 from vrs_cli.repl.word_at import asked_about
 
 _BEGUN = re.compile(r"[#$]?[A-Za-z][\w.]*$")
@@ -86,7 +88,7 @@ class Underlined(Processor):
 class ScreenEditor:
     """One program on the screen."""
 
-    def __init__(self, page: Page, typing: Typing, palette: Palette = COLOURS) -> None:
+    def __init__(self, page: Page, typing: Typing, palette: Palette = COLOURS, *, vi: bool = False) -> None:
         self.page, self._typing = page, typing
         self.message = ""
         self.findings: tuple[Diagnostic, ...] = ()
@@ -121,15 +123,20 @@ class ScreenEditor:
             color_depth=colour_depth(),
             full_screen=True,
             mouse_support=False,
+            editing_mode=EditingMode.VI if vi else EditingMode.EMACS,
         )
 
     def run(self) -> None:
         """Until the user leaves."""
         self._draws = True
         try:
-            self.app.run()
+            self.app.run(pre_run=self._begin)
         finally:
             self.page.note("", stored=True)
+
+    def _begin(self) -> None:
+        """As in vi, where a text is looked at first."""
+        self.app.vi_state.input_mode = InputMode.NAVIGATION
 
     # --- the text ---
 
@@ -166,7 +173,7 @@ class ScreenEditor:
         lines = self.buffer.document.lines
         if row is None or row >= len(lines):
             return
-        text = canonical_line(self.buffer.text, row)
+        text = canonical_line(self.buffer.text, row, self.page.dialect)
         if text == lines[row]:
             return
         at_row, column = self._row, self.buffer.document.cursor_position_col
@@ -178,7 +185,7 @@ class ScreenEditor:
         """The whole text in canonical form."""
         row, column = self._row, self.buffer.document.cursor_position_col
         self._touched = None
-        text = canonical(self.buffer.text)
+        text = canonical(self.buffer.text, self.page.dialect)
         if text != self.buffer.text:
             self._replace(text, row, column)
 
@@ -256,7 +263,8 @@ class ScreenEditor:
     def _title(self) -> str:
         changed = " (changed)" if self.buffer.text != self._kept else ""
         document = self.buffer.document
-        return f" SEE {self.page.name}{changed}   step {self._row}, column {document.cursor_position_col + 1}"
+        place = f"step {self._row}, column {document.cursor_position_col + 1}"
+        return "   ".join(filter(None, (f" SEE {self.page.name}{changed}", place, vi_mode(self.app))))
 
     def _form(self) -> StyleAndTextTuples:
         """What the word that is typed takes, and what it does."""
@@ -291,15 +299,18 @@ class ScreenEditor:
 
     def _bindings(self) -> KeyBindings:
         keys = KeyBindings()
-        typing = has_focus(self.buffer)
+        here = has_focus(self.buffer)
+        typing = here & (emacs_mode | vi_insert_mode)
 
-        def bind(*names: str, save: bool = True) -> None:
+        def bind(*names: str, where: Filter = here, save: bool = True) -> None:
             for name in names:
-                keys.add(name, filter=typing, eager=True, save_before=lambda _event: save)(self._acts(name))
+                keys.add(name, filter=where, eager=True, save_before=lambda _event: save)(self._acts(name))
 
         keys.add("<any>", filter=typing, save_before=self._begins_word)(self._type)
-        bind("enter", "tab", "f5", "c-s", "c-k")
+        bind("enter", "tab", where=typing)
+        bind("f5", "c-s", "c-k")
         bind("c-q", "c-c", "c-f", "f1", "f3", "c-z", "c-y", save=False)
+        bind("u", where=here & vi_navigation_mode, save=False)
         return keys
 
     def _acts(self, name: str) -> Callable[[KeyPressEvent], None]:
@@ -316,6 +327,7 @@ class ScreenEditor:
             "f3": self._find_next,
             "c-z": lambda: self._travel(self.buffer.undo),
             "c-y": lambda: self._travel(self.buffer.redo),
+            "u": lambda: self._travel(self.buffer.undo),
         }
         action = actions[name]
 

@@ -149,6 +149,7 @@ class ShellTerminal:
         self.pager = ""  # a command that shows long answers
         self.pages = False  # a line is carried out after which nobody wants the next at once
         self.palette = COLOURS
+        self.vi = False  # keys are those of vi
         self.screens: Screens
         self.leaving = False
         self.whole_lines = False  # a prompt may stand below: a line that is typed is shown when it is complete
@@ -259,7 +260,7 @@ class ShellTerminal:
         elif isinstance(question, Editing):
             from vrs_cli.repl.screen_editor import ScreenEditor
 
-            ScreenEditor(self.screens.page(question), self.screens, self.palette).run()
+            ScreenEditor(self.screens.page(question), self.screens, self.palette, vi=self.vi).run()
         elif isinstance(question, Watching):
             return self._watch()
         else:

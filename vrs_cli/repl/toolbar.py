@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from prompt_toolkit.application import Application
+from prompt_toolkit.enums import EditingMode
+from prompt_toolkit.key_binding.vi_state import InputMode
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.conversation.signature import Signature
@@ -14,16 +18,25 @@ ACTIVE = "class:argument"
 LEAST_MESSAGE = 12  # columns: a shorter rest of the line says nothing
 
 
-def toolbar(status: Status | None, last: str, width: int) -> str:
-    """As much of it as fits, the most useful first. Without a robot yet: that it is being made ready."""
+def toolbar(status: Status | None, last: str, width: int, mode: str = "") -> str:
+    """As much of it as fits, the most useful first. Without a robot yet: that it is being made ready. `mode`: of vi."""
     if status is None:
         return " one moment: the robot is being made ready"[:width]
     text = ""
-    for part in filter(None, _state(status)):
+    clock, *rest = _state(status)
+    for part in filter(None, (clock, mode, *rest)):
         longer = f"{text}{GAP}{part}" if text else f" {part}"
         if len(longer) <= width:
             text = longer
     return text + _message(last, width - len(text))
+
+
+def vi_mode(app: Application[Any]) -> str:
+    """INSERT, NORMAL ... where the keys are those of vi, else nothing."""
+    if app.editing_mode is not EditingMode.VI:
+        return ""
+    mode = app.vi_state.input_mode
+    return "NORMAL" if mode is InputMode.NAVIGATION else mode.name.partition("_")[0]
 
 
 def signature_row(found: Signature, width: int) -> list[tuple[str, str]]:

@@ -19,6 +19,7 @@ from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, error
 from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.text.parser import parse_prompt, parse_step
 from vrs_cli.language.text.printer import program_header, step_texts
+from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.language.words.values import key_of
 
 
@@ -65,6 +66,8 @@ class Page(Protocol):
     @property
     def text(self) -> str: ...
     @property
+    def dialect(self) -> Dialect: ...
+    @property
     def row(self) -> int:
         """The line (from 0) where the cursor begins."""
 
@@ -84,7 +87,7 @@ class ScreenDraft:
     def __init__(self, station: Station, asked: Program, step: int = 1) -> None:
         self._station = station
         draft = opened(station, asked, step)
-        self.name = draft.program.name
+        self.name, self.dialect = draft.program.name, draft.program.dialect
         self.text = "\n".join((program_header(draft.program), *step_texts(draft.program), *("",) * (not draft.steps)))
         self.row = draft.at + 1 if draft.at < len(draft.steps) else max(len(draft.steps), 1)
         self.said: tuple[Reply, ...] = ()
@@ -101,7 +104,7 @@ class ScreenDraft:
         found(self._read(text).findings)
 
     def _read(self, text: str) -> Reading:
-        program, findings = read(text)
+        program, findings = read(text, self.dialect)
         if program is None:
             return Reading(None, findings)
         findings += analysis_of(self._station, program).diagnostics
@@ -124,24 +127,24 @@ class ScreenDraft:
         return next((reply.text for reply in reversed(self.said) if isinstance(reply, Message)), "")
 
 
-def read(text: str) -> Reading:
+def read(text: str, dialect: Dialect) -> Reading:
     """The program of a text, and the lines that cannot be read."""
     first, *rest = text.split("\n")
     header = read_header(first)
     while rest and not rest[-1].strip():  # blank lines at the end are no steps
         rest.pop()
-    steps = [read_step(line, number) for number, line in enumerate(rest, 2)]
+    steps = [read_step(line, number, dialect) for number, line in enumerate(rest, 2)]
     findings = tuple(found for _, found in steps if found is not None)
     if isinstance(header, Diagnostic):
         return Reading(None, (header, *findings))
     body = tuple(step for step, _ in steps)
-    program = Program(header.name, header.parameters, body, header.comment, span=header.span)
+    program = Program(header.name, header.parameters, body, header.comment, dialect, span=header.span)
     return Reading(resolve_program(program), findings)
 
 
-def canonical(text: str) -> str:
+def canonical(text: str, dialect: Dialect) -> str:
     """Keywords in upper case, names in lower case, blocks indented; lines that cannot be read as they are."""
-    program = read(text).program
+    program = read(text, dialect).program
     if program is None:
         return text
     typed, count = text.split("\n")[1:], len(program.steps)
@@ -150,9 +153,9 @@ def canonical(text: str) -> str:
     return "\n".join((program_header(program), *shown, *map(str.strip, typed[count:])))
 
 
-def canonical_line(text: str, row: int) -> str:
+def canonical_line(text: str, row: int, dialect: Dialect) -> str:
     """One line of the text (from 0), as it is when the cursor leaves it."""
-    lines, changed = text.split("\n"), canonical(text).split("\n")
+    lines, changed = text.split("\n"), canonical(text, dialect).split("\n")
     return changed[row] if row < len(changed) else lines[row]
 
 
@@ -168,10 +171,10 @@ def read_header(line: str) -> ProgramHeader | Diagnostic:
 
 
 @lru_cache(maxsize=20_000)
-def read_step(text: str, line: int) -> tuple[Step, Diagnostic | None]:
+def read_step(text: str, line: int, dialect: Dialect) -> tuple[Step, Diagnostic | None]:
     """A step, or a bad line with what is wrong. Raises nothing. Remembered: a key changes one line of many."""
     try:
-        return parse_step(text, line), None
+        return parse_step(text, line, dialect), None
     except LineRefused as refused:
         span = Span(line, len(text) - len(text.lstrip()) + 1, len(text.rstrip()) + 1)
         return Step(None, BadLine(text.strip(), span=span), None, span=span), refused.diagnostic

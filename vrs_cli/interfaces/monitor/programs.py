@@ -132,7 +132,7 @@ def _see(station: Station, it: Instruction) -> Talk[None]:
     refuse_running(station, program.name)
     desk.last_edited = program.name
     draft = ScreenDraft(station, program, step)
-    if not (yield from desk.show(draft, Editing(draft.name, draft.text, draft.row))):
+    if not (yield from desk.show(draft, Editing(draft.name, draft.text, draft.row, draft.dialect))):
         raise UsageError("SEE fills the screen, and this terminal cannot", line_by_line)
     yield from draft.said
 
