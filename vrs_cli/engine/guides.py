@@ -9,7 +9,6 @@ from operator import mul
 from vrs_cli.engine.problem import Problem
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.numeric.redundancy import Asked, Walk
 from vrs_cli.kinematics.transform import (
     Transform,
     at_position,
@@ -19,6 +18,7 @@ from vrs_cli.kinematics.transform import (
     position,
     rotation_about,
 )
+from vrs_cli.kinematics.walk import Asked, Walk
 from vrs_cli.trajectory.limits import ToolLimits
 from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.state import GuideState, JointState, ToolState

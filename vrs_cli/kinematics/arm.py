@@ -35,9 +35,9 @@ from vrs_cli.kinematics.joints import (
     turn_within,
 )
 from vrs_cli.kinematics.model import RobotModel, levers, link_frames
-from vrs_cli.kinematics.numeric.redundancy import Asked, Walk
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
 from vrs_cli.kinematics.unchanging import LEVEL, Unchanging, difference, unchanging
+from vrs_cli.kinematics.walk import Asked, Walk
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Flags, Floats

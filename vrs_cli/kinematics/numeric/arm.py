@@ -17,7 +17,7 @@ from vrs_cli.kinematics.jacobian import Demands, Jacobian, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
 from vrs_cli.kinematics.numeric.newton import NO_TWIST, Newton, newton
-from vrs_cli.kinematics.numeric.redundancy import PARTS, Asked, Follow, Walk, walk, walks
+from vrs_cli.kinematics.numeric.redundancy import PARTS, Follow, walk, walks
 from vrs_cli.kinematics.numeric.search import (
     CONVERGED,
     FEW,
@@ -36,6 +36,7 @@ from vrs_cli.kinematics.numeric.search import (
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import Transform, position
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT
+from vrs_cli.kinematics.walk import Asked, Walk
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.batch import NumericBatch

@@ -25,6 +25,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.numeric.newton import NO_TWIST, Newton
 from vrs_cli.kinematics.transform import Transform
+from vrs_cli.kinematics.walk import Asked, Walk
 
 PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)  # of the gradient, over the whole walk
 ENOUGH = 0.03  # of a range: a walk that keeps so far from the ends is taken at once
@@ -34,22 +35,6 @@ THERE = 0.01  # [m, rad] a walk that misses its end by more has no way to it
 DAMPING = 1e-9  # [m2, rad2] of the pseudo-inverse
 
 Rows = Sequence[Sequence[float]]
-Asked = tuple[tuple[int, float], ...]  # joints, by index, and where each is to end: there its own guide leads
-
-
-class Walk(NamedTuple):
-    """What the guides of a line follow from: the joints at its end, their weights, how far all joints keep from the
-    ends of their ranges, as a part of these, and whether they bring the flange there.
-    """
-
-    end: Joints
-    weights: tuple[Joints, ...]
-    margin: float
-    arrives: bool
-
-    @property
-    def ends(self) -> tuple[float, ...]:
-        return tuple([sum(map(mul, weights, self.end)) for weights in self.weights])
 
 
 class Follow(NamedTuple):
