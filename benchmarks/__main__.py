@@ -1,4 +1,4 @@
-"""All benchmarks, one after the other: `python -m benchmarks [name ...]`."""
+"""All benchmarks, one after the other: `python -m benchmarks [name ...]`; the page of results: `... results`."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ ALL = (
 
 
 def main() -> None:
+    if sys.argv[1:] == ["results"]:  # a page for a file, which has no other lines
+        import_module("benchmarks.results").main()
+        return
     for name in [one for one in sys.argv[1:] if not one.replace(".", "").isdigit()] or ALL:
         if name not in ALL:
             raise SystemExit(f"there is no benchmark {name}: {', '.join(ALL)}")

@@ -1,6 +1,6 @@
 """Planner f and position g beside what a user would pick instead: `python -m benchmarks engine`.
 
-Every figure is a median of repeats in this one run, on this machine; compare ratios, not microseconds.
+Every figure is the least of repeats in this one run, of the processor; compare ratios, not microseconds.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ MOTIONS = 3400  # of three segments each
 TIMES = 1000  # read one by one
 MANY = 100_000  # read at once, sorted
 TASKS = 40  # motions planned
+KINDS = ("from_rest", "from_motion", "from_acceleration")
 ARM = Engine(MODEL).arm
 
 
@@ -53,8 +54,12 @@ def wandering(motions: int, seed: int = 1) -> Engine:
     """An engine with a timeline of so many joint-interpolated motions, three segments each."""
     engine, source = Engine(MODEL), random.Random(seed)
     for _ in range(motions):
-        engine.perform(Move(JointTarget(_somewhere(source)), straight=False))
+        wander(engine, source)
     return engine
+
+
+def wander(engine: Engine, source: random.Random) -> None:
+    engine.perform(Move(JointTarget(_somewhere(source)), straight=False))
 
 
 def _somewhere(source: random.Random) -> tuple[float, ...]:
@@ -71,7 +76,7 @@ def reading(engine: Engine, peers: Peers) -> list[Figure]:
     many = np.sort(np.random.default_rng(2).uniform(0.0, engine.end, MANY))
     one = each(lambda t: joints_at(arm, timeline, t), times)
     joints = at_once(lambda: joints_over(arm, timeline, many), MANY)
-    scipy = peers.figures("scipy_peer", {**_polynomials(timeline), "times": times, "many": many.tolist()})
+    scipy = peers.figures("scipy_peer", {**polynomials(timeline), "times": times, "many": many.tolist()})
     everything = at_once(lambda: positions_at(arm, timeline, many), MANY)
     return [
         Figure("g, one time, joints", one, "PPoly / 2", beside("g one", scipy)),
@@ -81,7 +86,7 @@ def reading(engine: Engine, peers: Peers) -> list[Figure]:
     ]
 
 
-def _polynomials(timeline: Timeline) -> dict[str, Any]:
+def polynomials(timeline: Timeline) -> dict[str, Any]:
     """The segments that last, for scipy: joints only, each of three coefficients."""
     segments = [s for s in timeline if s.duration and isinstance(s.path, JointPath)]
     rows = [[(*a, 0.0, 0.0)[:3] for a in s.path.coefficients] for s in segments]  # type: ignore[union-attr]
@@ -100,20 +105,9 @@ def _edit_and_read(engine: Engine) -> float:
 
 def planning(peers: Peers) -> list[Figure]:
     """f for a joint motion, from rest and out of motion, without the timeline around it."""
-    source = random.Random(3)
-    still = (0.0,) * MODEL.joint_count
-    from_rest = [(_somewhere(source), still, _somewhere(source)) for _ in range(TASKS)]
-    from_motion = [(_amid(source), tuple(0.5 * v for v in MODEL.max_velocity), goal) for _, _, goal in from_rest]
-    from_acceleration = [(*task, _accelerating(source)) for task in from_motion]
-    work = {
-        "from_rest": from_rest,
-        "from_motion": from_motion,
-        "from_acceleration": from_acceleration,
-        "velocity": MODEL.max_velocity,
-        "acceleration": MODEL.max_acceleration,
-        "jerk": MODEL.max_jerk,
-    }
-    rest, motion = _planned(from_rest), _planned(from_motion)
+    work = tasks()
+    from_rest, from_motion, from_acceleration = (work[name] for name in KINDS)
+    rest, motion = planned(from_rest), planned(from_motion)
     theirs = [peers.figures(name, work) for name in ("ruckig_peer", "toppra_peer", "toolbox_peer")]
     return [
         Figure("f, MOVE from rest", rest, "60", beside("f from_rest", *theirs)),
@@ -122,6 +116,17 @@ def planning(peers: Peers) -> list[Figure]:
         *_jerk_limited("out of motion", "from_motion", from_motion, theirs[0]),
         *_jerk_limited("out of acceleration", "from_acceleration", from_acceleration, theirs[0]),
     ]
+
+
+def tasks() -> dict[str, Any]:
+    """Motions to plan, each from joints and velocities to a goal, and the limits."""
+    source = random.Random(3)
+    still = (0.0,) * MODEL.joint_count
+    from_rest = [(_somewhere(source), still, _somewhere(source)) for _ in range(TASKS)]
+    from_motion = [(_amid(source), tuple(0.5 * v for v in MODEL.max_velocity), goal) for _, _, goal in from_rest]
+    from_acceleration = [(*task, _accelerating(source)) for task in from_motion]
+    limits = {"velocity": MODEL.max_velocity, "acceleration": MODEL.max_acceleration, "jerk": MODEL.max_jerk}
+    return {**dict(zip(KINDS, (from_rest, from_motion, from_acceleration), strict=True)), **limits}
 
 
 def _amid(source: random.Random) -> Joints:
@@ -140,12 +145,12 @@ def _jerk_limited(words: str, kind: str, tasks: list[tuple[Joints, ...]], ruckig
     """SCURVE beside Ruckig, which solves the same problem for the least time, each joint on a path of its own."""
     lasting = [_plan(Profile.SCURVE, *task)[-1].finish for task in tasks]
     return [
-        Figure(f"f, MOVE {words}, SCURVE", _planned(tasks, Profile.SCURVE), "", beside(f"f {kind}", ruckig)),
+        Figure(f"f, MOVE {words}, SCURVE", planned(tasks, Profile.SCURVE), "", beside(f"f {kind}", ruckig)),
         Figure("- the motions, on the average", 1e6 * fmean(lasting), "", beside(f"duration {kind}", ruckig)),
     ]
 
 
-def _planned(tasks: list[tuple[Joints, ...]], profile: Profile = Profile.LSPB) -> float:
+def planned(tasks: list[tuple[Joints, ...]], profile: Profile = Profile.LSPB) -> float:
     return each(partial(_plan, profile), *zip(*tasks, strict=True), rounds=5)
 
 

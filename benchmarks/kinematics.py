@@ -1,6 +1,6 @@
 """Kinematics beside the tools that a user would pick instead: `python -m benchmarks kinematics`.
 
-Every figure is the median of repeats in this one run, on this machine; compare ratios, not microseconds.
+Every figure is the least of repeats in this one run, of the processor; compare ratios, not microseconds.
 """
 
 from __future__ import annotations

@@ -37,20 +37,13 @@ def main() -> None:
 
 
 def figures(model: RobotModel, peers: Peers) -> list[Figure]:
-    arm, source = arm_for(model), random.Random(7)
-    q: list[Joints] = [tuple(map(source.uniform, model.lower, model.upper)) for _ in range(POSES)]
+    arm, q, work = arm_for(model), places(model), work_of(model)
+    source = random.Random(8)
     near = [tuple(x + source.uniform(-NEAR, NEAR) for x in row) for row in q]
     T, own = [arm.forward(row) for row in q], [arm.configuration(row) for row in q]
-    work = {
-        "robot": [[*link[:4], link.kind is JointKind.PRISMATIC] for link in model.links],
-        "limits": [model.lower, model.upper],
-        "joints": q,
-        "poses": [[t[0:4], t[4:8], t[8:12], (0.0, 0.0, 0.0, 1.0)] for t in T],
-        "counts": [float(part) for part in model.task.counts],
-    }
     theirs = [peers.figures("toolbox_peer", work)]
     if model.joint_count == 6:
-        theirs.append(peers.figures("eaik_peer", _links_of(model, work)))
+        theirs.append(peers.figures("eaik_peer", links_of(model, work)))
     searched = len(arm.ways) == 1
     many = np.random.default_rng(7).uniform(model.lower, model.upper, (FEW if searched else MANY, model.joint_count))
     poses = arm.forward_batch(many)
@@ -71,7 +64,24 @@ def figures(model: RobotModel, peers: Peers) -> list[Figure]:
     ]
 
 
-def _links_of(model: RobotModel, work: dict[str, Any]) -> dict[str, Any]:
+def places(model: RobotModel) -> list[Joints]:
+    source = random.Random(7)
+    return [tuple(map(source.uniform, model.lower, model.upper)) for _ in range(POSES)]
+
+
+def work_of(model: RobotModel) -> dict[str, Any]:
+    """What the toolbox needs to do the same."""
+    arm, q = arm_for(model), places(model)
+    return {
+        "robot": [[*link[:4], link.kind is JointKind.PRISMATIC] for link in model.links],
+        "limits": [model.lower, model.upper],
+        "joints": q,
+        "poses": [[t[0:4], t[4:8], t[8:12], (0.0, 0.0, 0.0, 1.0)] for t in map(arm.forward, q)],
+        "counts": [float(part) for part in model.task.counts],
+    }
+
+
+def links_of(model: RobotModel, work: dict[str, Any]) -> dict[str, Any]:
     links = {key: [getattr(link, key) for link in model.links] for key in ("alpha", "a", "d")}
     return {**links, "joints": work["joints"], "poses": work["poses"]}
 

@@ -32,7 +32,7 @@ def hour(profile: str) -> None:
     """Measure a stream that the robot follows with a profile, and show it."""
     engine = Engine(load_robot("puma560"))
     engine.perform(SetParameter("PROFILE", profile))
-    begun, memory = perf_counter(), _memory()
+    begun, before = perf_counter(), memory()
     steering, times = stream(engine, TARGETS)
     passed, following = perf_counter() - begun, steering.following
     figures = [
@@ -45,7 +45,7 @@ def hour(profile: str) -> None:
         figures,
         (
             f"{TARGETS} targets in {passed:.1f} s: {TARGETS * PERIOD / passed:.0f} times as fast as real time",
-            f"{len(engine.timeline)} segments, {len(engine.deltas)} deltas, {(_memory() - memory) / 1e6:.0f} MB",
+            f"{len(engine.timeline)} segments, {len(engine.deltas)} deltas, {(memory() - before) / 1e6:.0f} MB",
             f"followed to {degrees(following.turning.rms):.3f} deg rms, {degrees(following.turning.worst):.3f} at most",
         ),
     )
@@ -70,7 +70,7 @@ def swinging(middle: Joints, t: float) -> Joints:
     return tuple(q + (away if i % 2 else -away) for i, q in enumerate(middle))
 
 
-def _memory() -> int:
+def memory() -> int:
     """What Python's values take now [bytes]; 0 where the system does not say."""
     gc.collect()
     try:

@@ -1,0 +1,266 @@
+"""The table of what is wanted and what is reached, as Markdown: `python -m benchmarks results > benchmarks/RESULTS.md`.
+
+Times are those of the process, the least of some rounds; a peer is measured beside us, in the same run. On a machine
+that others use the table says so, and what it says is then worth little.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import platform
+import random
+import sys
+import tracemalloc
+from collections.abc import Callable, Iterator
+from datetime import UTC, datetime
+from functools import partial
+from importlib.metadata import version
+from io import BytesIO
+from pathlib import Path
+from time import process_time
+from typing import Any, NamedTuple
+
+from benchmarks import bulk, engine, program, prompt, robots, startup, steering, timeline
+from benchmarks.peers import Peers, beside
+from benchmarks.peers.timing import each
+from vrs_cli.__main__ import COLLECT_AFTER
+from vrs_cli.engine.book import Book
+from vrs_cli.engine.comparison import compare
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.position import joints_at
+from vrs_cli.files.exports import EXPORTERS
+from vrs_cli.interfaces.inspection import inspect
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.profile import Profile
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.language.analysis.structure import canonical_text
+
+BUSY = 0.5  # processes that wait for a core, beside us, on the average of a minute
+ROUNDS = 3
+SAMPLES = 100_000  # of an export; an hour at 1 kHz has 36 times as many
+HOUR = 3_600_000
+TIMES = 20_000  # read one by one
+GROWTH = (1_000, 10_000, 100_000)
+
+
+class Figure(NamedTuple):
+    """What was measured, what is wanted of it (0: nothing), and what others need for the same."""
+
+    what: str
+    unit: str
+    now: float
+    wanted: float = 0.0
+    peers: str = ""
+    more_is_better: bool = False
+
+    def row(self) -> str:
+        met = self.now >= self.wanted if self.more_is_better else self.now <= self.wanted
+        judged = ("yes" if met else f"no, {_ratio(self.now, self.wanted):.1f} times") if self.wanted else ""
+        cells = self.what, f"{self.now:.4g} {self.unit}", _or_not(self.wanted, self.unit), judged, self.peers
+        return f"| {' | '.join(cells)} |"
+
+
+def _or_not(value: float, unit: str) -> str:
+    return f"{value:g} {unit}" if value else ""
+
+
+def _ratio(a: float, b: float) -> float:
+    return max(a / b, b / a)
+
+
+def least(work: Callable[[], object], rounds: int = ROUNDS) -> float:
+    """Seconds of the processor."""
+    gc.collect()
+    gc.freeze()
+    try:
+        return min(timeline.cpu(work) for _ in range(rounds))
+    finally:
+        gc.unfreeze()
+
+
+# --- what is wanted ----------------------------------------------------------------------------------------------
+
+
+def starting(_: Peers) -> Iterator[Figure]:
+    """Each subcommand beside `python -c pass`, in turn."""
+    seconds = startup.commands(5)
+    bare = seconds.pop("python -c pass")
+    wanted = {"vrs run hello.v2": 9.0, "vrs check hello.v2": 9.0}
+    yield Figure("python -c pass", "ms", 1e3 * bare)
+    for name, took in seconds.items():
+        yield Figure(name, "x pass", took / bare, wanted.get(name, 0.0), f"{1e3 * took:.0f} ms")
+
+
+def motion(_: Peers) -> Iterator[Figure]:
+    """Ten minutes of pick and place, and its exports."""
+    for what, text, wanted in (("every place new", program.NEW, 1200.0), ("cyclic", program.PROGRAM, 3000.0)):
+        took, robot, _count = min(program.run_once(text) for _ in range(ROUNDS))
+        yield Figure(f"ten minutes of pick and place, {what}", "s per s", robot / took, wanted, "", True)
+    session = Session(program.Silent())
+    session.load_text(program.NEW)
+    session.execute("work")
+    arm, course = session.engine.arm, session.engine.timeline
+    for name, wanted in (("csv", 13.2), ("npz", 4.8), ("mcap", 0.0)):
+        write = partial(EXPORTERS[name].write, arm=arm, timeline=course, rate=SAMPLES / course.end)
+        took = least(lambda write=write: write(BytesIO()), 2)  # type: ignore[misc]
+        yield Figure(f"{name} of an hour at 1 kHz", "s", took * HOUR / SAMPLES, wanted)
+    tracemalloc.start()
+    with open(os.devnull, "wb") as nowhere:
+        EXPORTERS["npz"].write(nowhere, arm, course, SAMPLES / course.end)
+    yield Figure("npz, memory at most", "MB", tracemalloc.get_traced_memory()[1] / 1e6, 300.0)
+    tracemalloc.stop()
+
+
+def kinematics(peers: Peers) -> Iterator[Figure]:
+    for name, wanted in (("ur5e", 10.0), ("irb120", 10.0), ("puma560", 0.0)):
+        model = load_robot(name)
+        work = robots.work_of(model)
+        found = beside("inverse", peers.figures("eaik_peer", robots.links_of(model, work)))
+        yield Figure(f"{name}, 8 branches", "us", _inverse(model), wanted, _told(found))
+    for name, wanted in (("ur5e", 6.0), ("cobra600", 3.0), ("planar2", 1.5), ("puma560", 0.0)):
+        arm, q = arm_for(load_robot(name)), robots.places(load_robot(name))
+        took = each(arm.joint_velocity, q, [arm.twist(row, row) for row in q], rounds=5)
+        yield Figure(f"{name}, joint velocity", "us", took, wanted)
+    seven = load_robot(robots.SEVEN)
+    found = beside("inverse", peers.figures("toolbox_peer", robots.work_of(seven)))
+    yield Figure("7R by search", "us", _inverse(seven), 250.0, _told(found))
+
+
+def _inverse(model: Any) -> float:
+    arm, q = arm_for(model), robots.places(model)
+    return each(arm.branches, [arm.forward(row) for row in q])
+
+
+def _told(found: dict[str, float]) -> str:
+    return ", ".join(f"{name} {us:.3g} us" for name, us in found.items())
+
+
+def reading(peers: Peers) -> Iterator[Figure]:
+    """g for one time after another, drawn at random."""
+    for count, wanted in ((10_000, 0.0), (100_000, 1.5)):
+        arm, course = timeline.tiled(count)
+        times = _times(course.end)
+        took = each(lambda t, arm=arm, course=course: joints_at(arm, course, t), times)
+        work = {**engine.polynomials(course), "times": times, "many": times[:1000]}
+        theirs = _told(beside("g one", peers.figures("scipy_peer", work)))
+        yield Figure(f"g, one time of {count:,} segments, at random", "us", took, wanted, theirs)
+
+
+def _times(end: float) -> list[float]:
+    source = random.Random(2)
+    return [source.uniform(0.0, end) for _ in range(TIMES)]
+
+
+def planning(peers: Peers) -> Iterator[Figure]:
+    tasks = engine.tasks()
+    theirs = _told(beside("f from_motion", peers.figures("ruckig_peer", tasks)))
+    took = engine.planned(tasks["from_motion"], Profile.SCURVE)
+    yield Figure("f, SCURVE out of motion", "us", took, 150.0, theirs)
+    yield Figure("f, MOVES of 200 mm, LSPB", "us", engine.straight(Profile.LSPB).ours)
+    yield Figure("f, MOVES of 200 mm, SCURVE", "us", engine.straight(Profile.SCURVE).ours, 800.0)
+
+
+def steered(_: Peers) -> Iterator[Figure]:
+    one = Engine(load_robot("puma560"))
+    before = steering.memory()
+    began = process_time()
+    steering.stream(one, steering.TARGETS)
+    took = process_time() - began
+    yield Figure("an hour of steering at 50 Hz, memory", "MB", (steering.memory() - before) / 1e6, 60.0)
+    yield Figure("- a target", "us", 1e6 * took / steering.TARGETS)
+
+
+def long_ones(_: Peers) -> Iterator[Figure]:
+    for count, wanted in ((100_000, 0.0), (1_000_000, 2.0)):
+        arm, course = timeline.tiled(count)
+        other = course.apply(dict(timeline.deltas(course, random.Random(count)))["insert"])
+        took = least(lambda: compare(arm, Book(course, course), Book(course, other)), 2)  # noqa: B023
+        yield Figure(f"COMPARE, {count:,} segments", "s", took, wanted)
+    fresh = iter(range(100))
+    for count, wanted in ((10_000, 0.0), (100_000, 0.0)):
+        took = least(lambda: canonical_text(bulk.program(count, next(fresh))), 2)  # noqa: B023
+        yield Figure(f"fmt, {count:,} lines", "us a line", 1e6 * took / count, wanted)
+
+
+# --- how it grows ------------------------------------------------------------------------------------------------
+
+
+def names(count: int) -> float:
+    session = prompt.session_with(count)
+    return min(prompt.seconds(session, "n = n+1") for _ in range(20))
+
+
+def lines(count: int) -> float:
+    model, text = load_robot("puma560"), bulk.program(count, count)
+    return timeline.cpu(lambda: inspect(text, model)) / count
+
+
+def segments(count: int) -> float:
+    arm, course = timeline.tiled(count)
+    times = _times(course.end)
+    return 1e-6 * each(lambda t: joints_at(arm, course, t), times)
+
+
+def edits(count: int) -> float:
+    _, course = timeline.tiled(count)
+    source = random.Random(count)
+    changes = [dict(timeline.deltas(course, source))["insert"] for _ in range(400)]
+    return 1e-6 * each(course.apply, changes)
+
+
+def commands(count: int) -> float:
+    one, source = engine.wandering(count), random.Random(3)
+    return min(timeline.cpu(lambda: engine.wander(one, source)) for _ in range(20))
+
+
+KINDS: dict[str, tuple[Callable[[int], float], tuple[int, ...]]] = {
+    "a line of the prompt, names defined": (names, GROWTH),
+    "check, a line, all different": (lines, GROWTH),
+    "g at random, segments": (segments, (*GROWTH, 1_000_000)),
+    "an insertion applied, segments": (edits, (*GROWTH, 1_000_000)),
+    "MOVE appended, commands given": (commands, (1_000, 10_000)),
+}
+
+
+# --- the page ----------------------------------------------------------------------------------------------------
+
+PARTS = (starting, motion, kinematics, reading, planning, steered, long_ones)
+
+
+def machine() -> str:
+    try:
+        told = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+        cpu = next(line.split(":", 1)[1].strip() for line in told.splitlines() if line.startswith("model name"))
+    except (OSError, StopIteration):
+        cpu = platform.processor()
+    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "lark", "msgspec"))
+    return f"{cpu}, {os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}, {packages}"
+
+
+def load_warning() -> str:
+    waiting = os.getloadavg()[0]
+    return f"**The machine was in use: {waiting:.1f} processes waited for a core.**\n\n" if waiting > 1.0 + BUSY else ""
+
+
+def main() -> None:
+    gc.set_threshold(COLLECT_AFTER)  # as a `vrs` command
+    peers, warning = Peers(), load_warning()
+    print(f"# Results\n\n{machine()}; {datetime.now(UTC):%Y-%m-%d}. Made by `python -m benchmarks results`.\n")
+    print(f"{warning}| what | now | wanted | met | beside |\n|---|---|---|---|---|", flush=True)
+    for part in PARTS:
+        for figure in part(peers):
+            print(figure.row(), flush=True)
+    print("\n## How it grows\n\nMicroseconds of one.\n")
+    print("| what | 1,000 | 10,000 | 100,000 | 1,000,000 |\n|---|---|---|---|---|")
+    for what, (measure, sizes) in KINDS.items():
+        cells = [f"{1e6 * measure(size):.3g}" for size in sizes]
+        print(f"| {what} | {' | '.join(cells + [''] * (4 - len(cells)))} |", flush=True)
+    print("".join(f"\n{one}" for one in dict.fromkeys(peers.missing)))
+    if warning:
+        print(warning, file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()
