@@ -8,7 +8,10 @@ from one start.
 from __future__ import annotations
 
 import random
+from contextlib import suppress
+from math import copysign
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 import numpy as np
@@ -16,16 +19,24 @@ import numpy as np
 from benchmarks.peers import Peers, beside
 from benchmarks.peers.timing import at_once, each
 from benchmarks.report import Figure, show
+from vrs_cli.engine.problem import Here, Problem
+from vrs_cli.engine.straight import straight_segments
+from vrs_cli.errors import MotionError
+from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.trajectory.motion import Kind, Motion, Start
+from vrs_cli.trajectory.state import JointState
 
 SEVEN = Path(__file__).parents[1] / "tests" / "kinematics" / "urdf" / "seven.urdf"
-ROBOTS = ("puma560", "irb120", "ur5e", "cobra600", "planar2", SEVEN)
+ROBOTS = ("puma560", "irb120", "ur5e", "cobra600", "planar2", "panda", SEVEN)
 POSES = 100
 MANY = 20_000  # poses at once
 FEW = 2_000  # for a search
+WAY = 0.2  # [m] of a line, along X
 NEAR = 0.05  # [rad, m] where a search for one branch begins
 ROUNDS = 5
 
@@ -54,6 +65,7 @@ def figures(model: RobotModel, peers: Peers) -> list[Figure]:
         Figure("inverse, 1 branch", each(arm.branch_joints, T, own, near, rounds=1)),
         Figure("Jacobian", each(arm.jacobian, q, rounds=ROUNDS), "", beside("jacobian", *theirs)),
         Figure("joint velocity", each(arm.joint_velocity, q, [arm.twist(row, row) for row in q], rounds=1)),
+        Figure("f, MOVES 200 mm along X, median", median(each(straight_segments, [line]) for line in _lines(arm, q))),
         Figure("many poses, per pose: forward", at_once(lambda: arm.forward_batch(many), len(many))),
         Figure(
             f"- inverse, {ways}",
@@ -79,6 +91,21 @@ def work_of(model: RobotModel) -> dict[str, Any]:
         "poses": [[t[0:4], t[4:8], t[8:12], (0.0, 0.0, 0.0, 1.0)] for t in map(arm.forward, q)],
         "counts": [float(part) for part in model.task.counts],
     }
+
+
+def _lines(arm: RobotArm, begin: list[Joints]) -> list[Problem]:
+    """Those lines along X that the arm can do."""
+    found = []
+    for q in begin:
+        pose = arm.forward(q)
+        motion = Motion(
+            1, Kind.STRAIGHT, Start.AT, pose=pose._replace(px=pose.px - copysign(WAY, pose.px)), profile=Profile.LSPB
+        )
+        problem = Problem(arm, Here(JointState(q, (0.0,) * len(q))), motion, 0.0)
+        with suppress(MotionError):
+            straight_segments(problem)
+            found.append(problem)
+    return found
 
 
 def links_of(model: RobotModel, work: dict[str, Any]) -> dict[str, Any]:
