@@ -32,20 +32,28 @@ class Rooted:
         self._root.visible = visible
 
 
-class _AsItIs:
-    """viser looks up the types of the fields of a message each time that it is sent: most of what a picture costs."""
+class SetPositionMessage(its.SetPositionMessage):
+    """That of viser, which looks up the types of its fields each time that it is sent: most of what a picture costs."""
 
     def as_serializable_dict(self, _buffers: list[memoryview] | None = None) -> dict[str, Any]:
-        fields: dict[str, Any] = self.__dataclass_fields__  # type: ignore[attr-defined]  # of the message that it is
-        return {**{name: getattr(self, name) for name in fields}, "type": type(self).__name__}
+        return {"name": self.name, "position": self.position, "owner": self.owner, "type": "SetPositionMessage"}
 
 
-class SetPositionMessage(_AsItIs, its.SetPositionMessage):
-    """Where a node is."""
+class SetOrientationMessage(its.SetOrientationMessage):
+    """As SetPositionMessage."""
+
+    def as_serializable_dict(self, _buffers: list[memoryview] | None = None) -> dict[str, Any]:
+        return {"name": self.name, "wxyz": self.wxyz, "owner": self.owner, "type": "SetOrientationMessage"}
 
 
-class SetOrientationMessage(_AsItIs, its.SetOrientationMessage):
-    """How it is turned."""
+class SceneNodeUpdateMessage(its.SceneNodeUpdateMessage):
+    """The same, of `points` alone."""
+
+    def as_serializable_dict(self, buffers: list[memoryview] | None = None) -> dict[str, Any]:
+        points, beside = self.updates["points"], buffers if buffers is not None else []
+        beside.append(points.data)
+        told = points.data if buffers is None else {"__binary_index": len(beside) - 1, "dtype": points.dtype.str}
+        return {"name": self.name, "updates": {"points": told}, "owner": self.owner, "type": "SceneNodeUpdateMessage"}
 
 
 def place(node: SceneNodeHandle, T: Transform) -> None:
@@ -71,7 +79,7 @@ def move_points(node: LineSegmentsHandle, points: NDArray[np.float32]) -> None:
     """Have lines elsewhere, which is sent in any case: as `place`, for those that move in each picture."""
     state, points = node._impl, points.copy()
     state.props.points = points
-    state.api._queue_scene_message(its.SceneNodeUpdateMessage(state.name, {"points": points}))
+    state.api._queue_scene_message(SceneNodeUpdateMessage(state.name, {"points": points}))
 
 
 def gathered(named: Iterable[tuple[Vector, str]], near: float) -> dict[Vector, list[str]]:
