@@ -9,6 +9,7 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.dialogue.runs import Outcome
+from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.kinematics.robot_file import load_robot
@@ -17,6 +18,7 @@ from vrs_cli.language.text.diagnostics import LineRefused, Severity
 from vrs_cli.language.text.parser import parse_step
 from vrs_cli.language.words.functions import FUNCTIONS, Function
 from vrs_cli.language.words.instructions import CONTROL, DECLARATIONS, INSTRUCTIONS
+from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.operators import LINKS, OPERATORS, Operator
 from vrs_cli.language.words.word import State, Word
 
@@ -179,3 +181,54 @@ AROUND = {  # what a word stands between
 def test_the_example_of_a_control_word_runs(row: Word) -> None:
     before, *after = AROUND.get(row.name, ("",))
     run([before, row.example, *after] if row.name in AROUND else lines_of(row.example))
+
+
+# --- what is typed at the prompt -------------------------------------------------------------------------------------
+
+MEMORY = """
+.PROGRAM pick(part)
+    READY
+    READY
+    READY
+.END
+.PROGRAM place
+.END
+.PROGRAM old
+.END
+.PROGRAM pick.place
+    READY
+    READY
+    READY
+.END
+.PROGRAM watch
+    PAUSE
+    WAIT
+.END
+"""
+FILES = {"pick.v2": "", "old.v2": "", "pick.pg": "", "cell.lc": "", "start.pc": "TIME\n"}
+STOPPED, TRIED = ("EXECUTE watch",), ("BRANCH trial", "MOVE part")
+TYPED_BEFORE = {
+    **dict.fromkeys(("PROCEED", "RETRY", "SSTEP", "XSTEP", "NEXT"), STOPPED),
+    **dict.fromkeys(("PCPROCEED", "PCRETRY"), ("PCEXECUTE watch", "DELAY 1")),
+    **dict.fromkeys(("COMPARE", "MERGE"), TRIED),
+    **dict.fromkeys(("LISTS", "DELETES"), ('$part = "nut"',)),
+    "DELETEB": (*TRIED, "BRANCH main"),
+    "REDO": ("MOVE part", "UNDO"),
+    "REPLAY": ("SAVE demo.vrst",),
+}
+# they need the shell, real time, or a program that runs while something is typed
+TRIED_ELSEWHERE = {"SEE", "LOG", "PLOT", "CLOCK", "CYCLE.END", "PCEND"}
+COMMANDS_THERE = [row for row in COMMANDS.values() if row.state is State.SUPPORTED and row.name not in TRIED_ELSEWHERE]
+
+
+@pytest.mark.parametrize("row", COMMANDS_THERE, ids=lambda row: row.name)
+def test_the_example_of_a_command_runs(row: Word, tmp_path: Path) -> None:
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    (tmp_path / "cells").mkdir()
+    session = Session(RecordingTerminal([""]), limits=Limits(max_time=100.0), folder=Folder(tmp_path))
+    session.load_text(SURROUNDINGS)
+    session.load_text(MEMORY)
+    session.execute("prepare")
+    for line in (*TYPED_BEFORE.get(row.name, ()), row.example):
+        session.perform(line)
