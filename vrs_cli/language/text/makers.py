@@ -51,6 +51,8 @@ _MAKERS: tuple[Maker, ...] = (
         r"|%(?:NOLOCKGROUP|COMMENT|ENVIRONMENT)",
     ),
 )
+_WORD = "[A-Z][A-Z0-9_]+"
+_KAWASAKI = (*(f".{word}" for word in re.findall(_WORD, _MAKERS[0].sure)), *re.findall(_WORD, _MAKERS[0].likely))
 ENOUGH = 2  # likely lines
 
 
@@ -59,7 +61,10 @@ def foreign_file(text: str) -> Diagnostic | None:
 
     Kawasaki's programs begin with .PROGRAM as ours do, others do not.
     """
-    makers = _MAKERS[:1] if _program().search(text) else _MAKERS
+    makers = _MAKERS
+    if _program().search(text):  # theirs alone, and it has one of these words
+        capitals = text.upper()
+        makers = _MAKERS[:1] if any(word in capitals for word in _KAWASAKI) else ()
     for maker in makers:
         sure, likely = _patterns(maker)
         found = [match.start(1) for match in likely.finditer(text)]
