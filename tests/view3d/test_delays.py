@@ -210,7 +210,8 @@ def test_in_a_browser(tmp_path: Path, browser: Browser) -> None:
     """Somebody else commands, 0.6 s away each way: the prediction goes first, and what was wrong is red."""
     with looked_at(tmp_path, 0.6, Ahead.AUTO) as (near, app):
         browser.open(app.address, "/robot")
-        near.move(150, -60, 60, 0, 30, 0, speed=2)  # a page is slow where many work
+        for turn in (150, -150, 150, -150):  # it moves for minutes: a page is slow where many work
+            near.move(turn, -60, 60, 0, 30, 0, speed=2)
         browser.until(lambda: "/predicted" in browser.nodes() and browser.nodes()["/predicted"].visible, SLOW)
         browser.until(lambda: "/flagged" in browser.nodes() and browser.nodes()["/flagged"].visible, SLOW)
         browser.drawn()

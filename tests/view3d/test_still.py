@@ -34,6 +34,7 @@ def timeline() -> Timeline:
 def small(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Software draws small pictures faster."""
     monkeypatch.setattr(still, "FILM_SIZE", (200, 140))
+    monkeypatch.setattr(still, "PATIENCE", 300.0)
     with alone():
         yield
 
