@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import signal
 from pathlib import Path
@@ -13,13 +14,19 @@ from tests.repl.screens import Screen, needs_tmux, screen
 
 pytestmark = needs_tmux
 TOOLBAR = "100 % / 100 %"
+PROMPT = re.compile(r"(\.|\*| *\d+\.\?) *")
 SIZES = ((80, 24), (120, 40))
+
+
+def at_prompt(shell: Screen) -> list[str]:
+    """The rows with an empty prompt. What is typed before it is there, the terminal shows by itself."""
+    return shell.wait(lambda rows: any(map(PROMPT.fullmatch, rows)) and any(TOOLBAR in row for row in rows))
 
 
 def typed(shell: Screen, *lines: str) -> None:
     """Each line, once the prompt is there again. A picture may fill the screen: then SHOW is not seen on it."""
     for line in lines:
-        shell.wait_for(TOOLBAR)
+        at_prompt(shell)
         shell.type(line, "Enter")
         if line != "SHOW":
             shell.wait(lambda rows, line=line: any(row.endswith(line) for row in rows))  # type: ignore[misc]
@@ -27,7 +34,7 @@ def typed(shell: Screen, *lines: str) -> None:
 
 def opened(shell: Screen, line: str) -> None:
     """A line whose answer takes the whole screen, on which it may not be seen any more."""
-    shell.wait_for(TOOLBAR)
+    at_prompt(shell)
     shell.type(line, "Enter")
 
 
@@ -37,7 +44,7 @@ def test_values_and_mistakes_are_shown(tmp_path: Path, columns: int, rows: int) 
         typed(shell, "DRIVE 1, 30", "a = 5", "a", "a*2", "a == 5")
         shown = shell.wait_for("a == 5          -1 (TRUE)")
         assert {"a                5", "a*2              10", "== compares; a = 5 assigns"} < set(shown)
-        shell.wait_for(TOOLBAR)
+        at_prompt(shell)
         shell.type("MOVES part, 50", "Enter")
         shown = shell.wait_for("IN dt])")
         assert "(the form is MOVES location [AT t | IN dt])" in " ".join(row.rstrip() for row in shown)
@@ -51,13 +58,13 @@ def test_a_line_is_helped_while_it_is_typed(tmp_path: Path, columns: int, rows: 
     """The history gives the rest of a line, and lines that begin so; the form of a word stands below."""
     with screen(tmp_path, columns=columns, rows=rows) as shell:
         typed(shell, "count = 40+2", "count = 0", "DRIVE 1, 10", "other = 1", "DRIVE 2, -5")
-        shell.wait_for(TOOLBAR)
+        at_prompt(shell)
         shell.type("count = 4")
         shell.wait(lambda rows: sum(row.startswith(".count = 40+2") for row in rows) == 2)
         shell.type("Right", "Enter")
         typed(shell, "count")
         shell.wait_for("count            42")
-        shell.wait_for(TOOLBAR)
+        at_prompt(shell)
         shell.type("DRI")
         shell.wait_for("DRIVE joint, change[, speed]")  # in the menu
         shell.type("Up", "Up")
@@ -82,7 +89,7 @@ def test_see_completes_and_shows_forms(tmp_path: Path, columns: int, rows: int) 
         shell.type("F1")
         shell.wait_for("Example: MOVES part")
         shell.type("C-q", "C-q")
-        shell.wait_for(TOOLBAR)
+        at_prompt(shell)
 
 
 @pytest.mark.parametrize(("columns", "rows"), SIZES)
@@ -108,7 +115,7 @@ def test_what_is_longer_than_the_screen_is_paged(tmp_path: Path, columns: int, r
         shell.type("G")
         shell.wait_for("(END)")
         shell.type("q")
-        shell.wait_for(TOOLBAR)
+        at_prompt(shell)
 
 
 @pytest.mark.parametrize(("columns", "rows"), SIZES)
@@ -117,12 +124,12 @@ def test_newcomers_find_the_words(tmp_path: Path, columns: int, rows: int) -> No
     with screen(tmp_path, columns=columns, rows=rows) as shell:
         typed(shell, "LOG s.txt")
         shell.wait_for("s.txt takes down")
-        shell.wait_for(TOOLBAR)
+        at_prompt(shell)
         for wrong, ours in (('PRINT "a"', "TYPE"), ("HOME", "READY"), ("x := 3", "x = 5 assigns"), ("# a", "with ;")):
             shell.type(wrong, "Enter")
             shell.wait(lambda rows, ours=ours: ours in " ".join(rows[-3:]))  # type: ignore[misc]
             shell.type("C-c")
-            shell.wait(lambda rows: "." in rows)  # an empty prompt: from now on a paste is taken as one
+            at_prompt(shell)  # from now on a paste is taken as one
         shell.paste('.PROGRAM pick\nMO part\nTYPE "there"\n.END\n.LOCATIONS\npart 500 150 -100 90 90 0\n.END')
         shell.type("Enter")
         shown = shell.wait_for("Program pick: 2 steps")
@@ -183,7 +190,8 @@ def test_a_program_is_ruled_from_the_living_prompt(tmp_path: Path) -> None:
         rows = shell.wait_for("moves until")
         assert rows[-1].startswith(" t ")
         shell.type("ABORT", "Enter")
-        rows = shell.wait_for("Program stopped at pick, step 5")
+        shell.wait_for("Program stopped at pick, step 5")
+        rows = shell.wait(lambda rows: any(row.rstrip() == "." for row in rows))
         shown = [row.rstrip() for row in rows]
         at = shown.index("*ABORT")
         assert shown[at : at + 4] == ["*ABORT", "(ABORTED)", "Program stopped at pick, step 5", "."]
@@ -309,7 +317,7 @@ def test_replay_shows_the_arm(tmp_path: Path, columns: int, rows: int) -> None:
         begun = shell.wait_for("playing, rate 1")
         assert drawn(begun) != drawn(ended)
         shell.type("q")
-        rows_then = shell.wait_for(TOOLBAR)
+        rows_then = at_prompt(shell)
         assert drawn(rows_then)
 
 
@@ -320,4 +328,4 @@ def test_jog_shows_the_arm(tmp_path: Path) -> None:
         shell.type("]", "]", "]", "]", "Up")
         shell.wait(lambda rows: drawn(rows) != drawn(before))
         shell.type("q")
-        shell.wait_for(TOOLBAR)
+        at_prompt(shell)
