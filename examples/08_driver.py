@@ -16,19 +16,15 @@ driver.stdin.write(program)
 driver.stdin.close()
 commands, positions = (int(re.search(r"port (\d+)", driver.stdout.readline())[1]) for _ in range(2))
 
-with (
-    socket.create_connection(("127.0.0.1", commands)) as arm,
-    socket.create_connection(("127.0.0.1", positions)) as eyes,
-):
-    answers, places = arm.makefile("r"), eyes.makefile("r")
+with socket.create_connection(("127.0.0.1", commands)) as arm:
+    answers = arm.makefile("r")
     for line in ("S 50", "J 30 -60 120 0 30 0", "J 200 0 0 0 0 0", "J 0 -90 90 0 0 0", "W"):
         arm.sendall(f"{line}\n".encode())
         print(f"{line:20} -> {answers.readline().strip()}")
-    last = [float(number) for number in places.readline().split()]  # the first that it has told
+    with socket.create_connection(("127.0.0.1", positions)) as eyes:  # told ten times a second
+        _, *joints = map(float, eyes.makefile("r").readline().split())
     arm.sendall(b"Q\n")
-    for place in places:
-        last = [float(number) for number in place.split()]
-print("it stands at", *map(round, last[1:]))
+print("it stands at", *map(round, joints))
 print(driver.stdout.read().strip())
 
 # It prints:

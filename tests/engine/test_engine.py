@@ -482,7 +482,7 @@ def test_every_mistake_leaves_the_engine_as_it_was(engine: Engine) -> None:
     ):
         with pytest.raises(VrsError):
             engine.perform(move)
-    assert (engine.timeline, engine.deltas, engine.now) == (timeline, deltas, now)
+    assert (engine.timeline, list(engine.deltas), engine.now) == (timeline, deltas, now)
 
 
 @pytest.mark.parametrize("request_", [Break(), SetTool(IDENTITY), SetBase(IDENTITY)])

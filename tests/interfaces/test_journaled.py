@@ -79,7 +79,7 @@ def test_a_key_that_moves_nothing_says_why() -> None:
     panel, paper = Panel(Jogger(session)), recorded(session)
     before, paper.torn = session.engine.timeline, True
     panel.move(1.0)
-    assert "no paper" in panel.said
+    assert "no paper" in panel.look().said
     assert session.engine.timeline is before
 
 

@@ -32,6 +32,10 @@ class Fork(Struct, frozen=True):
     timeline: Timeline
     done: tuple[Step, ...]
 
+    def leaves(self, main: Book) -> bool:
+        """Whether main is as it was then. What comes from a file left it before all that has happened on it."""
+        return self.timeline is main.timeline if main.deltas else self.timeline == main.initial
+
 
 class _Branch(Struct):
     """`fork` is None for main, `left` while the branch is the present one (the engine has it)."""
@@ -220,7 +224,7 @@ class Branches:
         self._check_time()
         left, main = self._left(branch), self._left(self._main)
         steps: Sequence[Step] = ()
-        if _begins_as(left.book, main.book):
+        if branch.fork.leaves(main.book):
             main.book.follow(left.book)
             merged = structs.replace(left, book=main.book)
         else:
@@ -260,11 +264,6 @@ class Branches:
             main.book.check_same(begun[0])
             left.book.check_same(begun[1])
         return planned, timeline, max(clock, left.clock)
-
-
-def _begins_as(book: Book, main: Book) -> bool:
-    """Whether a book begins with all that has happened on main."""
-    return book.deltas.begins_as(main.deltas) if main.deltas else book.initial == main.initial
 
 
 def _own_steps(name: str, fork: Fork, book: Book) -> Sequence[Step]:

@@ -54,13 +54,6 @@ class DeltaLog(Sequence[TimelineDelta]):
     def __iter__(self) -> Iterator[TimelineDelta]:
         return chain.from_iterable(self._parts)
 
-    def begins_as(self, other: DeltaLog) -> bool:
-        """Whether the first deltas are those of the other log; logs that share what is compact soon know."""
-        return len(self) >= len(other) and all(
-            mine is theirs or all(a == b for a, b in zip(mine, theirs, strict=False))
-            for mine, theirs in zip(self._parts, other._parts, strict=False)
-        )
-
     # --- changing ---
 
     def extend(self, deltas: Iterable[TimelineDelta]) -> None:
