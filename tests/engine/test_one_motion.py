@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf
+
 import pytest
 from msgspec import structs
 
@@ -9,9 +11,10 @@ from vrs_cli.engine import one_motion
 from vrs_cli.engine.one_motion import plan_directly, plan_motion
 from vrs_cli.engine.problem import Here, NotInTime, Problem, state_at
 from vrs_cli.engine.straight import straight_segments
+from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import at_position
+from vrs_cli.kinematics.transform import IDENTITY, at_position
 from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.state import JointState
 
@@ -39,6 +42,27 @@ def test_zeros_with_another_sign_are_another_state() -> None:
     for zero in (0.0, -0.0, 0.0):
         plan_motion(line(1, 0.0, zero))
     assert one_motion._remembered_line.cache_info()[:2] == (1, 2)  # hits, misses
+
+
+def test_a_line_that_was_refused_before_is_refused_again_at_once() -> None:
+    one_motion._remembered_line.cache_clear()
+    far, late = (
+        at_position(line(1, 0.0).motion.pose or IDENTITY, 5000.0, 0.0, 0.0),
+        structs.replace(line(1, 0.0), latest=0.01),
+    )
+    beyond = structs.replace(late, motion=late.motion._replace(pose=far), latest=inf)
+    refusals = []
+    for begin in (0.0, 8.0):
+        with pytest.raises(NotInTime):
+            plan_motion(structs.replace(late, begin=begin, latest=begin + 0.25))
+        with pytest.raises(MotionError) as refused:
+            plan_motion(structs.replace(beyond, begin=begin))
+        refusals.append(refused.value)
+    assert one_motion._remembered_line.cache_info()[:2] == (2, 2)  # hits, misses
+    first, second = refusals
+    assert str(first) == str(second)
+    assert first is not second  # each has a traceback of its own
+    assert first.place == second.place
 
 
 def test_a_line_is_of_no_use_when_it_is_too_late_wherever_it_was_planned_before() -> None:

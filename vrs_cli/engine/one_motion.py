@@ -9,7 +9,7 @@ from math import copysign
 
 from msgspec import structs
 
-from vrs_cli.engine.problem import NoRoomToStop, NoWay, Problem, rest_after
+from vrs_cli.engine.problem import NoRoomToStop, NotInTime, NoWay, Problem, rest_after
 from vrs_cli.engine.straight import line_stop, straight_segments
 from vrs_cli.errors import MotionError, StreamIsOver
 from vrs_cli.kinematics.arm import RobotArm
@@ -74,18 +74,28 @@ def _line_segments(problem: Problem) -> tuple[Segment, ...]:
     begin, motion = problem.begin, problem.motion
     plain = motion._replace(number=0, start=Start.AT, hand=0.0, text="", relative=None, rounding=None)
     same = structs.replace(problem, motion=plain, begin=0.0, latest=problem.latest - begin)
-    try:
-        segments = _remembered_line(same, _signs_of_zeros(same))
-    except MotionError as error:
+    outcome = _remembered_line(same, _signs_of_zeros(same))
+    if isinstance(outcome, NotInTime):
+        raise NotInTime
+    if isinstance(outcome, MotionError):
         if problem.here.joints.at_rest:
-            raise
-        raise NoWay from error
-    return tuple([Segment(begin + s.start, begin + s.finish, s.path, s.phase, motion) for s in segments])
+            raise outcome.reworded()
+        raise NoWay
+    return tuple([Segment(begin + s.start, begin + s.finish, s.path, s.phase, motion) for s in outcome])
 
 
 @lru_cache(REMEMBERED)
-def _remembered_line(problem: Problem, zeros: tuple[float, ...]) -> tuple[Segment, ...]:  # noqa: ARG001 (see there)
-    return straight_segments(problem)
+def _remembered_line(
+    problem: Problem,
+    zeros: tuple[float, ...],  # noqa: ARG001 (see there)
+) -> tuple[Segment, ...] | MotionError | NotInTime:
+    """What comes of it. A refusal is remembered as well, never raised itself: it would keep where it was raised."""
+    try:
+        return straight_segments(problem)
+    except MotionError as error:
+        return error.reworded()
+    except NotInTime:
+        return NotInTime()
 
 
 def _signs_of_zeros(problem: Problem) -> tuple[float, ...]:
