@@ -381,6 +381,7 @@ class ClientConnection:
     def _settled(self, welcome: Welcome) -> list[ServerMessage]:
         """What is known of the commands that had no answer: the ends that nobody knows."""
         lost: list[ServerMessage] = []
+        unknown = _refusal("nobody knows whether it was done", "look before you give it again: the server began anew")
         for fate in welcome.fates:
             command = self._unanswered.get(fate.id)
             if not isinstance(command, Command):
@@ -390,7 +391,7 @@ class ClientConnection:
                 del self._unanswered[fate.id]
             elif fate.outcome is Outcome.FORGOTTEN:
                 del self._unanswered[fate.id]
-                lost.append(Done(fate.id, ok=False, refusal=_refusal("nobody knows whether it was done")))
+                lost.append(Done(fate.id, ok=False, refusal=unknown))
         return lost
 
     def _took(self, message: ServerMessage) -> list[ServerMessage]:
