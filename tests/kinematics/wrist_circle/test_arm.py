@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise, product
-from math import pi
+from math import acos, cos, pi
 from pathlib import Path
 from random import Random
 
@@ -98,6 +98,29 @@ def test_all_solutions_are_found_once(drawn: DrawnArm, tmp_path: Path) -> None:
         assert close < SAME or np.linalg.svd(motion(drawn, other[None])[1][0])[1][-1] < MET, (q, other)
     assert len(found) <= 16
     assert all(apart(a, b) > 1e-6 for i, a in enumerate(found) for b in found[:i])
+
+
+@pytest.mark.parametrize("name", ["crx", "gofa", "xarm", "before"])
+def test_solutions_with_the_wrist_next_to_the_axis_of_joint_1_are_found(name: str, tmp_path: Path) -> None:
+    """Joint 1 turns about at once there, as the wrist goes round its circle."""
+    drawn, source = OFFSET_ARMS[name], Random(12)
+    arm, tried = arm_of(drawn, tmp_path), 0
+    while tried < 6:
+        q = with_wrist_at(arm, drawn.some_joints(source), 10.0 ** source.uniform(-6.0, -3.0))
+        if q is not None and np.linalg.svd(motion(drawn, np.array([q]))[1][0])[1][-1] > MET:
+            assert min(apart(q, one) for one in arm.solutions(pose_of(drawn, q))) < SAME, q
+            tried += 1
+
+
+def with_wrist_at(arm: WristCircleArm, q: Joints, away: float) -> Joints | None:
+    """The joints with another joint 3, so that the wrist is so far [m] from the axis of joint 1."""
+    chain, g = arm.way.chain, arm.circle.arm
+    q2 = chain.of(q)[1]
+    cosine = (away - g.a1 - g.a2 * cos(q2)) / g.forearm
+    if abs(cosine) > 1.0:
+        return None
+    q3 = acos(cosine) - q2 + g.beta
+    return (*q[:2], chain.signs[2] * (q3 - chain.links[2].theta), *q[3:])
 
 
 def test_many_poses_are_solved_as_one_is(drawn: DrawnArm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,7 +1,8 @@
 """The search along the wrist's circle, for many poses at once; its formulas and names stand in `circle`.
 
 A grid of joint 6 shows changes of sign. What it may have stepped over, it looks at more closely, and again: where f
-comes near 0 and turns back, where the circle enters or leaves the reach, or nearly does.
+comes near 0 and turns back, where the circle enters or leaves the reach, or nearly does, and where joint 1 turns
+quickly, as it does where the circle passes next to its axis.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from vrs_cli.kinematics.wrist_circle.circle import Circle
 
 GRID = 96  # values of joint 6 in a turn
 CLOSER = 16  # pieces of what is looked at again
-LEVELS = 3
+LOOKS, MORE = 2, 4  # before solutions are taken, and at most after that, where joint 1 turns quickly
+QUICK = 0.1  # the sine of half the angle by which it does, from one value of joint 6 to the next
 NEAR = 0.1  # f, and what is out of reach, next to a solution
 FOUR = np.array(((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)))  # shoulder and fold: the ways of joints 1 to 3
 
@@ -84,23 +86,41 @@ def near_solutions(circle: Circle, T: Floats) -> tuple[Floats, Indices]:
     rows, ways = (part.ravel() for part in np.indices((count, len(FOUR))))
     ends = np.full(len(rows), pi + step)  # a step more at either end: as it were round
     arcs, pieces = Arcs(rows, ways, -ends, ends), GRID + 2
-    for _ in range(LEVELS):
+    for _ in range(LOOKS):
         arcs, pieces = _closer(circle, T, arcs, pieces), CLOSER
-    at = Places(circle, T[arcs.rows], arcs.ways, np.stack((arcs.begin, arcs.end), axis=1))
-    near = (np.abs(at.f) < NEAR) & (at.beyond < NEAR)
-    return at.joints()[near], arcs.rows[np.nonzero(near)[0]]
+    joints, poses = list[Floats](), list[Indices]()
+    for _ in range(MORE):
+        arcs = _closer(circle, T, arcs, CLOSER)
+        at = Places(circle, T[arcs.rows], arcs.ways, np.stack((arcs.begin, arcs.end), axis=1))
+        near = (np.abs(at.f) < NEAR) & (at.beyond < NEAR)
+        joints.append(at.joints()[near])
+        poses.append(arcs.rows[np.nonzero(near)[0]])
+        left = ~near.all(axis=1) & _quick(at.q1)[:, 0]
+        if not left.any():
+            break
+        arcs = Arcs(*(part[left] for part in arcs))
+    return np.concatenate(joints), np.concatenate(poses)
 
 
 def _closer(circle: Circle, T: Floats, arcs: Arcs, pieces: int) -> Arcs:
-    """The pieces of arcs on which f changes its sign, and pairs of pieces that need a closer look."""
+    """The pieces of arcs on which f changes its sign, or joint 1 turns quickly, and pairs of pieces that need a closer
+    look.
+    """
     q6 = arcs.begin[:, None] + (arcs.end - arcs.begin)[:, None] * np.linspace(0.0, 1.0, pieces + 1)
     at = Places(circle, T[arcs.rows], arcs.ways, q6)
     inside, positive = at.beyond <= 0.0, at.f > 0.0
-    k, j = np.nonzero(inside[:, 1:] & inside[:, :-1] & (positive[:, 1:] != positive[:, :-1]))
-    doubt = _edges(inside) | _turns(np.where(inside, np.abs(at.f), np.inf), positive) | _turns_at_0(at.beyond)
+    quick = _quick(at.q1)
+    k, j = np.nonzero(inside[:, 1:] & inside[:, :-1] & ((positive[:, 1:] != positive[:, :-1]) | quick))
+    turns = _turns(np.where(inside, np.abs(at.f), np.inf), positive) & ~(quick[:, 1:] & quick[:, :-1])
+    doubt = _edges(inside) | turns | _turns_at_0(at.beyond)
     d, i = np.nonzero(doubt)
     both, begin, end = np.concatenate((k, d)), np.concatenate((j, i)), np.concatenate((j + 1, i + 2))
     return Arcs(arcs.rows[both], arcs.ways[both], q6[both, begin], q6[both, end])
+
+
+def _quick(q1: Floats) -> Flags:
+    """(K, M) -> (K, M - 1): whether joint 1 turns far from one neighbour to the next."""
+    return np.asarray(np.abs(np.sin(0.5 * np.diff(q1))) > QUICK)
 
 
 def _edges(inside: Flags) -> Flags:
