@@ -106,7 +106,8 @@ def test_a_file_without_checksums_goes_on_as_it_is(path: Path) -> None:
 # --- one writer --------------------------------------------------------------------------------------------------
 
 
-def test_a_journal_has_one_writer_by_whatever_name(path: Path) -> None:
+def test_a_journal_has_one_writer_by_whatever_name(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lock, "PATIENCE", 0.02)
     kept = Kept.on(saved(path))
     before = path.read_bytes()
     (link := path.with_name("link.vrst")).symlink_to(path)

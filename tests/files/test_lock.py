@@ -50,7 +50,10 @@ WRITERS: dict[str, Callable[[Path], object]] = {
 }
 
 
-def test_every_writer_keeps_away_from_a_file_that_another_process_writes(tmp_path: Path) -> None:
+def test_every_writer_keeps_away_from_a_file_that_another_process_writes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(lock, "PATIENCE", 0.02)
     path = tmp_path / "day.vrst"
     path.write_text("old")
     (tmp_path / "other").write_text("other")

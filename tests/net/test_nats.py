@@ -124,7 +124,7 @@ def test_a_beginning_is_kept_however_long_it_goes_on(url: str, published: Servin
 
 
 def test_what_is_not_there_is_told(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vrs_cli.net.nats.OPENING", 2.0)
+    monkeypatch.setattr("vrs_cli.net.nats.OPENING", 1.0)
     with pytest.raises(RequestRefused, match="no robot none is published there"):
         asyncio.run(Watching.open(url, "none"))
 

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from tests.live import PATIENCE
 
-PAUSE = 0.02  # [s] between two looks
+PAUSE = 0.05  # [s] between two looks: each takes the time of the page
 SIZE = (640, 400)  # of the page [px]: software draws it fast enough
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 

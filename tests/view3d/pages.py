@@ -14,7 +14,7 @@ import zstandard
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from tests.live import PATIENCE
+from tests.live import PATIENCE, PAUSE
 from vrs_cli.kinematics.transform import Transform, position
 
 PROTOCOL = f"viser-v{viser.__version__}"
@@ -42,7 +42,9 @@ class Page:
     def __init__(self, address: str, **camera: object) -> None:
         origin = "http://" + address.removeprefix("http://").split("/")[0]
         where = address.replace("http://", "ws://").rstrip("/")
-        self._socket = connect(where, origin=origin, subprotocols=[PROTOCOL], compression=None, max_size=None)  # type: ignore[arg-type, list-item]
+        self._socket = connect(
+            where, origin=origin, subprotocols=[PROTOCOL], compression=None, max_size=None, max_queue=None
+        )  # type: ignore[arg-type, list-item]
         self.told: list[Message] = []
         self._send(CAMERA | camera)
 
@@ -136,7 +138,7 @@ class Page:
             self._hear(left)
         return self.told[before:]
 
-    def _hear(self, seconds: float = 0.5) -> None:
+    def _hear(self, seconds: float = PAUSE) -> None:
         with suppress(TimeoutError):
             frame = self._socket.recv(timeout=seconds)
             assert isinstance(frame, bytes)

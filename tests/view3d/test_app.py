@@ -172,7 +172,10 @@ def test_a_server_that_goes_and_comes_back_is_until(tmp_path: Path, port: int) -
             assert app.windows == (window,)
 
 
-def test_a_browser_that_comes_while_the_server_is_away_is_shown_so(tmp_path: Path, port: int) -> None:
+def test_a_browser_that_comes_while_the_server_is_away_is_shown_so(
+    tmp_path: Path, port: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("vrs_cli.view3d.app.AGAIN", 0.1)
     with viewing(f"ws://127.0.0.1:{port}") as app, Page(app.address) as page:
         page.until(lambda: any("does not answer" in str(m) for m in page.of("NotificationUpdateMessage")))
         with serving(tmp_path, port=port):

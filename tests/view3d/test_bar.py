@@ -122,7 +122,7 @@ def test_nothing_is_followed_of_what_does_not_live(page: Page) -> None:
 def test_where_nothing_moves_nothing_is_sent(page: Page, window: Window) -> None:
     page.key("Play or pause")
     played(page, window, lambda p: not p.playing)
-    page.until(lambda: page.quiet(0.5) == [])
+    page.until(lambda: page.quiet(0.25) == [])
 
 
 def test_less_of_the_timeline_is_shown_at_will(page: Page) -> None:

@@ -35,6 +35,7 @@ MOST_FRAMES = 600  # of a film: each takes a tenth of a second to a second to dr
 GIF_COLOURS = 256
 TRIES = 20  # of the first picture
 LETTERS, INK = 17, (40, 46, 54)  # [px] the height of a caption, and its colour
+PAUSE = 0.1  # [s] between two looks whether it has come
 PATIENCE = 90.0  # [s] until a browser that shows nothing is given up: a slow machine draws the first picture in 10 s
 FLAGS = (
     "--headless=new",
@@ -164,9 +165,9 @@ def _looking(browser: str, url: str, size: tuple[int, int]) -> Iterator[subproce
 
 def _awaited(arrived: Queue[viser.ClientHandle], running: subprocess.Popen[bytes], browser: str) -> viser.ClientHandle:
     """The browser as viser knows it. Raises PictureError where it does not come."""
-    for _ in range(int(PATIENCE)):
+    for _ in range(int(PATIENCE / PAUSE)):
         try:
-            return arrived.get(timeout=1.0)
+            return arrived.get(timeout=PAUSE)
         except Empty:
             if running.poll() is not None:
                 break
