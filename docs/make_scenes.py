@@ -34,14 +34,14 @@ from vrs_cli.view3d.hosted import SHELL, Hosted
 from vrs_cli.view3d.paths import Path as Way
 from vrs_cli.view3d.reasons import Reasons
 from vrs_cli.view3d.shown import Part, Shown
-from vrs_cli.view3d.stage import FIELD, Stage
+from vrs_cli.view3d.stage import FIELD, Stage, backdrop
 from vrs_cli.view3d.still import Pixels, photographing
 
 ROOT = Path(__file__).parent.parent
 IMAGES = ROOT / "docs" / "images"
 MONO = "DejaVuSansMono.ttf"
 DARK, PAPER, INK, BLUE, ORANGE = (30, 34, 40), (222, 226, 230), (40, 46, 54), (36, 96, 190), (214, 110, 40)
-PANEL = (440, 400)  # [px] of each picture in a row of several
+PANEL = (440, 440)  # [px] of each picture in a row of several
 
 Take = Callable[[], Pixels]
 Points = NDArray[np.float64]
@@ -52,6 +52,7 @@ class Place:
 
     def __init__(self, client: viser.ClientHandle, take: Take, size: tuple[int, int], arm: RobotArm) -> None:
         self.client, self.arm, self.size, self._take = client, arm, size, take
+        backdrop(client.scene)
         self._stage, self._figure = Stage(client.scene, arm.model), Figure(client.scene, "/robot", arm.model)
         self.eye: Vector = (2.0, 1.4, 0.9)
         self.aim: Vector = (0.0, 0.05, 0.0)
@@ -211,13 +212,13 @@ def window() -> None:
 # --- the joints ------------------------------------------------------------------------------------------------------
 
 
+SHIFTED = (0.34, 0.14, 0.14, -0.2, 0.0, 0.2)  # [m] along itself: what is marked of an axis, beside the others and the frames
+
+
 def puma() -> None:
-    arm = arm_for(load_robot("puma560"))
-    ready, zero = arm.model.poses["ready"], (0.0,) * 6
-    with photographing(PANEL) as (client, take):
-        place = Place(client, take, PANEL, arm)
-        place.hide("/tool/name")
-        place.look((2.9, 2.6, 1.15), (0.0, 0.05, 0.2))
+    ready, zero = load_robot("puma560").poses["ready"], (0.0,) * 6
+    with staged(PANEL) as place:
+        place.look((2.5, 2.25, 1.15), (0.0, 0.05, 0.3))
         pictures = [
             axes(place, q, title) for q, title in ((zero, "all joints 0"), (ready, "READY: 0, -90, 90, 0, 0, 0"))
         ]
@@ -234,15 +235,25 @@ def axes(place: Place, q: Joints, title: str) -> Image.Image:
     for k, axis in enumerate(joint_axes(model)):
         T = whole(now[k]) @ np.linalg.inv(whole(zero[k]))
         along = T[:3, :3] @ axis.direction
-        foot = T[:3, :3] @ axis.point + T[:3, 3]
-        if k in (3, 5):  # the axes of joints 4 and 6 are one line here: each is marked on its own side
-            foot = foot + along * (-0.12 if k == 3 else 0.16)
+        foot = T[:3, :3] @ axis.point + T[:3, 3] + SHIFTED[k] * along
         tip = foot + 0.24 * along
         drawing.line([place.seen(foot), place.seen(tip)], ORANGE, 3)
         x, y = place.seen(tip)
         drawing.ellipse((x - 4, y - 4, x + 4, y + 4), ORANGE)
         drawing.text((x + 7, y - 9), f"JT{k + 1}", ORANGE, font, stroke_width=3, stroke_fill="white")
+    frame(place, drawing, np.eye(4), "world")
+    frame(place, drawing, whole(place.arm.forward(q)), "tool")
     return titled(picture, title)
+
+
+def frame(place: Place, drawing: ImageDraw.ImageDraw, T: Points, name: str) -> None:
+    """The axes of a frame, seen through the arm."""
+    font, origin = ImageFont.truetype(MONO, 13), T[:3, 3]
+    for k, (colour, letter) in enumerate((("red", "X"), ("green", "Y"), ("blue", f"{name} Z"))):
+        tip = origin + 0.2 * T[:3, k]
+        drawing.line([place.seen(origin), place.seen(tip)], colour, 2)
+        x, y = place.seen(tip + 0.03 * T[:3, k])
+        drawing.text((x + 5, y), letter, colour, font, "rm", stroke_width=2, stroke_fill="white")
 
 
 def whole(T: Sequence[float]) -> Points:

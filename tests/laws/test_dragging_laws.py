@@ -28,9 +28,10 @@ def test_a_tool_that_is_dragged_anyhow_keeps_the_laws(name: str, seed: int) -> N
     hand.settle()
 
 
-def test_a_fast_arm_is_not_thrown_over_the_axis_of_joint_1() -> None:
+@pytest.mark.parametrize(("name", "seed", "profile"), [("irb120", 101, "SCURVE"), ("lrmate200id", 10, "LSPB")])
+def test_a_fast_arm_is_not_thrown_over_the_axis_of_joint_1(name: str, seed: int, profile: str) -> None:
     """Its elbow comes down to the axis at full speed."""
-    hand = Hand(101, load_robot("irb120"), "SCURVE")
+    hand = Hand(seed, load_robot(name), profile)
     hand.drag(3.0)
 
 

@@ -14,7 +14,7 @@ after the goal, inside all limits, and braking when no wish comes any more. What
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 from itertools import islice
 from math import inf, pi, radians, sin
@@ -24,6 +24,7 @@ from msgspec import Struct
 
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.motions import fraction_of_full
+from vrs_cli.engine.position import joints_at
 from vrs_cli.interfaces.steering import SHORTEST
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Arm, Configuration
@@ -39,6 +40,8 @@ STALLED = 1e-3  # of the miss: a gain in one tick that leads nowhere
 PASSING = sin(radians(25.0))  # the sum of what a wrist is away from straight, before and after it passes through that
 SINGULAR = 0.1  # of the measures of `Singularity`, from 0 to 1: a joint that cannot keep up is said to be near it
 LEAST_AHEAD = 0.03  # of `Pace.ahead`, next to the axis of joint 1
+BACK = 5.0  # times as far as they would pass over that axis, the joints are to go back from it
+COMING = 0.0, 0.25, 0.5, 1.0  # of the time until the joints stand, if no wish comes any more
 FLAT = 1e-3  # [m] for a turn of a joint by 1 rad, that does not bring the arm nearer to that axis
 SIDE = 0.005  # of the arm's length, that its end keeps from passing over the axis of joint 1
 BORDER = 1e-4  # [rad] that an elbow keeps from stretched, so that it stays as it is
@@ -109,9 +112,8 @@ class Range(NamedTuple):
     def around(self, q: Joints, below: Joints, above: Joints) -> Range:
         """What of it is so far below q and above it, or what is nearest to that in it."""
         q = self.put(q)
-        lower = tuple(max(low, x - step) for x, step, low in zip(q, below, self.lower, strict=True))
-        upper = tuple(min(high, x + step) for x, step, high in zip(q, above, self.upper, strict=True))
-        return Range(lower, upper)
+        lower = self.put(tuple(x - step for x, step in zip(q, below, strict=True)))
+        return Range(lower, self.put(tuple(x + step for x, step in zip(q, above, strict=True))))
 
     def holds(self, q: Joints) -> bool:
         return all(low <= x <= high for x, low, high in zip(q, self.lower, self.upper, strict=True))
@@ -182,10 +184,12 @@ class Pursuit:
             arm.inverse_branch(arm.forward(q), self.kept, q)  # now: the first of all takes the time of many wishes
         self._stalled = 0  # wishes that led nowhere
 
-    def follow(self, T_base_flange: Transform, T_flange_tool: Transform, now: Joints, pace: Pace) -> Shortfall:
-        """One wish more, while the joints are where they are now."""
-        wish = _possible(self.arm, T_base_flange)
-        aim, box = Aim(self.arm, wish, T_flange_tool, self._side), self.range.around(now, *self._ahead(now, pace))
+    def follow(
+        self, T_base_flange: Transform, T_flange_tool: Transform, coming: Sequence[Joints], pace: Pace
+    ) -> Shortfall:
+        """One wish more. `coming`: where the joints are now, and where they come to if it is the last one."""
+        now, wish = coming[0], _possible(self.arm, T_base_flange)
+        aim, box = Aim(self.arm, wish, T_flange_tool, self._side), self.range.around(now, *self._ahead(coming, pace))
         there = self._reached(wish) if self._closed else self._found_again(aim)
         if there is not None and box.holds(there):
             self.goal, self.steady = there, True
@@ -208,16 +212,18 @@ class Pursuit:
             self._elsewhere = self._another(aim, now)
         return Shortfall(*aim.miss(now), tuple(self._holds(aim, nearest, there)))
 
-    def _ahead(self, now: Joints, pace: Pace) -> tuple[Joints, Joints]:
+    def _ahead(self, coming: Sequence[Joints], pace: Pace) -> tuple[Joints, Joints]:
         """Below and above. Towards the axis of joint 1 no farther than to it, all joints together, so that they stop
-        before it from any speed; but a little, so that they can go along it.
+        before it from any speed; but a little, so that they can go along it. Where they would pass over: back.
         """
         ahead = pace.ahead
         if self._side is None:
             return ahead, ahead
-        slope = self._side.slope(now)
+        room, nearest = min((self._side.room(q), q) for q in coming)
+        slope = self._side.slope(nearest)
         passed = sum([abs(a) * x for a, x in zip(slope, ahead, strict=True)])
-        part = min(max(self._side.room(now) / passed, LEAST_AHEAD), 1.0) if passed else 1.0
+        part = (room if room > 0.0 else BACK * room) / passed + LEAST_AHEAD if passed else 1.0
+        part = min(max(part, -1.0), 1.0)
         below = tuple([part * x if a > FLAT else x for a, x in zip(slope, ahead, strict=True)])
         above = tuple([part * x if a < -FLAT else x for a, x in zip(slope, ahead, strict=True)])
         return below, above
@@ -362,10 +368,12 @@ class Dragging:
         fraction, model = fraction_of_full(1.0, engine.settings).fraction, engine.model
         fastest = [v * fraction for v in model.max_velocity]
         pace = Pace.of(fastest, [a * engine.settings.acceleration for a in model.max_acceleration])
-        before, here = pursuit.goal, engine.position().joints
+        lasting = max(engine.end - now, 0.0)
+        coming = [joints_at(engine.arm, engine.timeline, now + part * lasting) for part in COMING]
+        before, here = pursuit.goal, coming[0]
         steady = pursuit.steady
         flange = compose(compose(frames.base, T_world_tool), inverse(frames.tool))
-        held = pursuit.follow(flange, frames.tool, here, pace)
+        held = pursuit.follow(flange, frames.tool, coming, pace)
         velocity = tuple((b - a) / tick for a, b in zip(before, pursuit.goal, strict=True))
         if not (steady and pursuit.steady) or any(abs(v) > most for v, most in zip(velocity, fastest, strict=True)):
             velocity = (0.0,) * len(velocity)
