@@ -31,6 +31,7 @@ from vrs_cli.net.messages import (
     Positions,
     Refused,
     ServerMessage,
+    Status,
 )
 from vrs_cli.net.packets import Packet
 from vrs_cli.net.protocol import ServerConnection
@@ -46,12 +47,12 @@ class Wire:
 
     deflates, address, waiting = False, "10.0.0.7:1", 0
 
-    def __init__(self, room: Room, name: str, wall: Callable[[], float]) -> None:
+    def __init__(self, room: Room, name: str, wall: Callable[[], float], *, attended: bool = False) -> None:
         self.connection = ServerConnection(wall())
         self.heard: list[ServerMessage] = []
         self.pings, self.alive = 0, True
         self.room, self.ids = room, 0
-        hello = Hello((1,), name=name)
+        hello = Hello((1,), name=name, attended=attended)
         self.connection.receive(encode(hello, Encoding.JSON), wall())
         self.guest: Guest = room.enter(OPEN, hello, self)
 
@@ -101,8 +102,8 @@ class Served:
         full = Plan(load_robot("puma560"), folder / "files", folder / "cell1.vrst", **plan)
         self.room = Room("cell1", full, lambda: None, audit, self.told.append, lambda _: ("cell1",), lambda: self.now)
 
-    def call(self, name: str) -> Wire:
-        return Wire(self.room, name, lambda: self.now)
+    def call(self, name: str, *, attended: bool = False) -> Wire:
+        return Wire(self.room, name, lambda: self.now, attended=attended)
 
     def pass_time(self, seconds: float) -> None:
         for _ in range(int(seconds / 0.5)):
@@ -268,6 +269,19 @@ def test_an_error_of_vrs_itself_that_nobody_waits_for_is_raised_by_a_tick(tmp_pa
         with pytest.raises(ZeroDivisionError):
             it.room.tick()
         it.room.tick()
+
+
+def test_what_stands_around_a_prompt_is_told_beside_the_end_of_a_request(tmp_path: Path) -> None:
+    """Who sits there may be another part of the same page than who asked."""
+    with served(tmp_path) as it:
+        ada = it.call("ada", attended=True)
+        assert ada.line("SPEED 50").status == ada.line("WHERE").status
+
+        def told() -> bool:
+            it.room.tick()
+            return any(isinstance(one, Status) and one.around.monitor_speed == 50.0 for one in ada.heard)
+
+        ada.until(told)
 
 
 # --- what programs may take, and say ---

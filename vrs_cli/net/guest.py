@@ -156,7 +156,7 @@ class Guest:
         self._drag_refused = False  # which is told once
         self._looks = 0  # that wait for an answer
         self._failed: dict[int, str] = {}  # commands of which an error was told, and the first of these
-        self._status: Status | None = None  # as it was told last
+        self._status: Status | None = None  # as it was told last, the ends of requests aside: not all look at these
 
     # --- connections ---
 
@@ -472,7 +472,6 @@ class Guest:
         refusal = None if error is None else _refusal(error)
         result = None if error is not None else ticket.result()
         ended = result if isinstance(result, _Ended) else _Ended()
-        self._status = ended.status or self._status
         version = self.holder.timeline.version
         self.tell(messages.Done(pending.id, ok, refusal, version, ended.status, ended.found))
         self._note(pending, wrong)

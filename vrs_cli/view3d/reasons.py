@@ -26,8 +26,7 @@ from vrs_cli.view3d.shown import Shown
 GOOD, BAD, STOP = (52, 150, 82), (214, 48, 49), (140, 20, 20)
 THICK, BALL = 0.007, 0.02  # of the reach
 DASH = 0.02  # of the reach: a dash of what cannot be, and the gap behind it
-WIDTH = 44  # characters of a line of the label
-LONGEST_WORD = 200  # characters of a reason
+WIDTH, LINES = 44, 8  # characters of a line of the label; how many of them at most
 MOTIONS = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST", "APPRO", "APPROS"})
 
 
@@ -67,7 +66,7 @@ class Reasons:
         self._scene.add_icosphere(
             "/why/stop", BALL * self._reach, GOOD if possible else STOP, subdivisions=2, position=stop
         )
-        text = fill(said(self._drawn)[:LONGEST_WORD], WIDTH)
+        text = fill(said(self._drawn), WIDTH, max_lines=LINES, placeholder=" ...")
         self._scene.add_label("/why/reason", text, position=stop, anchor="bottom-left")
 
     def _line(self, name: str, parts: list[tuple[Vector, Vector]], colour: tuple[int, int, int]) -> None:
