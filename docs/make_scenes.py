@@ -212,7 +212,7 @@ def window() -> None:
 # --- the joints ------------------------------------------------------------------------------------------------------
 
 
-SHIFTED = (0.34, 0.14, 0.14, -0.2, 0.0, 0.2)  # [m] along itself: what is marked of an axis, beside the others and the frames
+SHIFTED = (0.34, 0.14, 0.14, -0.2, 0.0, 0.2)  # [m] along itself: where an axis is marked, beside others
 
 
 def puma() -> None:

@@ -255,6 +255,39 @@ def test_time_goes_on_in_real_time_though_nobody_asks(terminal: RecordingTermina
     assert wall.seconds == pytest.approx(1002.0, abs=0.1)
 
 
+@pytest.mark.parametrize("stopped", [False, True])
+def test_a_program_that_nobody_waits_for_stands_with_the_clock(terminal: RecordingTerminal, *, stopped: bool) -> None:
+    """None of its steps is left out, and who stops it then need not wait for the arm."""
+    session = Session(terminal, clock=ManualWall().clock())
+    session.load_text(".PROGRAM swing\nDRIVE 1, 20\nBREAK\nDRIVE 1, -20\nBREAK\n.END")
+    actor = session.actor
+
+    def do(line: str) -> None:
+        ticket = actor.submit(session.answers(line))
+        while not ticket.done():
+            actor.step()
+
+    def moved() -> int:
+        return sum(record.text.startswith("DRIVE") for record in session.engine.records())
+
+    session.let_run(session.begin("swing"), lambda _result: None)
+    watch = actor.submit(session.watch_over())
+    while session.engine.now < 0.1:
+        actor.step()
+    do("CLOCK PAUSE")
+    stepped(actor)
+    assert (session.running, moved()) == (True, 1)
+    if stopped:
+        do("ABORT")
+        stepped(actor)
+        assert (watch.done(), session.running, moved()) == (True, False, 1)
+    else:
+        do("CLOCK GO")
+        while not watch.done():
+            actor.step()
+        assert moved() == 2
+
+
 # --- one thread -----------------------------------------------------------------------------------------------------
 
 

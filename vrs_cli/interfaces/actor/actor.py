@@ -144,7 +144,7 @@ class Actor:
         if len(self._inbox) or self._present or self._ready or (self._running and self._look):
             return clock.reached
         due = min(self._driver.peek(), self._beats_at)
-        passes = self._running or (clock.realtime and not clock.paused)
+        passes = not self._driver.stands if self._running else clock.realtime and not clock.paused
         return due if passes or due <= clock.reached else inf
 
     def step(self) -> None:
@@ -218,7 +218,7 @@ class Actor:
     # --- one step ---
 
     def _step(self) -> None:
-        came = self._take()
+        came, time_goes_on = self._take(), bool(self._running) and not self._driver.stands
         if self._present:
             self._look = True
             self._work(self._present.pop())
@@ -227,11 +227,11 @@ class Actor:
             self._go_on_all()
         elif self._beats_at <= self._driver.engine.clock.reached:
             self._go_on_by_itself()
-        elif (ready := self._ready) and not (self._running and (self._time_first or self._line_runs())):
+        elif (ready := self._ready) and not (time_goes_on and (self._time_first or self._line_runs())):
             self._time_first = self._look = bool(self._running)
             self._waiting.begin(ready, ready.by)
             self._work(ready)
-        elif self._running:
+        elif time_goes_on:
             self._time_first = False
             self._happen()
         elif self._driver.peek() <= self._driver.engine.clock.reached:

@@ -136,6 +136,12 @@ class Driver:
         ends = self._interrupted or self._ended_by is not None
         return self.lags() and not ends and not any(isinstance(one.pending, Aborted) for one in self.tasks.running)
 
+    @property
+    def stands(self) -> bool:
+        """Whether a program that nobody waits for waits until the clock goes on."""
+        clock, ends = self.engine.clock, self._interrupted or self._ended_by is not None
+        return clock.paused and not ends and self.waited is None and self.peek() > clock.reached
+
     # --- somebody waits ---
 
     def run(self, track: Track, limits: Limits = USUAL) -> Talk[RunResult]:

@@ -256,9 +256,12 @@ class Performer:
     # --- endings ---
 
     def _end(self, track: Track, event: Completed | Halt | Pause | Failed | Aborted | Stopped) -> None:
-        """Once the robot is at rest, if it is this task's, and no line of the prompt."""
+        """Once the robot is at rest, if it is this task's, and no line of the prompt; what is stopped while the clock
+        stands does not wait for that.
+        """
         rests = not track.at_prompt or (isinstance(event, Aborted) and not self._tasks.only_waits(track))
-        if rests and self._tasks.owns(track) and self._engine.now < self._engine.end:
+        stands = self._engine.clock.paused and isinstance(event, Failed | Aborted)
+        if rests and not stands and self._tasks.owns(track) and self._engine.now < self._engine.end:
             track.until(self._engine.end, event)
             return
         if isinstance(event, Failed):
