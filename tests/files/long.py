@@ -7,13 +7,13 @@ when anything did.
 
 from __future__ import annotations
 
-import sys
 import traceback
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from tests.by_hand import command
 from tests.files.contest import Vrs
 from tests.files.identity import CHANGES
 from tests.files.kills import DAY, killed
@@ -68,4 +68,4 @@ def _faulty(name: str, run: Callable[[Path], None]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(*map(int, sys.argv[1:4])))
+    command(main)

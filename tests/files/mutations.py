@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import re
-import sys
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -15,6 +14,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from tests.by_hand import command
 from tests.files.trajectories import initial, planned, puma, without_checksums
 from vrs_cli.engine.problem import segment_joints, state_at
 from vrs_cli.errors import FileDamaged
@@ -158,4 +158,4 @@ def main(count: int, first: int = 1) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:3]))
+    command(main)

@@ -17,7 +17,9 @@ from pathlib import Path
 from random import Random
 from time import process_time
 from types import FrameType
+from typing import Literal
 
+from tests.by_hand import command
 from tests.fuzz.probe import Probe, typed
 from tests.fuzz.texts import Text, text
 
@@ -104,7 +106,7 @@ def numbers(lines: int, seed: int, faults: Faults) -> str:
     return f"{done} lines with extreme numbers in {sessions} sessions"
 
 
-def main(way: str, much: int, seed: int = 1) -> int:
+def main(way: Literal["texts", "numbers"], much: int, seed: int = 1) -> int:
     os.chdir(tempfile.mkdtemp())
     faults = Faults()
     told = {"texts": texts, "numbers": numbers}[way](much, seed, faults)
@@ -113,4 +115,4 @@ def main(way: str, much: int, seed: int = 1) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1], *map(int, sys.argv[2:])))
+    command(main)

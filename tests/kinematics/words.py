@@ -6,7 +6,6 @@ under some of the signs that their joints may have.
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
@@ -19,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tests.by_hand import command
 from tests.kinematics.offset_arms import OFFSET_ARMS
 from vrs_cli.kinematics.axes import Line, chain_of
 from vrs_cli.kinematics.configuration import Arm, Elbow, Flag, Wrist
@@ -166,8 +166,7 @@ def check_words(name: str, model: RobotModel, q: Joints) -> tuple[Flag, ...]:
     return tuple(word for word in said.flags if word is not None)
 
 
-def main() -> None:
-    poses = int(sys.argv[1])
+def main(poses: int) -> None:
     for name in EVERY:
         source = Random(name)
         models = [SIX[name]] if name in SIX else [model for model, _ in some_arms(name)]
@@ -179,4 +178,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    command(main)

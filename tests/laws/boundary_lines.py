@@ -7,7 +7,7 @@ them: poses by the links of the robot's table and numpy, rates by differences.
 
 from __future__ import annotations
 
-import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
 from random import Random
@@ -15,6 +15,7 @@ from random import Random
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.by_hand import command
 from tests.laws.lines import count_faults
 from vrs_cli.engine.one_motion import plan_motion
 from vrs_cli.engine.position import joints_over
@@ -263,10 +264,10 @@ def _square(T: Transform) -> Floats:
     return np.vstack((np.reshape(T, (3, 4)), (0.0, 0.0, 0.0, 1.0)))
 
 
-def main(seeds: int, first: int, robots: list[str]) -> int:
-    names = robots or robot_names()
-    return 1 if sum(count_faults(load_robot(name), check_line, range(first, first + seeds)) for name in names) else 0
+def main(seeds: int, first: int = 0, robots: Sequence[RobotModel] = ()) -> int:
+    run = range(first, first + seeds)
+    return 1 if sum([count_faults(model, check_line, run) for model in robots or map(load_robot, robot_names())]) else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(int(sys.argv[1]), int(sys.argv[2]) if sys.argv[2:] else 0, sys.argv[3:]))
+    command(main)

@@ -6,7 +6,6 @@ of both motions compares with stopping in the corner; status 1 where rounding wa
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from math import inf, radians
 from random import Random
 from statistics import median
 
+from tests.by_hand import command
 from vrs_cli.engine.commands import Break, Move, PoseTarget, SetParameter, SetSpeed, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError
@@ -128,7 +128,6 @@ def corners(source: Random, pair: str, profile: str, rounding: str | float) -> I
 
 
 def main(count: int, first: int = 1) -> int:
-    """How many settings have a corner that is slower rounded."""
     faults = 0
     print("profile  rounding  motions      slower  worst s  worst ratio  median ratio  quartile")
     for profile, rounding, pair in product(PROFILES, ROUNDINGS, PAIRS):
@@ -143,8 +142,8 @@ def main(count: int, first: int = 1) -> int:
             f"  {median(ratios):12.4f}  {ratios[count // 4]:8.4f}",
             flush=True,
         )
-    return faults
+    return 1 if faults else 0
 
 
 if __name__ == "__main__":
-    sys.exit(1 if main(*map(int, sys.argv[1:3])) else 0)
+    command(main)

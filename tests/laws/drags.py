@@ -5,16 +5,16 @@
 
 from __future__ import annotations
 
-import sys
 import traceback
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from math import degrees, dist, hypot, pi, radians, sin, sqrt
 from random import Random
 from time import process_time
 from typing import NamedTuple
 
+from tests.by_hand import command
 from vrs_cli.engine.commands import SetBase, SetMonitorSpeed, SetParameter, SetTool
 from vrs_cli.engine.engine import Engine
 from vrs_cli.interfaces.dragging import BORDER, LAG, LEAST_AHEAD, Dragging, Limit, Shortfall
@@ -314,8 +314,8 @@ def follow(model: RobotModel, seed: int, seconds: float) -> Miss:
 # --- for long --------------------------------------------------------------------------------------------------------
 
 
-def main(seconds: float, first: int, robots: list[str]) -> int:
-    return 1 if sum([long_drag(load_robot(name), seconds, first) for name in robots]) else 0
+def main(seconds: float, first: int = 1, robots: Sequence[RobotModel] = ()) -> int:
+    return 1 if sum([long_drag(model, seconds, first) for model in robots or map(load_robot, robot_names())]) else 0
 
 
 def long_drag(model: RobotModel, seconds: float, first: int) -> int:
@@ -345,4 +345,4 @@ def long_drag(model: RobotModel, seconds: float, first: int) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(float(sys.argv[1]), int(sys.argv[2]) if sys.argv[2:] else 1, sys.argv[3:] or list(robot_names())))
+    command(main)

@@ -5,11 +5,11 @@
 
 from __future__ import annotations
 
-import sys
 import traceback
 from collections.abc import Callable
 from random import Random
 
+from tests.by_hand import command
 from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.one_motion import plan_motion
@@ -18,7 +18,6 @@ from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.profile import Profile
-from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
@@ -73,8 +72,8 @@ def _bent(random: Random) -> float:
     return float(random.choice((-1.0, 1.0)) * 10.0 ** random.uniform(-3.0, -0.7))
 
 
-def main(robot: str, seeds: int, first: int = 0) -> int:
-    return 1 if count_faults(load_robot(robot), check_line, range(first, first + seeds)) else 0
+def main(robot: RobotModel, seeds: int, first: int = 0) -> int:
+    return 1 if count_faults(robot, check_line, range(first, first + seeds)) else 0
 
 
 def count_faults(model: RobotModel, check: Callable[[RobotModel, int], bool], seeds: range) -> int:
@@ -91,4 +90,4 @@ def count_faults(model: RobotModel, check: Callable[[RobotModel, int], bool], se
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1], *map(int, sys.argv[2:])))
+    command(main)

@@ -1,22 +1,23 @@
-"""Random sessions for as long as one likes: `python -m tests.laws.long SEEDS [FIRST] [COMMANDS] [ROBOT]`.
+"""Random sessions for as long as one likes: `python -m tests.laws.long SEEDS [FIRST] [COMMANDS] [ROBOT ...]`.
 
-ROBOT is a built-in one or a file; without it, every built-in robot has so many sessions. Prints how many commands of
+ROBOT is a built-in one or a file; without any, every built-in robot has so many sessions. Prints how many commands of
 each robot kept every law, and the seed of every session that did not. Status 1 when there was one.
 """
 
 from __future__ import annotations
 
-import sys
 import traceback
+from collections.abc import Sequence
 
+from tests.by_hand import command
 from tests.laws.sessions import Session, Tally
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 
 
-def main(seeds: int, first: int = 1, commands: int = 200, robot: str = "") -> int:
-    robots = [robot] if robot else robot_names()
-    return 1 if sum([sessions(load_robot(name), range(first, first + seeds), commands) for name in robots]) else 0
+def main(seeds: int, first: int = 1, commands: int = 200, robots: Sequence[RobotModel] = ()) -> int:
+    run, models = range(first, first + seeds), robots or map(load_robot, robot_names())
+    return 1 if sum([sessions(model, run, commands) for model in models]) else 0
 
 
 def sessions(model: RobotModel, seeds: range, commands: int) -> int:
@@ -38,5 +39,4 @@ def sessions(model: RobotModel, seeds: range, commands: int) -> int:
 
 
 if __name__ == "__main__":
-    numbers, robot = sys.argv[1:4], sys.argv[4:5]
-    sys.exit(main(*map(int, numbers), **({"robot": robot[0]} if robot else {})))
+    command(main)

@@ -1,6 +1,6 @@
 """Straight lines of arms of seven joints beside a follower that integrates velocities, the usual way.
 
-`python -m tests.laws.redundant_lines [ARM...] [LINES]` prints a row for each arm: how many random lines of 200 mm, from
+`python -m tests.laws.redundant_lines [LINES]` prints a row for each arm: how many random lines of 200 mm, from
 anywhere, the follower and the planner can do, the greatest part of a limit of a joint that a planned line uses at 1
 kHz, and what planning costs. Status 1 where the planner can do fewer lines, or a limit is exceeded.
 
@@ -11,7 +11,6 @@ the middle of the ranges in the null space (Liegeois 1977). It is asked for less
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Iterator
 from math import hypot
@@ -20,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tests.by_hand import command
 from tests.kinematics.seven_joints import ARMS, seven_joints
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.one_motion import plan_motion
@@ -130,10 +130,10 @@ def largest_load(model: RobotModel, segments: tuple[Segment, ...], step: float =
     return float(max(loads))
 
 
-def main(names: list[str], count: int) -> int:
+def main(count: int = LINES) -> int:
     print("arm      lines  follower  planner  largest load  with SCURVE  ms a line  ms a refusal")
     worse = False
-    for name in names or ARMS:
+    for name in ARMS:
         model = seven_joints(name)
         arm = arm_for(model)
         lines = list(random_lines(arm, count))
@@ -156,5 +156,4 @@ def main(names: list[str], count: int) -> int:
 
 
 if __name__ == "__main__":
-    numbers = [int(word) for word in sys.argv[1:] if word.isdigit()]
-    sys.exit(main([word for word in sys.argv[1:] if not word.isdigit()], numbers[0] if numbers else LINES))
+    command(main)

@@ -5,7 +5,6 @@ A long run: `python -m tests.laws.short_arms SEEDS [FIRST]`. Prints how many lin
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from itertools import product
 from random import Random
@@ -13,6 +12,7 @@ from random import Random
 import numpy as np
 import pytest
 
+from tests.by_hand import command
 from tests.kinematics.short_arms import Array, forward, random_arm
 from vrs_cli.engine.commands import Move, PoseTarget, SetTool
 from vrs_cli.engine.engine import Engine
@@ -98,4 +98,4 @@ def main(seeds: int, first: int = 1) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:3]))
+    command(main)

@@ -6,8 +6,7 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
@@ -16,13 +15,13 @@ from time import process_time
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.by_hand import command
 from tests.kinematics.random_arms import draw_arm
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.task import ALL_PARTS, Task
 from vrs_cli.kinematics.transform import Transform
 
@@ -59,12 +58,10 @@ def check_way_back(arm: RobotArm, q: Joints, forward: Forward) -> None:
     assert arm.configuration(found) in (words, *arm.twins(found))
 
 
-def main() -> None:
-    poses, arms = map(int, sys.argv[1:3])
-    for file in sys.argv[3:]:
-        model = load_robot(file)
+def main(poses: int, arms: int, robots: Sequence[RobotModel] = ()) -> None:
+    for model in robots:
         own = arm_for(model).forward
-        _show(Path(file).name, model, lambda q, own=own: np.reshape(own(q), (3, 4)), poses)
+        _show(model.name, model, lambda q, own=own: np.reshape(own(q), (3, 4)), poses)
     for seed in range(arms):
         drawn = draw_arm(Random(seed), FEWEST + seed % (MOST - FEWEST + 1))
         with TemporaryDirectory() as folder:
@@ -84,4 +81,4 @@ def _show(name: str, model: RobotModel, forward: Forward, poses: int) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    command(main)

@@ -9,7 +9,6 @@ where anything but a refusal ends the reading.
 
 from __future__ import annotations
 
-import sys
 import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -20,6 +19,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from tests.by_hand import command
 from vrs_cli.engine.commands import Move, NamedTarget, PoseTarget
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import VrsError
@@ -183,8 +183,8 @@ def row(path: Path) -> tuple[str, bool]:
     return said, not error > EXACT
 
 
-def main(places: Sequence[str]) -> int:
-    files = sorted({file for place in map(Path, places) for file in _files(place)})
+def main(places: Sequence[Path]) -> int:
+    files = sorted({file for place in places for file in _files(place)})
     print(HEADING)
     faults = 0
     for file in files:
@@ -203,4 +203,4 @@ def _files(place: Path) -> Iterable[Path]:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    command(main)

@@ -35,6 +35,7 @@ import prompt_toolkit
 import pytest
 import rich
 
+from tests.by_hand import command
 from tests.mutation.coverage_map import FOLDERS, MAP, ROOT
 from tests.mutation.mutants import Mutant, mutants, mutated
 
@@ -215,4 +216,4 @@ def main(count: int = 300, seed: int = 1, folder: str = "") -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(*map(int, sys.argv[1:3]), *sys.argv[3:4]))
+    command(main)

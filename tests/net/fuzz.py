@@ -21,6 +21,7 @@ from typing import Any, get_args
 import msgspec
 from hypothesis import HealthCheck, given, settings
 
+from tests.by_hand import command
 from tests.files.trajectories import form, planned, puma
 from tests.values import values
 from vrs_cli.engine.settings import Settings
@@ -332,10 +333,12 @@ def run(count: int, seed: int) -> Counter[str]:
     return counts
 
 
-if __name__ == "__main__":
-    wanted = int(sys.argv[1]) if len(sys.argv) > 1 else 100_000
+def main(count: int = 100_000, seed: int = 1) -> None:
     begun = process_time()
-    found = run(wanted, int(sys.argv[2]) if len(sys.argv) > 2 else 1)
-    for what, often in sorted(found.items()):
+    for what, often in sorted(run(count, seed).items()):
         print(f"{often:9} {what}")
-    print(f"{2 * wanted} inputs in {process_time() - begun:.0f} s of CPU: no exception, memory within its bounds")
+    print(f"{2 * count} inputs in {process_time() - begun:.0f} s of CPU: no exception, memory within its bounds")
+
+
+if __name__ == "__main__":
+    command(main)

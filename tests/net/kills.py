@@ -18,6 +18,7 @@ import threading
 import time
 from pathlib import Path
 
+from tests.by_hand import command
 from tests.live import PATIENCE
 from tests.net.serving import Caller
 from vrs_cli.files.trajectory_file import read_trajectory
@@ -130,13 +131,11 @@ def grown(path: Path, before: bytes) -> bytes:
     return whole
 
 
-def main() -> None:
-    times = int(sys.argv[1]) if len(sys.argv) > 1 else 20
-    seed = int(sys.argv[2]) if len(sys.argv) > 2 else 1
+def main(times: int = 20, seed: int = 1) -> None:
     with tempfile.TemporaryDirectory() as folder:
         answered = kill(times, seed, Path(folder))
     print(f"{times} kills, {answered} commands answered, nothing lost")
 
 
 if __name__ == "__main__":
-    main()
+    command(main)

@@ -20,6 +20,7 @@ from typing import IO, Any, NamedTuple
 
 from msgspec.structs import replace
 
+from tests.by_hand import command
 from tests.live import PATIENCE, until
 from tests.net.cable import cable
 from tests.net.edits import Edits
@@ -142,11 +143,7 @@ async def watch(straight: str, pulled: str) -> dict[str, Any]:
     return found
 
 
-def main(arguments: list[str]) -> int:
-    if arguments[0] == "--watch":
-        print(json.dumps(asyncio.run(watch(*arguments[1:]))), flush=True)
-        return 0
-    edits, cuts = int(arguments[0]), int(arguments[1]) if len(arguments) > 1 else 100
+def main(edits: int, cuts: int = 100) -> int:
     tally = compare(edits, cuts)
     done = ", ".join(f"{count} {name}" for name, count in sorted(tally.edits.items()))
     print(f"{edits} edits ({done}): {tally.changes} changes told, {tally.cuts} cuts of {len(KINDS) - 1} connections")
@@ -155,4 +152,7 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    if sys.argv[1:2] == ["--watch"]:
+        print(json.dumps(asyncio.run(watch(*sys.argv[2:]))), flush=True)
+    else:
+        command(main)

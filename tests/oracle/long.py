@@ -6,11 +6,11 @@ broke a law, and ends with status 1 then; `python -m tests.oracle.long 1 SEED` s
 
 from __future__ import annotations
 
-import sys
 import traceback
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from tests.by_hand import command
 from tests.oracle.trial import Trial
 
 TOLD = 5  # faults of a program
@@ -37,4 +37,4 @@ def faults_of(trial: Trial) -> list[str]:
 
 
 if __name__ == "__main__":
-    sys.exit(main(*map(int, sys.argv[1:3])))
+    command(main)

@@ -170,7 +170,7 @@ class Crowd:
         assert not self.wrong, self.wrong[:3]
         assert not session.actor.mishaps, session.actor.mishaps
         self._agree(session, journal, (quick, late))
-        assert late.missed > 0
+        assert late.missed > 0, "so few lines are not too many for anybody"
 
     def _hold(self, session: Session, number: int) -> None:
         random = Random(f"{self.seed} {number}")

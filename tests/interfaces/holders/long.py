@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from tests.by_hand import command
 from tests.interfaces.holders.crowd import Crowd
 
 
-def main() -> None:
-    lines, first, runs = _asked()
+def main(lines: int = 10_000, first: int = 1, runs: int = 1) -> None:
     for seed in range(first, first + runs):
         with TemporaryDirectory() as folder:
             crowd = Crowd(seed, threads=8, lines=lines, folder=Path(folder), together=seed % 2 == 0)
@@ -21,11 +20,5 @@ def main() -> None:
         )
 
 
-def _asked() -> tuple[int, int, int]:
-    given = [int(text) for text in sys.argv[1:4]]
-    lines, first, runs = [*given, *(10_000, 1, 1)[len(given) :]]
-    return lines, first, runs
-
-
 if __name__ == "__main__":
-    main()
+    command(main)
