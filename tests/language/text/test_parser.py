@@ -142,8 +142,7 @@ def test_a_label_is_at_most_65535(text: str) -> None:
 
 
 def test_an_expression_may_stand_where_a_parenthesis_is_left_out() -> None:
-    """ATTACH [(unit[, mode])] [$device]"""
-    assert statement_text(statement("ATTACH a-1")) == "ATTACH (a-1)"
+    assert statement_text(statement("FCLOSE a-1")) == "FCLOSE (a-1)"
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from hypothesis import given
 from tests.examples import examples
 from tests.language.trees import groups_in, programs, statements, without_places
 from vrs_cli.language.text import ast
+from vrs_cli.language.text.diagnostics import LineRefused
 from vrs_cli.language.text.parser import parse_file, parse_prompt, parse_step
 from vrs_cli.language.text.printer import print_file, print_program, program_header, statement_text, step_texts
 from vrs_cli.language.words.instructions import INSTRUCTIONS
@@ -252,8 +253,6 @@ def forms(row: Word) -> Iterator[str]:
     """The row with every choice of its optional arguments; a comma holds the place of one before others."""
     for chosen in product(*((True, False) if argument.optional else (True,) for argument in row.arguments)):
         given = [SAMPLES_OF[one.shape] if there else "" for one, there in zip(row.arguments, chosen, strict=True)]
-        if row.grouped and not row.may_lack_group and not given[0] and any(given):
-            continue  # what follows a parenthesis needs it
         values = [""] if row.value is None or row.value.optional else []
         values += [f" = {SAMPLES_OF[row.value.shape]}"] if row.value is not None else []
         yield from (f"{row.name} {_placed(row, given)}".rstrip() + value for value in values)
@@ -281,14 +280,31 @@ def squeezed(text: str) -> str:
     return text.replace(" ", "").upper().removeprefix("DO")
 
 
+def read(text: str, at_prompt: bool) -> ast.Statement:
+    statement = parse_prompt(text) if at_prompt else parse_step(text).statement
+    assert statement is not None
+    assert not isinstance(statement, ast.ProgramHeader)
+    return statement
+
+
 @pytest.mark.parametrize(("row", "at_prompt"), ROWS)
 def test_what_is_left_out_leaves_no_comma(row: Word, at_prompt: bool) -> None:
     for text in forms(row):
-        statement = parse_prompt(text) if at_prompt else parse_step(text).statement
-        assert statement is not None
-        assert not isinstance(statement, ast.ProgramHeader)
-        printed = statement_text(statement)
+        printed = statement_text(read(text, at_prompt))
         assert squeezed(printed) == squeezed(text.replace("PROMPT , x", "PROMPT x"))
+
+
+@pytest.mark.parametrize(("row", "at_prompt"), ROWS)
+def test_what_is_too_much_stays_where_it_was(row: Word, at_prompt: bool) -> None:
+    for text, surplus in product(forms(row), ("7", ", 7", "7, 8", ",,, 7")):
+        before, equals, value = text.partition(" =")
+        try:
+            statement = read(f"{before}, {surplus}{equals}{value}", at_prompt)
+        except LineRefused:
+            continue
+        printed = statement_text(statement)
+        assert without_places(read(printed, at_prompt)) == without_places(statement)
+        assert statement_text(read(printed, at_prompt)) == printed
 
 
 @pytest.mark.parametrize("value", ["-" * 390 + "1", "NOT " * 390 + "1", "NOT -(-" + "-" * 300 + "x)"])

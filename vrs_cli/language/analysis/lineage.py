@@ -165,7 +165,8 @@ def _instruction(node: ast.Instruction, table: Mapping[str, Word], told: _Told) 
     yield from told.named(row.name, row.where, node.span)
     if node.modifiers.unit is not None:
         yield from told.named(node.modifiers.unit, LINKS[node.modifiers.unit].where, node.span)
-    task = node.arguments[-1] if row.tasked and len(node.arguments) == len(row.arguments) else None
+    place = len(row.arguments) - 1
+    task = node.arguments[place] if row.tasked and len(node.arguments) > place else None
     if task is not None and told.dialect.knows(row.where):
         yield told.refused("the number of a task is", IN_VAL2["EXECUTE"], task.span)
 

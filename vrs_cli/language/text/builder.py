@@ -238,7 +238,10 @@ class _Given(Struct):
     modifiers: dict[str, tuple[str, Any]] = {}  # by sort: the field and its value
 
     def put_arguments(self, *children: Any) -> None:
-        self.arguments += _items(children, self.row, self.row.plain)
+        items = _items(children, self.row, self.row.plain)
+        if self.row.leads:
+            self._refuse_beyond(items, self.row.plain or 0, "arguments")
+        self.arguments += items
 
     def put_value(self, sign: Token, given: _Piece) -> None:
         wanted = self.row.value
@@ -287,10 +290,9 @@ class _Given(Struct):
             plain = sum(not argument.lead for argument in row.arguments)
             led = [self.led.get(argument.lead) for argument in row.arguments if argument.lead]
             items = [*items, *[None] * (plain - len(items)), *trim(led)]
-        if self.task is not None:
-            items = [*items, *[None] * (len(row.arguments) - 1 - len(items)), self.task]
-        elif row.tasked and len(items) >= len(row.arguments):
-            items.insert(len(row.arguments) - 1, None)
+        if row.tasked and (self.task is not None or len(items) >= len(row.arguments)):
+            place = len(row.arguments) - 1
+            items = [*items[:place], *[None] * (place - len(items)), self.task, *items[place:]]
         first = row.arguments[0] if row.arguments else None
         if first is not None and first.shape is Shape.STRING and first.optional and begins_with_variable(items):
             items = [None, *items]

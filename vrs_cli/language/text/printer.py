@@ -189,8 +189,9 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
         return
     if arguments[:1] == [None] and _shape_at(row, 0) is Shape.STRING and begins_with_variable(arguments[1:]):
         arguments.pop(0)
-    if row.tasked and len(arguments) == len(row.arguments):
-        yield _list_text([arguments.pop()])
+    if row.tasked and len(arguments) >= len(row.arguments):
+        task = arguments.pop(len(row.arguments) - 1)
+        yield "" if task is None else expression_text(task)
         arguments = trim(arguments)
     arguments = [_capital(given, _shape_at(row, place)) for place, given in enumerate(arguments)]
     plain = sum(argument.lead in ("", *COMMAS) for argument in row.arguments)

@@ -303,10 +303,8 @@ class Word(Row, frozen=True, eq=False, dict=True):
 
     @cached_property
     def may_lack_group(self) -> bool:
-        """Whether the parentheses may be left out before other arguments: ACCEL (1) 50, and ACCEL 50."""
-        first = self.arguments[0] if self.arguments else None
-        groups = first is not None and first.shape is Shape.GROUP and first.optional
-        return groups and self.grouped < len(self.arguments)
+        """Whether what stands without parentheses comes after them: ACCEL (1) 50, and ACCEL 50."""
+        return 0 < self.grouped < len(self.arguments)
 
     @cached_property
     def tasked(self) -> bool:
