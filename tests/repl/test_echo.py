@@ -13,15 +13,18 @@ pty = pytest.importorskip("pty")
 from vrs_cli.repl.echo import unechoed  # noqa: E402 (Windows has neither of them)
 
 
-def test_a_terminal_shows_nothing_meanwhile_and_takes_what_is_typed(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("signals", [True, False])
+def test_a_terminal_shows_nothing_meanwhile_and_takes_what_is_typed(
+    signals: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     keyboard, terminal = pty.openpty()
     with open(keyboard, "r+b", buffering=0) as typed, open(terminal) as stdin:
         monkeypatch.setattr(sys, "stdin", stdin)
         before = termios.tcgetattr(stdin)
-        with unechoed():
+        with unechoed(signals=signals):
             assert not termios.tcgetattr(stdin)[3] & termios.ECHO
-            typed.write(b"WHERE\n")
-            assert stdin.readline() == "WHERE\n"
+            typed.write(b"LISTR\x03WHERE\n")
+            assert stdin.readline() == ("WHERE\n" if signals else "LISTR\x03WHERE\n")
         assert termios.tcgetattr(stdin) == before
         typed.write(b"!")
         assert typed.read(100) == b"!"
@@ -30,5 +33,5 @@ def test_a_terminal_shows_nothing_meanwhile_and_takes_what_is_typed(monkeypatch:
 def test_what_is_no_terminal_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     with open(os.devnull) as stdin:
         monkeypatch.setattr(sys, "stdin", stdin)
-        with unechoed():
+        with unechoed(signals=True):
             pass

@@ -8,8 +8,10 @@ from contextlib import contextmanager, suppress
 
 
 @contextmanager
-def unechoed() -> Iterator[None]:
-    """Without echo, where standard input is a terminal that has one."""
+def unechoed(*, signals: bool) -> Iterator[None]:
+    """Without echo, where standard input is a terminal that has one. `signals`: Ctrl-C and the like are signals; they
+    are keys otherwise, that wait for the next prompt.
+    """
     try:
         import termios
     except ImportError:  # Windows echoes nothing that is not read
@@ -21,7 +23,8 @@ def unechoed() -> Iterator[None]:
         yield
         return
     quiet = [*before]
-    quiet[3] &= ~termios.ECHO
+    quiet[3] &= ~(termios.ECHO | termios.ISIG)
+    quiet[3] |= termios.ISIG * signals
     termios.tcsetattr(sys.stdin, termios.TCSANOW, quiet)
     try:
         yield

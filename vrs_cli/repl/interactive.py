@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import asyncio
 import os
-from collections.abc import Callable, Container, Iterable
-from contextlib import suppress
+from collections.abc import Callable, Container, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache, partial
 from math import inf
 from textwrap import fill
@@ -167,12 +167,13 @@ class Shell:
         print(BANNER)
         for note in self.notes:
             print(note)
-        if self.place.waits:
-            work = self.backstage.wait()
-            with stoppable(work.interrupt):
-                work.seat.begin()
-        while self._unhurt_round():
-            pass
+        with unechoed(signals=False):
+            if self.place.waits:
+                work = self.backstage.wait()
+                with _interruptible(work):
+                    work.seat.begin()
+            while self._unhurt_round():
+                pass
         if self.backstage.ready is not None and not self._hung_up:
             self.backstage.ready.seat.end()
         return 0
@@ -183,7 +184,7 @@ class Shell:
         return self.prompts.app.input.closed
 
     def _unhurt_round(self) -> bool:
-        """A round that Ctrl-C between two others does not end the shell with."""
+        """A round; a signal between two prompts does not end the shell."""
         try:
             return self._round()
         except Ended:
@@ -204,7 +205,7 @@ class Shell:
         except EOFError:
             return self._leave_entry() or not self._leave()
         work = self.backstage.wait()
-        with stoppable(work.interrupt), unechoed():
+        with _interruptible(work):
             work.terminal.pages = "\n" not in line
             if line == QUESTION:
                 work.seat.answer()
@@ -260,14 +261,16 @@ class Shell:
     def _stop_program(self) -> None:
         work = self.backstage.ready
         if work is not None and self.place.lives:
-            work.seat.stop_program()
+            with _interruptible(work):
+                work.seat.stop_program()
 
     def _leave_entry(self) -> bool:
         """Ctrl-C or Ctrl-D while a program is typed: back to the prompt, or on with it. False where none was."""
         work, status = self.backstage.ready, self._look()
         if work is None or status is None or self._hung_up or not status.in_program:
             return False
-        work.seat.leave_entry()
+        with _interruptible(work):
+            work.seat.leave_entry()
         return True
 
     def _leave(self) -> bool:
@@ -275,7 +278,7 @@ class Shell:
         work = self.backstage.ready
         if work is None or self._hung_up:
             return True
-        with stoppable(work.interrupt):
+        with _interruptible(work):
             work.seat.leave()
         return work.terminal.leaving
 
@@ -334,6 +337,13 @@ class Shell:
                 enable_suspend=True,
             )
         return self._prompt(self._answers, question)
+
+
+@contextmanager
+def _interruptible(work: Work) -> Iterator[None]:
+    """While something is done for the user, Ctrl-C stops it."""
+    with stoppable(work.interrupt), unechoed(signals=True):
+        yield
 
 
 async def rested(woken: asyncio.Event, seconds: float) -> None:
