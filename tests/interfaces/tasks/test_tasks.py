@@ -94,3 +94,22 @@ def test_it_is_told_at_once_with_its_instant(session: Session) -> None:
     terminal.show = shown  # type: ignore[method-assign]
     session.perform("EXECUTE main")
     assert told == [(0.5, "*Undefined value* nothing [task 3 at 0.500 s]", "")]
+
+
+def test_a_program_with_errors_fails_where_it_is_started(session: Session) -> None:
+    session.load_text(".PROGRAM wrong\nx = )\n.END\n")
+    load(session, "EXECUTE 1 wrong", "x = 1")
+    result = session.execute("main")
+    assert result.fault is not None
+    assert (result.fault.message[:24], result.fault.step) == ("*Program not executable*", 1)
+    session.perform("PROCEED")  # the session is well
+    assert value(session, "x") == 1.0
+
+
+def test_one_that_starts_itself_over_and_over_lets_time_go_on(session: Session) -> None:
+    load(session, "EXECUTE main", "n = n+1")
+    session.perform("n = 0")
+    session.execute("main")
+    for _ in range(2):
+        session.perform("DELAY 0.05")
+    assert 0 < value(session, "n") < 1000

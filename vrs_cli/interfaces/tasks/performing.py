@@ -53,6 +53,7 @@ from vrs_cli.trajectory.instant import LATEST, on_grid
 
 LOOK = 1.0  # [s] a unit is looked at so often where nothing arrives, so that a limit of time is seen
 EVERYBODYS = (SetMonitorSpeed, SetParameter, SetSwitch)  # requests that a task without the robot may make
+STEPS_A_START = 100  # that the start of a task takes as long as
 
 
 class Transcript:
@@ -235,11 +236,15 @@ class Performer:
 
     # --- other tasks ---
 
-    def _start_task(self, _track: Track, event: StartTask) -> None:
+    def _start_task(self, track: Track, event: StartTask) -> None:
+        """Of the steps that may be done before time goes on it has those that are left to the task that starts it: one
+        that starts itself over and over does not hold time up.
+        """
         number = self._tasks.free() if event.number is None else event.number
         call = event.call
         task = Task(self._environment, self._robot, call.name, call.arguments, event.cycles, event.step)
-        self._tasks.start(number, task)
+        started = self._tasks.start(number, task)
+        started.instant, started.before = track.instant, track.before - track.task.steps_done - STEPS_A_START
 
     def _control_task(self, _track: Track, event: ControlTask) -> None:
         number = event.number

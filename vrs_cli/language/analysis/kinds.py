@@ -265,6 +265,8 @@ def miscounted(
         if not argument.optional and (at >= len(given) or given[at] is None):
             found.append((end, f"{name}: {argument.name} is missing"))
             break
+    if row.repeats and not row.arguments[0].optional and None in given[max(len(row.arguments) - 1, 1) :]:
+        found.append((whole, f"{name}: a value is missing between two commas"))
     if len(given) > len(row.arguments) and argument_at(row, len(given) - 1) is None:
         extra = given[len(row.arguments)]
         found.append((whole if extra is None else extra.span, f"{name}: too many arguments"))

@@ -144,8 +144,6 @@ class Activation:
     __slots__ = ("_arguments", "_context", "_slots", "between", "interruption", "op", "program", "reached", "steps")
 
     def __init__(self, context: Context, program: Executable, arguments: Sequence[Reference], step: int = 0) -> None:
-        if not context.robot.switch("VPLUS"):
-            program.refuse_beyond_val2()
         self.program = program
         self.op = program.compiled.entry(step)
         self._context = context

@@ -24,7 +24,6 @@ class _StepTask(Task):
     """One instruction of the prompt: a program of one step, with no cycle around it."""
 
     def _cycles(self) -> Generator[Event, None, Completed | Halt]:
-        self._begin()
         halted = yield from self._cycle()
         self.state = TaskState.COMPLETED
         return halted or Completed(0)

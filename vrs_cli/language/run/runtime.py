@@ -78,7 +78,7 @@ class Task:
         self._environment = environment
         self._context = Context(environment, robot)
         stored = environment.program(program) if isinstance(program, str) else program
-        self._main = stored if isinstance(stored, Executable) else environment.executable(stored)
+        self._main = self._allowed(stored if isinstance(stored, Executable) else environment.executable(stored))
         self._arguments = tuple(
             one if one is None or isinstance(one, Reference) else by_value(self._context, one) for one in arguments
         )
@@ -88,7 +88,6 @@ class Task:
         self._first_step = step - 1
         if cycles == 0 or cycles > MOST_CYCLES:
             raise IllegalValue(f"{cycles} cycles", f"1 to {MOST_CYCLES}, or -1 for ever")
-        self._main.bound(self._arguments)
         self.cycles = cycles
         self.cycles_done = 0
         self.steps_done = 0
@@ -101,7 +100,7 @@ class Task:
         self._answer: str | None = None
         self._thrown: VrsError | None = None
         self._again = False
-        self._tried: tuple[Activation, int, float] | None = None
+        self._begin()
         self._life = self._live()
 
     # for the driver
@@ -206,7 +205,8 @@ class Task:
 
     def _cycles(self) -> Generator[Event, None, Completed | Halt]:
         while self.cycles < 0 or self.cycles_done < self.cycles:
-            self._begin()
+            if not self._activations:
+                self._begin()
             yield from self._say(CycleBegins(self.cycles_done + 1, CYCLE_SETTINGS))
             halted = yield from self._whole_cycle()
             if halted is not None:
@@ -239,8 +239,14 @@ class Task:
         bound = self._main.bound(self._arguments)
         self._activations = [Activation(self._context, self._main, bound, self._first_step)]
         self._first_step = 0
-        self._tried = None
+        self._tried: tuple[Activation, int, float] | None = None
         self.reactions = Reactions()
+
+    def _allowed(self, program: Executable) -> Executable:
+        """Raises ProgramNotExecutable for what V+ alone has while VPLUS is off."""
+        if not self._context.robot.switch("VPLUS"):
+            program.refuse_beyond_val2()
+        return program
 
     def _say(self, event: Event) -> Generator[Event, None, None]:
         """Tell the driver, and again that the step has failed when the driver could not do it."""
@@ -384,7 +390,7 @@ class Task:
     def _call(self, call: CallProgram) -> None:
         if len(self._activations) > STACK_LIMIT:
             raise StackOverflow(f"{STACK_LIMIT} calls deep", f"does {call.name} call itself for ever?")
-        program = self._environment.executable(self._environment.program(call.name))
+        program = self._allowed(self._environment.executable(self._environment.program(call.name)))
         self._activations.append(Activation(self._context, program, program.bound(call.arguments)))
 
     def fail(self, error: VrsError) -> Failed:
