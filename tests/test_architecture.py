@@ -95,7 +95,7 @@ DEFERRED = (
         ("cli",), ("vrs_cli", "time", "collections"), "a command loads what it needs, and its help nothing of that"
     ),
     Deferred(("cli/serve.py",), ("asyncio", "ssl", "tempfile"), "as above"),
-    Deferred(("cli/fence.py",), ("resource",), "Windows has none"),
+    Deferred(("cli/fence.py", "kinematics/urdf/macros.py"), ("resource",), "Windows has none"),
     Deferred(("cli/outside.py",), ("ipaddress",), "few runs have a network"),
     Deferred(
         ("repl", "render"),

@@ -200,6 +200,9 @@ def test_macros_that_go_wrong(tmp_path: Path) -> None:
         FileDamaged, match=r"xacro: no folder above it, or beside .* is the package 'nowhere' \(put its"
     ):
         load_robot(alone)
+    path.write_text(MACROS.replace('"0.4"', '"${len([1] * 10**9)}"'), encoding="utf-8")
+    with pytest.raises(FileDamaged, match=r"arm\.urdf\.xacro: xacro: its macros take more than 1024 MB \(expand it"):
+        load_robot(path)
     path.write_text(MACROS.replace("xacro:swing name", "xacro:swings name"), encoding="utf-8")
     with pytest.raises(FileDamaged, match=r"arm\.urdf\.xacro: xacro: .*swings"):
         load_robot(path)

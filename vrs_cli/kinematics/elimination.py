@@ -110,44 +110,46 @@ def _any(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[floa
 
 def gram(rows: Sequence[Sequence[float]]) -> list[list[float]]:
     """rows @ rows^T."""
-    return [[float(sum(map(mul, u, v))) for v in rows] for u in rows]
+    return cast(list[list[float]], _written_of_gram("gram", len(rows), len(rows[0]))(rows))
 
 
-def damped(
-    rows: Sequence[Sequence[float]], wanted: Iterable[Sequence[float]], damping: float
-) -> list[tuple[float, ...]]:
-    """rows^T (rows rows^T + damping)^-1 of each that is wanted: no larger than the equations, however many unknowns
-    there are.
-    """
-    table, columns = gram(rows), list(zip(*rows, strict=True))
+def damped(rows: Sequence[Sequence[float]], wanted: Sequence[float], damping: float) -> tuple[float, ...]:
+    """rows^T (rows rows^T + damping)^-1 wanted: no larger than the equations, however many unknowns there are."""
+    table = gram(rows)
     for k, row in enumerate(table):
         row[k] += damping
-    found = [solve(table, one) or (0.0,) * len(rows) for one in wanted]
-    return [tuple([sum(map(mul, weights, column)) for column in columns]) for weights in found]
+    weights = solve(table, wanted) or (0.0,) * len(rows)
+    return tuple([sum(map(mul, weights, column)) for column in zip(*rows, strict=True)])
 
 
 def volume(rows: Sequence[Sequence[float]]) -> float:
     """Of what rows span: the root of the determinant of rows @ rows^T. 0 of rows that depend on each other."""
-    return float(_written_volume(len(rows), len(rows[0]))(rows))
+    return cast(float, _written_of_gram("volume", len(rows), len(rows[0]))(rows))
 
 
 @cache
-def _written_volume(m: int, n: int) -> Callable[[Sequence[Sequence[float]]], float]:
-    """Of m rows of n, written out; entry `g1_2` is of rows @ rows^T."""
+def _written_of_gram(name: str, m: int, n: int) -> Callable[[Sequence[Sequence[float]]], Any]:
+    """`gram` or `volume` of m rows of n, written out; entry `g2_1` is of rows @ rows^T."""
     rows = [[f"a{r}_{c}" for c in range(n)] for r in range(m)]
     lines = [f"{listed(f'({listed(row)})' for row in rows)} = rows"]
     for r, row in enumerate(rows):
         dots = (" + ".join(f"{x} * {y}" for x, y in zip(row, other, strict=True)) for other in rows[: r + 1])
-        lines += [f"g{r}_{k} = {dot}" for k, dot in enumerate(dots)]
+        lines += [f"g{r}_{k} = {dot or 0.0}" for k, dot in enumerate(dots)]
+    table = (listed(f"g{max(r, k)}_{min(r, k)}" for k in range(m)) for r in range(m))
+    lines += [f"return [{listed(f'[{row}]' for row in table)}]"] if name == "gram" else _volume_lines(m)
+    names: dict[str, Any] = {"sqrt": sqrt}
+    exec(compile(f"def {name}(rows):\n" + "".join(f"    {line}\n" for line in lines), f"<{name}>", "exec"), names)
+    return cast(Callable[[Sequence[Sequence[float]]], Any], names[name])
+
+
+def _volume_lines(m: int) -> list[str]:
+    lines = list[str]()
     for k in range(m):
         lines += [f"if g{k}_{k} <= 0.0: return 0.0"]
         for r in range(k + 1, m):
             changes = "; ".join(f"g{r}_{c} -= f * g{c}_{k}" for c in range(k + 1, r + 1))
             lines += [f"f = g{r}_{k} / g{k}_{k}; {changes}"]
-    lines += [f"return sqrt({' * '.join(f'g{k}_{k}' for k in range(m))})"]
-    names: dict[str, Any] = {"sqrt": sqrt}
-    exec(compile("def volume(rows):\n" + "".join(f"    {line}\n" for line in lines), "<volume>", "exec"), names)
-    return cast(Callable[[Sequence[Sequence[float]]], float], names["volume"])
+    return [*lines, f"return sqrt({' * '.join(f'g{k}_{k}' for k in range(m))})"]
 
 
 def _back(table: list[list[float]], order: list[int], count: int) -> tuple[float, ...]:

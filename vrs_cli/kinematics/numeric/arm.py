@@ -20,6 +20,7 @@ from vrs_cli.kinematics.numeric.newton import NO_TWIST, Newton, newton
 from vrs_cli.kinematics.numeric.redundancy import PARTS, Follow, walk, walks
 from vrs_cli.kinematics.numeric.search import (
     CONVERGED,
+    DAMPING,
     FEW,
     HOPELESS,
     LARGEST_STEP,
@@ -107,7 +108,7 @@ class NumericArm(RobotArm):
 
     def guided_joints(self, T: Transform, near: Joints, demands: Demands) -> Joints | None:
         at_once = self.guided_state(T, near, demands, NO_TWIST, (0.0,) * len(demands))
-        return at_once[0] if at_once else self._search(T, near, self._all, demands, bounded=False)[0]
+        return at_once[0] if at_once else self._search(T, near, demands, bounded=False)[0]
 
     def guided_state(
         self, T: Transform, near: Joints, demands: Demands, twist: Twist, rates: Sequence[float]
@@ -159,7 +160,7 @@ class NumericArm(RobotArm):
         found = self._solutions(T, self._middle)
         if found:
             return (min(found, key=lambda q: self._duration(self._middle, q)),)
-        q, _ = self._search(T, self._middle, self._all, bounded=False)
+        q, _ = self._search(T, self._middle, bounded=False)
         return (None if q is None else self._best_turns(q),)
 
     def select(
@@ -184,7 +185,7 @@ class NumericArm(RobotArm):
         if not self.unchanging.allows(T) or self.beyond(T):
             return []
         if self.model.joint_count > self.model.task.size:
-            q, _ = self._search(T, near, self._all, bounded=True)
+            q, _ = self._search(T, near, bounded=True)
             if q is not None:
                 return [q]
         return self._batch.solutions(T, near, self._inside)
@@ -194,11 +195,11 @@ class NumericArm(RobotArm):
         return self.model.task.counts[:3] == (True,) * 3 and dist(position(T), start) > most + LEVEL
 
     def _nowhere(self, T: Transform, near: Joints) -> LocationOutOfRange | JointOutOfRange:
-        q, _ = self._search(T, near, self._all, bounded=False)
+        q, _ = self._search(T, near, bounded=False)
         if q is not None and self._outside(best := self._best_turns(q)):
             return self._joint_refusal(best, "turn the location, or move it nearer")
         refusal = self._out_of_reach(T, self.ways[0], "")
-        away, turned = self._search(T, near, self._all, bounded=True)[1]
+        away, turned = self._search(T, near, bounded=True)[1]
         hint = None
         if self.short and not isinstance(refusal, LocationTooFar):
             hint = f"{self.model.joint_count} joints cannot turn the tool every way: {ANOTHER_TASK}"
@@ -218,14 +219,12 @@ class NumericArm(RobotArm):
         return NumericBatch(self.model, self.unchanging, self.held)
 
     def _search(
-        self, T: Transform, q: Joints, free: Sequence[int], demands: Demands = (), *, bounded: bool
+        self, T: Transform, q: Joints, demands: Demands = (), *, bounded: bool
     ) -> tuple[Joints | None, tuple[float, float]]:
-        """Joints that reach T, and meet demands, from the start q, moving only `free`; None, and the miss [m, rad], if
-        they do not.
-        """
+        """Joints that reach T, and meet demands, from the start q; None, and the miss [m, rad], if they do not."""
         if not self.unchanging.allows(T):
             return None, (0.0, 0.0)
-        held = [q[i] for i in self._all]
+        held = list(q)
         before = inf
         for _ in range(STEPS):
             at = tuple(held)
@@ -235,7 +234,7 @@ class NumericArm(RobotArm):
                 error.append(value - sum(map(mul, weights, at)))
             if max(map(abs, error)) < CONVERGED:
                 return at, (0.0, 0.0)
-            step = self._step(at, rows, error, free, bounded=bounded)
+            step = self._step(at, rows, error, bounded=bounded)
             largest = max(map(abs, step))
             if self.short and largest < CONVERGED and self.reaches(at, T):
                 return at, (0.0, 0.0)
@@ -252,28 +251,23 @@ class NumericArm(RobotArm):
         away, turned = self._miss(q, T)
         return away <= LEVEL and turned <= STRAIGHT
 
-    def _step(
-        self, q: Joints, rows: Sequence[Joints], error: Sequence[float], free: Sequence[int], *, bounded: bool
-    ) -> tuple[float, ...]:
+    def _step(self, q: Joints, rows: Sequence[Joints], error: Sequence[float], *, bounded: bool) -> Joints:
         """The damped step; again without the joints that it would push out of their range."""
-        damping = 0.5 * sum([e * e for e in error]) + LEAST_DAMPING
-        free = list(free)
+        damping, free = DAMPING * sum([e * e for e in error]) + LEAST_DAMPING, self._all
+        limits = zip(self._all, q, self._limits, strict=True) if bounded else ()
+        at_lower = {i: x <= low for i, x, (low, high) in limits if not low < x < high}
         while True:
-            J = [[row[i] for i in free] for row in rows]
+            J = rows if free is self._all else [[row[i] for i in free] for row in rows]
             newton = square(J, error) if len(free) == len(J) and damping < NEWTON else None
-            part = newton or damped(J, [error], damping)[0]
-            pushed = [i for i, dx in zip(free, part, strict=True) if bounded and self._leaves(i, q[i], dx)]
+            part = newton or damped(J, error, damping)
+            pushed = [i for i, dx in zip(free, part, strict=True) if i in at_lower and dx and (dx < 0.0) == at_lower[i]]
             if not pushed:
                 break
-            free = [i for i in free if i not in pushed]
-        step = [0.0] * len(q)
-        for i, dx in zip(free, part, strict=True):
-            step[i] = dx
-        return tuple(step)
-
-    def _leaves(self, joint: int, x: float, dx: float) -> bool:
-        low, high = self._limits[joint]
-        return (x <= low and dx < 0.0) or (x >= high and dx > 0.0)
+            free = tuple([i for i in free if i not in pushed])
+        if free is self._all:
+            return part
+        steps = dict(zip(free, part, strict=True))
+        return tuple([steps.get(i, 0.0) for i in self._all])
 
     def missing(self, q: Joints, T: Transform) -> tuple[list[Joints], list[float]]:
         """Rows of the Jacobian that count, and what is missing in them [m, rad]."""

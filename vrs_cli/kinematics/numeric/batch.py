@@ -10,7 +10,7 @@ from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.numeric.search import CONVERGED, FREE_STEPS, LARGEST_STEP, LEAST_DAMPING, STEPS, rounds
+from vrs_cli.kinematics.numeric.search import CONVERGED, DAMPING, FREE_STEPS, LARGEST_STEP, LEAST_DAMPING, STEPS, rounds
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import Transform
@@ -117,7 +117,7 @@ class NumericBatch(SerialBatch):
 
     def _step(self, J: Floats, error: Floats, still: Flags) -> Floats:
         J = np.where(still[:, None, :], 0.0, J)
-        damping = 0.5 * (error * error).sum(axis=1) + LEAST_DAMPING
+        damping = DAMPING * (error * error).sum(axis=1) + LEAST_DAMPING
         gram = J @ np.swapaxes(J, 1, 2) + damping[:, None, None] * np.eye(J.shape[1])
         step: Floats = np.einsum("nij,ni->nj", J, np.linalg.solve(gram, error[..., None])[..., 0])
         return step

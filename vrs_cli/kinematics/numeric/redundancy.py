@@ -29,6 +29,7 @@ from vrs_cli.kinematics.walk import Asked, Walk
 
 PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)  # of the gradient, over the whole walk
 ENOUGH = 0.03  # of a range: a walk that keeps so far from the ends is taken at once
+ROUNDING = 1e-9  # of a range
 LEAST = 1e-6  # of a direction that counts
 BEYOND = 0.02  # of a range: a walk, which is coarse, may leave it by so much where the line does not
 THERE = 0.01  # [m, rad] a walk that misses its end by more has no way to it
@@ -52,13 +53,14 @@ def walks(arm: Follow, begin: Joints, poses: Sequence[Transform], asked: Asked) 
     """The walks from the joints `begin` through poses of the flange, theirs first, that arrive inside the ranges; the
     walk to try first first.
 
-    Those that keep far from the ends of ranges in the order of `PARTS`; then the others, the farther the sooner.
+    Those that keep far from the ends of ranges, or as far as the walk begins, in the order of `PARTS`; then the others,
+    the farther the sooner.
     """
-    found = list[Walk]()
+    found, enough = list[Walk](), min(ENOUGH, _margin(arm.model, begin) - ROUNDING)
     free = len(begin) > arm.model.task.size + len(asked)
     for part in PARTS if free else PARTS[:1]:
         this = walk(arm, begin, poses, asked, part)
-        if this.arrives and this.margin >= ENOUGH:
+        if this.arrives and this.margin >= enough:
             yield this
         else:
             found.append(this)
@@ -68,33 +70,32 @@ def walks(arm: Follow, begin: Joints, poses: Sequence[Transform], asked: Asked) 
 
 def walk(arm: Follow, begin: Joints, poses: Sequence[Transform], asked: Asked, part: float) -> Walk:
     """With such a part of the gradient."""
-    q, margin, total = begin, 1.0, list[Joints]()
-    axes = [tuple([float(i == joint) for i in range(len(q))]) for joint, _ in asked]
+    q, margin, total, steps = begin, 1.0, list[Joints](), len(poses) - 1
+    axes = [_axis(joint, len(q)) for joint, _ in asked]
     others = [i for i in arm.held if i not in dict(asked)]
-    basis = [tuple([float(i == joint) for i in range(len(q))]) for joint in others[: len(arm.held) - len(asked)]]
+    basis = [_axis(joint, len(q)) for joint in others[: len(arm.held) - len(asked)]]
     for k, pose in enumerate(poses):
-        done = k / (len(poses) - 1)
-        held = [(axis, begin[i] + done * (end - begin[i])) for axis, (i, end) in zip(axes, asked, strict=True)]
-        inward = tuple([part / len(poses) * x for x in _inward(arm.model, q)]) if part else (0.0,) * len(q)
-        step, basis = _step(arm, q, pose, held, basis, inward)
-        total = [_sum(a, b) for a, b in zip(total, basis, strict=True)] if total else basis
-        q = _sum(q, step)
-        margin = min(margin, *_margins(arm.model, q))
+        held = [(axis, begin[i] + k / steps * (end - begin[i])) for axis, (i, end) in zip(axes, asked, strict=True)]
+        step, basis = _step(arm, q, pose, held, basis, _inward(arm.model, q, part / len(poses)) if part else ())
+        total = [_plus(a, 1.0, b) for a, b in zip(total, basis, strict=True)] if total else basis
+        q = _plus(q, 1.0, step)
+        margin = min(margin, _margin(arm.model, q))
     arrives = max(map(abs, arm.missing(q, poses[-1])[1])) < THERE
     return Walk(q, (*axes, *_orthonormal(total)), margin, arrives)
 
 
-def _inward(model: RobotModel, q: Joints) -> Iterator[float]:
+def _inward(model: RobotModel, q: Joints, part: float) -> Joints:
     """Against the gradient of the sum of the squares of where in its range each joint is, of a range of 1 rad about."""
-    rows = list(zip(q, model.lower, model.upper, strict=True))
-    mean = sum(high - low for _, low, high in rows) / len(rows)
-    return ((0.5 * (low + high) - x) * (mean / (high - low)) ** 2 for x, low, high in rows)
+    ranges = [high - low for low, high in zip(model.lower, model.upper, strict=True)]
+    mean = sum(ranges) / len(ranges)
+    rows = zip(q, model.lower, ranges, strict=True)
+    return tuple([part * (low + 0.5 * size - x) * (mean / size) ** 2 for x, low, size in rows])
 
 
-def _margins(model: RobotModel, q: Joints) -> Iterator[float]:
-    """How far each joint is from the ends of its range, as a part of it; less than 0 beyond."""
+def _margin(model: RobotModel, q: Joints) -> float:
+    """How far all joints are from the ends of their ranges, as a part of these; less than 0 beyond."""
     rows = zip(q, model.lower, model.upper, strict=True)
-    return (min(x - low, high - x) / (high - low) for x, low, high in rows)
+    return min([(x - low if x - low < high - x else high - x) / (high - low) for x, low, high in rows])
 
 
 # --- the null space ----------------------------------------------------------------------------------------------
@@ -103,48 +104,49 @@ def _margins(model: RobotModel, q: Joints) -> Iterator[float]:
 def _step(
     arm: Follow, q: Joints, pose: Transform, held: list[tuple[Joints, float]], near: list[Joints], inward: Joints
 ) -> tuple[Joints, list[Joints]]:
-    """The shortest step to a pose and to sums that are held, with what leads `inward` in the null space; and an
-    orthonormal basis of that, each direction next to one of some others.
+    """The shortest step to a pose and to sums that are held, with what leads `inward`, if anything, in the null space;
+    and an orthonormal basis of that, each direction next to one of some others.
     """
-    demands, first = (*held, *((unit, _dot(unit, q)) for unit in near)), len(held)
-    units = [[float(i == first + k) for i in range(len(demands))] for k in range(max(len(near), 1))]
-    found = [one for unit in units if (one := arm.newton(q, pose, demands, NO_TWIST, unit)) is not None]
-    if len(found) < len(units):
-        return _damped_step(arm, q, pose, held), near
-    step, basis = found[0][0], _orthonormal(rates for _, rates in found[: len(near)])
-    return _sum(step, *(_scaled(unit, _dot(unit, inward) - _dot(unit, step)) for unit in basis)), basis
+    demands = (*held, *((unit, _dot(unit, q)) for unit in near))
+    step, directions = Joints(), list[Joints]()
+    for k in range(len(held), max(len(demands), len(held) + 1)):
+        found = arm.newton(q, pose, demands, NO_TWIST, _axis(k, len(demands)))
+        if found is None:
+            return _damped_step(arm, q, pose, held), near
+        step = found[0]
+        directions.append(found[1])
+    basis = _orthonormal(directions[: len(near)])
+    for unit in basis:
+        step = _plus(step, (_dot(unit, inward) if inward else 0.0) - _dot(unit, step), unit)
+    return step, basis
 
 
 def _damped_step(arm: Follow, q: Joints, pose: Transform, held: list[tuple[Joints, float]]) -> Joints:
     rows, error = arm.missing(q, pose)
     rest = [value - _dot(axis, q) for axis, value in held]
-    return damped([*rows, *(axis for axis, _ in held)], [[*error, *rest]], DAMPING)[0]
+    return damped([*rows, *(axis for axis, _ in held)], [*error, *rest], DAMPING)
 
 
 def _orthonormal(directions: Iterable[Joints]) -> list[Joints]:
     """By Gram and Schmidt, in their order."""
     basis = list[Joints]()
     for direction in directions:
-        rest = _beside(direction, basis)
-        basis.append(_scaled(rest, 1.0 / max(sqrt(_square(rest)), LEAST)))
+        rest = direction
+        for unit in basis:
+            rest = _plus(rest, -_dot(rest, unit), unit)
+        size = max(sqrt(_dot(rest, rest)), LEAST)
+        basis.append(tuple([x / size for x in rest]))
     return basis
 
 
-def _beside(direction: Joints, basis: Sequence[Joints]) -> Joints:
-    return _sum(direction, *(_scaled(unit, -_dot(direction, unit)) for unit in basis))
+def _axis(joint: int, count: int) -> Joints:
+    """The sum that is one joint alone."""
+    return tuple([float(i == joint) for i in range(count)])
 
 
 def _dot(a: Sequence[float], b: Sequence[float]) -> float:
     return float(sum(map(mul, a, b)))
 
 
-def _square(a: Joints) -> float:
-    return _dot(a, a)
-
-
-def _scaled(a: Joints, factor: float) -> Joints:
-    return tuple([factor * x for x in a])
-
-
-def _sum(*rows: Joints) -> Joints:
-    return tuple(map(sum, zip(*rows, strict=True)))
+def _plus(a: Joints, factor: float, b: Joints) -> Joints:
+    return tuple([x + factor * y for x, y in zip(a, b, strict=True)])

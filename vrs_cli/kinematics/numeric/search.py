@@ -1,10 +1,10 @@
 """Any serial arm, without a closed form: damped least squares, within the limits of the joints.
 
-Levenberg and Marquardt with the damping of Sugihara (2011), half the squared error: far from the goal a step follows
-the gradient, near it it is Newton's. A search within the limits holds the joints at a limit that would leave it, and
-may be caught there; one without limits passes, and three in four of what it finds are within the limits on another
-turn. So both are made. Starts: the joints that are near, then a fixed sequence of others in the joints' ranges, so that
-the same question always has the same answer: some first, and more where these find nothing.
+Levenberg and Marquardt with the damping of Sugihara (2011), a part of the squared error: far from the goal a step
+follows the gradient, near it it is Newton's. A search within the limits holds the joints at a limit that would leave
+it, and may be caught there; one without limits passes, and three in four of what it finds are within the limits on
+another turn. So both are made. Starts: the joints that are near, then a fixed sequence of others in the joints' ranges,
+so that the same question always has the same answer: some first, and more where these find nothing.
 
 An arm with fewer joints than six reaches a pose or does not; what misses by less than three decimals tell is reached.
 
@@ -30,7 +30,7 @@ CONVERGED = 1e-10  # [m, rad] an error that is none
 STEPS = 60  # of one search
 FREE_STEPS = 30  # in which one without limits is there, if it ever is
 LARGEST_STEP = 0.5  # [rad, m] of a joint
-LEAST_DAMPING = 1e-13
+DAMPING, LEAST_DAMPING = 0.1, 1e-13  # of the squared error; and beside that
 HOPELESS = 1e-3  # a step, as a part of the error, from which steps that do not grow lead nowhere
 NEWTON = 1e-3  # [m2, rad2] with less damping the step is Newton's, which costs half
 SHORT, FEW = 0.35, 6  # [rad, m], of steps of Newton's method alone, which converges from there

@@ -1,11 +1,16 @@
 """Macros of a URDF file, expanded by the package xacro where it is installed. Packages that a file names are looked for
 beside it, then where ROS has them.
+
+Macros calculate (`${[1] * 10**9}`), so they are expanded in a process of their own, which is given so much memory and
+so much time: `python -m vrs_cli.kinematics.urdf.macros FILE NAME=VALUE...`.
 """
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, redirect_stderr
+from contextlib import contextmanager, redirect_stderr, suppress
 from importlib.util import find_spec
 from io import StringIO
 from pathlib import Path
@@ -16,6 +21,8 @@ from vrs_cli.extras import how_to_install
 from vrs_cli.kinematics.urdf.document import EXPRESSION, expanding
 
 XACRO = "xacro:"
+MEMORY, SECONDS = 1 << 30, 30  # of address space [bytes], and on the wall, for the macros of a file
+REFUSED, TOO_LARGE = 3, 4  # statuses of the process
 SOURCES = ("urdf", "xacro", "robots", "models")  # folders of a package that robots are in
 
 
@@ -38,20 +45,45 @@ def expanded(file: str, arguments: Mapping[str, str]) -> str:
     if find_spec("xacro") is None:
         hint = f"{how_to_install('xacro')}, or {expanding(file)}"
         raise FileDamaged(f"{file}: it holds xacro macros, and xacro is not installed", hint)
+    command = [sys.executable, "-m", __name__, file, *(f"{name}={value}" for name, value in arguments.items())]
+    try:
+        done = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=SECONDS, check=False)
+    except subprocess.TimeoutExpired:
+        raise FileDamaged(f"{file}: xacro: its macros take more than {SECONDS} s", expanding(file)) from None
+    if done.returncode == 0:
+        return done.stdout
+    what, _, hint = done.stderr.strip().partition("\n")
+    if done.returncode != REFUSED:  # the system ended it
+        what, hint = f"xacro: its macros take more than {MEMORY >> 20} MB", expanding(file)
+    raise FileDamaged(f"{file}: {what}", hint)
+
+
+def _expand(file: str, arguments: Mapping[str, str]) -> int:
+    """Write the text of a file without macros; else what is wrong and a hint, a line each. Returns the status."""
     import xacro
 
+    hint = "arguments of its macros are given by xacro in a TOML file"
     try:
         with _packages_beside(Path(file).absolute()), redirect_stderr(StringIO()):  # its warnings are for its author
-            return str(xacro.process_file(file, mappings=dict(arguments), verbosity=0).toxml())
+            text = xacro.process_file(file, mappings=dict(arguments), verbosity=0).toxml()
     except _NoPackage as lost:
-        raise FileDamaged(
-            f"{file}: {lost}", f"put its folder there, or, where ROS knows it, {expanding(file)}"
-        ) from None
+        what, hint = f"{lost}", f"put its folder there, or, where ROS knows it, {expanding(file)}"
     except Exception as error:  # whatever the macros of a file run into
-        said = " ".join(f"{error}".split()) or type(error).__name__
-        raise FileDamaged(
-            f"{file}: xacro: {said}", "arguments of its macros are given by xacro in a TOML file"
-        ) from None
+        if any(isinstance(one, MemoryError) for one in _behind(error)):
+            return TOO_LARGE
+        what = "xacro: " + (" ".join(f"{error}".split()) or type(error).__name__)
+    else:
+        sys.stdout.buffer.write(text.encode())
+        return 0
+    sys.stderr.buffer.write(f"{what}\n{hint}".encode())
+    return REFUSED
+
+
+def _behind(error: BaseException | None) -> Iterator[BaseException]:
+    """An error, and those that it was raised for."""
+    while error is not None:
+        yield error
+        error = error.__context__
 
 
 class _NoPackage(BaseException):
@@ -92,3 +124,15 @@ def package_folder(path: Path, name: str) -> Path | None:
     found = (*named, *(folder / name for folder in above if (folder / name).is_dir()))
     own = (folder.parent for folder in above if folder.name in SOURCES)
     return next(iter((*found, *own)), None)
+
+
+def _main(file: str, *pairs: str) -> int:
+    with suppress(ImportError):
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    return _expand(file, {name: value for name, _, value in (pair.partition("=") for pair in pairs)})
+
+
+if __name__ == "__main__":
+    sys.exit(_main(*sys.argv[1:]))
