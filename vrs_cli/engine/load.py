@@ -28,6 +28,7 @@ SMALL_MARGIN = 1.0005
 ROUNDING = 1e-6  # a velocity that is this little above its limit is at it
 ACCELERATION_MARGIN = 1.025
 JERK_MARGIN = 1.01
+CALM = 0.8  # of an acceleration or jerk limit: what is less by the differences of velocities is inside it
 NEAR_LIMIT = 0.9  # of an acceleration or jerk limit: what the samples show may hide a peak above it
 NEAR_PEAK = 0.95  # of the worst joint's part of its limit: the joints whose peaks between samples are looked for
 BENT = 0.01  # of the greatest jerk: a bend between two samples from which it is looked at more closely
@@ -99,14 +100,34 @@ class StretchLoad:
         return self._velocity(start, first[1], means[0][1]).worse(load) if fast else load
 
     def smooth(self, start: Joints) -> Load:
-        """`parabolic` for a jerk-limited motion, with its jerk."""
-        clear = self._clear()
+        """`parabolic` for a jerk-limited motion, with its jerk; the velocity alone where no more can matter."""
+        clear, fast = self._clear(), self._fast()
         means = _means([self.samples[0], *clear, self.samples[-1]])
-        known = ((sample, self._known(joint_acceleration_and_jerk, sample)) for sample in clear)
+        calm = clear is self.samples and not self.closely and self._calm(means)
+        looked_at = clear[: int(fast)] if calm else clear
+        known = ((sample, self._known(joint_acceleration_and_jerk, sample)) for sample in looked_at)
         moments = [Moment(sample, *rates) for sample, rates in known if rates is not None]
         at_first = moments[0].acceleration if moments and moments[0].sample is self.samples[0] else means[0][1]
-        load = self._velocity(start, at_first, means[0][1]) if self._fast() else Load()
-        return load.worse(self._smooth_acceleration(moments, means)).worse(self._jerk(moments))
+        load = self._velocity(start, at_first, means[0][1]) if fast else Load()
+        return load if calm else load.worse(self._smooth_acceleration(moments, means)).worse(self._jerk(moments))
+
+    def _calm(self, means: list[Rates]) -> bool:
+        """Whether no acceleration and no jerk can matter: the differences of velocities, carried on to the ends of the
+        stretch by the differences of these, stay below a part of the limits.
+        """
+        jerks = _slopes(means)
+        changes = _slopes(jerks)
+        bends = _slopes(changes)
+        if not bends:
+            return False
+        step = max([b.s - a.s for a, b in pairwise(self.samples)])
+        rows = (map(_largest, zip(*[row for _, row in rates], strict=True)) for rates in (means, jerks, changes, bends))
+        return all(
+            mean + step * jerk < CALM * most and jerk + 2.0 * step * (change + step * bend) < CALM * hardest
+            for mean, jerk, change, bend, most, hardest in zip(
+                *rows, self.limits.max_acceleration, self.limits.max_jerk, strict=True
+            )
+        )
 
     # --- velocity ---
 
@@ -318,13 +339,17 @@ def _between(a: Joints, b: Joints, before: Joints, after: Joints, lasting: float
 
 def _means(samples: Sequence[Sample]) -> list[Rates]:
     """The mean joint accelerations between samples."""
-    means = []
-    for a, b in pairwise(samples):
-        lasting = b.s - a.s
+    return _slopes([(sample.s, sample.velocity) for sample in samples])
+
+
+def _slopes(rows: list[Rates]) -> list[Rates]:
+    """The mean rates between neighbours."""
+    slopes = []
+    for (s, a), (t, b) in pairwise(rows):
+        lasting = t - s
         if lasting > 0.0:
-            rates = tuple([(w - v) / lasting for v, w in zip(a.velocity, b.velocity, strict=True)])
-            means.append((0.5 * (a.s + b.s), rates))
-    return means
+            slopes.append((0.5 * (s + t), tuple([(w - v) / lasting for v, w in zip(a, b, strict=True)])))
+    return slopes
 
 
 def _largest(values: Sequence[float]) -> float:
