@@ -46,6 +46,13 @@ def test_now_is_exact_and_lasts_until_it_is_told_to_move() -> None:
     assert clock.now == on_grid(clock.now) == pytest.approx(3.1)
 
 
+def test_what_is_read_belongs_together_however_long_reading_takes() -> None:
+    clock = ManualWall(each_look=lambda: 1.0).clock(rate=2.0)
+    for _ in range(3):
+        reading = clock.read()
+        assert reading == (2.0 * (reading.wall - 1001.0), 2.0, False, reading.wall)
+
+
 def test_a_wait_is_cut_into_slices() -> None:
     wall = ManualWall()
     clock = wall.clock()

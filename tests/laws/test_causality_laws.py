@@ -260,11 +260,11 @@ class Shell:
             if source.random() < 0.2:
                 session.interrupt()
 
-        self.clock._sleep = press
+        self.clock.sleep = press
         try:
             session.perform(line)
         finally:
-            self.clock._sleep = sleep
+            self.clock.sleep = sleep
         return f"{line}, Ctrl-C"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import shutil
 import socket
 import subprocess
@@ -31,29 +32,20 @@ pytestmark = pytest.mark.skipif(not Path(SERVER).exists(), reason="no nats-serve
 
 
 @contextmanager
-def nats_server(port: int, folder: Path) -> Iterator[str]:
-    """A nats-server of our own."""
-    command = [SERVER, "-a", "127.0.0.1", "-p", str(port), "-js", "-sd", str(folder)]
+def nats_server(folder: Path, port: int = -1) -> Iterator[str]:
+    """A nats-server of our own, at any port that is free."""
+    folder.mkdir(exist_ok=True)
+    command = [SERVER, "-a", "127.0.0.1", "-p", str(port), "-js", "-sd", str(folder), "--ports_file_dir", str(folder)]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as running:
-        until(lambda: answers(port))
-        yield f"nats://127.0.0.1:{port}"
+        told = folder / f"nats-server_{running.pid}.ports"
+        until(lambda: told.exists() and told.read_bytes().endswith(b"}"))
+        yield json.loads(told.read_text())["nats"][0]
         running.terminate()
-
-
-def answers(port: int) -> bool:
-    with socket.socket() as there:
-        return there.connect_ex(("127.0.0.1", port)) == 0
-
-
-def free_port() -> int:
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        return int(free.getsockname()[1])
 
 
 @pytest.fixture(scope="module")
 def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with nats_server(free_port(), tmp_path_factory.mktemp("nats")) as it:
+    with nats_server(tmp_path_factory.mktemp("nats")) as it:
         yield it
 
 
@@ -185,14 +177,14 @@ def test_a_server_without_its_nats_does_not_start() -> None:
 
 def test_it_goes_on_when_nats_is_there_again(tmp_path: Path) -> None:
     """Nothing that it kept is left, and all is right again."""
-    port, told = free_port(), list[str]()
+    told = list[str]()
 
     async def watch(served: Serving) -> None:
         room = served.hub.rooms["cell1"]
         edits = Edits(6, room.session.engine, room.session.branches)
         loop = served.loop
         assert loop is not None
-        with nats_server(port, tmp_path / "one") as url:
+        with nats_server(tmp_path / "one") as url:
             publisher = Publisher(url, told.append)
             await asyncio.wrap_future(asyncio.run_coroutine_threadsafe(publisher.open(), loop))
             loop.call_soon_threadsafe(publisher.add, room)
@@ -200,7 +192,7 @@ def test_it_goes_on_when_nats_is_there_again(tmp_path: Path) -> None:
             await asyncio.to_thread(edit, served, edits, 20)
             await caught_up(watching, served)
         await asyncio.to_thread(edit, served, edits, 20)
-        with nats_server(port, tmp_path / "two"):
+        with nats_server(tmp_path / "two", int(url.rpartition(":")[2])):
             await caught_up(watching, served)
             await asyncio.to_thread(edit, served, edits, 20)
             await caught_up(watching, served)

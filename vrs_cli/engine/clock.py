@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import inf
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from vrs_cli.errors import ClockPaused
 from vrs_cli.trajectory.instant import TICK, down_to_grid
@@ -65,6 +65,19 @@ class VirtualClock:
         self.now = to
 
 
+class Reading(NamedTuple):
+    """What a clock shows at the time `wall` [s], and how it goes on from there."""
+
+    now: float
+    rate: float
+    paused: bool
+    wall: float
+
+    def at(self, wall: float) -> float:
+        """What it shows at a time that is not earlier, if nothing changes it."""
+        return self.now if self.paused else self.now + self.rate * max(wall - self.wall, 0.0)
+
+
 class WallClock:
     """Robot time that follows a clock on the wall: `rate` seconds of the robot pass in one second.
 
@@ -78,44 +91,46 @@ class WallClock:
     def __init__(self, wall: Callable[[], float], sleep: Callable[[float], None], rate: float = 1.0) -> None:
         self.now = 0.0
         self._wall, self.sleep = wall, sleep
-        self._rate, self._paused = rate, False
-        self._at, self._since = 0.0, wall()  # it was `_at` on this clock when it was `_since` on the wall
+        self._since = Reading(0.0, rate, False, wall())  # as it was set or changed last
 
     @property
     def rate(self) -> float:
-        return self._rate
+        return self._since.rate
 
     @property
     def paused(self) -> bool:
-        return self._paused
+        return self._since.paused
 
     @property
     def reached(self) -> float:
         """How far the wall has come, on the time grid as all that happens."""
-        return max(self.now, down_to_grid(self._time(self._wall())))
+        return self.read().now
 
-    def _time(self, wall: float) -> float:
-        return self._at if self._paused else self._at + self._rate * max(wall - self._since, 0.0)
+    def read(self) -> Reading:
+        """All of it as it is at one instant, for other threads too."""
+        wall, since = self._wall(), self._since
+        return Reading(max(self.now, down_to_grid(since.at(wall))), since.rate, since.paused, wall)
+
+    def _time(self) -> float:
+        return self._since.at(self._wall())
 
     def until(self, to: float) -> float:
         """How long it takes on the wall until `to` [s]; without end while the clock stands."""
-        return inf if self._paused else (to - self._time(self._wall())) / self._rate
+        return inf if self.paused else (to - self._time()) / self.rate
 
     def change(self, *, rate: float | None = None, paused: bool | None = None) -> None:
         """Change the rate, begin a pause or end it, from this instant on."""
-        wall = self._wall()
-        self._at, self._since = self._time(wall), wall
-        self._rate = self._rate if rate is None else rate
-        self._paused = self._paused if paused is None else paused
+        wall, rate = self._wall(), self.rate if rate is None else rate
+        self._since = Reading(self._since.at(wall), rate, self.paused if paused is None else paused, wall)
 
     def wait(self, to: float) -> None:
         """Wait for a SLICE of real time at most. Raises ClockPaused where the clock stands."""
-        ahead = to - self._time(self._wall())
+        ahead = to - self._time()
         if ahead >= TICK:
-            if self._paused:
+            if self.paused:
                 raise ClockPaused(f"it stands at {self.reached:.3f} s, before {to:.3f} s", "CLOCK GO lets it go on")
-            self.sleep(min(ahead / self._rate, SLICE))
-            ahead = to - self._time(self._wall())
+            self.sleep(min(ahead / self.rate, SLICE))
+            ahead = to - self._time()
         self.now = max(self.now, to if ahead < TICK else min(self.reached, to))
 
     def advance(self, to: float) -> None:
@@ -123,5 +138,4 @@ class WallClock:
             self.wait(to)
 
     def set(self, to: float) -> None:
-        self.now = self._at = to
-        self._since = self._wall()
+        self.now, self._since = to, Reading(to, self.rate, self.paused, self._wall())

@@ -298,7 +298,8 @@ class Room:
     def clock(self) -> messages.Clock:
         clock = self.session.engine.clock
         if isinstance(clock, WallClock):
-            return messages.Clock(clock.reached, clock.rate, clock.paused, True, self._wall())
+            now, rate, paused, wall = clock.read()
+            return messages.Clock(now, rate, paused, True, wall)
         return messages.Clock(clock.reached, wall=self._wall())
 
     def cut(self, guest: Guest, link: Link) -> None:
