@@ -13,15 +13,16 @@ from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.editor.lines import named_program
 from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.repl.keeping import Keeper
 
 
 class Shell:
     """A conversation whose recovery files are in a folder."""
 
-    def __init__(self, folder: Path, *, sure: bool = True) -> None:
+    def __init__(self, folder: Path, *, sure: bool = True, robot: str = "puma560") -> None:
         self.terminal = Person(sure=sure)
-        self.conversation = Conversation(Session(self.terminal))
+        self.conversation = Conversation(Session(self.terminal, load_robot(robot)))
         self.keeper = Keeper(self.conversation, folder)
 
     def take(self, *lines: str) -> None:
@@ -168,6 +169,18 @@ def test_what_came_back_is_kept_again(folder: Path) -> None:
     again.kill()
     assert recovered(folder).memory == shell.memory
     assert len(files_in(folder)) == 1
+
+
+def test_it_is_said_when_another_robot_was_held(folder: Path) -> None:
+    shell = Shell(folder, robot="kr10")
+    shell.take("SET p = TRANS(1,2,3)")
+    shell.kill()
+    again = recovered(folder)
+    (asked,) = again.terminal.asked
+    assert ", robot kr10: 1 location. Load (Y/N)?" in asked
+    assert again.memory == shell.memory
+    again.kill()
+    assert "robot" not in recovered(folder).terminal.asked[0]
 
 
 def test_what_is_declined_is_not_asked_again_and_can_be_loaded(folder: Path) -> None:

@@ -16,6 +16,7 @@ from vrs_cli.files.recovery import Left, Recovery, left
 if TYPE_CHECKING:
     from vrs_cli.interfaces.conversation.conversation import Conversation
 
+ROBOT = "; robot "  # of which it was: the first line of a file
 SLOW, REST = 0.1, 10.0  # a text that takes more than SLOW [s] is followed by REST times as long without one
 
 
@@ -41,7 +42,8 @@ class Keeper:
         if now == self._kept or begun < self._not_before:
             return
         worked = time.process_time()
-        self._recovery.write(store(session.environment, layout=session.layout) + unfinished)
+        whose = f"{ROBOT}{session.engine.arm.model.name}\n"
+        self._recovery.write(whose + store(session.environment, layout=session.layout) + unfinished)
         self._kept, took = now, time.process_time() - worked
         self._not_before = begun + REST * took if took > SLOW else begun
 
@@ -56,16 +58,23 @@ class Keeper:
             self._offer(one)
 
     def _offer(self, one: Left) -> None:
-        terminal = self._conversation.session.terminal
-        if not terminal.ask(Confirmation(f"Recovered from {_moment(one.written)}: {_held(one.text)}. Load (Y/N)?")):
+        session = self._conversation.session
+        terminal, (robot, text) = session.terminal, _robot_of(one.text)
+        whose = f", robot {robot}" if robot not in ("", session.engine.arm.model.name) else ""
+        if not terminal.ask(Confirmation(f"Recovered from {_moment(one.written)}{whose}: {_held(text)}. Load (Y/N)?")):
             terminal.show(Message(f"Not loaded; LOAD {one.decline()} brings it back"))
             return
-        found = self._conversation.session.load_text(one.text)
-        terminal.show(report(found, one.text))
+        terminal.show(report(session.load_text(text), text))
         terminal.show(Message("Loaded, and not stored yet: STORE file stores all", Tone.WARNING))
         self.keep()
         self._recovery.wait()
         one.remove()
+
+
+def _robot_of(text: str) -> tuple[str, str]:
+    """The name of the robot, "" where a file does not tell it; and the rest."""
+    first, _, rest = text.partition("\n")
+    return (first.removeprefix(ROBOT), rest) if first.startswith(ROBOT) else ("", text)
 
 
 def _moment(when: datetime) -> str:
