@@ -281,6 +281,18 @@ def test_a_telescope_is_one_joint(tmp_path: Path) -> None:
     assert tip == pytest.approx((0.1 + 0.1 + 0.01 + 0.2, 0.0, 0.2 + 0.2 + 0.2 + 0.2))
 
 
+def test_slides_that_go_on_alike_are_one_joint(tmp_path: Path) -> None:
+    """The file of a Stretch has its telescope as four of them."""
+    model = loaded(tmp_path, telescope(""))
+    assert model.origin is not None
+    assert model.origin.joints == ("j1", "j2", "out", "roll")
+    assert model.upper[2] == pytest.approx(0.4)
+    assert "more slide as the joint before them does: a telescope, which is one joint" in model.origin.notes
+    other = loaded(tmp_path, telescope("", axis="0 1 0").replace('<mimic joint="out" multiplier="-2"/>', ""))
+    assert other.origin is not None
+    assert other.joint_count == 6
+
+
 @pytest.mark.parametrize(("leader", "axis"), [("j1", "1 0 0"), ("out", "0 1 0")])
 def test_a_joint_that_follows_otherwise_is_refused(tmp_path: Path, leader: str, axis: str) -> None:
     with pytest.raises(FileDamaged, match=r"joint more: mimics another joint \(every joint of an arm moves by itself"):

@@ -110,8 +110,7 @@ def forward_error(path: Path, model: RobotModel) -> float:
         root = document(str(path), expanded(str(path), {})).root
     origin, arm, random = model.origin, arm_for(model), Random(3)
     assert origin is not None
-    ways = {joint.get("name"): joint for joint in root.findall("joint")}
-    if any(ways[name].find("mimic") is not None for name in origin.joints) or _telescopes(root, origin.joints):
+    if _slides_between(root, origin.base, origin.tip) - set(origin.joints):
         return float("nan")
     worst = 0.0
     for _ in range(POSES):
@@ -121,9 +120,15 @@ def forward_error(path: Path, model: RobotModel) -> float:
     return 1000.0 * worst
 
 
-def _telescopes(root: Element, joints: Iterable[str]) -> bool:
-    followed = {mimic.get("joint") for mimic in root.findall("joint[@type='prismatic']/mimic")}
-    return not followed.isdisjoint(joints)
+def _slides_between(root: Element, base: str, tip: str) -> set[str]:
+    by_child = {joint.find("child").get("link"): joint for joint in root.findall("joint")}  # type: ignore[union-attr]
+    found = set[str]()
+    while tip != base:
+        joint = by_child[tip]
+        if joint.get("type") == "prismatic":
+            found.add(joint.get("name", ""))
+        tip = joint.find("parent").get("link", "")  # type: ignore[union-attr]
+    return found
 
 
 # --- motions -------------------------------------------------------------------------------------------------------

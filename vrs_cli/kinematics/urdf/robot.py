@@ -81,6 +81,12 @@ def robot_of(
         hand_width=arm.fingers.width if width is None else width,
         origin=_origin(arm),
     )
+    if telescoped := [
+        joint.name for joint in arm.choice.way if joint.moves and not joint.mimics and joint not in arm.joints
+    ]:
+        model = _noted(
+            model, f"{', '.join(telescoped)} slide as the joint before them does: a telescope, which is one joint"
+        )
     turned = _pointing(arm)
     if turned is not None:
         model = _noted(model, approach.note(arm.choice.tip, turned))
@@ -118,8 +124,8 @@ def arm_of(tree: Tree, chosen: Choice, closed: str | None = None, flange: Transf
         if not joint.moves:
             continue
         axis = Line(position(T), rotate(T, tree.axis(joint)))
-        if joint.mimics:
-            follows = _follows(tree, joint, axis, joints[-1:], axes[-1:])
+        follows = _follows(tree, joint, axis, joints[-1:], axes[-1:])
+        if follows is not None:
             scales[-1] += follows.factor
             T = compose(T, translation(*scaled(tree.axis(joint), follows.offset)))
             continue
@@ -133,14 +139,18 @@ def arm_of(tree: Tree, chosen: Choice, closed: str | None = None, flange: Transf
     return Arm(chosen, tuple(joints), tuple(scales), chain, fingers, places)
 
 
-def _follows(tree: Tree, joint: Joint, axis: Line, before: Sequence[Joint], axes: Sequence[Line]) -> Mimic:
-    """How a joint of a telescope goes with the one before it, of which it makes a longer one."""
+def _follows(tree: Tree, joint: Joint, axis: Line, before: Sequence[Joint], axes: Sequence[Line]) -> Mimic | None:
+    """How a joint of a telescope goes with the one before it, of which it makes a longer one: as the file says, or like
+    that one where it slides along it, as far and as fast. None of a joint that moves by itself.
+    """
+    slides = before and tree.kind(joint) is tree.kind(before[0]) is JointKind.PRISMATIC
+    along = dot(axis.direction, axes[0].direction) if slides else 0.0
+    if not joint.mimics:
+        alike = along > 1.0 - PARALLEL and tree.range(joint) == tree.range(before[0])
+        return Mimic(before[0].name, along, 0.0) if alike else None
     mimic = tree.mimic(joint)
-    slides = tree.kind(joint) is JointKind.PRISMATIC
-    if slides and before and mimic.leader == before[0].name and tree.kind(before[0]) is JointKind.PRISMATIC:
-        along = dot(axis.direction, axes[0].direction)
-        if abs(along) > 1.0 - PARALLEL:
-            return mimic._replace(factor=mimic.factor * along)
+    if abs(along) > 1.0 - PARALLEL and mimic.leader == before[0].name:
+        return mimic._replace(factor=mimic.factor * along)
     raise tree.wrong(joint, "mimics another joint", "every joint of an arm moves by itself")
 
 
