@@ -52,7 +52,7 @@ WAYS_ROUND = {  # by the singularity
 DRIVEN_ROUND = {"shoulder": (1,), "wrist": (4, 6)}  # the joints that a singularity turns far
 TOUCHING = 0.01  # [rad, m] a joint that changes by no more over a touch of a boundary does not jump there
 NEXT_SEED = 2.0  # [rad, m] from one seed to the next at most, also where a joint turns fast for a moment
-EDGE_STEPS = 16  # halvings of the way between two samples, to find where a line is no longer possible
+EDGE_STEPS = 12  # halvings of the way between two samples, to find where a line is no longer possible
 
 _new = tuple.__new__
 
@@ -333,8 +333,10 @@ class Follower:
         pose = path.pose(s)
         leaves = f"the straight line leaves the reach of the arm near {self.shown(pose)}"
         what, hint = ", for how the tool is turned there", self._less_turned(path)
+        steady, flange = self.arm.steady, self.flange(pose)
         try:
-            self.arm.select(self.flange(pose), near)
+            if steady is None or steady.within_ranges(flange, near) is None:  # which is found far sooner
+                self.arm.select(flange, near)
             if self.arm.words:
                 what, hint = " as it is configured", "another configuration"
             elif self.arm.redundancy:
