@@ -89,7 +89,8 @@ class Hold(Struct, frozen=True, omit_defaults=True):
                     self.which, "out of reach"
                 )
             case Limit.SINGULARITY:
-                return f"near the {self.which} singularity: JT{self.joint} is as fast as it may be"
+                hurried = f": JT{self.joint} is as fast as it may be" if self.joint else ""
+                return f"near the {self.which} singularity{hurried}"
             case Limit.SPEED:
                 return f"JT{self.joint} is as fast as it may be"
 
@@ -210,7 +211,7 @@ class Pursuit:
         if stalled and not self._closed:
             self._stalled += 1
             self._elsewhere = self._another(aim, now)
-        return Shortfall(*aim.miss(now), tuple(self._holds(aim, nearest, there)))
+        return Shortfall(*aim.miss(now), tuple(self._holds(aim, nearest, there, now, pace)))
 
     def _ahead(self, coming: Sequence[Joints], pace: Pace) -> tuple[Joints, Joints]:
         """Below and above. Towards the axis of joint 1 no farther than to it, all joints together, so that they stop
@@ -267,7 +268,7 @@ class Pursuit:
         """It is in reach; the joint that is latest keeps the tool from there."""
         return Shortfall(*aim.miss(now), (Hold(Limit.SPEED, late.index(max(late)) + 1),))
 
-    def _holds(self, aim: Aim, nearest: Nearest, there: Joints | None) -> Iterator[Hold]:
+    def _holds(self, aim: Aim, nearest: Nearest, there: Joints | None, now: Joints, pace: Pace) -> Iterator[Hold]:
         """Joints at the ends of their ranges first, then the reach, then what cannot keep up."""
         model, named = self.arm.model, False
         ends, hurried = list[tuple[int, str]](), list[int]()
@@ -276,7 +277,7 @@ class Pursuit:
             if side and x == self.range[side > 0][i]:
                 if x == (model.lower, model.upper)[side > 0][i]:
                     ends.append((i, "lower" if side < 0 else "upper"))
-            elif side:
+            elif side and abs(self.goal[i] - now[i]) >= LEAST_AHEAD * pace.ahead[i]:
                 hurried.append(i)
         for i, end in ends:
             named = True
