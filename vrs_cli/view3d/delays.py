@@ -14,6 +14,7 @@ from viser import GuiHtmlHandle, LineSegmentsHandle, SceneApi
 from vrs_cli.engine.position import position_at
 from vrs_cli.engine.tool_path import ToolLine, ToolPath
 from vrs_cli.interfaces.roles.preview import Previewed
+from vrs_cli.kinematics.model import levers
 from vrs_cli.kinematics.transform import Vector, position
 from vrs_cli.net.far_end import Ahead
 from vrs_cli.net.remote import RemoteRobot
@@ -21,13 +22,14 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.doubts import FLAGGED, UNCONFIRMED
 from vrs_cli.view3d.figure import Colour
 from vrs_cli.view3d.ghosts import Ghost, coincides
+from vrs_cli.view3d.paths import THICK
 from vrs_cli.view3d.shown import Shown
 from vrs_cli.view3d.window import Window
 
 PREDICTED = (58, 124, 214)
 OPACITY = 0.35  # of the robot that is predicted
 ERROR = 1e-3  # [m] that a way may be beside the tool's
-THICK = 4.0  # [px] of a way
+AROUND = 2.5  # times as thick as the way of the tool, which is inside
 RECENT = 60.0  # [s] that what was shown wrongly stays in the picture
 EDGE, ABOVE, WIDTH = 12.0, 190.0, 300.0  # [px] the panel: from the edges of the picture, and wide
 NARROW = 900.0  # [px] of a picture in which it would cover the arm
@@ -43,8 +45,9 @@ class Delays:
         self._ahead = Ahead.AUTO if robot.ahead is Ahead.PRESENT else robot.ahead  # what is predicted, if anything is
         self._ghost = Ghost(scene, "/predicted", robot.arm.model, PREDICTED, OPACITY)
         self._path = ToolPath(robot.arm, ERROR)
-        self._unconfirmed = Way(scene, "/unconfirmed", UNCONFIRMED)
-        self._flagged = Way(scene, "/flagged", FLAGGED)
+        thick = AROUND * THICK * levers(robot.arm.model)[1][0]
+        self._unconfirmed = Way(scene, "/unconfirmed", UNCONFIRMED, thick)
+        self._flagged = Way(scene, "/flagged", FLAGGED, thick)
         self._told: GuiHtmlHandle | None = None
 
     def _add_panel(self) -> GuiHtmlHandle:
@@ -126,10 +129,10 @@ class Delays:
 
 
 class Way:
-    """Parts of the way of the tool tip in a colour; sent where they change."""
+    """Parts of the way of the tool tip in a colour, so thick [m]; sent where they change."""
 
-    def __init__(self, scene: SceneApi, name: str, colour: Colour) -> None:
-        self._scene, self._name, self._colour = scene, name, colour
+    def __init__(self, scene: SceneApi, name: str, colour: Colour, thick: float) -> None:
+        self._scene, self._name, self._colour, self._thick = scene, name, colour, thick
         self._node: LineSegmentsHandle | None = None
         self._drawn: list[Sequence[Vector]] = []
 
@@ -139,9 +142,7 @@ class Way:
         self._drawn = ways
         pairs = np.array([pair for way in ways for pair in pairwise(way)], dtype=float).reshape(-1, 2, 3)
         if self._node is None:
-            self._node = self._scene.add_line_segments(
-                self._name, pairs, self._colour, thickness=THICK, thickness_units="screen"
-            )
+            self._node = self._scene.add_line_segments(self._name, pairs, self._colour, thickness=self._thick)
         elif len(pairs):
             self._node.points = pairs.astype(np.float32)
         self._node.visible = bool(len(pairs))
