@@ -6,8 +6,6 @@ import re
 from collections import defaultdict
 from pathlib import Path
 
-import pytest
-
 from vrs_cli.language.analysis.analyzer import analyze, check_line
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, show
@@ -39,12 +37,14 @@ def diagnose(line: str) -> tuple[Diagnostic, ...]:
     return check_line(parsed, in_program=not at_prompt) if parsed is not None else ()
 
 
-@pytest.mark.parametrize(("line", "mark"), marked_lines())
-def test_line(line: str, mark: str) -> None:
-    found = diagnose(line)
-    assert [(one.code, one.span.column) for one in found] == expected(mark)
-    for diagnostic in found:
-        text = line.removeprefix("> ")
+def test_lines() -> None:
+    found = {line: [(one.code, one.span.column) for one in diagnose(line)] for line, _ in marked_lines()}
+    assert found == {line: expected(mark) for line, mark in marked_lines()}
+
+
+def test_what_is_shown_of_a_line() -> None:
+    for typed, diagnostic in [(line, one) for line, _ in marked_lines() for one in diagnose(line)]:
+        text = typed.removeprefix("> ")
         assert 1 <= diagnostic.span.column < diagnostic.span.end <= len(text) + 2
         assert diagnostic.detail, "a message says what is wrong"
         message, source, pointer = show(diagnostic, text, "cell.v2").split("\n")

@@ -113,7 +113,8 @@ class Caller:
 
     def cut(self) -> None:
         """As a cable that is pulled: nothing is said."""
-        self.socket.socket.shutdown(SHUT_RDWR)
+        with suppress(OSError):  # the server may have been sooner
+            self.socket.socket.shutdown(SHUT_RDWR)
         self.protocol.cut()
 
     def flush(self) -> None:

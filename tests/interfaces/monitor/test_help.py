@@ -16,11 +16,10 @@ ROWS = {**FUNCTIONS, **CONTROL, **INSTRUCTIONS, **COMMANDS}
 EVERY_WORD = sorted({*ROWS, *SWITCHES, *PARAMETERS})
 
 
-@pytest.mark.parametrize("name", EVERY_WORD)
-def test_every_word_has_a_page(name: str) -> None:
-    found = page(name.lower())
-    assert found.word == name
-    assert all(entry.form and entry.summary for entry in found.entries)
+def test_every_word_has_a_page() -> None:
+    pages = [page(name.lower()) for name in EVERY_WORD]
+    assert [found.word for found in pages] == EVERY_WORD
+    assert all(entry.form and entry.summary for found in pages for entry in found.entries)
 
 
 def test_the_overview_lists_what_can_be_used_and_nothing_else() -> None:
@@ -54,9 +53,10 @@ def test_words_may_be_cut_short(typed: str, word: str) -> None:
     assert page(typed).word == word
 
 
-@pytest.mark.parametrize("name", [name for name, row in ROWS.items() if row.state is not State.SUPPORTED])
-def test_words_that_are_not_there_say_so(name: str) -> None:
-    assert any(ROWS[name].state.value in entry.note for entry in page(name).entries)
+def test_words_that_are_not_there_say_so() -> None:
+    missing = [row for row in ROWS.values() if row.state is not State.SUPPORTED]
+    assert len(missing) > 50
+    assert all(any(row.state.value in entry.note for entry in page(row.name).entries) for row in missing)
 
 
 @pytest.mark.parametrize(("typed", "hint"), [("MOVEX", "did you mean MOVE?"), ("ST", "STATUS"), ("Q@", "HELP alone")])

@@ -20,7 +20,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.operations import IN_CONTEXT, OF_VALUES, message, pack, unpacked
-from vrs_cli.language.words.functions import FUNCTIONS, Function
+from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import Shape, State
 
@@ -305,9 +305,8 @@ def test_no_function_is_missing() -> None:
     assert set(OF_THE_REFERENCE.split()) <= set(FUNCTIONS)
 
 
-@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=lambda function: function.name)
-def test_a_function_works_or_is_refused_with_a_reason(function: Function) -> None:
-    assert (function.state is State.REFUSED) is bool(function.note)
+def test_a_function_works_or_is_refused_with_a_reason() -> None:
+    assert not [name for name, row in FUNCTIONS.items() if (row.state is State.REFUSED) is not bool(row.note)]
 
 
 @pytest.mark.parametrize(
