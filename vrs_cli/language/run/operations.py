@@ -43,6 +43,7 @@ from vrs_cli.language.run.units import CLOSED, NO_WAIT, OPENED, checked_unit
 from vrs_cli.language.words.values import (
     FALSE,
     INTEGER_HIGH,
+    LIMIT,
     TRUE,
     Value,
     in_degrees,
@@ -233,15 +234,31 @@ def packer(code: str, low: float, high: float) -> Callable[[float], str]:
 
 
 def unpacker(code: str) -> Callable[[str, float | None], float]:
-    def unpack(text: str, first: float | None) -> float:
-        start = whole(_or(first, 1.0)) - 1
-        size = struct.calcsize(code)
-        piece = text[start : start + size] if start >= 0 else ""
-        if len(piece) < size:
-            raise IllegalValue(f"{len(piece)} characters", f"{size} are wanted from there on")
-        return float(struct.unpack(f">{code}", piece.encode("latin-1", "replace"))[0])
+    return lambda text, first: _numbers_in(text, first, code)[0]
 
-    return unpack
+
+def _numbers_in(text: str, first: float | None, code: str) -> tuple[float, ...]:
+    """The numbers of a big-endian binary form from a character on. Raises IllegalValue for what holds none."""
+    start, size = whole(_or(first, 1.0)) - 1, struct.calcsize(f">{code}")
+    piece = text[start : start + size] if start >= 0 else ""
+    if len(piece) < size:
+        raise IllegalValue(f"{len(piece)} characters", f"{size} are wanted from there on")
+    numbers = struct.unpack(f">{code}", piece.encode("latin-1", "replace"))
+    if not all(abs(number) <= LIMIT for number in numbers):  # nor one that is no number
+        raise IllegalValue("bytes of no real", f"a real is at most {plain(LIMIT)}")
+    return tuple(map(float, numbers))
+
+
+def location_bytes(T: Transform) -> str:
+    """The axes and the position [mm] as numbers of single precision, a character a byte (V+ Language Reference)."""
+    axes = (number for column in range(3) for number in T[column::4])
+    return struct.pack(">12f", *axes, *map(millimetres, position(T))).decode("latin-1")
+
+
+def location_of_bytes(text: str, first: float | None) -> Transform:
+    nx, ny, nz, sx, sy, sz, ax, ay, az, *mm = _numbers_in(text, first, "12f")
+    px, py, pz = (number / 1000.0 for number in mm)
+    return normalised(Transform(nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz))
 
 
 PIECE = 128  # characters of an element of an array that PACK and $UNPACK take for one long string
@@ -488,6 +505,8 @@ OF_VALUES: Mapping[str, Evaluator] = {
     "LNGB": unpacker("i"),
     "FLTB": unpacker("f"),
     "DBLB": unpacker("d"),
+    "$TRANSB": location_bytes,
+    "TRANSB": location_of_bytes,
     "FREE": free,
     "TPS": lambda: 1.0 / TICK,
     "SELECT": selected,

@@ -17,6 +17,7 @@ from vrs_cli.errors import (
     InvalidName,
     InvalidNumber,
     MissingQuote,
+    NotAvailable,
     UnknownInstruction,
     UsageError,
     VrsError,
@@ -79,6 +80,7 @@ _GLUED = re.compile(r"[\w.^']+")
 # What few lines have is compiled when one has it: a short program runs in the time that these take.
 VAL_IF = rf"(?i)\b({'|'.join(RELATIONS_OF_VAL)})\b.*\bTHEN[ \t]+\d+[ \t]*$"
 _TASK = r"\s*(\d+)(?=\s*[A-Za-z])"
+_QUALIFIER = r"[ \t]*(/[A-Za-z])\b"
 _LABEL = re.compile(r"[ \t]*([0-9]+)(?![\w.])")
 SORT = rf"(?i)[ \t]*({'|'.join(SORT_WORDS)})(?=[ \t]+[#$A-Z])"
 _ASSIGNS = re.compile(r"[ \t]*(?:=(?![=<>])|\[)")
@@ -336,6 +338,10 @@ class Lexer:
 
     def _task(self) -> None:
         """Read the number in EXECUTE 2 pick: a group without its parentheses."""
+        qualifier = re.compile(_QUALIFIER).match(self._text, self._at)
+        if qualifier is not None:
+            detail, hint = f"{qualifier[1]}: only where the task does not run yet", "IF TASK(1, 2) <> 4 THEN asks that"
+            raise self._refusal(NotAvailable, *qualifier.span(1), detail, hint)
         match = re.compile(_TASK).match(self._text, self._at)
         if match is not None:
             start, end = match.span(1)

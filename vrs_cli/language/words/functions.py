@@ -176,6 +176,10 @@ _STRINGS = (
     _real("LNGB($s[, first])", "+", "the integer of four characters of a string", "LNGB($s, 3)"),
     _real("FLTB($s[, first])", "+", "the single-precision real of four characters", "FLTB($s)"),
     _real("DBLB($s[, first])", "+", "the double-precision real of eight characters", "DBLB($s)"),
+    _string("$TRANSB(location)", "+",
+        "a transformation as 48 characters: X, Y and Z axis and the position in mm, each number in single precision",
+        "$TRANSB(HERE)", shapes=(Shape.LOCATION,)),
+    _location("TRANSB($s[, first])", "+", "the transformation of 48 characters of a string", "SET a = TRANSB($s)"),
 )  # fmt: skip
 
 _TASKS = (
@@ -224,6 +228,7 @@ _REFUSED = (
     _refused("IOGETS", "the bus of the controller", "there is no bus; SIG and BITS read signals"),
     _refused("DEVICE", "the state of a camera or another device", "there are no such devices at this robot"),
     _refused("KEYMODE", "the behaviour of pendant keys", "there is no pendant; PROMPT asks at the terminal"),
+    _refused("NETWORK", "the network card of the controller", "IOSTAT tells how a connection is"),
     _refused("PENDANT", "the keys of the pendant", "there is no pendant; PROMPT and GETC(4) read the terminal"),
 )  # fmt: skip
 

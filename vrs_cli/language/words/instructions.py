@@ -268,7 +268,11 @@ _REFUSED = (
     refused("ENDIF", "", "not a word of VAL-II", "every block ends in END"),
     refused("DOUBLE", "", "not a word by itself", "write AUTO DOUBLE x, or LOCAL, or GLOBAL"),
     Word("REMARK", "1", "a comment in VAL", "REMARK pick the part"),
-    refused("MC", "+", "a monitor command in a program", "a file that COMMANDS carries out has monitor commands"),
+    *(
+        refused(word, "+", "a monitor command in a program", "a file that COMMANDS carries out has monitor commands")
+        for word in ("MC", "MCS")
+    ),
+    refused("PANIC", "+", "power off at once", "use HALT"),
     refused("KEYMODE", "+", "how a key of the pendant behaves", "there is no pendant; PROMPT asks at the terminal"),
     refused("VPICTURE", "+", "take a picture", "there is no camera at this robot"),
     refused("VLOCATE", "+", "find a part in a picture", "there is no camera at this robot"),
