@@ -68,6 +68,19 @@ def test_a_motion_goes_on_while_its_program_waits() -> None:
     assert second.issued == pytest.approx(0.5)
 
 
+@pytest.mark.parametrize("line", ["READ (lun, h) $s", "char = GETC(lun)"])
+@pytest.mark.parametrize("comes", [True, False])
+def test_a_reaction_comes_while_its_program_waits_for_a_peer(line: str, comes: bool) -> None:
+    """It is served at once, each time; what was waited for is waited for again, and no longer than without it."""
+    session = session_with(COMES.replace("0.5", "0.1"), *['{"time": 0.6, "data": "a\\n"}'] * comes, patience=0.7)
+    load(session, "WAIT.EVENT , 0.2", "SIGNAL 2001", "WAIT.EVENT , 0.1", "SIGNAL -2001, 2001", name="beside")
+    load(session, "TYPE TIME()", name="hit")
+    opened = ("REACT 2001, hit", "EXECUTE 2 beside", *OPEN, "READ (lun, h) $s")
+    shown = typed(session, *opened, line, "TYPE TIME(), IOSTAT(lun)")
+    ends = " 0.6 1" if comes else f" 0.8{NetworkTimeout.code}"
+    assert shown == (" 0.2", " 0.3", ends)
+
+
 def test_numbers_of_a_line() -> None:
     session = session_with(COMES, '{"data": "1, 2.5 -3e1 rest of it\\n4 five\\n"}')
     first = ("READ (lun, h) x", "READ (lun, h) x, y, z, $s", 'TYPE x, y, z, " ", $s')

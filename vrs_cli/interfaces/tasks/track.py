@@ -12,7 +12,7 @@ from vrs_cli.interfaces.tasks.debugging import Onward, Stepping, Stopped
 from vrs_cli.interfaces.tasks.holder_times import THE_ROBOTS, HolderTimes
 from vrs_cli.language.run.effects import Event, ProgramFault, Prompt, Wait, WaitEvent
 from vrs_cli.language.run.runtime import Task
-from vrs_cli.language.run.units import AwaitLine, ReadRecord
+from vrs_cli.language.run.units import AwaitLine, ReadRecord, UnitEffect
 
 ROBOT_PROGRAM = 0
 PROMPT_LINE = -1  # the number of the task that a line of the prompt is
@@ -89,11 +89,13 @@ class Track(Struct, eq=False):
 
     @property
     def reacts(self) -> bool:
-        """Whether a reaction is due that interrupts what it waits for: a WAIT; REACTI also what waits for the robot."""
+        """Whether a reaction is due that interrupts what it waits for: a WAIT, or a peer; REACTI also what waits for the
+        robot.
+        """
         due = self.task.reactions.due
         if due is None:
             return False
-        return isinstance(self.pending, Wait | WaitEvent) or (due.immediate and isinstance(self.pending, Request))
+        return isinstance(self.pending, Wait | WaitEvent | UnitEffect) or (due.immediate and isinstance(self.pending, Request))
 
     def until(self, instant: float, pending: Pending | None = None) -> None:
         """Go on at an instant [s], and no earlier."""
