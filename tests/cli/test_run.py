@@ -87,6 +87,17 @@ def test_a_program_that_needs_its_cell_runs_in_it(vrs: Vrs, tmp_path: Path) -> N
     assert "cell.toml:2: go: 0 is no signal" in refused.err
 
 
+@pytest.mark.parametrize("name", ["planar2", "nobody"])
+def test_a_file_may_name_its_robot(vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    (tmp_path / "two.v2").write_text(f"; robot: {name}\n.PROGRAM two\n    DRIVE 5, 1\n.END\n")
+    monkeypatch.setattr("sys.stdin", StringIO("DRIVE 5, 1\n"))
+    for words in (("run", "two.v2"), ("check", "two.v2"), ("two.v2",)):
+        ended = vrs(*words)
+        assert ("joints are 1 to 2" in ended.out + ended.err) == (name == "planar2")
+        assert ("two.v2:1: no robot is called 'nobody'" in ended.err) == (name == "nobody")
+        assert "joints are" not in vrs(*words, "--robot", "puma560").err
+
+
 # --- what a run tells --------------------------------------------------------------------------------------
 
 

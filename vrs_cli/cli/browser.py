@@ -17,7 +17,7 @@ from vrs_cli.cli.command_line import CommandLineError, chosen_robot, teller
 from vrs_cli.cli.connections import token_of
 from vrs_cli.cli.recordings import is_recording, read_recording
 from vrs_cli.cli.signals import signal_comes
-from vrs_cli.cli.sources import is_program, read_source
+from vrs_cli.cli.sources import is_program, read_source, robot_of
 from vrs_cli.errors import UsageError
 from vrs_cli.extras import how_to_install
 
@@ -146,7 +146,7 @@ def _program(prog: str, options: argparse.Namespace, stack: ExitStack) -> tuple[
     from vrs_cli.view3d.hosted import SHELL
 
     source = read_source(options.url)
-    hosted = _hosted(prog, options, stack, chosen_robot(prog, options))
+    hosted = _hosted(prog, options, stack, chosen_robot(prog, options, robot_of(prog, source)))
     loading = hosted.hold(SHELL)
     try:
         names = loading.act(Define(source.text, f"{source.path}:")).names

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, chosen_dialect, chosen_robot
 from vrs_cli.cli.findings import FORMATS, Finding
 from vrs_cli.cli.main import FAILED, OK, status_of
-from vrs_cli.cli.sources import has_errors, program_files, read_source
+from vrs_cli.cli.sources import has_errors, program_files, read_source, robot_of
 from vrs_cli.errors import FileError
 from vrs_cli.files.opening import stamp
 
@@ -94,7 +94,7 @@ def _check(prog: str, options: Namespace, model: RobotModel, cell: Cell) -> int:
     findings, status = [], OK
     for path in program_files(options.files):
         try:
-            findings.append(_finding(path, options, model, cell))
+            findings.append(_finding(prog, path, options, model, cell))
         except FileError as error:  # the other files are checked all the same
             print(f"{prog}: {error}", file=sys.stderr)
             status = max(status, status_of(error))
@@ -103,13 +103,17 @@ def _check(prog: str, options: Namespace, model: RobotModel, cell: Cell) -> int:
     return max(status, FAILED if wrong else OK)
 
 
-def _finding(path: str, options: Namespace, model: RobotModel, cell: Cell) -> Finding:
+def _finding(prog: str, path: str, options: Namespace, model: RobotModel, cell: Cell) -> Finding:
     from vrs_cli.interfaces.inspection import inspect
-
-    def found_in(text: str) -> tuple[Diagnostic, ...]:
-        return _chosen(inspect(text, model, chosen_dialect(options), cell), options)
+    from vrs_cli.kinematics.robot_file import load_robot
 
     source = read_source(path)
+    named = None if options.robot else robot_of(prog, source)
+    its = load_robot(named) if named else model
+
+    def found_in(text: str) -> tuple[Diagnostic, ...]:
+        return _chosen(inspect(text, its, chosen_dialect(options), cell), options)
+
     found = found_in(source.text)
     if not options.fix:
         return Finding(source, found)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 STANDARD_STREAM = "-"
 DEFAULT_RATE = 100.0  # [Hz]
+USUAL_ROBOT = "puma560"
 FASTEST = 100_000.0  # [Hz]
 TASKS = tuple(task.value for task in Task)
 WIDTH = 80  # for which argparse tries each option when it is added
@@ -44,10 +45,10 @@ class Parser(argparse.ArgumentParser):
             formatter_class=partial(argparse.RawDescriptionHelpFormatter, width=WIDTH),
         )
 
-    def add_robot(self, default: str | None = "puma560") -> None:
+    def add_robot(self) -> None:
         """The options of `chosen_robot`."""
         told = "a robot's name (vrs robots), or its TOML or URDF file"
-        self.add_argument("--robot", metavar="NAME|FILE", default=default, help=told)
+        self.add_argument("--robot", metavar="NAME|FILE", help=told)
         self.add_choices()
 
     def add_dialect(self) -> None:
@@ -119,12 +120,12 @@ def chosen_dialect(options: argparse.Namespace) -> Dialect:
     return Dialect[options.dialect.upper()]
 
 
-def chosen_robot(prog: str, options: argparse.Namespace) -> RobotModel:
-    """The robot of the options of `add_robot`; what was decided though its file does not say it is told on standard
-    error. Raises VrsError."""
+def chosen_robot(prog: str, options: argparse.Namespace, named: str | None = None) -> RobotModel:
+    """The robot of the options of `add_robot`, else the one `named` by a program file, else the usual one; what was
+    decided though its file does not say it is told on standard error. Raises VrsError."""
     from vrs_cli.kinematics.robot_file import Ends, load_robot
 
-    model = load_robot(options.robot, Ends(options.base, options.tip), options.task)
+    model = load_robot(options.robot or named or USUAL_ROBOT, Ends(options.base, options.tip), options.task)
     tell_notes(teller(prog), model, fitted=options.task is None)
     return model
 

@@ -30,7 +30,7 @@ from vrs_cli.cli.fence import Alone, Enough, memory, wall
 from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.cli.outputs import Outputs, add_output_options, journal
 from vrs_cli.cli.outside import PATIENCE, add_outside_options, chosen_outside
-from vrs_cli.cli.sources import Source, has_errors, is_program, program_files, read_source
+from vrs_cli.cli.sources import Source, has_errors, is_program, program_files, read_source, robot_of
 from vrs_cli.errors import FileError, LimitReached, UndefinedName
 
 if TYPE_CHECKING:
@@ -225,7 +225,7 @@ class _Batch(Struct, frozen=True):
         from vrs_cli.files.bounds import FREE, Folder
         from vrs_cli.interfaces.station.station import Station
 
-        model = chosen_robot("vrs run", self.options)
+        model = chosen_robot("vrs run", self.options, robot_of("vrs run", self.source))
         outside = chosen_outside(self.options, patience=PATIENCE)
         box, clock = self.options.sandbox, clock_of(self.options.realtime)
         folder = FREE if box is None else Folder(Path(box), closed=True)

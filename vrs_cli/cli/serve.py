@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import (
+    USUAL_ROBOT,
     CommandLineError,
     Parser,
     add_realtime_option,
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     from vrs_cli.net.server import Place, Server
     from vrs_cli.net.tokens import TokenFile
 
-USUAL_ROBOT = "puma560"
 TURN = 0.0005  # [s] after which one thread lets the next one go on: with Python's 5 ms many who look delay each line
 LOCAL = ("localhost",)
 WARM = ("WHERE", "MOVE #PPOINT(10, -80, 80, 5, 5, 5)", "x = 1", "TYPE x", "LISTR", "STATUS")

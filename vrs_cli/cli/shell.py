@@ -15,6 +15,8 @@ from vrs_cli.cli.command_line import (
     clock_of,
 )
 from vrs_cli.cli.outside import add_outside_options, chosen_outside
+from vrs_cli.cli.sources import read_source, robot_of
+from vrs_cli.errors import FileError
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
@@ -49,7 +51,7 @@ def parser(prog: str) -> Parser:
     parser.add_argument(
         "--save", metavar="T.vrst", help="record every motion in a file; go on with it if it is there already"
     )
-    parser.add_robot(default=None)
+    parser.add_robot()
     parser.add_dialect()
     parser.add_cell()
     add_realtime_option(parser)
@@ -65,4 +67,11 @@ def _robot(prog: str, options: Namespace) -> RobotModel | None:
         raise CommandLineError("--base and --tip are links of a robot's file", "give --robot FILE too")
     if options.task is not None:
         raise CommandLineError("--task is for a robot that is named", "give --robot NAME|FILE too")
+    if options.file is not None and options.save is None:
+        try:
+            source = read_source(options.file)
+        except FileError:  # it is told when it is loaded
+            return None
+        named = robot_of(prog, source)
+        return None if named is None else chosen_robot(prog, options, named)
     return None

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 from msgspec import Struct
 
-from vrs_cli.cli.command_line import STANDARD_STREAM
+from vrs_cli.cli.command_line import STANDARD_STREAM, teller
 from vrs_cli.errors import NonexistentFile
 
 if TYPE_CHECKING:
@@ -50,6 +50,22 @@ def read_source(path: str) -> Source:
     if path == STANDARD_STREAM:
         return Source("standard input", decode_program("standard input", sys.stdin.buffer.read()))
     return Source(str(find_program_file(path)), read_program_file(path))
+
+
+def robot_of(prog: str, source: Source) -> str | None:
+    """The built-in robot that a program file names (`; robot: cobra600`). Of any other a note is told: which files are
+    read, the command line says.
+    """
+    from vrs_cli.kinematics.robot_file import robot_names
+    from vrs_cli.language.text.source import named_above
+
+    name, span = named_above(source.text, "robot") or (None, None)
+    if name is None or span is None or name.lower() in robot_names():
+        return name
+    teller(prog)(
+        f"note: {source.path}:{span.line}: no robot is called {name!r} (vrs robots lists those that are there)"
+    )
+    return None
 
 
 def program_files(named: Iterable[str]) -> tuple[str, ...]:

@@ -89,13 +89,13 @@ class Track(Struct, eq=False):
 
     @property
     def reacts(self) -> bool:
-        """Whether a reaction is due that interrupts what it waits for: a WAIT, or a peer; REACTI also what waits for the
-        robot.
-        """
+        """Whether a reaction is due that interrupts what it waits for: a WAIT or a peer; for REACTI also the robot."""
         due = self.task.reactions.due
         if due is None:
             return False
-        return isinstance(self.pending, Wait | WaitEvent | UnitEffect) or (due.immediate and isinstance(self.pending, Request))
+        return isinstance(self.pending, Wait | WaitEvent | UnitEffect) or (
+            due.immediate and isinstance(self.pending, Request)
+        )
 
     def until(self, instant: float, pending: Pending | None = None) -> None:
         """Go on at an instant [s], and no earlier."""

@@ -88,26 +88,27 @@ def _directive(text: str) -> str:
     return match[1].upper() if match is not None else ""
 
 
-def dialect_in(text: str, usual: Dialect) -> tuple[Dialect, tuple[Diagnostic, ...]]:
-    """The dialect that a comment above the first program names (`; dialect: val2`), else the usual one; and what is
-    wrong with that line.
-    """
-    if "dialect" not in text.lower():
-        return usual, ()
+def named_above(text: str, what: str) -> tuple[str, Span] | None:
+    """What a comment above the first program names (`; dialect: val2`, `; robot: cobra600`), and where it does."""
+    if what not in text.lower():
+        return None
+    pattern = re.compile(rf"(?i)[ \t]*;[ \t]*{what}[ \t]*[:=][ \t]*(\S+)")
     for line in lines_of(text):
         if line.directive:
             break
-        match = re.match(_DIALECT, line.text)
+        match = pattern.match(line.text)
         if match is not None:
-            word = match[1].lower()
-            if word in DIALECTS:
-                return Dialect[word.upper()], ()
-            detail, hint = f"there is no dialect {match[1]}", f"there are {', '.join(DIALECTS)}"
-            return usual, (error(CannotInterpret, line.span, detail, hint),)
-    return usual, ()
+            return match[1], line.span
+    return None
 
 
-_DIALECT = r"(?i)[ \t]*;[ \t]*dialect[ \t]*[:=][ \t]*(\S+)"
+def dialect_in(text: str, usual: Dialect) -> tuple[Dialect, tuple[Diagnostic, ...]]:
+    """The dialect that a file names, else the usual one; and what is wrong with that line."""
+    word, span = named_above(text, "dialect") or (usual.name, None)
+    if span is None or word.lower() in DIALECTS:
+        return Dialect[word.upper()], ()
+    detail, hint = f"there is no dialect {word}", f"there are {', '.join(DIALECTS)}"
+    return usual, (error(CannotInterpret, span, detail, hint),)
 
 
 class FileReader(Findings):
