@@ -330,7 +330,7 @@ def ways() -> None:
     robot.execute("demo")
     with staged(LARGE) as place:
         scene, model = place.client.scene, place.arm.model
-        place.look((1.5, 2.55, 0.75), (-0.05, 0.3, 0.0))
+        place.look((1.58, 2.7, 0.84), (-0.05, 0.3, 0.06))
         path, reasons = Way(scene, model), Reasons(scene, model)
         path.commands = True
         cut = titled(shot(place, robot, 2.2, path), "MOVES mid is cut at 2.2 s by MOVE #away AT 2.2")

@@ -21,7 +21,6 @@ from vrs_cli.kinematics.transform import Transform, Vector, along, any_normal, d
 Points = NDArray[np.float64]  # (N, 3) [m]
 Faces = NDArray[np.uint32]  # (M, 3)
 
-CREASE = 0.6  # [rad] faces of a file that meet at more have an edge between them
 SIDES = 40  # of a full circle
 HALF = SIDES // 2
 
@@ -56,46 +55,6 @@ def joined(meshes: Sequence[Mesh]) -> Mesh:
 def moved(mesh: Mesh, T: Transform) -> Mesh:
     rows = np.array(T).reshape(3, 4)
     return Mesh(mesh.vertices @ rows[:, :3].T + rows[:, 3], mesh.faces)
-
-
-# --- from elsewhere ---
-
-
-def creased(mesh: Mesh) -> Mesh:
-    """A mesh whose faces share each corner, with edges: faces that meet at more than CREASE share none any more."""
-    points, faces = mesh
-    a, b, c = (points[faces[:, i]] for i in range(3))
-    normals = np.cross(b - a, c - a)
-    sizes = np.linalg.norm(normals, axis=1)
-    faces, normals = faces[sizes > 0.0], normals[sizes > 0.0] / sizes[sizes > 0.0, None]
-    one, other = _smooth_pairs(faces, normals)
-    labels = np.arange(faces.size)
-    while True:  # corners that are alike take the least number of them
-        least = np.minimum(labels[one], labels[other])
-        after = labels.copy()
-        np.minimum.at(after, one, least)
-        np.minimum.at(after, other, least)
-        if (after == labels).all():
-            break
-        labels = after
-    found, place = np.unique(labels, return_inverse=True)
-    return Mesh(points[faces.reshape(-1)[found]], place.reshape(-1, 3).astype(np.uint32))
-
-
-def _smooth_pairs(faces: Faces, normals: Points) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Corners (three a face, counted through) in one place, of two faces that meet there in an edge that is none."""
-    ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
-    first = np.arange(len(ends))
-    second = first - first % 3 + (first + 1) % 3  # the corner at the other end of the edge
-    turned = ends[:, 0] > ends[:, 1]
-    low, high = np.where(turned, second, first), np.where(turned, first, second)
-    order = np.lexsort((ends.max(axis=1), ends.min(axis=1)))
-    edges = np.sort(ends, axis=1)[order]
-    same = np.flatnonzero((edges[1:] == edges[:-1]).all(axis=1))
-    one, other = order[same], order[same + 1]
-    alike = np.einsum("ij,ij->i", normals[one // 3], normals[other // 3]) > cos(CREASE)
-    one, other = one[alike], other[alike]
-    return np.concatenate([low[one], high[one]]), np.concatenate([low[other], high[other]])
 
 
 # --- round an axis -------------------------------------------------------------------------------------------------
