@@ -16,7 +16,7 @@ from vrs_cli.engine.following import Follower
 from vrs_cli.errors import LocationOutOfRange, LocationTooFar, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.clearance import Clearance
-from vrs_cli.kinematics.configuration import Elbow
+from vrs_cli.kinematics.configuration import Configuration, Elbow
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import PROFILES
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
@@ -114,7 +114,7 @@ def past_the_fold(profile: str, off: float) -> Engine:
     bar = unit(subtracted(position(elbow), position(shoulder)))
     way = unit(cross(across, bar))
     begin, end = (along(along(position(touch), bar, off), way, part) for part in (-0.05, 0.05))
-    start = arm.select(at_position(touch, *begin), folded, elbow=Elbow.BELOW)
+    start = arm.select(at_position(touch, *begin), folded, Configuration(elbow=Elbow.BELOW))
     engine = Engine(arm.model, start=start)
     engine.perform(SetParameter("PROFILE", profile))
     engine.perform(Move(PoseTarget(at_position(touch, *end)), True))

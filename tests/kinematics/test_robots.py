@@ -15,7 +15,7 @@ from tests.kinematics.pointing import CLOSED, FIVE, SEVEN
 from tests.robots import KINDS, kind_of
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationOutOfRange, LocationTooClose, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.configuration import ALL, SIDES, Arm, Elbow, Wrist
+from vrs_cli.kinematics.configuration import ALL, SIDES, Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict, to_dict
@@ -236,7 +236,7 @@ def test_a_right_arm_has_its_elbow_on_the_right() -> None:
     arm = arm_of("cobra600")
     q = arm.model.units.read((-45.0, 90.0, 0.0, 0.0))  # elbow at (230, -230), hand at (424, -35): to its left
     assert arm.configuration(q).arm is Arm.RIGHTY
-    lefty = arm.select(arm.forward(q), q, arm=Arm.LEFTY)
+    lefty = arm.select(arm.forward(q), q, Configuration(arm=Arm.LEFTY))
     assert arm.configuration(lefty).arm is Arm.LEFTY
     assert lefty[1] == pytest.approx(-q[1])
     assert arm.forward(lefty) == pytest.approx(arm.forward(q), abs=1e-12)
@@ -246,7 +246,7 @@ def test_the_elbow_of_a_ur_is_above_where_it_looks_so() -> None:
     arm = arm_of("ur5e")
     q = arm.model.units.read((0.0, -90.0, -90.0, -90.0, 90.0, 0.0))  # upper arm straight up, forearm level
     assert arm.configuration(q).elbow is Elbow.ABOVE
-    below = arm.select(arm.forward(q), q, elbow=Elbow.BELOW)
+    below = arm.select(arm.forward(q), q, Configuration(elbow=Elbow.BELOW))
     elbows = [arm.frames(joints)[2].pz for joints in (q, below)]
     _, shoulder, _, wrist, *_ = arm.frames(q)
     assert elbows[0] > (shoulder.pz + wrist.pz) / 2 > elbows[1]
@@ -334,7 +334,7 @@ def test_how_far_a_ur_is_from_a_place(
     far = 2000.0 * bars * abs(np.cos(fold / 2.0))
     told = f"joint 4 would be {far:.1f} mm from the shoulder.*" + words.format(nearer=far - 817.2)
     with pytest.raises(error, match=told):
-        short.select(long.forward(q), q, arm=way.arm, elbow=way.elbow, wrist=way.wrist)
+        short.select(long.forward(q), q, way)
 
 
 @pytest.mark.parametrize("name", ["cobra600", "planar2", "planar3"])

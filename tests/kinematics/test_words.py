@@ -21,7 +21,7 @@ from tests.kinematics.words import (
     some_joints,
 )
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
+from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.forms import arm_for
 
 ALL_WORDS = {"RIGHTY", "LEFTY", "ABOVE", "BELOW", "NOFLIP", "FLIP"}
@@ -78,6 +78,6 @@ def test_an_arm_goes_back_to_where_it_was_taught_by_its_words() -> None:
     taught = (0.4, -pi / 3, pi, 0.1, 0.6, 0.2)
     at = points(model, taught)
     assert at.elbow[2] > max(at.shoulder[2], at.wrist[2])
-    q = arm.select(arm.forward(taught), (0.0,) * 6, elbow=Elbow.ABOVE)
+    q = arm.select(arm.forward(taught), (0.0,) * 6, Configuration(elbow=Elbow.ABOVE))
     assert arm.configuration(q).elbow is Elbow.ABOVE
     assert q == pytest.approx(taught, abs=1e-9)

@@ -50,7 +50,7 @@ def check_way_back(arm: RobotArm, q: Joints, forward: Forward) -> None:
     """Raises MotionError for a place that is refused."""
     place, words = forward(q), arm.configuration(q)
     T = Transform(*place.ravel().tolist())
-    found = arm.select(T, arm.model.poses["ready"], arm=words.arm, elbow=words.elbow, wrist=words.wrist)
+    found = arm.select(T, arm.model.poses["ready"], words)
     assert arm.limits_ok(found)
     counting = list(COUNTING.get(arm.model.task, range(4)))
     missed = np.abs(forward(found) - place)[:, counting].max()

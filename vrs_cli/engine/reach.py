@@ -89,7 +89,7 @@ def _option(stand: Standpoint, T_robot_flange: Transform, solution: Solution) ->
     if solution.joints is not None:
         return Option(c, solution.joints, _overruns(stand.arm, solution.joints))
     try:
-        stand.arm.holding(stand.frames.tool).select(T_robot_flange, stand.here, arm=c.arm, elbow=c.elbow, wrist=c.wrist)
+        stand.arm.holding(stand.frames.tool).select(T_robot_flange, stand.here, c)
     except LocationOutOfRange as error:
         return Option(c, None, too_far=error.beyond)
     except MotionError:

@@ -183,7 +183,7 @@ def select(arm: RobotArm, settings: Settings, T_robot_tool: Transform, frames: F
         lower = tuple(low if slides(i) else max(low, -pi) for i, low in enumerate(model.lower, 1))
         upper = tuple(high if slides(i) else min(high, pi) for i, high in enumerate(model.upper, 1))
         arm = arm_for(replace(model, lower=lower, upper=upper))
-    return arm.holding(frames.tool).select(T_robot_flange, near, arm=asked.arm, elbow=asked.elbow, wrist=asked.wrist)
+    return arm.holding(frames.tool).select(T_robot_flange, near, asked)
 
 
 def check_flag(arm: RobotArm, flag: Flag) -> None:

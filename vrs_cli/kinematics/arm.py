@@ -22,7 +22,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.kinematics.clearance import Clearance, Hand, Pace
 from vrs_cli.kinematics.compiled import Biases, Formulas, biases, formulas
-from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow, Flag, Wrist
+from vrs_cli.kinematics.configuration import NONE, Configuration, Flag
 from vrs_cli.kinematics.elimination import solve
 from vrs_cli.kinematics.jacobian import Demands, Jacobian, Singularity, Twist, beyond
 from vrs_cli.kinematics.joints import (
@@ -248,35 +248,25 @@ class RobotArm:
             turned.append(turn)
         return tuple(turned)
 
-    def select(
-        self,
-        T: Transform,
-        near: Joints,
-        *,
-        arm: Arm | None = None,
-        elbow: Elbow | None = None,
-        wrist: Wrist | None = None,
-    ) -> Joints:
+    def select(self, T: Transform, near: Joints, asked: Configuration = NONE) -> Joints:
         """The joints that a MOVE from `near` goes to.
 
-        What is given is kept strictly. What is not: arm and elbow stay as `near` has them, and of the two
+        What is asked for is kept strictly. What is not: arm and elbow stay as `near` has them, and of the two
         wrists the one that is reached sooner (the slowest joint at its full velocity decides) is taken, of
         those inside the limits. Raises LocationTooFar, LocationTooClose or JointOutOfRange, with the
         configuration that would do, if one would.
         """
         self.check_task(T)
-        wanted = self._suitable_ways(self.configuration(near), arm, elbow, wrist)
+        wanted = self._suitable_ways(self.configuration(near), asked)
         found = [q for way in wanted if (q := self.inverse_branch(T, way, near)) is not None]
         if not found:
             raise self._refusal(T, near, wanted)
         return min(found, key=lambda q: self._duration(near, q))
 
-    def _suitable_ways(
-        self, have: Configuration, arm: Arm | None, elbow: Elbow | None, wrist: Wrist | None
-    ) -> tuple[Configuration, ...]:
+    def _suitable_ways(self, have: Configuration, asked: Configuration) -> tuple[Configuration, ...]:
         """Those with what is asked; arm and elbow that are not asked stay, of the wrists the present one is first."""
-        arm, elbow = arm or have.arm, elbow or have.elbow
-        suited = [way for way in self.ways if way.has(arm, elbow, wrist)]
+        asked = Configuration(asked.arm or have.arm, asked.elbow or have.elbow, asked.wrist)
+        suited = [way for way in self.ways if way.has(asked)]
         return tuple(sorted(suited, key=lambda way: way.wrist is not have.wrist))
 
     def _duration(self, a: Joints, b: Joints) -> float:

@@ -76,11 +76,9 @@ class Configuration:
             flag if isinstance(flag, Wrist) else self.wrist,
         )
 
-    def has(self, arm: Arm | None, elbow: Elbow | None, wrist: Wrist | None) -> bool:
-        """Whether it has the words that are given, as far as there is such a choice."""
-        return all(
-            word is None or mine in (None, word) for mine, word in zip(self.flags, (arm, elbow, wrist), strict=True)
-        )
+    def has(self, asked: Configuration) -> bool:
+        """Whether it has the words that are asked for, as far as there is such a choice."""
+        return all(word is None or mine in (None, word) for mine, word in zip(self.flags, asked.flags, strict=True))
 
     def words_beside(self, others: tuple[Configuration, ...]) -> tuple[str, ...]:
         """The words of this one that none of the others has: what to say to get from them to it."""

@@ -69,8 +69,8 @@ class DeltaLog(Sequence[TimelineDelta]):
         """Begin another part, and make columns of the one that is old now."""
         self._parts.append([delta])
         old = len(self._parts) - 1 - YOUNG
-        if old >= 0:
-            self._parts[old] = DeltaColumns(self._parts[old])
+        if old >= 0 and isinstance(part := self._parts[old], list):
+            self._parts[old] = DeltaColumns(part)
 
     def __setitem__(self, index: int, delta: TimelineDelta) -> None:
         """Put another delta in the place of one of the last: `index` is -1 or -2."""
@@ -80,7 +80,7 @@ class DeltaLog(Sequence[TimelineDelta]):
         part[at % PART] = delta
 
 
-class DeltaColumns(Sequence[TimelineDelta]):
+class DeltaColumns:
     """Deltas of versions that follow each other; the segments of one go from its `_firsts` to that of the next."""
 
     __slots__ = (  # `_rest`: `drop` and `shift`; None where they are 0, as in steering
@@ -88,7 +88,7 @@ class DeltaColumns(Sequence[TimelineDelta]):
         *("_firsts", "_segments"),
     )
 
-    def __init__(self, deltas: Sequence[TimelineDelta]) -> None:
+    def __init__(self, deltas: list[TimelineDelta]) -> None:
         self._version = deltas[0].version
         self._causes = [(delta.cause, delta.motion) for delta in deltas[:1]]
         self._which = bytes(map(self._cause, deltas))
@@ -115,13 +115,7 @@ class DeltaColumns(Sequence[TimelineDelta]):
     def __iter__(self) -> Iterator[TimelineDelta]:
         return map(self.__getitem__, range(len(self)))
 
-    @overload
-    def __getitem__(self, index: int) -> TimelineDelta: ...
-    @overload
-    def __getitem__(self, index: slice) -> list[TimelineDelta]: ...
-    def __getitem__(self, index: int | slice) -> TimelineDelta | list[TimelineDelta]:
-        if isinstance(index, slice):
-            return [self[place] for place in range(*index.indices(len(self)))]
+    def __getitem__(self, index: int) -> TimelineDelta:
         first, last = self._firsts[index : index + 2]
         drop, shift = (self._rest[0][index], self._rest[1][index]) if self._rest else (0, 0.0)
         return TimelineDelta(

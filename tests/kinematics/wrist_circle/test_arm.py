@@ -16,7 +16,7 @@ from tests.kinematics.random_arms import DrawnArm
 from vrs_cli.engine.commands import Move, PoseTarget, SetConfiguration
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange
-from vrs_cli.kinematics.configuration import ALL, NONE, Elbow
+from vrs_cli.kinematics.configuration import ALL, NONE, Configuration, Elbow
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints, nearest_turn
 from vrs_cli.kinematics.transform import Transform, compose, translation
@@ -175,7 +175,7 @@ def test_words_are_kept_and_others_are_said(tmp_path: Path) -> None:
     for elbow in list(Elbow) * 5:
         q = drawn.some_joints(source)
         try:
-            found = arm.select(pose_of(drawn, q), arm.model.poses["ready"], elbow=elbow)
+            found = arm.select(pose_of(drawn, q), arm.model.poses["ready"], Configuration(elbow=elbow))
         except (JointOutOfRange, LocationOutOfRange) as error:
             refusals.append((elbow, arm.configuration(q).elbow, error.hint))
         else:

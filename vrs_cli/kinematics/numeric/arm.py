@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
+from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.elimination import damped, gram, square, squares, volume
 from vrs_cli.kinematics.jacobian import Demands, Jacobian, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
@@ -163,15 +163,7 @@ class NumericArm(RobotArm):
         q, _ = self._search(T, self._middle, bounded=False)
         return (None if q is None else self._best_turns(q),)
 
-    def select(
-        self,
-        T: Transform,
-        near: Joints,
-        *,
-        arm: Arm | None = None,  # noqa: ARG002 (this arm has no words)
-        elbow: Elbow | None = None,  # noqa: ARG002
-        wrist: Wrist | None = None,  # noqa: ARG002
-    ) -> Joints:
+    def select(self, T: Transform, near: Joints, asked: Configuration = NONE) -> Joints:  # noqa: ARG002 (it has no words)
         self.check_task(T)
         found = self._solutions(T, near)
         if not found:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange
 from vrs_cli.kinematics.arm import turned_near
-from vrs_cli.kinematics.configuration import ALL, NONE, Arm, Configuration, Elbow, Wrist
+from vrs_cli.kinematics.configuration import ALL, NONE, Configuration
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.mapped_arm import Canonical
 from vrs_cli.kinematics.model import RobotModel
@@ -61,18 +61,10 @@ class WristCircleArm(NumericArm):
     def inverse_branch(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
         return min(self._inside_limits(T, (configuration,), near), key=lambda q: self._duration(near, q), default=None)
 
-    def select(
-        self,
-        T: Transform,
-        near: Joints,
-        *,
-        arm: Arm | None = None,
-        elbow: Elbow | None = None,
-        wrist: Wrist | None = None,
-    ) -> Joints:
-        """What is given is kept strictly; the nearest of all others is taken."""
+    def select(self, T: Transform, near: Joints, asked: Configuration = NONE) -> Joints:
+        """What is asked for is kept strictly; the nearest of all others is taken."""
         self.check_task(T)
-        wanted = tuple([way for way in self.ways if way.has(arm, elbow, wrist)])
+        wanted = tuple([way for way in self.ways if way.has(asked)])
         found = self._inside_limits(T, wanted, near)
         if not found:
             raise self._refusal(T, near, wanted)

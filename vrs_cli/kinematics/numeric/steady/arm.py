@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
+from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.jacobian import Demands, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
@@ -69,15 +69,7 @@ class SteadyArm(RobotArm):
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
         return (self._least(T, self._middle),)
 
-    def select(
-        self,
-        T: Transform,
-        near: Joints,
-        *,
-        arm: Arm | None = None,  # noqa: ARG002 (this arm has no words)
-        elbow: Elbow | None = None,  # noqa: ARG002
-        wrist: Wrist | None = None,  # noqa: ARG002
-    ) -> Joints:
+    def select(self, T: Transform, near: Joints, asked: Configuration = NONE) -> Joints:  # noqa: ARG002 (it has no words)
         found = self._least(T, near)
         if found is None:
             raise self._nowhere(T, near)
