@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from math import degrees
 from pathlib import Path
@@ -41,12 +41,11 @@ from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Track
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import CYCLE_SETTINGS
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.run.prompt import statement_task
-from vrs_cli.language.run.runtime import Task
+from vrs_cli.language.run.runtime import Arguments, Task
 from vrs_cli.language.text.ast import (
     BadLine,
     File,
@@ -57,7 +56,6 @@ from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.language.text.diagnostics import Diagnostic, first_error
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.words.dialect import Dialect
-from vrs_cli.language.words.values import Value
 from vrs_cli.language.words.word import Role
 
 R = TypeVar("R")
@@ -231,7 +229,7 @@ class Station:
     def execute(
         self,
         program: str | None = None,
-        arguments: Sequence[Reference | Value | None] = (),
+        arguments: Arguments = (),
         cycles: int = 1,
         step: int = 1,
         *,
@@ -240,13 +238,7 @@ class Station:
         """Run a program to its end, at the terminal. Raises as `begin` does; what goes wrong in it is in the result."""
         return self.converse(self.wait(self.begin(program, arguments, cycles, step), limits))
 
-    def begin(
-        self,
-        program: str | None = None,
-        arguments: Sequence[Reference | Value | None] = (),
-        cycles: int = 1,
-        step: int = 1,
-    ) -> Track:
+    def begin(self, program: str | None = None, arguments: Arguments = (), cycles: int = 1, step: int = 1) -> Track:
         """Start a program, the last one when none is named; `wait` or `let_run` comes next. Raises NoProgramSpecified,
         UndefinedName, ProgramNotExecutable, ArgumentMismatch, TaskActive, ClockPaused.
         """
@@ -315,33 +307,18 @@ class Station:
             for setting in CYCLE_SETTINGS:
                 self.engine.perform(setting)
 
-    def prime(
-        self,
-        program: str | None = None,
-        arguments: Sequence[Reference | Value | None] = (),
-        cycles: int = 1,
-        step: int = 1,
-    ) -> Track:
+    def prime(self, program: str | None = None, arguments: Arguments = (), cycles: int = 1, step: int = 1) -> Track:
         """Get a program ready: `resume` begins it. Raises as `begin` does."""
         task = self._prepared(program, arguments, cycles, step)
         return self.tasks.prime(ROBOT_PROGRAM, task)
 
-    def start(
-        self,
-        number: int,
-        program: str,
-        arguments: Sequence[Reference | Value | None] = (),
-        cycles: int = 1,
-        step: int = 1,
-    ) -> None:
+    def start(self, number: int, program: str, arguments: Arguments = (), cycles: int = 1, step: int = 1) -> None:
         """Start a task that runs whenever time goes on. Raises TaskActive, and as `begin` does."""
         stored = self._executable(program)
         self.tasks.start(number, Task(self.environment, self.robot, stored.name, arguments, cycles, step))
         self.settle()
 
-    def _prepared(
-        self, program: str | None, arguments: Sequence[Reference | Value | None], cycles: int, step: int
-    ) -> Task:
+    def _prepared(self, program: str | None, arguments: Arguments, cycles: int, step: int) -> Task:
         name = program or self.last_program
         if name is None:
             raise NoProgramSpecified("there is no last program", "EXECUTE name")

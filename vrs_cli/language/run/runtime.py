@@ -58,6 +58,8 @@ MOST_CYCLES = 32767
 BUDGET = 10_000  # steps between two looks at the rest of the world
 _BUDGET, _LOOK_AROUND = Budget(), LookAround()
 
+Arguments = Sequence[Reference | Value | None]  # of a program; None where one is left out
+
 
 class Task:
     """A program under way: `cycles` times from the top (for ever if negative), the first time from `step` (from 1).
@@ -71,7 +73,7 @@ class Task:
         environment: Environment,
         robot: RobotReadings,
         program: str | StoredProgram | Executable,
-        arguments: Sequence[Reference | Value | None] = (),
+        arguments: Arguments = (),
         cycles: int = 1,
         step: int = 1,
     ) -> None:
