@@ -34,10 +34,7 @@ class Sockets:
     tell: Callable[[str], None] = staticmethod(lambda _text: None)
 
     def __init__(
-        self,
-        host: str | None = LOOPBACK,
-        serial: Mapping[str, str] | None = None,
-        patience: float = inf,
+        self, host: str | None = LOOPBACK, serial: Mapping[str, str] | None = None, patience: float = inf
     ) -> None:
         self.host, self.serial, self.patience = host, serial or {}, patience
         self._come: deque[Arrival] = deque()

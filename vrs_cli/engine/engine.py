@@ -461,13 +461,7 @@ class Engine:
     # --- changing the timeline ---
 
     def _edit(
-        self,
-        motion: Motion,
-        executed: float,
-        insert: bool,
-        issued: float | None = None,
-        *,
-        happens: bool = False,
+        self, motion: Motion, executed: float, insert: bool, issued: float | None = None, *, happens: bool = False
     ) -> TimelineDelta:
         """Plan a motion, and commit it."""
         issued = self.now if issued is None else issued

@@ -41,12 +41,7 @@ def joints_on(arm: RobotArm, path: CartesianPath, s: float, T_robot_flange: Tran
 
 
 def state_on(
-    arm: RobotArm,
-    path: CartesianPath,
-    s: float,
-    tool: tuple[Transform, Twist],
-    T_robot_flange: Transform,
-    near: Joints,
+    arm: RobotArm, path: CartesianPath, s: float, tool: tuple[Transform, Twist], T_robot_flange: Transform, near: Joints
 ) -> tuple[Joints, Joints] | None:
     """`joints_on` and their rates [rad/s] by one system of equations, for the pose and twist of the tool there; None
     where the arm has none, or not from `near` on.

@@ -45,12 +45,7 @@ def check_robot(path: str | Path, recording: Recording, engine: Engine) -> None:
 
 
 def keep_journal(
-    it: Taken,
-    engine: Engine,
-    tell: Callable[[str], None] = print,
-    *,
-    durable: bool = True,
-    together: bool = False,
+    it: Taken, engine: Engine, tell: Callable[[str], None] = print, *, durable: bool = True, together: bool = False
 ) -> Journal:
     """Write all that happens in the engine's book from now on to a file: a new one, or the one that was read, which the
     engine takes up. Each change is on the disk before it happens. `tell` says at once where the file is lost, and what

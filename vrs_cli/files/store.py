@@ -48,10 +48,7 @@ _SECTIONS = (
 
 
 def store(
-    environment: Memory,
-    what: Collection[Part] = EVERYTHING,
-    programs: Sequence[str] = (),
-    layout: Layout = NO_LAYOUT,
+    environment: Memory, what: Collection[Part] = EVERYTHING, programs: Sequence[str] = (), layout: Layout = NO_LAYOUT
 ) -> str:
     """The text of a file that brings `what` back when it is loaded, as `chosen` has it."""
     everything = not programs and set(what) >= EVERYTHING

@@ -92,11 +92,7 @@ class Recording(Struct, frozen=True):
 
 @pause_collector()
 def read_trajectory(
-    path: str | Path,
-    progress: Callable[[float], None] | None = None,
-    *,
-    lenient: bool = False,
-    within: Folder = FREE,
+    path: str | Path, progress: Callable[[float], None] | None = None, *, lenient: bool = False, within: Folder = FREE
 ) -> Recording:
     """Read a trajectory file. Raises NonexistentFile, FileError, or FileDamaged, which names the line.
 

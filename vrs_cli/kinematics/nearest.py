@@ -72,11 +72,7 @@ class Aim:
     """A pose of the flange for a tool, T_base_flange T_flange_tool; an arm that has a `side` stays on it."""
 
     def __init__(
-        self,
-        arm: RobotArm,
-        T_base_flange: Transform,
-        T_flange_tool: Transform = IDENTITY,
-        side: Side | None = None,
+        self, arm: RobotArm, T_base_flange: Transform, T_flange_tool: Transform = IDENTITY, side: Side | None = None
     ) -> None:
         self.arm, self.flange, self.tool, self.side = arm, T_base_flange, T_flange_tool, side
         self.pose = compose(T_base_flange, T_flange_tool)
@@ -112,13 +108,7 @@ class Aim:
         return Nearest(q, 1.0 - sqrt(cost / first) if first > CLOSE else 1.0, pressed)
 
     def _step(
-        self,
-        q: Joints,
-        rows: Sequence[Joints],
-        error: Sequence[float],
-        damping: float,
-        lower: Joints,
-        upper: Joints,
+        self, q: Joints, rows: Sequence[Joints], error: Sequence[float], damping: float, lower: Joints, upper: Joints
     ) -> Joints:
         """Where a step leads; one that would pass over to the other side is made along it."""
         room = [(low - x, high - x) for x, low, high in zip(q, lower, upper, strict=True)]

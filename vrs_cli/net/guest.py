@@ -235,10 +235,7 @@ class Guest:
         self._hall.ask(self, talk, Pending(request.id, _deed(request)), urgent=urgent)
 
     def _look(
-        self,
-        request: messages.Request,
-        talk: Talk[Any],
-        answer: Callable[[Any], messages.ServerMessage],
+        self, request: messages.Request, talk: Talk[Any], answer: Callable[[Any], messages.ServerMessage]
     ) -> None:
         if self._looks >= MOST_LOOKS:
             raise LimitReached(f"{MOST_LOOKS} questions wait already", "wait for some answers first")

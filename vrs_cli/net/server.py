@@ -137,12 +137,7 @@ class Server:
     """
 
     def __init__(
-        self,
-        place: Place,
-        allowance: Allowance,
-        audit: Audit,
-        tokens: TokenFile | None,
-        tell: Callable[[str], None],
+        self, place: Place, allowance: Allowance, audit: Audit, tokens: TokenFile | None, tell: Callable[[str], None]
     ) -> None:
         self._place, self._allowance, self._audit, self._tokens, self._tell = place, allowance, audit, tokens, tell
         self._crowd = Crowd(allowance)

@@ -57,11 +57,7 @@ class Path(Rooted):
     """
 
     def __init__(
-        self,
-        scene: SceneApi,
-        model: RobotModel,
-        wall: Callable[[], float] = time.monotonic,
-        around: Around = USUAL,
+        self, scene: SceneApi, model: RobotModel, wall: Callable[[], float] = time.monotonic, around: Around = USUAL
     ) -> None:
         self._scene = scene
         _, (self._reach, *_) = levers(model)

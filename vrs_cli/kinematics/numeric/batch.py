@@ -58,13 +58,7 @@ class NumericBatch(SerialBatch):
         return self.search(T, near, bounded=False, guides=(weights, values))
 
     def search(
-        self,
-        T: Floats,
-        near: Floats,
-        *,
-        bounded: bool,
-        guides: tuple[Floats, Floats] | None = None,
-        steps: int = STEPS,
+        self, T: Floats, near: Floats, *, bounded: bool, guides: tuple[Floats, Floats] | None = None, steps: int = STEPS
     ) -> Floats:
         """(N, 3, 4) and starts (N, n) or (n,) -> (N, n). `guides`: the weights (r, n) of sums of the joints, and what
         these are (N, r).

@@ -93,11 +93,7 @@ class SphericalWristBatch(SerialBatch):
         return x, y, v, across, np.sqrt(u2)
 
     def _shoulder(
-        self,
-        T: Floats,
-        centre: tuple[Floats, Floats, Floats, Floats, Floats],
-        arm: float,
-        rest: Floats | float,
+        self, T: Floats, centre: tuple[Floats, Floats, Floats, Floats, Floats], arm: float, rest: Floats | float
     ) -> Shoulder:
         _, a1, a2, _, _, _, side, forearm, _ = self.geometry
         x, y, v, across, root = centre

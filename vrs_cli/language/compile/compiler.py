@@ -439,10 +439,7 @@ class CompiledExpression(Struct, frozen=True):
 
 
 def compile_expression(
-    library: Library,
-    make: Callable[[ExpressionCompiler], py.expr],
-    kinds: Mapping[str, Kind],
-    own: Sequence[str] = (),
+    library: Library, make: Callable[[ExpressionCompiler], py.expr], kinds: Mapping[str, Kind], own: Sequence[str] = ()
 ) -> CompiledExpression:
     """What `make` says of an expression at the prompt. `kinds`: those of the bare names that have a value. `own`: the
     keys of variables for which references are given."""
