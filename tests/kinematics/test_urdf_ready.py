@@ -31,6 +31,7 @@ def test_an_arm_that_is_singular_at_its_zeros_begins_elsewhere(tmp_path: Path) -
     assert arm.limits_ok(ready)
     assert [degrees(x) / 15.0 for x in ready] == pytest.approx([round(degrees(x) / 15.0) for x in ready])
     assert arm.forward(ready).px > 0.2  # in front of it
+    assert arm.forward(ready).az == pytest.approx(-1.0)  # straight down
     assert model.origin is not None
     shown = ", ".join(f"{degrees(x):g}" for x in ready)
     assert model.origin.notes == (

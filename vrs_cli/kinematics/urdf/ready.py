@@ -30,6 +30,7 @@ STARTS, TRIED, SWEEPS = 150, 3, 3  # poses looked at first, those of them that a
 # what a pose is worth beside its isotropy: few joints turned, and little; the tool pointing down, in front, and high
 TURNED, TURNS = 0.05, 0.03  # for each joint, and for each half turn
 DOWN, AHEAD, HIGH = 0.25, 0.1, 0.1
+STRAIGHT_DOWN, LITTLE = -1.0 + 1e-9, 0.1  # the Z of where it points; what that may cost
 NEAR = 0.3  # of the reach: nearer to the first axis is too near
 
 
@@ -52,7 +53,7 @@ def better_ready(model: RobotModel, ahead: Vector = Z) -> Ready | None:
     if not fault:
         return None
     starts = sorted(wanted.starts(), key=wanted.worth, reverse=True)
-    best = max((wanted.bettered(q) for q in starts[:TRIED]), key=wanted.worth)
+    best = wanted.levelled(max((wanted.bettered(q) for q in starts[:TRIED]), key=wanted.worth))
     if wanted.isotropy(wanted.frames(best)) <= SINGULAR:
         return None
     values = ", ".join(f"{round(x, 3):g}" for x in model.units.shown(best))
@@ -109,6 +110,13 @@ class _Wanted:
             if q == before:
                 break
         return q
+
+    def levelled(self, q: Joints) -> Joints:
+        """With the tool straight down, where one joint turns it so and that costs little."""
+        turned = [(*q[:i], x, *q[i + 1 :]) for i, xs in enumerate(self.choices) for x in xs]
+        down = [other for other in turned if rotate(self.frames(other)[-1], self.ahead)[2] < STRAIGHT_DOWN]
+        best = max(down, key=self.worth, default=q)
+        return best if self.worth(best) > self.worth(q) - LITTLE else q
 
     def worth(self, q: Joints) -> float:
         frames = self.frames(q)
