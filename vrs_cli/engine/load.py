@@ -101,19 +101,24 @@ class StretchLoad:
 
     def smooth(self, start: Joints) -> Load:
         """`parabolic` for a jerk-limited motion, with its jerk; the velocity alone where no more can matter."""
-        clear, fast = self._clear(), self._fast()
+        clear = self._clear()
         means = _means([self.samples[0], *clear, self.samples[-1]])
-        calm = clear is self.samples and not self.closely and self._calm(means)
-        looked_at = clear[: int(fast)] if calm else clear
-        known = ((sample, self._known(joint_acceleration_and_jerk, sample)) for sample in looked_at)
-        moments = [Moment(sample, *rates) for sample, rates in known if rates is not None]
+        ends = self._moments([clear[0], clear[-1]]) if clear is self.samples and not self.closely else []
+        calm = len(ends) > 1 and self._calm(means, ends)
+        moments = ends if calm else self._moments(clear)
         at_first = moments[0].acceleration if moments and moments[0].sample is self.samples[0] else means[0][1]
-        load = self._velocity(start, at_first, means[0][1]) if fast else Load()
+        load = self._velocity(start, at_first, means[0][1]) if self._fast() else Load()
         return load if calm else load.worse(self._smooth_acceleration(moments, means)).worse(self._jerk(moments))
 
-    def _calm(self, means: list[Rates]) -> bool:
-        """Whether no acceleration and no jerk can matter: the differences of velocities, carried on to the ends of the
-        stretch by the differences of these, stay below a part of the limits.
+    def _moments(self, samples: list[Sample]) -> list[Moment]:
+        """Those samples that are in no singular pose."""
+        known = ((sample, self._known(joint_acceleration_and_jerk, sample)) for sample in samples)
+        return [Moment(sample, *rates) for sample, rates in known if rates is not None]
+
+    def _calm(self, means: list[Rates], ends: list[Moment]) -> bool:
+        """Whether no acceleration and no jerk can matter: at the ends of the stretch, where the joints are quick for a
+        moment if it begins or ends near a singular pose, and by the differences of velocities, carried on from one
+        sample to the next, they stay below a part of the limits.
         """
         jerks = _slopes(means)
         changes = _slopes(jerks)
@@ -122,11 +127,12 @@ class StretchLoad:
             return False
         step = max([b.s - a.s for a, b in pairwise(self.samples)])
         rows = (map(_largest, zip(*[row for _, row in rates], strict=True)) for rates in (means, jerks, changes, bends))
+        first, last = ends
+        columns = (*rows, *first[1:], *last[1:], self.limits.max_acceleration, self.limits.max_jerk)
         return all(
-            mean + step * jerk < CALM * most and jerk + 2.0 * step * (change + step * bend) < CALM * hardest
-            for mean, jerk, change, bend, most, hardest in zip(
-                *rows, self.limits.max_acceleration, self.limits.max_jerk, strict=True
-            )
+            max(mean + step * jerk, abs(a), abs(b)) < CALM * most
+            and max(jerk + 2.0 * step * (change + step * bend), abs(x), abs(y)) < CALM * hardest
+            for mean, jerk, change, bend, a, x, b, y, most, hardest in zip(*columns, strict=True)
         )
 
     # --- velocity ---
