@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from typing import TYPE_CHECKING
 
 from vrs_cli.cli.findings import Finding
 from vrs_cli.cli.sources import Source
 from vrs_cli.files.atomic import write_atomically
-
-if TYPE_CHECKING:
-    from vrs_cli.language.text.diagnostics import Diagnostic
+from vrs_cli.language.text.diagnostics import Diagnostic, ordered
 
 ROUNDS = 10  # of mends that uncover others
 
-Find = Callable[[str], tuple["Diagnostic", ...]]
+Find = Callable[[str], tuple[Diagnostic, ...]]
 
 
 def mended(finding: Finding, find: Find) -> Finding:
@@ -41,7 +38,7 @@ def _apart(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
 
 def _written(text: str, mends: Iterable[Diagnostic]) -> str:
     lines = text.split("\n")
-    for one in sorted(mends, key=lambda one: (one.span.line, one.span.column), reverse=True):
+    for one in reversed(ordered(mends)):
         line, span = lines[one.span.line - 1], one.span
         lines[span.line - 1] = f"{line[: span.column - 1]}{one.mend}{line[span.end - 1 :]}"
     return "\n".join(lines)

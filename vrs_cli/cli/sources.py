@@ -31,7 +31,7 @@ class Source(Struct, frozen=True):
         """Diagnostics in the order of their lines, each with its line and a caret; the first `most`, errors before
         warnings, and how many more there are.
         """
-        from vrs_cli.language.text.diagnostics import show
+        from vrs_cli.language.text.diagnostics import ordered, show
 
         everything = ordered(diagnostics)
         chosen = everything
@@ -100,11 +100,6 @@ def _none(detail: str) -> NoReturn:
 def is_program(name: str) -> bool:
     """Whether a program file is meant, and no address."""
     return name.lower().endswith(PROGRAMS) and "://" not in name
-
-
-def ordered(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """In the order of their lines."""
-    return tuple(sorted(diagnostics, key=lambda one: (one.span.line, one.span.column)))
 
 
 def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:

@@ -20,7 +20,7 @@ from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
-from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, Severity
+from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, Severity, ordered
 
 # --- messages ------------------------------------------------------------------------------------------------------
 
@@ -464,8 +464,7 @@ def is_error(reply: Reply) -> bool:
 def report(diagnostics: Iterable[Diagnostic], text: str, path: str | None = None) -> DiagnosticsReport:
     """Findings in a text with their lines, in order."""
     lines = ["", *text.split("\n")]
-    ordered = sorted(diagnostics, key=lambda one: (one.span.line, one.span.column))
-    return DiagnosticsReport(tuple(Diagnosed(one, _line(lines, one.span.line), path) for one in ordered))
+    return DiagnosticsReport(tuple(Diagnosed(one, _line(lines, one.span.line), path) for one in ordered(diagnostics)))
 
 
 def _line(lines: Sequence[str], number: int) -> str:

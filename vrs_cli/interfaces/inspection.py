@@ -35,7 +35,7 @@ from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operations import trans
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section
-from vrs_cli.language.text.diagnostics import Diagnostic, Severity, error, warning
+from vrs_cli.language.text.diagnostics import Diagnostic, Severity, error, ordered, warning
 from vrs_cli.language.text.parts import Part, Placed, parts_of, programs_of, repeated_programs
 from vrs_cli.language.text.source import JOINTS_HIGH
 from vrs_cli.language.text.suppression import heeded
@@ -109,7 +109,7 @@ class Inspector:
         for placed, program in programs_of(programs.values()):
             found += placed.found(_settings_of(program, idle))
         lines = tuple(line for placed in parts for line in placed.part.lines)
-        return heeded(lines, sorted(found, key=lambda one: (one.span.line, one.span.column)))
+        return heeded(lines, ordered(found))
 
     # --- analysis ---
 

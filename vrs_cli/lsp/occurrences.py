@@ -13,6 +13,7 @@ from vrs_cli.interfaces.conversation.signature import blanked
 from vrs_cli.language.analysis.declarations import own_variables
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section, Span
+from vrs_cli.language.text.diagnostics import ordered
 from vrs_cli.language.text.parts import Part
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.word import Shape
@@ -46,7 +47,7 @@ def occurrences(part: Part) -> tuple[Occurrence, ...]:
     node = part.node
     entries = node.entries if isinstance(node, Section) else ()
     found = _of_program(part, node) if isinstance(node, Program) else (_variable(part, one.variable) for one in entries)
-    return tuple(sorted(found, key=lambda one: (one.span.line, one.span.column)))
+    return ordered(found)
 
 
 def locals_of(part: Part) -> frozenset[str]:

@@ -15,7 +15,7 @@ from vrs_cli.errors import CannotInterpret, ProgramExists
 from vrs_cli.interfaces.editor.lines import analysis_of, opened, stored
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.text.ast import BadLine, Program, ProgramHeader, Span, Step
-from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, error
+from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, error, ordered
 from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.text.parser import parse_prompt, parse_step
 from vrs_cli.language.text.printer import program_header, step_texts
@@ -108,7 +108,7 @@ class ScreenDraft:
         if program is None:
             return Reading(None, findings)
         findings += analysis_of(self._station, program).diagnostics
-        return Reading(program, tuple(sorted(findings, key=lambda one: (one.span.line, one.span.column))))
+        return Reading(program, ordered(findings))
 
     def note(self, text: str, *, stored: bool) -> None:
         """What a file would hold of the text, where it is not stored."""

@@ -33,7 +33,7 @@ from vrs_cli.language.analysis.structure import Block, BlockKind, structure_of
 from vrs_cli.language.analysis.surroundings import Candidates, Surroundings
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program, ProgramHeader, Span, Statement
-from vrs_cli.language.text.diagnostics import Diagnostic, Severity, counted
+from vrs_cli.language.text.diagnostics import Diagnostic, Severity, counted, ordered
 from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.values import SIGIL_KINDS, Kind
@@ -95,12 +95,11 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
             steps.statement(index + 1, step.statement)
     steps.finish()
     found = (*structure.diagnostics, *steps.diagnostics, *beyond(program))
-    ordered = sorted(found, key=lambda one: (one.span.line, one.span.column))
     kinds = {key: decided.kind for key, decided in steps.kinds.items()}
     needs = frozenset(one.key for one in steps.without_value())
     called, functions = frozenset(steps.called), frozenset(steps.confusions.functions)
     own = own_variables(program)
-    return Analysis(program, kinds, structure.blocks, structure.labels, tuple(ordered), needs, called, functions, own)
+    return Analysis(program, kinds, structure.blocks, structure.labels, ordered(found), needs, called, functions, own)
 
 
 def check_line(

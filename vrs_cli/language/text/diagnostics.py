@@ -4,15 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from enum import Enum
-from typing import Final
+from typing import Final, Protocol, TypeVar
 
 from msgspec import Struct
 
 from vrs_cli.errors import ProgramError, VrsError, nearest, sentence
 from vrs_cli.language.text.ast import Span
 
+Placed = TypeVar("Placed", bound="HasSpan")
+
 # characters that are shown of a source line (no line of an old program is longer) and of a detail
 SHOWN, SHOWN_OF_DETAIL = 160, 400
+
+
+class HasSpan(Protocol):
+    """What has a place in a text."""
+
+    @property
+    def span(self) -> Span: ...
+
+
+def ordered(found: Iterable[Placed]) -> tuple[Placed, ...]:
+    """In the order of the text."""
+    return tuple(sorted(found, key=lambda one: (one.span.line, one.span.column)))
 
 
 class Severity(Enum):

@@ -16,7 +16,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Program, ProgramHeader, Section, Span, Step
-from vrs_cli.language.text.diagnostics import Diagnostic, Findings, LineRefused, did_you_mean, error
+from vrs_cli.language.text.diagnostics import Diagnostic, Findings, LineRefused, did_you_mean, error, ordered
 from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.words.dialect import DIALECTS, Dialect
 from vrs_cli.language.words.values import key_of
@@ -129,7 +129,7 @@ class FileReader(Findings):
             found = error(FileDamaged, Span(line, column, column + 1), detail, "a program file is VAL-II text")
             return File(()), (found,)
         file = File(tuple(part for lines in cut(lines_of(text)) if lines for part in self._parts(lines)))
-        return file, tuple(sorted(self.diagnostics, key=lambda one: (one.span.line, one.span.column)))
+        return file, ordered(self.diagnostics)
 
     # --- parts ---
 
