@@ -39,7 +39,7 @@ from vrs_cli.engine.planner import plan, plan_steering
 from vrs_cli.engine.position import Position, destination_at, finish_after, joints_at, position_at, world_pose
 from vrs_cli.engine.problem import NoRoomToStop
 from vrs_cli.engine.reach import Reach, reach_of
-from vrs_cli.engine.settings import Settings
+from vrs_cli.engine.settings import Altered, Settings
 from vrs_cli.engine.snapshot import Replaced, Snapshot
 from vrs_cli.engine.targets import (
     Situation,
@@ -467,7 +467,7 @@ class Engine:
         issued = self.now if issued is None else issued
         delta = self._planned(motion, issued, executed, insert=insert)
         self._check_end(delta)
-        self.book.commit([Step.of(self.timeline, delta, issued, insert)], happens=happens)
+        self.book.commit([Step.of(self.timeline, delta, issued, insert, self.settings.alter)], happens=happens)
         return delta
 
     def _planned(self, motion: Motion, issued: float, executed: float, *, insert: bool) -> TimelineDelta:
@@ -516,7 +516,16 @@ class Engine:
             yield
         if not self.realtime:
             self.clock.set(clock)
+        self._displace_as_then()
         return tuple(delta.motion.text for delta in deltas)
+
+    def _displace_as_then(self) -> None:
+        """What ALTER displaces is what the last command that holds has left; nothing, if ALTON came after it."""
+        now, done = self.settings.alter, self.book.history.done
+        if now is not None:
+            then = done[-1].altered if done else None
+            same = then is not None and then.mode is now.mode
+            self.settings = structs.replace(self.settings, alter=then if same else Altered(now.mode))
 
     def _check_not_begun(self, deltas: Iterable[TimelineDelta]) -> None:
         """Raises TooLate for a motion that has begun in real time."""

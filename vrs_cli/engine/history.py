@@ -13,6 +13,7 @@ from typing import TypeVar
 
 from msgspec import Struct, structs
 
+from vrs_cli.engine.settings import Altered
 from vrs_cli.errors import UsageError
 from vrs_cli.trajectory.instant import shown
 from vrs_cli.trajectory.motion import Start
@@ -45,7 +46,8 @@ class CommandRecord(Struct, frozen=True):
 
 
 class Step(Struct, frozen=True):
-    """A command that took place: its delta, the inverse of it, the clock before it [s], and the policy INSERT.
+    """A command that took place: its delta, the inverse of it, the clock before it [s], the policy INSERT, and what
+    ALTER has displaced with it.
 
     `back` is the inverse of the delta, or the timeline before it where the inverse would be long.
     """
@@ -54,10 +56,11 @@ class Step(Struct, frozen=True):
     back: TimelineDelta | Timeline
     clock: float
     insert: bool = True
+    altered: Altered | None = None
 
     @staticmethod
-    def of(before: Timeline, delta: TimelineDelta, clock: float, insert: bool) -> Step:
-        return Step(delta, before if delta.drop > WIDE else before.inverse(delta), clock, insert)
+    def of(before: Timeline, delta: TimelineDelta, clock: float, insert: bool, altered: Altered | None = None) -> Step:
+        return Step(delta, before if delta.drop > WIDE else before.inverse(delta), clock, insert, altered)
 
     def lengthened(self, timeline: Timeline) -> Step:
         """The same step, whose motion is now all that stands on the timeline since it began."""
