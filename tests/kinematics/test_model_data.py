@@ -132,3 +132,7 @@ def test_a_robot_may_name_its_profile(tmp_path: Path) -> None:
     smooth.write_text(TEXT.replace('name = "puma560"', 'name = "smooth"\nprofile = "SQUARE"'), encoding="utf-8")
     with pytest.raises(FileDamaged, match=r"profile: 'SQUARE' is no profile.*LSPB, SCURVE"):
         load_robot(smooth)
+
+
+def test_a_joint_next_to_zero_is_said_to_be_at_zero() -> None:
+    assert load_robot("puma560").said(4, -1e-5, 0) == "0 deg"

@@ -81,12 +81,12 @@ class RobotModel:
 
     def said(self, joint: int, x: float, decimals: int = 2) -> str:
         """A value of a joint, counted from 1, for a message."""
-        return f"{self.units.one_shown(joint, x):.{decimals}f} {self.units.unit(joint)}"
+        return f"{self.units.one_shown(joint, x):z.{decimals}f} {self.units.unit(joint)}"
 
     def range_of(self, joint: int, decimals: int = 2) -> str:
         """The range of a joint, counted from 1, for a message."""
         low = self.units.one_shown(joint, self.lower[joint - 1])
-        return f"{low:.{decimals}f} to {self.said(joint, self.upper[joint - 1], decimals)}"
+        return f"{low:z.{decimals}f} to {self.said(joint, self.upper[joint - 1], decimals)}"
 
     def refuse_joint(self, joint: int, x: float, hint: str = "") -> JointOutOfRange:
         """The refusal of a joint, counted from 1, that would stand at x [rad or m]."""
