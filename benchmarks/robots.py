@@ -65,7 +65,7 @@ def figures(model: RobotModel, peers: Peers) -> list[Figure]:
         Figure("inverse, 1 branch", each(arm.branch_joints, T, own, near, rounds=1)),
         Figure("Jacobian", each(arm.jacobian, q, rounds=ROUNDS), "", beside("jacobian", *theirs)),
         Figure("joint velocity", each(arm.joint_velocity, q, [arm.twist(row, row) for row in q], rounds=1)),
-        Figure("f, MOVES 200 mm along X, median", median(each(straight_segments, [line]) for line in _lines(arm, q))),
+        Figure("f, MOVES 200 mm along X, median", line(arm, q)),
         Figure("many poses, per pose: forward", at_once(lambda: arm.forward_batch(many), len(many))),
         Figure(
             f"- inverse, {ways}",
@@ -91,6 +91,11 @@ def work_of(model: RobotModel) -> dict[str, Any]:
         "poses": [[t[0:4], t[4:8], t[8:12], (0.0, 0.0, 0.0, 1.0)] for t in map(arm.forward, q)],
         "counts": [float(part) for part in model.task.counts],
     }
+
+
+def line(arm: RobotArm, begin: list[Joints]) -> float:
+    """The median of what lines along X cost [us]."""
+    return median(each(straight_segments, [one]) for one in _lines(arm, begin))
 
 
 def _lines(arm: RobotArm, begin: list[Joints]) -> list[Problem]:

@@ -1,7 +1,7 @@
-"""How soon `vrs` is there: `python -m benchmarks.startup` (needs a pseudo-terminal).
+"""How soon `vrs` is there, and what a key costs then: `python -m benchmarks.startup` (needs a pseudo-terminal).
 
-Ratios to a bare `python -c pass` and to a bare prompt-toolkit prompt, in turn, in one run. Of short commands the least
-time of the processor, of prompts the median of what a person waits.
+Ratios to a bare `python -c pass` and to a bare prompt-toolkit prompt, in turn, in one run. Of short commands and of
+keys the least time of the processor, of prompts the median of what a person waits.
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ import pty
 import select
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from resource import RUSAGE_CHILDREN, getrusage
 from statistics import median
@@ -19,6 +21,9 @@ from time import perf_counter
 
 REPEATS = 15
 PATIENCE = 20.0  # [s]
+QUIET = 0.05  # [s] in which a screen that stays as it is is done
+TYPED = 5  # times that a line is typed
+LINE = "MOVES SHIFT(part BY 10, 0, 20)"
 VRS = [sys.executable, "-m", "vrs_cli"]
 SIGN = b"\x1b[0m.\x1b[0m"  # the dot, as prompt-toolkit paints it
 HELLO = str(Path(__file__).parents[1] / "programs" / "hello.v2")
@@ -66,9 +71,9 @@ def process_seconds(command: list[str]) -> float:
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def prompt_seconds(command: list[str], sign: bytes, home: str) -> float:
-    """From start to the first time that `sign` is on the screen of a terminal."""
-    begin = perf_counter()
+@contextmanager
+def at_prompt(command: list[str], sign: bytes, home: str) -> Iterator[tuple[int, int]]:
+    """A process at a terminal of its own, and that terminal, once `sign` is on its screen."""
     child, terminal = pty.fork()
     if not child:
         os.environ.update(TERM="xterm-256color", XDG_STATE_HOME=home, PROMPT_TOOLKIT_NO_CPR="1")
@@ -79,11 +84,56 @@ def prompt_seconds(command: list[str], sign: bytes, home: str) -> float:
             if not select.select([terminal], [], [], PATIENCE)[0]:
                 raise SystemExit(f"no prompt from {' '.join(command)}: {seen!r}")
             seen += os.read(terminal, 4096)
-        return perf_counter() - begin
+        yield child, terminal
     finally:
         os.kill(child, 9)
         os.close(terminal)
         os.waitpid(child, 0)
+
+
+def prompt_seconds(command: list[str], sign: bytes, home: str) -> float:
+    """From start to the first time that `sign` is on the screen of a terminal."""
+    begin = perf_counter()
+    with at_prompt(command, sign, home):
+        return perf_counter() - begin
+
+
+def key_seconds(turns: int = TYPED) -> dict[str, float]:
+    """Seconds of the processor for a key of a line, at a bare prompt and at that of `vrs`, in turn, the least."""
+    with (
+        TemporaryDirectory() as home,
+        at_prompt([sys.executable, "-c", BARE_PROMPT], b".READY>", home) as bare,
+        at_prompt(VRS, SIGN, home) as ours,
+    ):
+        prompts = {"bare": bare, "vrs": ours}
+        took = [{name: _typed(*one) for name, one in prompts.items()} for _ in range(turns + 1)][
+            1:
+        ]  # the first warms up
+    return {name: min(turn[name] for turn in took) for name in prompts}
+
+
+def _typed(process: int, terminal: int) -> float:
+    """Seconds for each key of a line, which is taken away again."""
+    _settle(terminal)
+    before = _processor_seconds(process)
+    for key in LINE:
+        os.write(terminal, key.encode())
+        _settle(terminal)
+    took = _processor_seconds(process) - before
+    os.write(terminal, b"\x15")
+    return took / len(LINE)
+
+
+def _settle(terminal: int) -> None:
+    """Read until the screen stays as it is."""
+    while select.select([terminal], [], [], QUIET)[0]:
+        os.read(terminal, 65536)
+
+
+def _processor_seconds(process: int) -> float:
+    """What all threads of a process have had of the processor."""
+    tasks = Path(f"/proc/{process}/task").glob("*/schedstat")
+    return 1e-9 * sum(int(task.read_text(encoding="ascii").split()[0]) for task in tasks)
 
 
 def main() -> None:
@@ -103,6 +153,10 @@ def main() -> None:
     print(f"bare prompt-toolkit       {median(plain_prompt) * 1e3:7.1f}")
     ratio = median(our_prompt) / median(plain_prompt)
     print(f"vrs, first prompt         {median(our_prompt) * 1e3:7.1f}   {ratio:.2f} times (bar: 1.5)")
+    keys = key_seconds()
+    print(f"least of {TYPED}, milliseconds of the processor for a key")
+    print(f"bare prompt-toolkit       {keys['bare'] * 1e3:7.2f}")
+    print(f"vrs                       {keys['vrs'] * 1e3:7.2f}   {keys['vrs'] / keys['bare']:.2f} times")
 
 
 if __name__ == "__main__":
