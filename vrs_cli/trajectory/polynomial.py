@@ -12,6 +12,8 @@ def value(a: Polynomial, t: float) -> float:
     """p(t), by Horner's rule."""
     if len(a) == 3:  # by far the most frequent
         return a[0] + t * (a[1] + t * a[2])
+    if len(a) == 4:
+        return a[0] + t * (a[1] + t * (a[2] + t * a[3]))
     result = 0.0
     for coefficient in reversed(a):
         result = result * t + coefficient
@@ -23,6 +25,11 @@ def value_and_rate(a: Polynomial, t: float) -> tuple[float, float]:
     if len(a) == 3:
         c0, c1, c2 = a
         return c0 + t * (c1 + t * c2), c1 + 2.0 * c2 * t
+    if len(a) == 4:
+        c0, c1, c2, c3 = a
+        bend = c2 + t * c3
+        slope = c1 + t * bend
+        return c0 + t * slope, slope + t * (bend + t * c3)
     result = rate = 0.0
     for coefficient in reversed(a):
         rate = rate * t + result
