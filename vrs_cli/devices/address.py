@@ -22,7 +22,7 @@ RANGES: Mapping[str, tuple[int, int]] = {
     "BUFFER_SIZE": (1, 32768),
 }
 FORM = '"/LOCAL_PORT 11000 /CLIENTS 1" waits for clients, "127.0.0.1 /REMOTE_PORT 3000" connects'
-_PIECE = re.compile(r"/(?P<key>[A-Z_]+)[\s=]*(?P<number>\d*)|(?P<host>[^\s/]+)", re.IGNORECASE)
+PIECE = r"/(?P<key>[A-Z_]+)[\s=]*(?P<number>\d*)|(?P<host>[^\s/]+)"
 
 
 class Address(Struct, frozen=True):
@@ -43,7 +43,7 @@ def read_address(how: str) -> Address:
     """Raises IllegalValue."""
     numbers: dict[str, int] = {}
     host = ""
-    for piece in _PIECE.finditer(how):
+    for piece in re.finditer(PIECE, how, re.IGNORECASE):
         if piece["host"]:
             if host:
                 raise IllegalValue(f"FOPEN {how!r}", FORM)

@@ -6,7 +6,6 @@ Nothing runs here between two requests. Readers of a timeline keep the version t
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 
 from msgspec import Struct, structs
 
@@ -388,7 +387,7 @@ class Engine:
         if text == "TOOL":
             self.arm.check_tool(T)
         self.wait_for_rest()
-        frames = replace(self.frames, **{text.lower(): T})
+        frames = structs.replace(self.frames, **{text.lower(): T})
         if frames != self.frames:
             self.clock.advance(self._stand(issued, text, frames=frames))
 

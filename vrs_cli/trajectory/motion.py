@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
+
+from msgspec import Struct
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.profile import Profile
@@ -35,8 +36,7 @@ class Start(Enum):
     BLEND = "blend"  # at the start of the deceleration of the motion before (continuous path)
 
 
-@dataclass(frozen=True, slots=True)
-class Frames:
+class Frames(Struct, frozen=True):
     """What stands at both ends of the arm: T_robot_world (BASE) and T_flange_tool (TOOL)."""
 
     base: Transform = IDENTITY
@@ -56,8 +56,7 @@ class JointOffsetTarget(NamedTuple):
     change: float
 
 
-@dataclass(frozen=True, slots=True)
-class AlignedTarget:
+class AlignedTarget(Struct, frozen=True):
     """ALIGN: where the motion before ends, with the tool's Z along the nearest axis of the world (BASE)."""
 
 

@@ -15,11 +15,12 @@ from __future__ import annotations
 from array import array
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from math import inf
 from threading import Lock
 from typing import NamedTuple
+
+from msgspec import Struct
 
 from vrs_cli.trajectory.block_table import BlockTable, table_of
 from vrs_cli.trajectory.row import Row, later
@@ -32,8 +33,7 @@ SPARSE = 4  # a node that holds less than this part of SMALL or FAN is put toget
 MENDED = 2  # where both together hold at most this part of it
 
 
-@dataclass(slots=True)
-class Leaf:
+class Leaf(Struct):
     """The segments of a row from `first` to before `last`, from time `begin` to `end` [s]. Never changed once made."""
 
     row: Row
@@ -45,8 +45,7 @@ class Leaf:
     height = 0
 
 
-@dataclass(slots=True)
-class Branch:
+class Branch(Struct):
     """Children in time order, each shifted so that it begins at its time in `begins` [s]; `counts`: segments before
     each, and in all. The numbers stand side by side in memory. Never changed once made."""
 
