@@ -209,13 +209,11 @@ def test_over_a_line_both_robots_are_shown_and_the_user_chooses(tmp_path: Path) 
 def test_in_a_browser(tmp_path: Path, browser: Browser) -> None:
     """Somebody else commands, 0.6 s away each way: the prediction goes first, and what was wrong is red."""
     with looked_at(tmp_path, 0.6, Ahead.AUTO) as (near, app):
-        browser.size(320, 240)
         browser.open(app.address, "/robot")
         for turn in (150, -150, 150, -150):  # it moves for minutes: a page is slow where many work
             near.move(turn, -60, 60, 0, 30, 0, speed=2)
         browser.until_page(f"{VISIBLE} && {VISIBLE.replace('[0]', '[1]')}", "/predicted", "/flagged")
-        browser.drawn()
-        assert coloured(browser.canvas(), FLAGGED)
+        browser.until(lambda: coloured(browser.canvas(), FLAGGED) > 0.0)
         robot, predicted = (browser.pose(link_node(root, 1)) for root in ("/robot", "/predicted"))
         assert np.abs(robot - predicted).max() > 1e-3
         near.abort()
