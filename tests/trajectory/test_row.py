@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.row import YOUNG, Row
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
@@ -38,6 +40,18 @@ def test_what_is_far_from_the_end_is_shared_and_small() -> None:
     assert row.paths[-1]._rows is PATHS[-1]
 
 
+def test_a_path_is_packed_once_however_a_row_grows(monkeypatch: pytest.MonkeyPatch) -> None:
+    row, packed = Row(), list[JointPath]()
+
+    def pack(path: JointPath) -> None:
+        packed.append(path)
+
+    monkeypatch.setattr(JointPath, "pack", pack)
+    for segment in segments(8 * YOUNG):
+        row.grow([segment])
+    assert 6 * YOUNG <= len(packed) == len({id(path) for path in packed})
+
+
 def test_takes_a_part_of_another_row_later() -> None:
     row, other = Row(segments(2)), Row(segments(9))
     row.take(other, 4, 6, 10.0)
@@ -45,12 +59,13 @@ def test_takes_a_part_of_another_row_later() -> None:
 
 
 def test_a_packed_path_is_the_same() -> None:
-    sextuple = tuple([(0.1 * k, 0.2, -0.3) for k in range(6)])
-    for rows in (*PATHS, sextuple, tuple([a[:2] for a in sextuple])):
+    eight = tuple([(0.1 * k, 0.2, -0.3) for k in range(8)])
+    for rows in (*PATHS, eight, eight[:6], tuple([a[:2] for a in eight[:6]])):
         path, kept = JointPath(rows), JointPath(rows)
         path.pack()
         path.pack()
         assert path == kept
+        assert path != JointPath((*rows[1:], (9.0,)))
         assert hash(path) == hash(kept)
         assert repr(path) == repr(kept)
         assert path.coefficients == rows

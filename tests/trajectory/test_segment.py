@@ -30,6 +30,14 @@ def test_the_rates_of_a_twist_are_its_differences(count: int) -> None:
         assert change == pytest.approx(second, abs=1e-5)
 
 
+def test_the_seed_is_that_of_the_nearest_time() -> None:
+    places = ((0.1,), (0.2,), (0.3,)), from_oat(0.0, 0.0, 0.0, 0.3, 0.4, 0.5), (), NONE
+    for count in (1, 2, 3):
+        path = CartesianPath(*places, tuple([(float(k),) for k in range(count)]), 0.5)
+        nearest = [min(k, count - 1) for k in (0, 0, 1, 1, 2, 2)]
+        assert [path.seed(s) for s in (-0.1, 0.2, 0.3, 0.7, 0.8, 9.0)] == [(float(k),) for k in nearest]
+
+
 @pytest.mark.parametrize("a", [(1.0,), (1.0, 2.0), (1.0, 2.0, 3.0), (1.0, 2.0, 3.0, 4.0), (1.0, 2.0, 3.0, 4.0, 5.0)])
 def test_derivatives_of_polynomials_of_every_degree(a: Polynomial) -> None:
     twice = derivative(derivative(a))
