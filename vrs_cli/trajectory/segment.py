@@ -90,6 +90,9 @@ class JointPath(Struct, eq=False, gc=False):
             (self._rows, self._length) == (other._rows, other._length) or self.coefficients == other.coefficients
         )
 
+    def __ne__(self, other: object) -> bool:  # that of Struct looks whether they are one object
+        return not self == other
+
     def __hash__(self) -> int:
         return hash(self.coefficients)
 
