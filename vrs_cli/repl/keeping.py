@@ -16,7 +16,7 @@ from vrs_cli.files.recovery import Left, Recovery, left
 if TYPE_CHECKING:
     from vrs_cli.interfaces.conversation.conversation import Conversation
 
-ROBOT = "; robot "  # of which it was: the first line of a file
+ROBOT = "; robot: "  # of which it was: the first line of a file
 SLOW, REST = 0.1, 10.0  # a text that takes more than SLOW [s] is followed by REST times as long without one
 
 
