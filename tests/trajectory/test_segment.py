@@ -7,7 +7,7 @@ import pytest
 from vrs_cli.kinematics.configuration import NONE
 from vrs_cli.kinematics.transform import from_oat
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, second_derivative, third_derivative, value
-from vrs_cli.trajectory.segment import CartesianPath, Turn
+from vrs_cli.trajectory.segment import CartesianPath, JointPath, Turn
 
 H = 1e-4
 TURNS = (
@@ -28,6 +28,16 @@ def test_the_rates_of_a_twist_are_its_differences(count: int) -> None:
         assert rate == pytest.approx([(b - a) / (2.0 * H) for a, b in zip(before, after, strict=True)], abs=1e-6)
         second = [(a - 2.0 * m + b) / H**2 for a, m, b in zip(before, here, after, strict=True)]
         assert change == pytest.approx(second, abs=1e-5)
+
+
+@pytest.mark.parametrize("more", [(), (0.0,), (0.0, 0.0)])
+def test_a_joint_that_turns_back_beyond_its_range_does_not_stay_inside(more: Polynomial) -> None:
+    for side in (1.0, -1.0):  # it turns back at 1 rad, half way, and comes back to 0
+        path = JointPath(((0.0, 4.0 * side, -4.0 * side, *more),))
+        assert path.stays_inside((-1.0,), (1.0,), 1.0)
+        assert not path.stays_inside((-0.9,), (0.9,), 1.0)
+        assert path.stays_inside((-0.9,), (0.9,), 0.2), "it has not come so far"
+        assert not path.stays_inside((-0.1,), (0.1,), 0.2)
 
 
 def test_the_seed_is_that_of_the_nearest_time() -> None:
