@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi, sin
 from random import Random
 
@@ -10,7 +11,7 @@ import pytest
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.clearance import SINGULAR
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import Joints, joints_outside
 from vrs_cli.kinematics.robot_file import load_robot
 
 ARM = arm_for(load_robot("ur5e"))
@@ -52,3 +53,23 @@ def test_what_stands_at_the_ends_is_in_the_links_or_beside_them(name: str) -> No
     random, arm = Random(5), arm_for(load_robot(name))
     for _ in range(POSES):
         check(arm, tuple(map(random.uniform, arm.model.lower, arm.model.upper)))
+
+
+def test_the_arm_is_stretched_out() -> None:
+    random = Random(6)
+    for _ in range(POSES):
+        T = ARM.forward(tuple([random.uniform(-pi, pi) if joint != 3 else 0.0 for joint in range(1, 7)]))
+        found = [branch for branch in ARM.branches(T) if branch is not None]
+        assert found
+        assert [ARM.forward(branch) == pytest.approx(T, abs=1e-7) for branch in found] == [True] * len(found)
+
+
+@pytest.mark.parametrize("low", [-5.0, -2.0, 0.5, 9.0])
+def test_every_joint_is_on_the_turn_that_is_in_its_range(low: float) -> None:
+    random, model = Random(7), replace(ARM.model, lower=(low,) * 6, upper=(low + 2.0 * pi,) * 6)
+    arm = arm_for(model)
+    for _ in range(POSES):
+        T = arm.forward(tuple([random.uniform(low, low + 2.0 * pi) for _ in range(6)]))
+        found = [branch for branch in arm.branches(T) if branch is not None]
+        assert found
+        assert not [branch for branch in found if joints_outside(branch, model.lower, model.upper)]
