@@ -95,7 +95,7 @@ class Screen:
         return done.stdout
 
 
-_KEYS = frozenset({"Enter", "C-d", "C-c", "Up", "Down", "Right", "BSpace", "Tab", "F1", "C-l", "C-q"})
+_KEYS = frozenset({"Enter", "C-d", "C-c", "Up", "Down", "Right", "BSpace", "Tab", "F1", "C-l", "C-q", "Escape"})
 
 
 def _runs(process: int) -> bool:

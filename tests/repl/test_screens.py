@@ -103,8 +103,11 @@ def test_a_plot_is_seen_whole(tmp_path: Path, columns: int, rows: int) -> None:
 
 @pytest.mark.parametrize(("columns", "rows"), SIZES)
 def test_what_is_longer_than_the_screen_is_paged(tmp_path: Path, columns: int, rows: int) -> None:
+    """And the keys are those of vi, where config.toml says so."""
     if shutil.which("less") is None:
         pytest.skip("there is no less")
+    (tmp_path / "config" / "vrs").mkdir(parents=True)
+    (tmp_path / "config" / "vrs" / "config.toml").write_text('keys = "vi"\n')
     with screen(tmp_path, columns=columns, rows=rows, more={"PAGER": "less", "LESS": "FRX"}) as shell:
         typed(shell, "HELP MOVE")
         shell.wait_for("Example: MOVE part")  # as it is
@@ -116,6 +119,12 @@ def test_what_is_longer_than_the_screen_is_paged(tmp_path: Path, columns: int, r
         shell.wait_for("(END)")
         shell.type("q")
         at_prompt(shell)
+        shell.type("LISTR 6*7")
+        shell.wait_for("INSERT")
+        shell.type("Escape")
+        shell.wait_for("NORMAL")
+        shell.type("x", "a", "8", "Enter")
+        shell.wait_for("6*8              48")
 
 
 @pytest.mark.parametrize(("columns", "rows"), SIZES)
