@@ -75,6 +75,8 @@ ATTACHED = ['ATTACH (lun, 4) "DISK"']
 WRITTEN = [*ATTACHED, 'FOPENW (lun) "log.txt"', 'WRITE (lun) "1 2 three"', "FCLOSE (lun)"]
 OPENED = [*WRITTEN, 'FOPENR (lun) "log.txt"']
 BEFORE = {  # what an example needs to have happened
+    "DBLB": ["$s = $DBLB(1.5)"],
+    "TRANSB": ["$s = $TRANSB(HERE)"],
     "DETACH": ATTACHED,
     "FOPENW": ATTACHED,
     "FOPENA": WRITTEN,

@@ -60,7 +60,7 @@ EXACT = [
     ("WHERE FROM 0 TO 2 S", ["STEP"]),
     ("POINT pall", ["pallet[1]"]),
     ("POINT part = pal", ["pallet[1]"]),
-    ("SET a = TR", ["TRANS("]),
+    ("SET a = TR", ["TRANS(", "TRANSB("]),
     ("count = cou", ["count"]),
     ("$msg = $m", ["$msg", "$mid("]),
     ("MOVE SHIFT(pa", ["part", "pallet[1]"]),
