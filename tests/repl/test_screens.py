@@ -332,7 +332,7 @@ def test_replay_shows_the_arm(tmp_path: Path, columns: int, rows: int) -> None:
 
 def test_jog_shows_the_arm(tmp_path: Path) -> None:
     with screen(tmp_path) as shell:
-        typed(shell, "JOG")
+        opened(shell, "JOG")
         before = shell.wait(lambda rows: "q leave" in rows[-1] and bool(drawn(rows)))
         shell.type("]", "]", "]", "]", "Up")
         shell.wait(lambda rows: drawn(rows) != drawn(before))
