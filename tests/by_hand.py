@@ -58,6 +58,7 @@ def _path(text: str) -> Path:
 
 READERS: dict[Any, Callable[[str], object]] = {
     int: _number,  # how much is tried
+    (int, "arms"): partial(_number, least=0),
     (int, "first"): partial(_number, least=0),
     (int, "seed"): partial(_number, least=0),
     float: partial(_number, kind=float, least=0.001),

@@ -21,7 +21,7 @@ def test_an_argument_that_is_wrong_is_told(
 ) -> None:
     module, *given = row
     at = max(k for k, text in enumerate(given) if text.isdigit())
-    for wrong, why in (("some", "some is not a"), ("-0", "-0 is less than"), ("nan", "nan is")):
+    for wrong, why in (("some", "some is not a"), ("-1", "-1 is less than"), ("nan", "nan is")):
         monkeypatch.setitem(sys.modules, "__main__", import_module(module))
         monkeypatch.setattr(sys, "argv", [module, *given[:at], wrong])
         with pytest.raises(SystemExit, match="2"):
