@@ -113,3 +113,11 @@ def test_one_that_starts_itself_over_and_over_lets_time_go_on(session: Session) 
     for _ in range(2):
         session.perform("DELAY 0.05")
     assert 0 < value(session, "n") < 1000
+
+
+def test_a_program_of_nothing_that_goes_round_takes_turns(session: Session) -> None:
+    load(session, name="nothing")
+    session.perform("PCEXECUTE nothing, -1")
+    load(session, "DELAY 0.01", "x = 1")
+    assert session.execute("main").fault is None
+    assert value(session, "x") == 1.0

@@ -209,11 +209,13 @@ class Task:
         while self.cycles < 0 or self.cycles_done < self.cycles:
             if not self._activations:
                 self._begin()
+            begun = self.steps_done
             yield from self._say(CycleBegins(self.cycles_done + 1, CYCLE_SETTINGS))
             halted = yield from self._whole_cycle()
             if halted is not None:
                 return halted
             self.cycles_done += 1
+            self.steps_done += self.steps_done == begun  # a program of nothing takes turns with the others too
             self._activations.clear()
         self.state = TaskState.COMPLETED
         return Completed(self.cycles_done)
