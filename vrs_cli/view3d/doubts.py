@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from vrs_cli.interfaces.roles.preview import Previewed
 
-UNCONFIRMED, FLAGGED = (232, 150, 36), (210, 69, 60)  # RGB
+UNCONFIRMED, FLAGGED = (246, 204, 20), (210, 69, 60)  # RGB
 
 
 class Doubts(NamedTuple):
