@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
@@ -32,10 +32,10 @@ class Screen:
         self._tmux = ("tmux", "-S", str(folder / f"{next(NUMBERS)}.tmux"), "-f", os.devnull)
         self._place = ("-x", str(columns), "-y", str(rows), "-c", str(folder))
 
-    def start(self, *arguments: str, environment: Mapping[str, str]) -> None:
-        """Begin `vrs` with these arguments."""
+    def start(self, *arguments: str, environment: Mapping[str, str], under: Sequence[str]) -> None:
+        """Begin `vrs` with these arguments; `under` a command that takes them."""
         given = [part for name, value in environment.items() for part in ("-e", f"{name}={value}")]
-        command = (sys.executable, "-m", "vrs_cli", *arguments)
+        command = (*under, sys.executable, "-m", "vrs_cli", *arguments)
         self._run("new-session", "-d", *self._place, *given, *command)
         self._run("set-option", "-g", "remain-on-exit", "on")
 
@@ -95,7 +95,7 @@ class Screen:
         return done.stdout
 
 
-_KEYS = frozenset({"Enter", "C-d", "C-c", "Up", "Down", "Right", "BSpace", "Tab", "F1", "C-l", "C-q", "Escape"})
+_KEYS = frozenset({"Enter", "C-d", "C-c", "Up", "Down", "Right", "BSpace", "Tab", "F1", "C-l", "C-q", "C-z", "Escape"})
 
 
 def _runs(process: int) -> bool:
@@ -108,9 +108,14 @@ def _runs(process: int) -> bool:
 
 @contextmanager
 def screen(
-    folder: Path, *arguments: str, columns: int = 80, rows: int = 24, more: Mapping[str, str] = MappingProxyType({})
+    folder: Path,
+    *arguments: str,
+    columns: int = 80,
+    rows: int = 24,
+    more: Mapping[str, str] = MappingProxyType({}),
+    under: Sequence[str] = (),
 ) -> Iterator[Screen]:
-    """A shell whose state lies in a folder of its own; `more` of its environment."""
+    """A shell whose state lies in a folder of its own; `more` of its environment, `under` a command that starts it."""
     shell = Screen(folder, columns, rows)
     state = {
         "XDG_STATE_HOME": str(folder / "state"),
@@ -118,7 +123,7 @@ def screen(
         "PYTHONPATH": str(CHECKOUT),
         "COLORTERM": "truecolor",
     }
-    shell.start(*arguments, environment={**state, **SIZE_OF_THE_PANE, **more})
+    shell.start(*arguments, environment={**state, **SIZE_OF_THE_PANE, **more}, under=under)
     try:
         yield shell
     finally:

@@ -38,6 +38,11 @@ def opened(shell: Screen, line: str) -> None:
     shell.type(line, "Enter")
 
 
+def by_sh(script: str) -> tuple[str, ...]:
+    """The shell as `"$@"` of a script."""
+    return "sh", "-c", script, "sh"
+
+
 @pytest.mark.parametrize(("columns", "rows"), SIZES)
 def test_values_and_mistakes_are_shown(tmp_path: Path, columns: int, rows: int) -> None:
     with screen(tmp_path, columns=columns, rows=rows) as shell:
@@ -103,11 +108,11 @@ def test_a_plot_is_seen_whole(tmp_path: Path, columns: int, rows: int) -> None:
 
 @pytest.mark.parametrize(("columns", "rows"), SIZES)
 def test_what_is_longer_than_the_screen_is_paged(tmp_path: Path, columns: int, rows: int) -> None:
-    """And the keys are those of vi, where config.toml says so."""
+    """And the keys are those of vi and the colours the user's, where config.toml says so."""
     if shutil.which("less") is None:
         pytest.skip("there is no less")
     (tmp_path / "config" / "vrs").mkdir(parents=True)
-    (tmp_path / "config" / "vrs" / "config.toml").write_text('keys = "vi"\n')
+    (tmp_path / "config" / "vrs" / "config.toml").write_text('keys = "vi"\n[colours]\nnumber = "#c06000"\n')
     with screen(tmp_path, columns=columns, rows=rows, more={"PAGER": "less", "LESS": "FRX"}) as shell:
         typed(shell, "HELP MOVE")
         shell.wait_for("Example: MOVE part")  # as it is
@@ -125,6 +130,101 @@ def test_what_is_longer_than_the_screen_is_paged(tmp_path: Path, columns: int, r
         shell.wait_for("NORMAL")
         shell.type("x", "a", "8", "Enter")
         shell.wait_for("6*8              48")
+        assert any("\x1b[38;2;192;96;0m" in row and "48" in row for row in shell.rows("-e"))
+
+
+@pytest.mark.parametrize(("columns", "rows"), SIZES)
+def test_help_and_tables_fit_the_screen(tmp_path: Path, columns: int, rows: int) -> None:
+    with screen(tmp_path, columns=columns, rows=rows, more={"PAGER": ""}) as shell:
+        asked = {
+            "HELP KEYS": "Ctrl-Z",
+            "MOVES?": "Straight-line motion to a location.",
+            "? appro": "Motion to a distance [mm]",
+            "?": "HELP",
+            "DRIVE 1, 30": " t 0.67",
+            "TIMELINE": "DRIVE 1, 30",
+            "HISTORY 2": "5  DRIVE 1, 30",
+            ".PROGRAM p": "1.?",
+            "MOVES? ": "Straight-line motion to a location.",
+            ".END": "Program p",
+            "EDIT p": "1.?",
+            "? ": "next step; end inserting",
+        }
+        for line, answer in asked.items():
+            opened(shell, line.strip())
+            shell.wait_for(answer)
+            at_prompt(shell)
+            assert max(len(row.rstrip()) for row in shell.rows("-J")) <= columns
+            shell.type("C-l")
+
+
+@pytest.mark.parametrize(("columns", "rows"), SIZES)
+def test_what_goes_into_a_pipe_is_not_paged(tmp_path: Path, columns: int, rows: int) -> None:
+    piped = 'echo "HELP FLOW" | "$@" | cat; echo "that was all"; read -r again'
+    with screen(
+        tmp_path, columns=columns, rows=rows, more={"PAGER": "less", "LESS": "FRX"}, under=by_sh(piped)
+    ) as shell:
+        shown = shell.wait_for("that was all")
+        assert not any(row.startswith(":") or "(END)" in row for row in shown)
+
+
+COUNTING = """\
+.PROGRAM count
+    n = 0
+    DO
+        n = n+1
+        IF n MOD 20000 == 0 THEN
+            TYPE n
+        END
+    UNTIL SIG(1001)
+.END
+"""
+
+
+def counted(rows: list[str]) -> int:
+    """How far COUNTING has come, as it is seen; 0 before it is."""
+    return max((int(row) for row in rows if row.strip().isdigit()), default=0)
+
+
+@pytest.mark.parametrize(("columns", "rows"), SIZES)
+def test_ctrl_z_gives_the_shell_before_back_and_fg_the_line(tmp_path: Path, columns: int, rows: int) -> None:
+    """At the prompt, what was typed is there again; a program that is run goes on."""
+    (tmp_path / "count.v2").write_text(COUNTING)
+    jobs = 'set -m; "$@"; while echo "stopped by $(kill -l $?)"; do read -r again; fg; done'
+    with screen(tmp_path, "count.v2", columns=columns, rows=rows, under=by_sh(jobs)) as shell:
+        at_prompt(shell)
+        shell.type("count = 40+", "C-z")
+        shell.wait_for("stopped by TSTP")
+        shell.type("Enter")
+        shell.wait(lambda rows: TOOLBAR in rows[-1] and any(row.rstrip() == ".count = 40+" for row in rows))
+        shell.type("2", "Enter")
+        typed(shell, "count")
+        shell.wait_for("count            42")
+        opened(shell, "EXECUTE count")
+        shell.wait(lambda rows: counted(rows) > 0)
+        shell.type("C-z")
+        last = counted(shell.wait(lambda rows: "stopped by TSTP" in rows[-1]))
+        shell.type("Enter")
+        shell.wait(lambda rows: counted(rows) > last)
+        shell.type("C-c")
+        shell.wait_for("Program stopped at count, step")
+        at_prompt(shell)
+
+
+@pytest.mark.parametrize(("columns", "rows"), SIZES)
+def test_files_are_those_of_the_folder_that_cd_names(tmp_path: Path, columns: int, rows: int) -> None:
+    (tmp_path / "cells").mkdir()
+    (tmp_path / "cells" / "fetch.v2").write_text(".PROGRAM fetch\n    BREAK\n.END\n")
+    with screen(tmp_path, columns=columns, rows=rows) as shell:
+        typed(shell, "LOAD fetch")
+        shell.wait_for("*Nonexistent file*")
+        for line, folder in (("CD cells", tmp_path / "cells"), ("PWD", tmp_path / "cells"), ("CD", tmp_path)):
+            typed(shell, line)
+            shown = at_prompt(shell)
+            answer = "".join(row.rstrip() for row in shown[shown.index("." + line) + 1 :])
+            assert answer.startswith(f"{folder}.")
+        typed(shell, "CD cells", "LOAD fetch")
+        shell.wait_for("fetch.v2 loaded: fetch")
 
 
 @pytest.mark.parametrize(("columns", "rows"), SIZES)
