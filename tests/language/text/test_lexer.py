@@ -7,7 +7,7 @@ import pytest
 from vrs_cli.errors import CannotInterpret
 from vrs_cli.language.text.ast import Span
 from vrs_cli.language.text.diagnostics import LineRefused
-from vrs_cli.language.text.lexer import LONGEST, Lexer
+from vrs_cli.language.text.lexer import FOREIGN_SIGNS, LONGEST, Lexer
 from vrs_cli.language.text.parser import LineParser
 
 PATTERNS = LineParser()._patterns
@@ -117,3 +117,12 @@ def test_colon_equal_is_refused_as_such(line: str) -> None:
     found = caught.value.diagnostic
     assert found.detail == ":= is no sign of VAL-II"
     assert (found.span.column, found.span.end) == (line.index(":=") + 1, line.index(":=") + 3)
+
+
+@pytest.mark.parametrize(("sign", "hint"), FOREIGN_SIGNS.items())
+def test_signs_of_other_languages_lead_to_ours(sign: str, hint: str) -> None:
+    with pytest.raises(LineRefused) as caught:
+        lexer(f"IF x {sign} 3 THEN").step()
+    found = caught.value.diagnostic
+    assert (found.detail, found.hint) == (f"{sign} is no sign of VAL-II", hint)
+    assert (found.span.column, found.span.end) == (6, 8)

@@ -147,5 +147,13 @@ def test_other_letters_are_fine_in_comments_and_texts() -> None:
     assert found.steps[0].comment == "é"
 
 
+@pytest.mark.parametrize(
+    ("line", "hint"), [("# by C.", "a comment begins with ;"), ("#p 0 0", "a program begins with")]
+)
+def test_a_comment_of_another_language_outside_of_programs(line: str, hint: str) -> None:
+    _, (wrong,) = parse_file(f"{line}\n{SMALL}")
+    assert wrong.hint.startswith(hint)
+
+
 def test_an_empty_file() -> None:
     assert parse_file("") == (ast.File(()), ())

@@ -90,6 +90,7 @@ _OPERATED = r"[ \t]*(?:\*|:|<|>|==|/(?![A-Za-z]))"  # a sign after a name that b
 _NO_ARGUMENT = rf"(?i)[ \t]*(?:$|;|[-+*/:<>=)]|(?:{'|'.join(sorted(OPERATOR_WORDS))})\b)"
 _BEFORE_COMMENT = r'(?:"[^"]*"?|[^";])*'
 _ELEMENT = r"\(.*\)[ \t]*=(?!=)"
+FOREIGN_SIGNS = {"!=": "<> is unequal", "&&": "AND is both", "||": "OR is either"}  # of C and its children
 _FOREIGN_COMMENT = r"//|#(?![A-Za-z])"
 _RAW = r'"[^"]*"|[^\s;,="]+'
 _RELATION = r"[=<>]{1,2}"
@@ -491,5 +492,7 @@ class Lexer:
         if character in "_#$%" or character.isalpha():
             end = max(glued, at + 1)
             return self._refusal(InvalidName, at, end, self._text[at:end], "a name begins with a letter a to z")
+        if (sign := self._text[at : at + 2]) in FOREIGN_SIGNS:
+            return self._refusal(CannotInterpret, at, at + 2, f"{sign} is no sign of VAL-II", FOREIGN_SIGNS[sign])
         shown = character if character.isprintable() else f"character {ord(character)}"
         return self._refusal(CannotInterpret, at, at + 1, f"{shown} has no meaning here")

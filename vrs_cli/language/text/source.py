@@ -158,7 +158,8 @@ class FileReader(Findings):
             self.fault(ControlStructure, line.span, ".END without .PROGRAM or a section before it")
         elif line.directive or not stray:
             near = did_you_mean(line.directive, (PROGRAM, END, *SECTIONS)) if line.directive else ""
-            hint = near or "a program begins with .PROGRAM name"
+            foreign = line.text.lstrip().startswith(("# ", "//"))
+            hint = near or ("a comment begins with ;" if foreign else "a program begins with .PROGRAM name")
             self.fault(CannotInterpret, line.span, "this stands outside of programs", hint)
 
     # --- programs ---
