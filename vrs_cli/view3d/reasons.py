@@ -21,10 +21,11 @@ from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.net.messages import At, Done, ServerMessage
 from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.view3d.paths import THICK
 from vrs_cli.view3d.shown import Shown
 
 GOOD, BAD, STOP = (52, 150, 82), (214, 48, 49), (140, 20, 20)
-THICK, BALL = 0.007, 0.02  # of the reach
+BALL = 0.02  # of the reach
 DASH = 0.02  # of the reach: a dash of what cannot be, and the gap behind it
 WIDTH, LINES = 44, 8  # characters of a line of the label; how many of them at most
 MOTIONS = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST", "APPRO", "APPROS"})

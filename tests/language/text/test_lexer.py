@@ -7,8 +7,9 @@ import pytest
 from vrs_cli.errors import CannotInterpret
 from vrs_cli.language.text.ast import Span
 from vrs_cli.language.text.diagnostics import LineRefused
-from vrs_cli.language.text.lexer import FOREIGN_SIGNS, LONGEST, Lexer
+from vrs_cli.language.text.lexer import LONGEST, Lexer
 from vrs_cli.language.text.parser import LineParser
+from vrs_cli.language.words.foreign import FOREIGN_SIGNS
 
 PATTERNS = LineParser()._patterns
 

@@ -131,16 +131,22 @@ class Driver:
         self._interrupted = True
 
     @property
+    def _ends(self) -> bool:
+        """Whether the run is to end, whatever it waits for."""
+        return self._interrupted or self._ended_by is not None
+
+    @property
     def held(self) -> bool:
         """Whether programs wait for who hears what they TYPE. Those that are to end do so."""
-        ends = self._interrupted or self._ended_by is not None
-        return self.lags() and not ends and not any(isinstance(one.pending, Aborted) for one in self.tasks.running)
+        return (
+            self.lags() and not self._ends and not any(isinstance(one.pending, Aborted) for one in self.tasks.running)
+        )
 
     @property
     def stands(self) -> bool:
         """Whether a program that nobody waits for waits until the clock goes on."""
-        clock, ends = self.engine.clock, self._interrupted or self._ended_by is not None
-        return clock.paused and not ends and self.waited is None and self.peek() > clock.reached
+        clock = self.engine.clock
+        return clock.paused and not self._ends and self.waited is None and self.peek() > clock.reached
 
     # --- somebody waits ---
 

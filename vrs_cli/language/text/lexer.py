@@ -24,7 +24,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.language.text.ast import Span
 from vrs_cli.language.text.diagnostics import LineRefused, did_you_mean, refusal
-from vrs_cli.language.words.foreign import way
+from vrs_cli.language.words.foreign import FOREIGN_COMMENT, FOREIGN_SIGNS, OWN_COMMENT, way
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import (
     INSTRUCTIONS,
@@ -90,8 +90,6 @@ _OPERATED = r"[ \t]*(?:\*|:|<|>|==|/(?![A-Za-z]))"  # a sign after a name that b
 _NO_ARGUMENT = rf"(?i)[ \t]*(?:$|;|[-+*/:<>=)]|(?:{'|'.join(sorted(OPERATOR_WORDS))})\b)"
 _BEFORE_COMMENT = r'(?:"[^"]*"?|[^";])*'
 _ELEMENT = r"\(.*\)[ \t]*=(?!=)"
-FOREIGN_SIGNS = {"!=": "<> is unequal", "&&": "AND is both", "||": "OR is either"}  # of C and its children
-_FOREIGN_COMMENT = r"//|#(?![A-Za-z])"
 _RAW = r'"[^"]*"|[^\s;,="]+'
 _RELATION = r"[=<>]{1,2}"
 _ENTRY_NUMBER = r"[ \t]*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?)(?![\w.])"
@@ -472,11 +470,9 @@ class Lexer:
 
     def _refuse_foreign_comment(self, at: int) -> None:
         """A comment as C and Python write it."""
-        sign = re.compile(_FOREIGN_COMMENT).match(self._text, at)
+        sign = re.compile(FOREIGN_COMMENT).match(self._text, at)
         if sign is not None:
-            raise self._refusal(
-                CannotInterpret, *sign.span(), f"{sign[0]} begins no comment", "a comment begins with ;"
-            )
+            raise self._refusal(CannotInterpret, *sign.span(), f"{sign[0]} begins no comment", OWN_COMMENT)
 
     def _unreadable(self) -> LineRefused:
         """What is wrong where no token begins."""

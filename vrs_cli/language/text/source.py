@@ -19,6 +19,7 @@ from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Program, Pr
 from vrs_cli.language.text.diagnostics import Diagnostic, Findings, LineRefused, did_you_mean, error, ordered
 from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.words.dialect import DIALECTS, Dialect
+from vrs_cli.language.words.foreign import FOREIGN_COMMENT, OWN_COMMENT
 from vrs_cli.language.words.values import key_of
 
 PROGRAM, END = ".PROGRAM", ".END"
@@ -158,8 +159,8 @@ class FileReader(Findings):
             self.fault(ControlStructure, line.span, ".END without .PROGRAM or a section before it")
         elif line.directive or not stray:
             near = did_you_mean(line.directive, (PROGRAM, END, *SECTIONS)) if line.directive else ""
-            foreign = line.text.lstrip().startswith(("# ", "//"))
-            hint = near or ("a comment begins with ;" if foreign else "a program begins with .PROGRAM name")
+            foreign = re.match(FOREIGN_COMMENT, line.text.lstrip())
+            hint = near or (OWN_COMMENT if foreign else "a program begins with .PROGRAM name")
             self.fault(CannotInterpret, line.span, "this stands outside of programs", hint)
 
     # --- programs ---

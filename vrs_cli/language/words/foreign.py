@@ -7,6 +7,10 @@ from collections.abc import Iterable, Mapping
 from vrs_cli.language.words.instructions import PROGRAM_WORDS
 from vrs_cli.language.words.monitor import COMMANDS
 
+# signs of C and its children, and what says it here
+FOREIGN_SIGNS = {"!=": "<> is unequal", "&&": "AND is both", "||": "OR is either"}
+FOREIGN_COMMENT, OWN_COMMENT = r"//|#(?![A-Za-z])", "a comment begins with ;"
+
 # the word that does it here, and the words that do it elsewhere
 _SAME = {
     "TYPE": "PRINT PRINTF PRINTLN ECHO DISP DISPLAY TPWRITE TEXTMSG",
