@@ -56,7 +56,7 @@ INNER_FLOORS = {  # the same inside a folder; a file beside these floors may imp
     ),
 }
 LIVES_IN = {
-    "lark": {"language/text/table.py"},
+    "lark": {"language/text/lalr.py"},
     "prompt_toolkit": {"repl"},
     "websockets": {"net/client.py", "net/server.py", "net/sockets.py", "view3d/guard.py"},
     "rich": {"render", "view3d/app.py", "view3d/studio.py"},
@@ -116,7 +116,7 @@ DEFERRED = (
         ("files/atomic.py", "files/disk.py", "files/folder.py"), ("tempfile", "shutil"), "most runs write nothing"
     ),
     Deferred(("cli/findings.py", "cli/run.py", "cli/run_many.py"), ("json",), "only --json needs it"),
-    Deferred(("language/text/table.py",), ("lark",), "the table that lark makes is kept between runs"),
+    Deferred(("language/text/lalr.py",), ("lark",), "the table that lark makes is kept between runs"),
     Deferred(
         (
             *("kinematics", "trajectory", "engine", "files"),

@@ -12,8 +12,8 @@ from vrs_cli.errors import (
 )
 from vrs_cli.language.text.ast import Span
 from vrs_cli.language.text.diagnostics import Diagnostic, did_you_mean, error
+from vrs_cli.language.text.lalr import END
 from vrs_cli.language.text.lexer import Token
-from vrs_cli.language.text.table import END
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, RELATIONS_OF_VAL
 from vrs_cli.language.words.word import MODIFIERS
 

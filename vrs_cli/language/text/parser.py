@@ -7,11 +7,11 @@ is read for itself and all findings come together.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Container, Iterable
+from collections.abc import Container, Iterable
 from contextlib import suppress
-from functools import cache, lru_cache, partial
+from functools import cache, lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 from msgspec.structs import replace
 
@@ -20,11 +20,11 @@ from vrs_cli.language.text.ast import Entry, Expression, Number, ProgramHeader, 
 from vrs_cli.language.text.builder import Builder, ValBuilder, signed_number
 from vrs_cli.language.text.complaints import complaint
 from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused
+from vrs_cli.language.text.lalr import DoesNotFit, token_parser
 from vrs_cli.language.text.lexer import Lexer, Token, label_value, patterns_of
 from vrs_cli.language.text.makers import foreign_file
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, resolve_line, variables_named_like_functions
 from vrs_cli.language.text.source import FileReader, dialect_in, header_end
-from vrs_cli.language.text.table import END, Rule, table_of
 from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.language.words.instructions import OPERATOR_WORDS
 from vrs_cli.language.words.monitor import COMMANDS
@@ -94,9 +94,8 @@ class LineParser:
 
     def __init__(self, builder: Builder | None = None) -> None:
         grammar = (grammar_dir() / GRAMMAR).read_text(encoding="utf-8")
-        self._table = table_of(grammar, STARTS)
-        self._reductions = [_reduction(rule, builder or Builder()) for rule in self._table.rules]
-        self._patterns = patterns_of(self._table.terminals)
+        self._parser = token_parser(grammar, STARTS, builder or Builder())
+        self._patterns = patterns_of(self._parser.terminals)
         self.step = lru_cache(maxsize=REMEMBERED)(self._step)
 
     def _step(self, text: str, line: int) -> Step:
@@ -144,66 +143,11 @@ class LineParser:
         return replace(cast(ast.Entry, self._parse(tokens, "entry")), comment=comment)
 
     def _parse(self, tokens: list[Token], start: str) -> Any:
-        """The tree of a line, by the LALR algorithm (Aho, Sethi, Ullman: Compilers, 4.7). Raises LineRefused."""
-        states, reductions, done = self._table.states, self._reductions, self._table.ends[start]
-        at, values = [self._table.starts[start]], list[Any]()
-        for token in (*tokens, None):
-            terminal, stand = END if token is None else token.type, at.copy()
-            while (to := states[at[-1]].get(terminal)) is not None and to < 0:
-                origin, size, build = reductions[~to]
-                children = values[len(values) - size :]
-                del at[len(at) - size :], values[len(values) - size :]
-                values.append(build(children))
-                at.append(states[at[-1]][origin])
-                if token is None and at[-1] == done:
-                    return values[-1]
-            if to is None:
-                raise LineRefused(complaint(tokens, token, self._accepted(stand, start), start))
-            at.append(to)
-            values.append(token)
-        raise AssertionError("the end of a line is never shifted")
-
-    def _accepted(self, at: list[int], start: str) -> frozenset[str]:
-        """The terminals that may follow. A state names some of which only a reduction shows that they may not."""
-        return frozenset(symbol for symbol in self._table.states[at[-1]] if self._fits(at.copy(), symbol, start))
-
-    def _fits(self, at: list[int], symbol: str, start: str) -> bool:
-        states = self._table.states
-        while (to := states[at[-1]].get(symbol)) is not None and to < 0:
-            origin, size, _ = self._reductions[~to]
-            del at[len(at) - size :]
-            at.append(states[at[-1]][origin])
-            if at[-1] == self._table.ends[start]:
-                return symbol == END
-        return to is not None
-
-
-class _Reduction(NamedTuple):
-    """What becomes of the last `size` values when a rule is complete: `build` makes one of them, an `origin`."""
-
-    origin: str
-    size: int
-    build: Callable[[list[Any]], Any]
-
-
-def _reduction(rule: Rule, builder: Builder) -> _Reduction:
-    build: Callable[[list[Any]], Any] = getattr(builder, rule.name, list)  # a helper is the list of its children
-    if rule.alone:
-        build = partial(_only_child_or, build)
-    if any(rule.helpers):
-        build = partial(_with_children_of_helpers, build, rule.helpers)
-    return _Reduction(rule.origin, len(rule.helpers), build)
-
-
-def _only_child_or(build: Callable[[list[Any]], Any], children: list[Any]) -> Any:
-    return children[0] if len(children) == 1 else build(children)
-
-
-def _with_children_of_helpers(build: Callable[[list[Any]], Any], helpers: tuple[bool, ...], children: list[Any]) -> Any:
-    own = list[Any]()
-    for helper, child in zip(helpers, children, strict=True):
-        own += child if helper else (child,)
-    return build(own)
+        """The tree of a line. Raises LineRefused."""
+        try:
+            return self._parser.parse(tokens, start)
+        except DoesNotFit as error:
+            raise LineRefused(complaint(tokens, error.token, error.accepted, start)) from None
 
 
 def _pop_comment(tokens: list[Token]) -> Token | None:
