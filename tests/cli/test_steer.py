@@ -73,6 +73,13 @@ def test_targets_beyond_a_range_stop_at_its_end(vrs: Vrs, tmp_path: Path) -> Non
     assert "2 targets were beyond the range of a joint, which stopped at its end" in ended.out
 
 
+def test_a_joint_goes_as_far_as_its_range_lets_a_long_tick_take_it(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO("0, 0,0,0,0,90,0\n0.4, 0,0,0,-107,90,0\n"))
+    ended = vrs("steer", "-", "--robot", "irb120", "--json")
+    assert ended.status == 0
+    assert json.loads(ended.out)["final"]["joints_deg"] == pytest.approx([0, 0, 0, -107, 90, 0])
+
+
 def test_one_target_is_one(vrs: Vrs, tmp_path: Path) -> None:
     (tmp_path / "far.csv").write_text("1,300,-90,90,0,0,0\n")
     said = vrs("steer", "far.csv").out.splitlines()

@@ -205,3 +205,10 @@ def test_no_power_no_steering(engine: Engine) -> None:
         engine.steer(Target(READY, STILL), TICK)
     with pytest.raises(PowerOff):
         engine.redirect(READY)
+
+
+def test_a_joint_outside_the_part_of_its_range_that_a_target_allows_stays(engine: Engine) -> None:
+    """No tick keeps that part, and there is nothing to brake."""
+    upper = (READY[0] - 0.1, *MODEL.upper[1:])
+    engine.steer(Target(AWAY, STILL, MODEL.lower, upper), TICK)
+    assert engine.position(engine.end).joints[0] == READY[0]

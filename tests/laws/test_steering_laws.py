@@ -16,6 +16,7 @@ from tests.engine.wall import ManualWall
 from tests.examples import examples, some
 from tests.interfaces.terminals import RecordingTerminal
 from tests.laws.motion_laws import check_continuous, check_limits
+from tests.laws.streams import check_stream
 from tests.laws.test_motion_laws import MODEL
 from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetAcceleration, SetParameter, SetTool, Stamp
 from vrs_cli.engine.engine import Engine
@@ -23,10 +24,11 @@ from vrs_cli.errors import MotionError
 from vrs_cli.interfaces.jog.jogger import AXES, Jogger, Panel, moved
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.steering import Steering
+from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.profile import Profile
-from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import from_oat, translation
 from vrs_cli.trajectory.state import Target
 
@@ -147,6 +149,13 @@ def test_streams_that_begin_and_end_anyhow_keep_the_laws(first: int, profiles: t
         stream.run()
         check_continuous(stream.engine, stream.engine.timeline)
         check_limits(stream.engine, stream.engine.timeline)
+
+
+def test_streams_of_any_robot_are_no_errors() -> None:
+    """`python -m tests.laws.streams` runs more of them."""
+    arms = [arm_for(load_robot(name)) for name in robot_names()]
+    for seed in range(some(20 * len(arms))):
+        check_stream(arms[seed % len(arms)], seed)
 
 
 # --- the tool steered, and jogged with keys, while the clock runs as somebody likes -----------------------------------

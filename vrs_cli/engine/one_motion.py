@@ -135,9 +135,11 @@ def _plan_braked_first(problem: Problem) -> tuple[Segment, ...]:
 
 
 def plan_stop(problem: Problem) -> tuple[Segment, ...]:
-    """To rest, on a way that stays inside all limits. Raises NoRoomToStop."""
-    limits, motion = hardest_limits(problem.arm), problem.motion
-    for stop in LAWS[motion.profile].joint_stops(problem.here.joints, limits, problem.begin, motion):
+    """To rest, on a way that stays inside all limits; an arm that stands stays. Raises NoRoomToStop."""
+    limits, motion, state = hardest_limits(problem.arm), problem.motion, problem.here.joints
+    if state.at_rest:
+        return (rest(state.joints, 0.0, problem.begin, motion),)
+    for stop in LAWS[motion.profile].joint_stops(state, limits, problem.begin, motion):
         if stay_inside(stop, limits.lower, limits.upper):
             return stop
     raise NoRoomToStop

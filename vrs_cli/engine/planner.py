@@ -72,8 +72,8 @@ def plan_steering(
 
 
 def _coming(timeline: Timeline, keep: int, t: float) -> list[Pieces] | None:
-    """What each joint was to do from t [s] on until the robot rests; None where that is not jerk-limited, or not in
-    joint space.
+    """What each joint was to do from t [s] on until the robot rests; None where it stands already, or where that is not
+    jerk-limited, or not in joint space.
     """
     rows: list[Pieces] = []
     for index in range(keep - 1, len(timeline)):
@@ -87,7 +87,7 @@ def _coming(timeline: Timeline, keep: int, t: float) -> list[Pieces] | None:
         rows.append(tuple((lasting, 6.0 * a[3] if len(a) > 3 else 0.0) for a in path.coefficients))
         if JointState(path.joints(end), path.velocity(end), path.acceleration(end)).at_rest:
             break
-    return list(zip(*rows, strict=True))
+    return list(zip(*rows, strict=True)) or None
 
 
 class Place(Struct, frozen=True):

@@ -76,3 +76,18 @@ def test_wherever_targets_jump_limits_and_ranges_are_kept(seed: int) -> None:
             for a, most in zip(path(segment).acceleration(0.0), LIMITS.acceleration, strict=True):
                 assert abs(a) <= most * (1.0 + 1e-6)
         state = after(segments[0])
+
+
+def test_a_fast_arm_that_stands_goes_as_far_as_a_long_tick_lets_it() -> None:
+    """Braking ends on an instant of the time grid, and may take that much longer than its velocity needs."""
+    random, still = Random(6), (0.0,)
+    for _ in range(300):
+        room, acceleration = random.uniform(1.0, 8.0), random.uniform(10.0, 40.0)
+        limits = JointLimits((random.uniform(4.0, 10.0),), (acceleration,), lower=(-room,), upper=(9.0,))
+        target = Target((-room,), (random.uniform(-9.0, 0.0),))
+        segments = steer(
+            JointState((0.0,), still), target, limits, limits, random.uniform(0.2, 0.5), 0.0, MOTION, lambda: None
+        )
+        assert segments[0].phase is Phase.BLEND
+        assert path(segments[0]).velocity(segments[0].duration) < still
+        assert all(path(segment).stays_inside(limits.lower, limits.upper, segment.duration) for segment in segments)

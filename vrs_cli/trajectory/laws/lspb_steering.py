@@ -15,6 +15,7 @@ from collections.abc import Iterator, Sequence
 from math import copysign, sqrt
 
 from vrs_cli.kinematics.joints import Joints
+from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.laws.law import Coming
 from vrs_cli.trajectory.laws.lspb_stops import joint_stop, joint_stop_each
 from vrs_cli.trajectory.limits import JointLimits
@@ -129,10 +130,11 @@ def _next_velocity(
 def _fastest(room: float, v: float, a_max: float, tick: float) -> float:
     """The greatest velocity at the end of the tick from which the way to the end of the range is enough:
 
-    (v + v1) tick / 2 + v1 coasting + v1^2 / (2 a) <= room, for v1 >= 0; 0 where there is no such velocity.
+    (v + v1) tick / 2 + v1 coasting + v1^2 / (2 a) <= room, for v1 >= 0; 0 where there is no such velocity. Braking may
+    take an instant of the time grid longer, which is added to the coasting.
     """
     left = room - 0.5 * v * tick
     if left <= 0.0:
         return 0.0
-    b = a_max * tick * (0.5 + COASTING)
+    b = a_max * (tick * (0.5 + COASTING) + TICK)
     return sqrt(b * b + 2.0 * a_max * left) - b
