@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import zlib
 from dataclasses import dataclass, field
 from random import Random
@@ -38,6 +39,7 @@ from vrs_cli.net.messages import (
 )
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.packets import Form, Packet
+from vrs_cli.net.stream import Listening
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.wire.codec import Reader
 from vrs_cli.wire.records import Form as RobotForm
@@ -268,6 +270,54 @@ def test_a_snapshot_is_bounded_in_bytes(hall: Hall, monkeypatch: pytest.MonkeyPa
     assert len(hall.broadcast.stream.part(-1.0).segments) == len(message.snapshot.segments)
 
 
+# --- what is kept ---
+
+
+def timelines() -> int:
+    gc.collect()
+    return sum(type(one) is Timeline for one in gc.get_objects())
+
+
+def remembered(hall: Hall) -> list[int]:
+    """The numbers of the changes that the stream has in memory."""
+    stream = hall.broadcast.stream
+    return [n + 1 for n in range(stream.number) if stream.after(n, Listening(MSGPACK), None) is not None]
+
+
+def test_where_nobody_listens_no_change_is_encoded_or_kept(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(streams, "delta_record", None)  # nothing is encoded
+    _, listener = hall.listen(samples(10.0))
+    hall.move()
+    before = timelines()
+    for _ in range(50):
+        hall.move()
+    assert timelines() <= before
+    hall.broadcast.leave(listener)
+    assert remembered(hall) == []
+
+
+def test_a_change_that_is_kept_holds_no_old_timeline(hall: Hall) -> None:
+    line, _ = hall.listen(CHANGES)
+    hall.move()
+    before = timelines()
+    for _ in range(50):
+        hall.move()
+    assert timelines() <= before
+    assert len(line.heard) == 52
+    assert remembered(hall) == [*range(1, 52)]
+
+
+def test_changes_are_kept_for_a_while_for_who_may_come_back(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(streams, "REMEMBERED", 20)
+    _, listener = hall.listen(CHANGES)
+    hall.broadcast.leave(listener)
+    for _ in range(20):
+        hall.move()
+    assert remembered(hall) == [*range(1, 21)]
+    hall.move()
+    assert remembered(hall) == []
+
+
 # --- after a cut ----------------------------------------------------------------------------------------------------
 
 
@@ -285,6 +335,7 @@ def test_who_was_cut_off_hears_what_it_has_missed_and_nothing_twice(hall: Hall) 
 
 def test_what_is_not_remembered_is_missed_and_made_up_for(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(streams, "REMEMBERED", 3)
+    hall.listen(CHANGES)
     for _ in range(10):
         hall.move()
     line, _ = hall.listen(Subscribe(1, deltas=True, after=2))

@@ -191,6 +191,7 @@ class Broadcast:
 
     def leave(self, listener: Listener) -> None:
         self._leave_channel(listener)
+        self._hear(listener, None)
         self._behind.pop(listener, None)
         self._everybody.remove(listener)
 
@@ -201,7 +202,8 @@ class Broadcast:
         self._leave_channel(listener)
         if wanted.rate:
             self._enter_channel(listener, self._following(wanted.rate, wanted.ahead))
-        listener.listening = Listening(listener.form, listener.deflates, wanted.window) if wanted.deltas else None
+        heard = Listening(listener.form, listener.deflates, wanted.window) if wanted.deltas else None
+        self._hear(listener, heard)
         known = wanted.after if wanted.after is not None else NOTHING
         listener.number = known if known <= self.stream.number else NOTHING
         self._catch_up(listener)
@@ -210,9 +212,17 @@ class Broadcast:
         """Hear a snapshot, in place of what was heard; if `full`, everything in the full form from now on."""
         listener.form = listener.form._replace(full=full or listener.form.full)
         if listener.listening is not None:
-            listener.listening = listener.listening._replace(form=listener.form)
+            self._hear(listener, listener.listening._replace(form=listener.form))
         listener.number = NOTHING
         self._catch_up(listener)
+
+    def _hear(self, listener: Listener, listening: Listening | None) -> None:
+        """Let a listener hear changes so from now on; None: not at all."""
+        if listener.listening is not None:
+            self.stream.end(listener.listening.form)
+        if listening is not None:
+            self.stream.begin(listening.form)
+        listener.listening = listening
 
     # --- who plays ---
 

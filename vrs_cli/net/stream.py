@@ -1,14 +1,18 @@
-"""The changes of one robot, as all hear them who hold its timeline: numbered, and remembered for those who are behind.
+"""The changes of one robot for those who hear its timeline: numbered, encoded, and remembered for those who are behind.
 
-Who listens has got all up to some number. What comes after it is remembered for a while; who is further behind gets a
-snapshot in its place, as does everybody where another timeline has taken the place of the one before. Pure: it reads no
-clock, and knows nobody who listens.
+A change is encoded when it happens, in each form that somebody hears, or has heard until a short while ago and may come
+back for; it then holds its bytes and nothing else. A form that nobody hears costs nothing. Who is behind all that is
+remembered gets a snapshot in its place, as does everybody where another timeline has taken the place of the one before.
+Pure: it reads no clock.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import Counter
+from functools import partial
 from typing import NamedTuple
+
+from msgspec import Struct, field
 
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.settings import Settings
@@ -34,12 +38,14 @@ class Listening(NamedTuple):
     window: float | None = None
 
 
-class _Change(Letter):
-    """A change; `deflated` in the forms in which somebody wanted it while it was the last."""
+class _Change(Struct):
+    """A change in the forms in which it was encoded; `deflated` in those in which somebody wanted it while it was the
+    last.
+    """
 
-    def __init__(self, make: Callable[[bool], messages.ServerMessage]) -> None:
-        super().__init__(make)
-        self.deflated: dict[Form, Packet] = {}
+    packets: dict[Form, Packet]
+    size: int  # bytes of the packets
+    deflated: dict[Form, Packet] = field(default_factory=dict)
 
 
 class Stream:
@@ -53,6 +59,8 @@ class Stream:
         self._replaced = 0  # the last change that was another timeline
         self._changes: dict[int, _Change] = {}
         self._bytes = 0
+        self._listeners: Counter[Form] = Counter()
+        self._encoded_until: dict[Form, int] = {}  # by form; this matters where nobody hears it
         self._contexts: dict[Form, Context] = {}
         self._snapshots: dict[Listening, Packet] = {}
 
@@ -66,13 +74,26 @@ class Stream:
             self._forget(0)
         else:
             before, self.timeline = self.timeline, self.timeline.apply(event)
-            self._changes[number] = _Change(lambda full: self._change(event, before, applied, number, full=full))
-            self._forget(REMEMBERED)
+            self._encode(event, before, applied, number)
         self.number = number
         self._snapshots.clear()
 
+    def _encode(self, delta: TimelineDelta, before: Timeline, applied: float, number: int) -> None:
+        """Encode a change in all forms that are heard, and remember its bytes; in no form: remember nothing."""
+        until = self._encoded_until
+        for form in [form for form, last in until.items() if last < number and not self._listeners[form]]:
+            del until[form]
+        if not self._encoded_until:
+            self._forget(0)
+            return
+        letter = Letter(partial(self._change, delta, before, applied, number))
+        packets = {form: letter.packet(form) for form in self._encoded_until}
+        self._changes[number] = _Change(packets, letter.size)
+        self._bytes += letter.size
+        self._forget(REMEMBERED)
+
     def _change(
-        self, delta: TimelineDelta, before: Timeline, applied: float, number: int, *, full: bool
+        self, delta: TimelineDelta, before: Timeline, applied: float, number: int, full: bool
     ) -> messages.Change:
         short = None if full else steered_record(delta, before, self._arm)
         if short is not None:
@@ -86,17 +107,25 @@ class Stream:
 
     # --- somebody hears ---
 
+    def begin(self, form: Form) -> None:
+        """One more listener hears changes in this form."""
+        self._listeners[form] += 1
+        self._encoded_until[form] = self.number
+
+    def end(self, form: Form) -> None:
+        """A listener of this form is gone. It may come back: the next changes are encoded as if it were there."""
+        self._listeners[form] -= 1
+        self._encoded_until[form] = self.number + REMEMBERED
+
     def after(self, number: int, listening: Listening, last: Place | None) -> Packet | None:
         """The change after that number, for somebody who has got what was deflated up to the place `last`; None where
-        it is not remembered.
+        it is not remembered in that form.
         """
         change = self._changes.get(number + 1)
-        if change is None:
+        packet = None if change is None else change.packets.get(listening.form)
+        if change is None or packet is None:
             return None
-        form, size = listening.form, change.size
-        packet = change.packet(form)
-        self._bytes += change.size - size
-        return self._deflated(number + 1, change, packet, form, last) if listening.deflates else packet
+        return self._deflated(number + 1, change, packet, listening.form, last) if listening.deflates else packet
 
     def _deflated(self, number: int, change: _Change, packet: Packet, form: Form, last: Place | None) -> Packet:
         """A change deflated, if it is or can be, and follows on what somebody has got. Who gets it as it is can take
