@@ -336,6 +336,24 @@ def test_imports_out_of_place_have_a_reason() -> None:
     assert not set(DEFERRED) - used, "reasons that no import needs any more"
 
 
+def test_nothing_uses_asyncio_wait_for() -> None:
+    """Until Python 3.12 `asyncio.wait_for` swallows a cancellation that comes as what it waits for ends, and who waits
+    for the end of the cancelled task waits for ever. `asyncio.timeout` does not.
+    """
+    no_fault(
+        f"{path.relative_to(HOUSE)}:{node.lineno}: use asyncio.timeout"
+        for folder in ("vrs_cli", "tests", "benchmarks", "docs", "examples")
+        for path in sorted((HOUSE / folder).rglob("*.py"))
+        for node in ast.walk(tree(path))
+        if (isinstance(node, ast.Attribute) and ast.unparse(node) == "asyncio.wait_for")
+        or (
+            isinstance(node, ast.ImportFrom)
+            and node.module == "asyncio"
+            and "wait_for" in (alias.name for alias in node.names)
+        )
+    )
+
+
 # --- what tests import ---------------------------------------------------------------------------------------------
 
 HOUSE = ROOT.parent

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -18,3 +19,13 @@ def test_the_workflow_runs_what_the_readme_says() -> None:
         assert command in workflow
     for system in ("ubuntu-latest", "macos-latest", "windows-latest"):
         assert system in workflow
+
+
+@pytest.mark.skipif(not WORKFLOW.exists(), reason="this is no checkout")
+def test_all_tests_run_on_the_oldest_supported_python() -> None:
+    """asyncio differs between versions: live tests have to run on the oldest."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    oldest = project["requires-python"].removeprefix(">=")
+    workflow = WORKFLOW.read_text(encoding="utf-8")
+    assert f'python: ["{oldest}", ' in workflow
+    assert "-m " not in workflow.replace("python -m ", ""), "no step leaves tests out"

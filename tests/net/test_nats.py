@@ -8,9 +8,10 @@ import shutil
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Coroutine, Iterator
 from contextlib import contextmanager
 from functools import partial
+from typing import Any
 from pathlib import Path
 
 import pytest
@@ -74,6 +75,11 @@ async def caught_up(watching: Watching, served: Serving) -> None:
             await asyncio.sleep(0.01)
 
 
+async def soon(opened: Coroutine[Any, Any, object]) -> None:
+    async with asyncio.timeout(PATIENCE):
+        await opened
+
+
 def edit(served: Serving, edits: Edits, times: int) -> None:
     room = served.hub.rooms["cell1"]
     Holder(room.session).call(lambda _session: [edits.edit() for _ in range(times)]).result(PATIENCE)
@@ -133,7 +139,7 @@ def test_an_address_that_refuses_is_told_at_once(address: str, why: str, monkeyp
     monkeypatch.setattr("vrs_cli.net.nats.OPENING", 1e6)
     for opened in (Publisher(address, print).open, partial(Watching.open, address, "cell1")):
         with pytest.raises(RequestRefused, match=f"NATS does not answer: {why}"):
-            asyncio.run(asyncio.wait_for(opened(), PATIENCE))
+            asyncio.run(soon(opened()))
 
 
 def test_who_answers_nothing_is_waited_for_no_longer_than_that(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -496,6 +496,21 @@ def looks_and_pictures(seconds: float, monkeypatch: pytest.MonkeyPatch, *typed: 
     return len(looks), len(drawn)
 
 
+def test_a_cancelled_wait_ends_even_if_it_is_woken_at_the_same_time() -> None:
+    """The prompt waits for the end of what it has cancelled."""
+
+    async def cancelled_as_it_wakes() -> bool:
+        woken = asyncio.Event()
+        resting = asyncio.create_task(interactive.rested(woken, 60.0))
+        await asyncio.sleep(0)
+        woken.set()
+        resting.cancel()
+        await asyncio.wait([resting])
+        return resting.cancelled()
+
+    assert asyncio.run(cancelled_as_it_wakes())
+
+
 def test_at_rest_the_prompt_is_drawn_once_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
     looks, pictures = looks_and_pictures(60.0, monkeypatch)
     assert 55 <= pictures <= looks <= 65

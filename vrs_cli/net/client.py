@@ -188,7 +188,8 @@ class Client:
         wanted = None if window == inf else window
         await self.ask(lambda id: messages.Subscribe(id, deltas=True, window=wanted))
         try:
-            await asyncio.wait_for(self._shown.wait(), OPENING)
+            async with asyncio.timeout(OPENING):
+                await self._shown.wait()
         except TimeoutError:
             raise RequestRefused(f"{self.url} does not show the robot within {OPENING:g} s") from None
         assert self.far.mirror is not None, "it is there with the first snapshot"
@@ -322,7 +323,8 @@ class Client:
     async def _stir(self, until: float) -> None:
         """Wait until there is something to send, or until then by the time of the day [s]."""
         with suppress(TimeoutError):
-            await asyncio.wait_for(self._stirred.wait(), max(until - time.monotonic(), 0.0))
+            async with asyncio.timeout(until - time.monotonic()):
+                await self._stirred.wait()
 
     def _goes_on(self, why: str, hint: str) -> bool:
         """Whether it is tried again. Whoever opens it is told why it does not open."""

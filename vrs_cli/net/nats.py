@@ -129,7 +129,8 @@ class Publisher:
             await robot.close()
         if self._connection is not None:
             with suppress(Error, OSError, TimeoutError):
-                await asyncio.wait_for(self._connection.drain(), OPENING)
+                async with asyncio.timeout(OPENING):
+                    await self._connection.drain()
 
 
 class _Robot:
@@ -240,7 +241,8 @@ class Watching:
         watching._connection = await _connected(url, told, watching._begin)
         watching._begin()
         try:
-            await asyncio.wait_for(watching._shown.wait(), OPENING)
+            async with asyncio.timeout(OPENING):
+                await watching._shown.wait()
         except TimeoutError:
             await watching.close()
             hint = "vrs serve --nats URL publishes it"

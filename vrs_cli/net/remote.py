@@ -91,19 +91,20 @@ class Loop:
         """Whoever still waits for something waits no longer."""
         with self._lock:
             self._ends = True
-        with suppress(TimeoutError):  # in its own thread: this one may run another loop, as that of a notebook does
-            asyncio.run_coroutine_threadsafe(_stopped(), self._loop).result()
+        # in the loop's own thread: this one may run another loop, as that of a notebook does
+        asyncio.run_coroutine_threadsafe(_stopped(), self._loop).result()
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
         self._loop.close()
 
 
 async def _stopped() -> None:
-    """All that is under way is given up. Raises TimeoutError where it does not stop."""
+    """Cancel all other tasks of this loop, and wait for their end, but for no longer than LEAVING."""
     tasks = asyncio.all_tasks() - {asyncio.current_task()}
     for task in tasks:
         task.cancel()
-    await asyncio.wait_for(asyncio.gather(*tasks, return_exceptions=True), LEAVING)
+    if tasks:
+        await asyncio.wait(tasks, timeout=LEAVING)
 
 
 class _Ear:

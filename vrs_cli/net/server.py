@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from http import HTTPStatus
+from math import inf
 from socket import SO_SNDBUF, SOL_SOCKET
 from typing import Any
 from urllib.parse import unquote, urlsplit
@@ -103,7 +104,8 @@ class _Link:
         with suppress(OSError):
             while self.sink.waiting > HIGH_WATER and not self.socket.transport.is_closing():
                 with suppress(TimeoutError):
-                    await asyncio.wait_for(self.socket.drain(), TICK)
+                    async with asyncio.timeout(TICK):
+                        await self.socket.drain()
                 self._count()
         self._drains = False
         self.flush()
@@ -344,7 +346,8 @@ class Server:
                 await asyncio.sleep(0)
                 continue
             try:
-                await asyncio.wait_for(due.wait(), None if left == float("inf") else left)
+                async with asyncio.timeout(None if left == inf else left):
+                    await due.wait()
             except TimeoutError:
                 continue
 

@@ -349,7 +349,8 @@ def _interruptible(work: Work) -> Iterator[None]:
 async def rested(woken: asyncio.Event, seconds: float) -> None:
     """So long [s], or until something has woken."""
     with suppress(TimeoutError):
-        await asyncio.wait_for(woken.wait(), seconds)
+        async with asyncio.timeout(seconds):
+            await woken.wait()
     woken.clear()
 
 

@@ -1,0 +1,15 @@
+"""Lines of an onlooker are answered beside another client's program; `python -m tests.net.onlookers 1000` types many."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.net.onlookers import watch
+
+pytest.importorskip("pty")
+
+
+def test_lines_beside_a_program_are_answered(tmp_path: Path) -> None:
+    watch(15, 3, tmp_path)
