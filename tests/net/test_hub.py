@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from math import inf
 from pathlib import Path
 
 import pytest
@@ -26,7 +27,7 @@ def hub(tmp_path: Path) -> Iterator[Hub]:
     audit = Audit(None, time.time, print)
     places, usual = Places(None, tmp_path), Plan(model, tmp_path)
     robots = {"cell1": model, "cell2": load_robot("cobra600")}
-    it = Hub(robots, places, usual, audit, lambda _: None, print, own=2, grants=lambda: (ADA, BOB, TOM))
+    it = Hub(robots, places, usual, audit, lambda _: None, print, own=2, grants=lambda: (ADA, BOB, TOM), own_idle=9.0)
     yield it
     it.close()
 
@@ -56,3 +57,4 @@ def test_a_robot_is_made_when_it_is_first_used_and_once(hub: Hub, tmp_path: Path
     assert ada.folder.root == tmp_path / "ada"
     assert hub.open("cell2").plan.model.name == "cobra600"
     assert set(hub.rooms) == {"ada", "cell2"}
+    assert (ada.plan.idle, hub.open("cell2").plan.idle) == (9.0, inf)

@@ -33,7 +33,7 @@ from vrs_cli.net.messages import (
     ServerMessage,
     Status,
 )
-from vrs_cli.net.packets import Packet
+from vrs_cli.net.packets import Form, Packet
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.room import Plan, Room
 from vrs_cli.net.tokens import OPEN
@@ -94,6 +94,15 @@ class Wire:
         return said_in(self.heard)
 
 
+class Feed:
+    """Somebody who takes whatever is broadcast."""
+
+    waiting = 0
+
+    def send(self, *packets: Packet) -> None:
+        """It is gone."""
+
+
 class Served:
     def __init__(self, folder: Path, plan: dict[str, Any]) -> None:
         self.now = 100.0
@@ -104,6 +113,27 @@ class Served:
 
     def call(self, name: str, *, attended: bool = False) -> Wire:
         return Wire(self.room, name, lambda: self.now, attended=attended)
+
+    @property
+    def version(self) -> int:
+        return self.room.session.engine.timeline.version
+
+    def goes_on(self) -> None:
+        """Wait until the robot has done more."""
+        before = self.version
+
+        def more() -> bool:
+            self.room.tick()
+            return self.version > before + 10
+
+        until(more)
+
+    @property
+    def paused(self) -> bool:
+        """Whether nothing happens while the robot takes many requests, each in a step of its own."""
+        engine, room = self.room.session.engine, self.room
+        seen = {room._self.call(lambda _: (engine.timeline.version, engine.clock.reached)).result() for _ in range(20)}
+        return len(seen) == 1
 
     def pass_time(self, seconds: float) -> None:
         for _ in range(int(seconds / 0.5)):
@@ -228,6 +258,54 @@ def test_what_becomes_of_a_program_when_its_driver_goes(
             bob.until(lambda: it.room.session.running)
         bob.line("ABORT")
         assert not it.room.session.running
+
+
+@pytest.mark.parametrize("realtime", [None, 1000.0])
+def test_a_robot_that_nobody_holds_or_watches_is_paused_and_goes_on_for_who_comes(
+    tmp_path: Path, realtime: float | None
+) -> None:
+    with served(tmp_path, realtime=realtime, idle=60.0) as it:
+        ada = it.call("ada")
+        for line in (".PROGRAM ever", "10 DRIVE 1, 1", "DRIVE 1, -1", "DELAY 0.1", "GOTO 10", ".END"):
+            assert ada.line(line).ok
+        ada.command("EXECUTE ever")
+        it.pass_time(100.0)
+        it.goes_on()  # somebody is connected
+        it.room.cut(ada.guest, ada)
+        it.pass_time(59.0)
+        it.goes_on()
+        watching = Feed()
+        listener = it.room.broadcast.join(watching, Form(text=True))
+        it.pass_time(100.0)
+        it.goes_on()  # somebody watches
+        it.room.broadcast.leave(listener)
+        it.pass_time(61.0)
+        assert it.paused
+        it.pass_time(5000.0)
+        assert it.paused, "and stays so"
+        bob = it.call("bob")
+        bob.until(lambda: any("the robot stood still for 5001 s" in text for text in bob.said))
+        it.goes_on()
+        assert bob.line("ABORT").ok
+        assert not it.room.session.running
+
+
+def test_a_robot_that_does_nothing_is_not_paused_and_a_clock_that_was_stopped_stays_so(tmp_path: Path) -> None:
+    with served(tmp_path, realtime=1000.0, idle=60.0) as it:
+        ada = it.call("ada")
+        assert ada.line("WHERE").ok
+        it.room.cut(ada.guest, ada)
+        it.pass_time(100.0)
+        assert not it.room.clock().paused
+        bob = it.call("bob")
+        it.pass_time(10.0)
+        for line in ("DRIVE 1, 100, 1", "CLOCK PAUSE"):
+            assert bob.line(line).ok
+        it.room.cut(bob.guest, bob)
+        it.pass_time(100.0)
+        eve = it.call("eve")
+        assert eve.line("WHERE").ok
+        assert it.room.clock().paused
 
 
 @pytest.mark.parametrize("one_user", [False, True])

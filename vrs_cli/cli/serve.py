@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,8 @@ from vrs_cli.cli.command_line import (
     CommandLineError,
     Parser,
     add_realtime_option,
+    number,
+    positive,
     size,
     tell_notes,
     teller,
@@ -40,6 +43,7 @@ if TYPE_CHECKING:
 
 TURN = 0.0005  # [s] after which one thread lets the next one go on: with Python's 5 ms many who look delay each line
 LOCAL = ("localhost",)
+OWN_IDLE = 600.0  # [s] that a robot of a token works for nobody
 WARM = ("WHERE", "MOVE #PPOINT(10, -80, 80, 5, 5, 5)", "x = 1", "TYPE x", "LISTR", "STATUS")
 
 EPILOG = """\
@@ -154,6 +158,13 @@ def parser(prog: str) -> Parser:
         default="go-on",
         help="what a program does then (default: go-on)",
     )
+    time.add_argument(
+        "--idle",
+        metavar="SECONDS",
+        type=_idle,
+        help="pause a robot that works while nobody has held or watched it for so long; 0: never"
+        f" (default: {OWN_IDLE:g} for those of --robots-per-token, never for others)",
+    )
     kept = parser.add_argument_group("what is kept")
     kept.add_argument("--journal", metavar="DIR", help="what robots do and know: there again when the server is")
     kept.add_argument("--folder", metavar="DIR", help="the files of robots, one folder for each (default: temporary)")
@@ -170,6 +181,11 @@ def parser(prog: str) -> Parser:
     limits.add_argument("--max-segments", metavar="N", type=size, help="of a robot's timeline (default: 2M)")
     limits.add_argument("--max-steps", metavar="N", type=size, help="of one run of a program (default: any number)")
     return parser
+
+
+def _idle(text: str) -> float:
+    """So long may a robot work for nobody [s]."""
+    return positive(text) if number(text) else inf
 
 
 def port(text: str) -> int:
@@ -280,7 +296,8 @@ def _hub(options: argparse.Namespace, server: Server, audit: Audit, folder: Path
         tell_notes(tell, model, fitted=options.task is None)
     journal = None if options.journal is None else _made(Path(options.journal), "--journal")
     places, usual, own = Places(journal, folder), _usual(options), options.robots_per_token
-    return Hub(robots, places, usual, audit, server.wake, tell, own=own, grants=server.grants)
+    idle = OWN_IDLE if options.idle is None else options.idle
+    return Hub(robots, places, usual, audit, server.wake, tell, own=own, grants=server.grants, own_idle=idle)
 
 
 def _usual(options: argparse.Namespace) -> Plan:
@@ -295,6 +312,7 @@ def _usual(options: argparse.Namespace) -> Plan:
         causality=options.causality or "",
         when_gone=WhenGone(options.when_driver_goes),
         allowance=_allowance(options),
+        idle=inf if options.idle is None else options.idle,
     )
 
 

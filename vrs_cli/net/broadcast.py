@@ -182,6 +182,11 @@ class Broadcast:
 
     # --- who listens ---
 
+    @property
+    def watched(self) -> bool:
+        """Whether anybody is there: who holds the robot, looks at it, or passes it on."""
+        return bool(len(self._everybody))
+
     def join(self, sink: Sink, form: Form, *, deflates: bool = False) -> Listener:
         """One more connection: it hears news, and nothing else so far."""
         listener = Listener(sink, form, deflates)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
+from math import inf
 from pathlib import Path
 from threading import Lock
 
@@ -29,8 +30,8 @@ class Places(Struct, frozen=True):
 
 
 class Hub:
-    """`robots`: those that are there from the start, by name. `own`: how many robots each token has for itself; a
-    teacher has those of all `grants`.
+    """`robots`: those that are there from the start, by name. `own`: how many robots each token has for itself, which
+    are paused when nobody has held or watched them for `own_idle` [s]; a teacher has those of all `grants`.
 
     `open` may be called by any thread, and takes its time; all else by that of the connections.
     """
@@ -45,10 +46,11 @@ class Hub:
         tell: Callable[[str], None],
         own: int = 0,
         grants: Callable[[], Iterable[Grant]] = tuple,
+        own_idle: float = inf,
     ) -> None:
         self.rooms: dict[str, Room] = {}
         self._robots, self._places, self._usual = robots, places, usual
-        self._own, self._grants = own, grants
+        self._own, self._grants, self._own_idle = own, grants, own_idle
         self._audit, self._wake, self._tell = audit, wake, tell
         self._opening = Lock()
 
@@ -79,7 +81,8 @@ class Hub:
             room = self.rooms.get(name)
             if room is None:
                 model = self._robots.get(name, self._usual.model)
-                plan = self._places.plan(name, model, self._usual)
+                usual = self._usual if name in self._robots else replace(self._usual, idle=self._own_idle)
+                plan = self._places.plan(name, model, usual)
                 room = Room(name, plan, lambda: self._wake(name), self._audit, self._tell, self.names)
                 self.rooms = {**self.rooms, name: room}
             return room

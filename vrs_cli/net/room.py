@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
+from math import inf
 from pathlib import Path
 from secrets import token_hex, token_urlsafe
 from typing import Any
@@ -71,7 +72,7 @@ FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXI
 class Plan(Struct, frozen=True):
     """How a robot is served. `journal`, `folder`: where what it does, and its files, are; None: nowhere, and in a
     folder of its own that goes with the server. `one_user`: all who hold it are the same one, so that the lease is
-    taken by who asks for it alone.
+    taken by who asks for it alone. `idle`: a robot that nobody has held or watched for so long [s] is paused.
     """
 
     model: RobotModel
@@ -82,6 +83,7 @@ class Plan(Struct, frozen=True):
     when_gone: WhenGone = WhenGone.GO_ON
     allowance: Allowance = USUAL
     one_user: bool = False
+    idle: float = inf
 
 
 class _Console:
@@ -176,6 +178,8 @@ class Room:
         self._measured = wall() - 2 * MEASURED
         self._grown: LimitReached | None = None
         self._ran = False
+        self._watched_at = wall()  # when somebody held or watched it last
+        self._paused_at: float | None = None  # since when it is paused, because nobody does
         self._watch: Ticket[None] | None = None
         self._looked: object = None  # when those who sit at a prompt were last told what stands around it
         self._clock: messages.Clock | None = None
@@ -250,6 +254,7 @@ class Room:
         connection.welcome(self._welcome(guest, grant), guest.ledger, now)
         link.flush()  # before the first that is told to all
         guest.attach(link, hello)
+        self._mind_idleness(now)
         return guest
 
     def _known(self, grant: Grant, hello: messages.Hello) -> Guest | None:
@@ -545,6 +550,7 @@ class Room:
             driver.link.ping()
         if gone := self.driving.lapsed():
             self._driver_gone(gone)
+        self._mind_idleness(now)
         self._watch_over()
         self._withdraw_questions()
         self._measure(now)
@@ -563,6 +569,28 @@ class Room:
         said = "stopped" if self.plan.when_gone is WhenGone.ABORT else "paused"
         message = Message(f"{who} drove, and has gone: the program is {said}", Tone.WARNING)
         self._put(lambda: self._show(None, message))
+
+    def _mind_idleness(self, now: float) -> None:
+        """Pause a robot that works for nobody; let it go on when somebody holds or watches it."""
+        if self.broadcast.watched:
+            self._watched_at = now
+            if self._paused_at is not None:
+                self._go_on(now - self._paused_at)
+        elif self._paused_at is None and now - self._watched_at >= self.plan.idle and self._works:
+            self._paused_at = now
+            self.session.actor.rest(True)
+            self._audit.note(self.name, "", "", "(pause)", "nobody holds or watches it")
+
+    @property
+    def _works(self) -> bool:
+        return self.session.running or self._self.now < self.session.engine.end
+
+    def _go_on(self, paused: float) -> None:
+        self._paused_at = None
+        self.session.actor.rest(False)
+        self._audit.note(self.name, "", "", "(go on)", f"after {paused:.0f} s")
+        said = Message(f"nobody was here: the robot stood still for {paused:.0f} s, and goes on now", Tone.WARNING)
+        self._put(lambda: self._show(None, said))
 
     def _watch_over(self) -> None:
         """A program whose holder has gone goes on, though nobody waits for it."""

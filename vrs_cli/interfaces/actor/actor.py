@@ -77,6 +77,7 @@ class Actor:
         self._questions = count(1)
         self._time_first = False  # time goes on before the next request begins
         self._look = False  # what was done may have stopped a program that others wait for
+        self._rests = self._stopped = False  # programs and motions stand; their clock was stopped for that
         self._answers: list[_Answer] = []  # to be given when the changes that they are of are on the disk
         self._beat: Callable[[], float | None] | None = None  # what the robot does by itself
         self._beats_at = inf  # [s] of the robot's clock
@@ -129,6 +130,18 @@ class Actor:
         """
         self._beat, self._beats_at = beat, self._driver.engine.clock.reached
 
+    def rest(self, rests: bool) -> None:
+        """Let programs, motions and the clock stand from now on, or go on from where they stand; requests are carried
+        out all the same. In any thread.
+        """
+        self._inbox.put(partial(self._rest, rests))
+
+    def _rest(self, rests: bool) -> None:
+        clock, self._rests = self._driver.engine.clock, rests
+        if isinstance(clock, WallClock) and (self._stopped if not rests else not clock.paused):
+            clock.change(paused=rests)
+            self._stopped = rests
+
     def _put_reaction(self, ticket: Ticket[Any], reaction: Reaction, question: int) -> None:
         self._inbox.put(partial(self._react, ticket, reaction, question))
 
@@ -143,6 +156,8 @@ class Actor:
         clock = self._driver.engine.clock
         if len(self._inbox) or self._present or self._ready or (self._running and self._look):
             return clock.reached
+        if self._rests:
+            return inf
         due = min(self._driver.peek(), self._beats_at)
         passes = not self._driver.stands if self._running else clock.realtime and not clock.paused
         return due if passes or due <= clock.reached else inf
@@ -218,7 +233,8 @@ class Actor:
     # --- one step ---
 
     def _step(self) -> None:
-        came, time_goes_on = self._take(), bool(self._running) and not self._driver.stands
+        came = self._take()
+        time_goes_on = bool(self._running) and not self._rests and not self._driver.stands
         if self._present:
             self._look = True
             self._work(self._present.pop())
@@ -234,7 +250,7 @@ class Actor:
         elif time_goes_on:
             self._time_first = False
             self._happen()
-        elif self._driver.peek() <= self._driver.engine.clock.reached:
+        elif not self._rests and self._driver.peek() <= self._driver.engine.clock.reached:
             self._happen()
         elif not came:
             self._wait()
