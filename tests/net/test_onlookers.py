@@ -1,4 +1,4 @@
-"""Lines of an onlooker are answered beside another client's program; `python -m tests.net.onlookers 1000` types many."""
+"""Lines typed beside a program of another client are answered; `python -m tests.net.onlookers 1000` types many."""
 
 from __future__ import annotations
 
