@@ -411,6 +411,7 @@ def test_signals_of_a_file_come_at_their_times(vrs: Vrs, tmp_path: Path) -> None
     (tmp_path / "cell.csv").write_text("time, signal, state\n1.5, 1001, ON\n")
     ended = vrs("run", "w.v2", "--signals", "cell.csv")
     assert (ended.status, ended.out.splitlines()[0]) == (0, "part at 1.5")
+    assert "task 1 is ended at beside step 1: *Endless wait* waits for SIG(1002), which nothing here turns" in ended.out
 
 
 def test_a_wrong_file_of_signals_is_refused(vrs: Vrs, tmp_path: Path) -> None:
@@ -572,11 +573,10 @@ def test_no_program_leaves_its_sandbox(vrs: Vrs, tmp_path: Path, word: str, name
     assert {path.name for path in tmp_path.iterdir()} == before
 
 
-def test_a_sandbox_has_limits_and_they_can_be_raised(vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "p.v2").write_text('.PROGRAM p()\n  FOR i = 1 TO 60\n    TYPE "0123456789"\n  END\n.END\n')
-    monkeypatch.setattr("vrs_cli.cli.run.SANDBOX", {"max_output": 500})
-    assert "(give it more with --max-output)" in vrs("run", "p.v2", "--sandbox", "box").err
-    assert vrs("run", "p.v2", "--sandbox", "box", "--max-output", "1K").status == 0
+def test_a_sandbox_has_limits_and_they_can_be_raised(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "p.v2").write_text(".PROGRAM p()\n  DELAY 4000\n.END\n")
+    assert "(give it more with --max-time)" in vrs("run", "p.v2", "--sandbox", "box").err
+    assert vrs("run", "p.v2", "--sandbox", "box", "--max-time", "4001").status == 0
 
 
 def test_what_is_no_folder_is_no_sandbox(vrs: Vrs, tmp_path: Path) -> None:
@@ -592,3 +592,69 @@ def test_nobody_is_called_from_a_sandbox() -> None:
             with pytest.raises(PermissionError, match="not for this run"):
                 act()
     socket.socket().close()
+
+
+BESIDE = """\
+.PROGRAM main
+    EXECUTE 5 other()
+    TYPE "main is over"
+.END
+.PROGRAM other
+    TYPE "other begins"
+    WAIT.EVENT 0, 3
+    {more}
+    TYPE "other is over"
+.END
+"""
+
+
+def test_a_run_waits_for_all_tasks(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "p.v2").write_text(BESIDE.format(more="ATTACH (0)\n    DRIVE 1, 10, 100"))
+    ended = vrs("run", "p.v2", "--json")
+    found = json.loads(ended.out)
+    assert ended.status == 0
+    assert found["typed"] == ["main is over", "other begins", "other is over"]
+    assert found["duration_s"] > 3.0
+    assert found["final"]["joints_deg"][0] == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize(
+    ("more", "limit", "reason"),
+    [
+        (
+            "10 GOTO 10",
+            ("--max-steps", "5000"),
+            "after 5000 steps: task 5, other step 3 is busy at 10 GOTO",
+        ),
+        (
+            "10 WAIT.EVENT 0, 1\n GOTO 10",
+            ("--max-time", "60"),
+            "after 60 s of the robot's time: task 5, other",
+        ),
+        ('10 TYPE "x"\n GOTO 10', ("--max-output", "500"), "the program wanted to type more than 500 bytes"),
+    ],
+)
+def test_a_limit_ends_an_endless_task_with_the_reason(
+    vrs: Vrs, tmp_path: Path, more: str, limit: tuple[str, str], reason: str
+) -> None:
+    (tmp_path / "p.v2").write_text(BESIDE.format(more=more))
+    ended = vrs("run", "p.v2", *limit)
+    assert ended.status == 1
+    assert reason in ended.err
+    assert "Program other stopped at step" in ended.err
+
+
+def test_a_limit_ends_all_tasks(vrs: Vrs, tmp_path: Path) -> None:
+    starts = "\n".join(f"    EXECUTE {number} ever()" for number in range(1, 27))
+    (tmp_path / "p.v2").write_text(f".PROGRAM main\n{starts}\n.END\n.PROGRAM ever\n10 GOTO 10\n.END\n")
+    ended = vrs("run", "p.v2", "--max-steps", "20000")
+    assert ended.status == 1
+    assert ended.err.count("*Program limit reached*") == 1
+    assert "task 26, ever step 1 is busy at 10 GOTO 10" in ended.err
+
+
+def test_the_files_of_a_program_are_beside_its_file(vrs: Vrs, tmp_path: Path) -> None:
+    (tmp_path / "cell").mkdir()
+    (tmp_path / "cell" / "p.v2").write_text('.PROGRAM p()\n ATTACH (5)\n FOPENW (5) "log.txt"\n WRITE (5) "x"\n.END\n')
+    assert vrs("run", "cell/p.v2").status == 0
+    assert (tmp_path / "cell" / "log.txt").read_text() == "x\n"

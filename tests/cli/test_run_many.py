@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import Vrs
+from vrs_cli.interfaces.tasks.limits import OWN, Limits
 
 GOOD = '.PROGRAM one()\n    TYPE "one"\n    DRIVE 1, 10, 100\n.END\n.PROGRAM other()\n    TYPE "other"\n.END\n'
 STOPS = '.PROGRAM two()\n    TYPE "two"\n    MOVE nowhere\n.END\n'
@@ -54,3 +55,105 @@ def test_one_file_of_many_runs_is_refused(vrs: Vrs, tmp_path: Path, option: str)
     assert (ended.status, ended.out) == (2, "")
     assert ended.err == f"vrs run: {option} is for one file (run the files one by one for it)\n"
     assert not (tmp_path / "out.x").exists()
+
+
+LOGS = """\
+.PROGRAM {name}()
+    ATTACH (5)
+    FOPENR (5) "given.txt"
+    READ (5) $given
+    FCLOSE (5)
+    FOPENW (5) "log.txt"
+    TYPE $given, IOSTAT(5)
+    WRITE (5) "{name}"
+    FCLOSE (5)
+    FDELETE (5) "{other}.v2"
+    TYPE IOSTAT(5)
+    FDELETE (5) "given.txt"
+.END
+"""
+
+
+@pytest.fixture
+def logs(tmp_path: Path) -> Path:
+    (tmp_path / "logs").mkdir()
+    (tmp_path / "logs" / "given.txt").write_text("given\n")
+    for name, other in (("a", "b"), ("b", "a")):
+        (tmp_path / "logs" / f"{name}.v2").write_text(LOGS.format(name=name, other=other))
+    return tmp_path / "logs"
+
+
+def contents(folder: Path) -> dict[str, str]:
+    return {path.relative_to(folder).as_posix(): path.read_text() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_each_file_has_a_working_folder_of_its_own(vrs: Vrs, logs: Path) -> None:
+    before = contents(logs)
+    for pattern in ("logs", "logs/*.v2"):
+        ended = vrs("run", pattern, "--json")
+        assert [found["typed"] for found in json.loads(ended.out)["files"]] == [["given 1", " 1"]] * 2
+        assert contents(logs) == before
+
+
+def test_what_each_file_wrote_is_kept_on_request(vrs: Vrs, logs: Path, tmp_path: Path) -> None:
+    before = contents(logs)
+    assert vrs("run", "logs", "--keep", "kept").status == 0
+    assert contents(tmp_path / "kept") == {"a.v2/log.txt": "a\n", "b.v2/log.txt": "b\n"}
+    assert contents(logs) == before
+    ended = vrs("run", "logs/a.v2", "--keep", "kept")
+    assert (ended.status, "--keep is for several files" in ended.err) == (2, True)
+
+
+def test_each_file_has_a_part_of_the_sandbox(vrs: Vrs, logs: Path, tmp_path: Path) -> None:
+    (tmp_path / "box").mkdir()
+    (tmp_path / "box" / "given.txt").write_text("boxed\n")
+    ended = vrs("run", str(logs), "--sandbox", "box", "--json")
+    typed = [found["typed"] for found in json.loads(ended.out)["files"]]
+    assert typed == [["boxed 1", "-501"]] * 2
+    assert contents(tmp_path / "box") == {"given.txt": "boxed\n", "a.v2/log.txt": "a\n", "b.v2/log.txt": "b\n"}
+
+
+@pytest.mark.parametrize(
+    "name", ["../secret.txt", "/etc/hostname", "link.txt", "linked/secret.txt", "below/../../secret.txt", "."]
+)
+@pytest.mark.parametrize("word", ["FOPENR", "FOPENW", "FOPENA", "FDELETE"])
+def test_no_file_of_a_folder_run_leaves_its_folder(vrs: Vrs, logs: Path, tmp_path: Path, word: str, name: str) -> None:
+    (tmp_path / "secret.txt").write_text("secret\n")
+    (logs / "link.txt").symlink_to(tmp_path / "secret.txt")
+    (logs / "linked").symlink_to(tmp_path)
+    (logs / "a.v2").write_text(
+        f'.PROGRAM a()\n ATTACH (5)\n {word} (5) "{name}"\n READ (5) $x\n'
+        " IF IOSTAT(5) == 1 THEN\n  TYPE $x\n END\n.END\n"
+    )
+    before = contents(tmp_path)
+    ended = vrs("run", "logs")
+    assert "secret" not in ended.out
+    assert contents(tmp_path) == before
+
+
+def test_an_endless_loop_of_a_folder_run_ends_by_its_limit(vrs: Vrs, logs: Path) -> None:
+    (logs / "a.v2").write_text(".PROGRAM a()\n10 GOTO 10\n.END\n")
+    ended = vrs("run", "logs", "--max-steps", "100K")
+    assert ended.status == 1
+    assert "running after 100000 steps: a step 1 is busy at 10 GOTO 10 (give it more with --max-steps)" in ended.err
+    path, *_, outcome = ended.err.splitlines()[-2].split(maxsplit=3)
+    assert (path, outcome) == ("logs/b.v2", "Program completed")
+
+
+def test_help_says_what_limits_hold(vrs: Vrs) -> None:
+    told = " ".join(vrs("run", "--help").out.split())
+    usual, own = Limits(), OWN
+    assert (usual.max_time, own.max_time) == (3600.0, 86_400.0)
+    assert "(default: a day, 86400; or an hour, 3600)" in told
+    assert (usual.max_steps, own.max_steps) == (10_000_000, 100_000_000)
+    assert "(default: 100M, in real time any number; or 10M)" in told
+    assert usual.max_elements == own.max_elements == 10_000_000
+    assert (usual.max_output, own.max_output) == (10_000_000, 100_000_000)
+    assert (usual.max_disk, own.max_disk) == (100_000_000, 1_000_000_000)
+
+
+def test_a_folder_run_of_one_file_is_apart_too(vrs: Vrs, logs: Path) -> None:
+    (logs / "b.v2").unlink()
+    before = contents(logs)
+    assert vrs("run", "logs", "--quiet").out == "given 1\n-501\n"
+    assert contents(logs) == before

@@ -6,16 +6,17 @@ import argparse
 import os
 import signal
 import sys
-from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.cli.command_line import (
+    STANDARD_STREAM,
     CommandLineError,
     Parser,
     add_realtime_option,
@@ -37,17 +38,15 @@ if TYPE_CHECKING:
     from vrs_cli.cli.batch import BatchTerminal, Object
     from vrs_cli.cli.run_many import Heard
     from vrs_cli.dialogue.runs import Beside, RunResult
+    from vrs_cli.files.bounds import Folder
     from vrs_cli.interfaces.station.station import Station
     from vrs_cli.interfaces.tasks.limits import Limits
     from vrs_cli.language.text.diagnostics import Diagnostic
     from vrs_cli.render.progress import RunProgress
     from vrs_cli.repl.interrupt import Stoppable
 
-COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options and limits
-SANDBOX: Mapping[str, float] = {  # its limits, where no others are given; the last two where the system has such
-    "max_steps": 100_000_000,
-    "max_output": 10_000_000,
-    "max_disk": 100_000_000,
+COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options, and fields of Limits
+FENCE: Mapping[str, float] = {  # round a program that nobody watches, where the system has such
     "max_wall": 60.0,
     "max_memory": 4_000_000_000,  # of address space, of which numpy takes some for each core
 }
@@ -59,7 +58,8 @@ standard input. With --json, or --csv -, the result stands alone on standard out
 standard error. Time is the robot's and passes as fast as it computes, unless --realtime is given.
 
   vrs run pick.v2
-  vrs run cell --max-time 60        all program files in a folder, and a summary
+  vrs run cell                      all program files in a folder, each within limits, and a summary
+  vrs run cell --keep written       the same; what each wrote is in written/NAME
   vrs run cell.v2 load.part --cycles 5 --save cell.vrst
   vrs run cell.v2 --signals cell.csv --max-time 60
   vrs run pick.v2 --csv pick.csv --rate 50 --plot pick.svg
@@ -73,8 +73,13 @@ standard error. Time is the robot's and passes as fast as it computes, unless --
 def main(prog: str, arguments: Sequence[str]) -> int:
     """Load, check and execute; returns 1 when the file has errors or the program stopped with one."""
     options = parser(prog).parse(arguments)
-    files = program_files(_files(options))
-    if options.sandbox is not None:
+    named = _files(options)
+    files = program_files(named)
+    options.apart = len(files) > 1 or set(files) != set(named)  # a folder run: each file by itself
+    options.common = os.path.commonpath([os.path.dirname(os.path.abspath(path)) for path in files])
+    if options.keep is not None and not options.apart:
+        raise CommandLineError("--keep is for several files or a folder", "one file has the files beside it")
+    if options.sandbox is not None or options.apart:
         _fence_in(options)
     if len(files) > 1:
         from vrs_cli.cli.run_many import run_many
@@ -114,7 +119,12 @@ def parser(prog: str) -> Parser:
     parser.add_cell()
     _add_limits(parser)
     parser.add_argument(
-        "--sandbox", metavar="FOLDER", help="for a program of somebody else: its files are in this folder alone"
+        "--sandbox",
+        metavar="FOLDER",
+        help="for programs of somebody else: their files are here alone (of several files: each in FOLDER/NAME)",
+    )
+    parser.add_argument(
+        "--keep", metavar="FOLDER", help="keep what each of several files wrote, in FOLDER/NAME (else it is removed)"
     )
     parser.add_argument("--signals", metavar="FILE", help="when input signals change: lines of time, signal, state")
     add_realtime_option(parser)
@@ -129,29 +139,44 @@ def parser(prog: str) -> Parser:
 def _add_limits(parser: Parser) -> None:
     """The limits of a run, and the fence of the system round it."""
     group = parser.add_argument_group(
-        "limits", "Where one is reached the program is stopped with an error. K, M and G are 1000, 1000K and 1000M."
-    )
-    group.add_argument(
-        "--max-time", metavar="S", type=positive, help="seconds of the robot's time (default: a day, 86400)"
+        "limits",
+        "Where one is reached the program is stopped with an error. The first default is for one file; the second is "
+        "for each file of a folder, a pattern or a list, and with --sandbox. K, M and G are 1000, 1000K and 1000M.",
     )
     rows = (
-        ("--max-steps", "N", size, "steps of all programs together (default: any number)"),
+        ("--max-time", "S", positive, "seconds of the robot's time (default: a day, 86400; or an hour, 3600)"),
+        ("--max-steps", "N", size, "steps of all programs together (default: 100M, in real time any number; or 10M)"),
         ("--max-elements", "N", size, "what arrays and strings hold: elements and characters (default: 10M)"),
-        ("--max-output", "BYTES", size, "what is typed (default: 100M)"),
-        ("--max-disk", "BYTES", size, "what is written to files (default: 1G)"),
-        ("--max-wall", "SECONDS", positive, "time on the wall; where a run ends then depends on the machine"),
-        ("--max-memory", "BYTES", size, "memory of the process (systems that have such a limit)"),
+        ("--max-output", "BYTES", size, "what is typed (default: 100M; or 10M)"),
+        ("--max-disk", "BYTES", size, "what is written to files (default: 1G; or 100M)"),
+        (
+            "--max-wall",
+            "SECONDS",
+            positive,
+            "time on the wall; the machine decides where that ends a run (default: any; or 60)",
+        ),
+        (
+            "--max-memory",
+            "BYTES",
+            size,
+            "memory of the process, where the system has such a limit (default: any; or 4G)",
+        ),
     )
     for name, metavar, kind, what in rows:
         group.add_argument(name, metavar=metavar, type=kind, help=what)
 
 
 def _fence_in(options: argparse.Namespace) -> None:
-    """The folder, and the limits that are not given. Raises CommandLineError."""
-    missing = {"max_wall": not hasattr(signal, "setitimer"), "max_memory": find_spec("resource") is None}
-    for name, most in SANDBOX.items():
-        if getattr(options, name) is None and not missing.get(name):
+    """The folder, and the fence where none is given. Raises CommandLineError."""
+    missing = {
+        "max_wall": options.realtime is not None or not hasattr(signal, "setitimer"),
+        "max_memory": find_spec("resource") is None,
+    }
+    for name, most in FENCE.items():
+        if getattr(options, name) is None and not missing[name]:
             setattr(options, name, most)
+    if options.sandbox is None:
+        return
     try:
         os.makedirs(options.sandbox, exist_ok=True)
     except OSError as error:
@@ -186,9 +211,9 @@ class _Batch(Struct, frozen=True):
         alone = Alone() if options.sandbox is not None else nullcontext()
         running = RunProgress(self.source.path, options.max_time)
         aside = options.json or self.outputs.takes_standard_output  # where TYPE and PROMPT write
-        with memory(options.max_memory) as enough, running as progress, alone:
+        with memory(options.max_memory) as enough, running as progress, alone, self._folder() as folder:
             terminal = BatchTerminal(sys.stderr if aside else sys.stdout, progress, options.quiet)
-            station = self._station(terminal)
+            station = self._station(terminal, folder)
             try:
                 with enough(), wall(options.max_wall, station.driver.end_by):
                     diagnostics = station.load_text(self.source.text)
@@ -201,6 +226,8 @@ class _Batch(Struct, frozen=True):
                 if options.json:
                     self._print_json(station, None, [error_object(error)])
                 raise
+            finally:
+                station.close()
         status = max(self._ended(station, terminal, result), OK if sound else FAILED)
         stop.end(signal.SIGINT)
         return status
@@ -216,20 +243,34 @@ class _Batch(Struct, frozen=True):
         with journal(self.options.save, engine, partial(_say, progress), durable=durable) as sound, stop:
             try:
                 with enough():
-                    result = station.execute(program, cycles=self.options.cycles)
+                    result = station.execute(program, cycles=self.options.cycles, all_tasks=True)
             except LimitReached as error:
                 result = station.driver.broken_off(error)
         return result, sound()
 
-    def _station(self, terminal: BatchTerminal) -> Station:
-        from vrs_cli.files.bounds import FREE, Folder
+    @contextmanager
+    def _folder(self) -> Iterator[Folder]:
+        """Where programs have their files: the folder of the file, the sandbox, or a working folder of this run."""
+        from vrs_cli.files.bounds import Folder
+        from vrs_cli.files.working_folder import working_folder
+
+        options, given = self.options, self.options.file == STANDARD_STREAM
+        beside, box = Path() if given else Path(self.source.path).parent, options.sandbox
+        if not options.apart:
+            yield Folder(beside) if box is None else Folder(Path(box), closed=True)
+            return
+        name = Path("standard input") if given else Path(os.path.relpath(self.source.path, options.common))
+        source, kept = (beside, options.keep) if box is None else (Path(box), options.keep or box)
+        with working_folder(source, None if kept is None else Path(kept, name), below=box is None) as folder:
+            yield folder
+
+    def _station(self, terminal: BatchTerminal, folder: Folder) -> Station:
         from vrs_cli.interfaces.station.station import Station
 
         model = chosen_robot("vrs run", self.options, robot_of("vrs run", self.source))
         outside = chosen_outside(self.options, patience=PATIENCE)
-        box, clock = self.options.sandbox, clock_of(self.options.realtime)
-        folder = FREE if box is None else Folder(Path(box), closed=True)
-        station = Station(terminal, model, clock=clock, limits=self._limits(), folder=folder, outside=outside)
+        clock, limits = clock_of(self.options.realtime), self._limits()
+        station = Station(terminal, model, clock=clock, limits=limits, folder=folder, outside=outside, advice=_advice)
         station.dialect = chosen_dialect(self.options)
         station.tasks.told = partial(self._tell_beside, terminal)
         if self.options.cell is not None:
@@ -244,10 +285,14 @@ class _Batch(Struct, frozen=True):
 
     def _limits(self) -> Limits:
         """Those of the options, and the usual ones of the rest."""
-        from vrs_cli.interfaces.tasks.limits import Limits
+        from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN, Limits
 
-        given = {name: value for name in COUNTED if (value := getattr(self.options, name)) is not None}
-        return Limits(**given, told_by=_help)
+        options = self.options
+        own = OWN if options.realtime is None else ATTENDED
+        usual = Limits() if options.apart or options.sandbox is not None else own
+        return structs.replace(
+            usual, **{name: most for name in COUNTED if (most := getattr(options, name)) is not None}
+        )
 
     def _program(self, station: Station) -> str:
         """The program asked for, or the first of the file. Raises CommandLineError."""
@@ -337,7 +382,7 @@ def _tell_displaced(station: Station) -> None:
         print(sentence, file=sys.stderr)
 
 
-def _help(option: str) -> str:
+def _advice(option: str) -> str:
     """What helps where the limit of an option stops a program."""
     if option == "signals":
         return "--signals FILE says when inputs change"

@@ -70,8 +70,10 @@ def _row(prog: str, options: Namespace, path: str, objects: list[Object], run: R
     if not results:
         return Row(path, status, BROKEN)
     result = results[0]
-    fault = result.fault
-    said = result.outcome.value if fault is None else f"{fault.message} at step {fault.step}"
+    fault, where = result.fault, ""
+    if fault is None and result.beside:
+        fault, where = result.beside[0].fault, f" of task {result.beside[0].number}"
+    said = result.outcome.value if fault is None else f"{fault.message} at step {fault.step}{where}"
     return Row(path, status, said, result.ended - result.started)
 
 

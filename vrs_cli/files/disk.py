@@ -88,14 +88,28 @@ class _Unit(Struct, eq=False):
 
 
 class Disk(Struct, eq=False):
-    """The open files of all tasks. Names are relative to `folder`, and cannot leave it.
+    """The open files of all tasks. Names are relative to `folder`, or to the folder of the task, and cannot leave it.
 
-    `spend` hears how many bytes are about to be written, and raises what is to stop them.
+    `spend` hears how many bytes are about to be written, `hold` how many characters all files that are open to be read
+    are to hold; each raises what is to stop that.
     """
 
     folder: Folder
     spend: Callable[[int], None] = lambda _size: None
+    hold: Callable[[int], None] = lambda _characters: None
+    _folders: dict[int, Folder] = field(default_factory=dict)  # of tasks that have one of their own
     _units: dict[tuple[int, int], _Unit] = field(default_factory=dict)
+
+    # --- folders ---
+
+    def place(self, task: int, folder: Folder | None) -> None:
+        """A task that begins has its files in this folder; None: where all others have theirs."""
+        self._folders.pop(task, None)
+        if folder is not None:
+            self._folders[task] = folder
+
+    def own_folder(self, task: int) -> Folder | None:
+        return self._folders.get(task)
 
     # --- units ---
 
@@ -134,10 +148,14 @@ class Disk(Struct, eq=False):
 
     def open(self, task: int, unit: int, name: str, access: Access) -> None:
         """Raises UnitNotAttached, FileOutside; what else goes wrong is the status."""
-        one, path = self._unit(task, unit), self.folder.inside(name)
+        folder = self._folders.get(task, self.folder)
+        one, path = self._unit(task, unit), folder.inside(name)
+        if access is Access.READ and path.is_file():
+            read = sum(len(other.file.getvalue()) for other in self._units.values() if isinstance(other.file, StringIO))
+            self.hold(read + path.stat().st_size)
         if access is Access.APPEND and path.is_file():
             self.spend(path.stat().st_size)  # what is there is copied first
-        elif access is not Access.READ and self.folder.closed and not path.exists():
+        elif access is not Access.READ and folder.closed and not path.exists():
             self.spend(BLOCK)
         with one.attempt():
             if one.path is not None:
@@ -146,7 +164,7 @@ class Disk(Struct, eq=False):
             written = any(isinstance(other.file, Beside) for other in others)
             if written or (others and access is not Access.READ):  # many may read a file, or one may write it
                 raise FileOpened(path.name, "it is open on another unit")
-            one.file = _opened(path, access, self.folder)
+            one.file = _opened(path, access, folder)
             one.path = path
 
     def close(self, task: int, unit: int) -> None:
@@ -158,13 +176,14 @@ class Disk(Struct, eq=False):
 
     def delete(self, task: int, unit: int, name: str) -> None:
         """Raises UnitNotAttached, FileOutside."""
-        one, path = self._unit(task, unit), self.folder.inside(name)
+        folder = self._folders.get(task, self.folder)
+        one, path = self._unit(task, unit), folder.inside(name)
         with one.attempt():
             if any(other.path == path for other in self._units.values()):
                 raise FileOpened(path.name, "FCLOSE closes it")
             if not path.is_file():
                 raise NonexistentFile(path.name)
-            delete(path, self.folder)
+            delete(path, folder)
 
     # --- records ---
 

@@ -5,16 +5,21 @@ Robots stop the lines and programs of their own users alone: nobody waits for wh
 
 from __future__ import annotations
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.errors import LimitReached, RequestRefused
-from vrs_cli.interfaces.tasks.limits import LONGEST, Limits
+from vrs_cli.interfaces.tasks.limits import ATTENDED, Limits
 
 OURS = "the server sets this limit"
 TO_MAKE_ROOM = "KILL, then ZERO, or DELETEP, DELETER, DELETES and DELETEL, make room"
 HELP = {"max_elements": f"{TO_MAKE_ROOM}; {OURS}", "max_disk": f"FDELETE makes room; {OURS}"}
 WRONG_TOKENS = 10  # from one address in a minute
 MINUTE = 60.0  # [s]
+
+
+def advice(option: str) -> str:
+    """What helps where a limit of a run is reached."""
+    return HELP.get(option, OURS)
 
 
 class Allowance(Struct, frozen=True):
@@ -45,12 +50,12 @@ class Allowance(Struct, frozen=True):
 
     def of_run(self, *, realtime: bool) -> Limits:
         """The limits of one run of a program. In real time it may go on for ever."""
-        return Limits(
-            max_time=float("inf") if realtime else LONGEST,
+        return structs.replace(
+            ATTENDED,
+            max_time=None if realtime else ATTENDED.max_time,
             max_steps=self.steps,
             max_elements=self.elements,
             max_disk=self.folder,
-            told_by=lambda option: HELP.get(option, OURS),
         )
 
     def of_looking(self, share: float, now: float) -> Bucket:

@@ -50,7 +50,7 @@ from vrs_cli.net.chronicle import Chronicle
 from vrs_cli.net.driving import Driving, WhenGone
 from vrs_cli.net.guest import Guest, Link, Pending
 from vrs_cli.net.ledger import Ledger
-from vrs_cli.net.limits import USUAL, Allowance, Meter, check_growth
+from vrs_cli.net.limits import USUAL, Allowance, Meter, advice, check_growth
 from vrs_cli.net.locker import check_room
 from vrs_cli.net.memory import Memory
 from vrs_cli.net.outbox import BESIDE
@@ -196,7 +196,7 @@ class Room:
         clock = None if plan.realtime is None else WallClock(time.monotonic, time.sleep, plan.realtime)
         console = _Console(self._by_itself, self._typed)
         limits = plan.allowance.of_run(realtime=clock is not None)
-        session = _Served(console, plan.model, clock=clock, limits=limits, folder=self.folder)
+        session = _Served(console, plan.model, clock=clock, limits=limits, folder=self.folder, advice=advice)
         console.session, session.driving = session, self.driving
         session.lease = self._binding(self.driving.lease)
         return session

@@ -202,7 +202,9 @@ def test_what_helps_is_said_by_who_sets_the_limits(session: Session) -> None:
         fault = session.execute("main", limits=limits).fault
         assert fault is not None
         assert "(SIGNAL sets an input that is waited for; RETRY lets a program go on)" in fault.message
-    fault = session.execute("main", limits=Limits(max_time=1.0, told_by="give more {}".format)).fault
+    station = Session(RecordingTerminal(), advice="give more {}".format)
+    load(station, "WHILE TRUE DO", "END")
+    fault = station.execute("main", limits=Limits(max_time=1.0)).fault
     assert fault is not None
     assert "(give more max_time)" in fault.message
 

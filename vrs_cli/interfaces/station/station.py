@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Protocol, TypeVar
 from weakref import WeakSet, finalize
 
+from msgspec import Struct
+
 from vrs_cli.devices.outside import Outside
 from vrs_cli.dialogue.replies import Message, Plot, ProgramStopped, Tone
 from vrs_cli.dialogue.runs import Beside, Outcome, RunResult
@@ -35,17 +37,19 @@ from vrs_cli.interfaces.station.lease import Lease
 from vrs_cli.interfaces.station.unstored import Unstored
 from vrs_cli.interfaces.tasks.debugging import Stepping
 from vrs_cli.interfaces.tasks.driver import Driver
-from vrs_cli.interfaces.tasks.limits import USUAL, Limits
+from vrs_cli.interfaces.tasks.limits import ATTENDED, Advice, Limits, at_prompt
 from vrs_cli.interfaces.tasks.readings import Readings
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Track
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.language.run.cell import Cell
 from vrs_cli.language.run.effects import CYCLE_SETTINGS
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.run.prompt import statement_task
 from vrs_cli.language.run.runtime import Arguments, Task
+from vrs_cli.language.run.signals import NO_INPUTS, Inputs
 from vrs_cli.language.text.ast import (
     BadLine,
     File,
@@ -59,6 +63,16 @@ from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.language.words.word import Role
 
 R = TypeVar("R")
+
+
+class Conditions(Struct, frozen=True):
+    """What one call has of its own: limits, the folder of its files, the cell, and inputs that change at times [s] from
+    its beginning. None: the robot's."""
+
+    limits: Limits | None = None
+    folder: Folder | None = None
+    cell: Cell | None = None
+    inputs: Inputs = NO_INPUTS
 
 
 class LineStopped(KeyboardInterrupt):
@@ -92,9 +106,10 @@ class Station:
         *,
         start: Joints | None = None,
         clock: Clock | None = None,
-        limits: Limits = USUAL,
+        limits: Limits = ATTENDED,
         folder: Folder = FREE,
         outside: Outside | None = None,
+        advice: Advice = at_prompt,
     ) -> None:
         if outside is not None and outside.live and not (clock and clock.realtime):
             raise UsageError("what comes from outside comes in real time", "give a clock on the wall")
@@ -109,7 +124,7 @@ class Station:
             self.unstored.watch()
         self.robot = Readings(self.engine)
         self.limits, self.folder = limits, folder
-        self.driver = Driver(self.engine, terminal, self.environment, self.robot, folder, outside)
+        self.driver = Driver(self.engine, terminal, self.environment, self.robot, folder, outside, advice)
         self.actor = Actor(self.driver)
         self.tasks, self.debugging = self.driver.tasks, self.driver.debugging
         self.tasks.told = self._tell
@@ -124,6 +139,7 @@ class Station:
         self.stops = 0  # how often it was stopped by hand
         self.driver.answers, self.driver.then = self._answers, self._then
         self.layout = Layout()
+        self._given: Folder | None = None  # where programs that begin now have their files, if not in `folder`
         self.home = folder  # where CD without a folder leads, and no CD out of a closed one
         self.log: Log | None = None  # what writes down the session, where somebody can have that
         self.draw: Callable[[Path, Plot], None] | None = None  # a plot into a file, where this robot does that
@@ -234,9 +250,13 @@ class Station:
         step: int = 1,
         *,
         limits: Limits | None = None,
+        all_tasks: bool = False,
     ) -> RunResult:
-        """Run a program to its end, at the terminal. Raises as `begin` does; what goes wrong in it is in the result."""
-        return self.converse(self.wait(self.begin(program, arguments, cycles, step), limits))
+        """Run a program to its end, at the terminal; `all_tasks`: and all others that run to theirs. Raises as `begin`
+        does; what goes wrong in it is in the result.
+        """
+        track = self.begin(program, arguments, cycles, step)
+        return self.converse(self.wait(track, limits, all_tasks=all_tasks))
 
     def begin(self, program: str | None = None, arguments: Arguments = (), cycles: int = 1, step: int = 1) -> Track:
         """Start a program, the last one when none is named; `wait` or `let_run` comes next. Raises NoProgramSpecified,
@@ -244,7 +264,7 @@ class Station:
         """
         task = self._prepared(program, arguments, cycles, step)
         self._clock_runs()
-        return self.tasks.start(ROBOT_PROGRAM, task)
+        return self.tasks.start(ROBOT_PROGRAM, task, self._given)
 
     def resume(self, *, retry: bool = False, stepping: Stepping | None = None) -> Track:
         """Go on with a program that was paused, aborted, primed or stopped by an error, at the next step; with `retry`
@@ -263,11 +283,11 @@ class Station:
         """Drive a talk to its end at the terminal."""
         return self.actor.finish(self.actor.submit(talk), self.terminal)
 
-    def wait(self, track: Track, limits: Limits | None = None) -> Talk[RunResult]:
-        """Until a program that has begun stops."""
+    def wait(self, track: Track, limits: Limits | None = None, *, all_tasks: bool = False) -> Talk[RunResult]:
+        """Until a program that has begun stops; `all_tasks`: until all have."""
         self._changes_by_program(True)
         try:
-            result = yield from self.driver.run(track, limits or self.limits)
+            result = yield from self.driver.run(track, limits or self.limits, all_tasks=all_tasks)
         finally:
             self._changes_by_program(False)
         self._reset_settings(track)
@@ -310,12 +330,13 @@ class Station:
     def prime(self, program: str | None = None, arguments: Arguments = (), cycles: int = 1, step: int = 1) -> Track:
         """Get a program ready: `resume` begins it. Raises as `begin` does."""
         task = self._prepared(program, arguments, cycles, step)
-        return self.tasks.prime(ROBOT_PROGRAM, task)
+        return self.tasks.prime(ROBOT_PROGRAM, task, self._given)
 
     def start(self, number: int, program: str, arguments: Arguments = (), cycles: int = 1, step: int = 1) -> None:
         """Start a task that runs whenever time goes on. Raises TaskActive, and as `begin` does."""
         stored = self._executable(program)
-        self.tasks.start(number, Task(self.environment, self.robot, stored.name, arguments, cycles, step))
+        task = Task(self.environment, self.robot, stored.name, arguments, cycles, step)
+        self.tasks.start(number, task, self._given)
         self.settle()
 
     def _prepared(self, program: str | None, arguments: Arguments, cycles: int, step: int) -> Task:
@@ -441,6 +462,22 @@ class Station:
         except LineStopped:
             raise RequestRefused("it was stopped before it was done") from None
 
+    def under(self, conditions: Conditions, talk: Talk[R]) -> Talk[R]:
+        """A talk under conditions of its own, the programs that begin in it too."""
+        with self.driver.surrounded(conditions.cell, conditions.inputs):
+            return (yield from within(lambda: self._held_to(conditions), talk))
+
+    @contextmanager
+    def _held_to(self, conditions: Conditions) -> Iterator[None]:
+        before = self.limits, self.folder, self.home, self._given
+        self.limits = conditions.limits or self.limits
+        if conditions.folder is not None:
+            self.folder = self.home = self._given = conditions.folder
+        try:
+            yield
+        finally:
+            self.limits, self.folder, self.home, self._given = before
+
     @contextmanager
     def _served(self, desk: Desk) -> Iterator[None]:
         own, self.desk = self.desk, desk
@@ -456,7 +493,7 @@ class Station:
         """
         self.desk.last_statement = statement
         task = statement_task(self.environment, self.robot, statement)
-        track = self.tasks.start(PROMPT_LINE, task)
+        track = self.tasks.start(PROMPT_LINE, task, self._given)
         track.times, track.issued, self.desk.issued = self.desk.times, self.desk.issued, None
         of_program = self.unstored.of_program
         if of_program:

@@ -11,6 +11,7 @@ A task that waits for a condition looks at it every tick, and at once when a sig
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from math import inf
 from typing import TypeVar, cast
 
@@ -27,7 +28,7 @@ from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.tasks.debugging import Debugging
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.endless import UNTIMED, endless, in_vain
-from vrs_cli.interfaces.tasks.limits import GO_ON, USUAL, Limits, Spent
+from vrs_cli.interfaces.tasks.limits import ATTENDED, GO_ON, Advice, Limits, Spent, at_prompt
 from vrs_cli.interfaces.tasks.performing import Performer, Transcript
 from vrs_cli.interfaces.tasks.readings import SystemReadings
 from vrs_cli.interfaces.tasks.tasks import Tasks
@@ -53,6 +54,7 @@ class AskedInVain(Exception):
 class _Run(Struct, eq=False):
     """A task that somebody waits for: when it began and is to end [s], the steps that all had done before it, and after
     how many of its own its memory is looked at. `then` is told of its end, where nobody lets time go on for it alone.
+    `all_tasks`: the others are waited for too.
     """
 
     track: Track
@@ -61,11 +63,13 @@ class _Run(Struct, eq=False):
     last: float
     before: int
     then: Callable[[RunResult], None] | None = None
+    all_tasks: bool = False
     look: int = 0
 
 
 class Driver:
-    """Runs the `tasks` of one robot. `folder`: where programs have their files.
+    """Runs the `tasks` of one robot. `folder`: where programs have their files. `advice`: what helps where a limit is
+    reached.
 
     `begin` says what is waited for, `step` lets the next thing happen, `peek` tells when that is. `run` waits until a
     task has stopped; `settle` does what is due. `answers`: whether who is served is asked what a task asks. `then`:
@@ -80,18 +84,21 @@ class Driver:
         robot: RobotReadings,
         folder: Folder = FREE,
         outside: Outside | None = None,
+        advice: Advice = at_prompt,
     ) -> None:
         self.engine, self.terminal, self.environment = engine, terminal, environment
         self.inputs: Inputs = NO_INPUTS
         self.cell = NO_CELL
+        self._living = LivingCell(NO_CELL)
+        self._advice = advice
         self.debugging = Debugging()
-        self._transcript = Transcript(engine, terminal)
-        self._written = Spent("max_disk", "write")
-        self._disk = Disk(folder, self._written.add)
+        self._transcript = Transcript(engine, terminal, advice)
+        self._written = Spent("max_disk", "write", advice)
+        self._disk = Disk(folder, self._written.add, self._check_held)
         self.devices = Devices(self._disk, self._transcript.show, outside or Nothing(), self._missed)
         self.devices.outside.tell = lambda text: terminal.show(Message(text))
         self.tasks = Tasks(engine, environment, self.devices)
-        self._performer = Performer(engine, environment, robot, self.tasks, self._transcript, self.devices)
+        self._performer = Performer(engine, environment, robot, self.tasks, self._transcript, self.devices, advice)
         self._interrupted = False
         self._ended_by: LimitReached | None = None
         self._runs: list[_Run] = []  # the program, and a line of the prompt that is carried out beside it
@@ -100,6 +107,7 @@ class Driver:
         self.answers: Callable[[Track], bool] = lambda track: track.driven_by in (None, self.tasks.who)
         self.then: Callable[[Track], Callable[[RunResult], None] | None] = lambda _track: None
         self.lags: Callable[[], bool] = lambda: False  # whether who hears what programs TYPE is behind
+        environment.signals.listeners.append(self._follow)
         environment.system = SystemReadings(engine, environment, self.tasks, self.devices)
 
     @property
@@ -150,16 +158,17 @@ class Driver:
 
     # --- somebody waits ---
 
-    def run(self, track: Track, limits: Limits = USUAL) -> Talk[RunResult]:
-        """Until a task stops. At each RUNNING whoever drives lets one thing happen (`step`); the other tasks run beside
-        it, and what they ask is asked.
+    def run(self, track: Track, limits: Limits = ATTENDED, *, all_tasks: bool = False) -> Talk[RunResult]:
+        """Until a task stops, or (`all_tasks`) until every task has. At each RUNNING whoever drives lets one thing
+        happen (`step`); the other tasks run beside it, and what they ask is asked.
         """
         run = self.begin(track, limits)
+        run.all_tasks = all_tasks
         try:
-            while track.running:
+            while self._foreground(run) is not None:
                 if self._performer.asked:
                     yield from self.ask()
-                if track.running:
+                if self._foreground(run) is not None:
                     yield Slice.RUNNING
         except BaseException as error:
             if isinstance(error, GeneratorExit):
@@ -170,10 +179,16 @@ class Driver:
             raise
         return self._result(self._over(track))
 
-    def begin(self, track: Track, limits: Limits = USUAL, then: Callable[[RunResult], None] | None = None) -> _Run:
+    def _foreground(self, run: _Run) -> Track | None:
+        """The task that a run waits for now; None where the run is over."""
+        if run.track.running:
+            return run.track
+        return next((track for track in self.tasks.in_order() if track.running), None) if run.all_tasks else None
+
+    def begin(self, track: Track, limits: Limits = ATTENDED, then: Callable[[RunResult], None] | None = None) -> _Run:
         """From now on a task is waited for, within limits; or `then` is told of its end, whoever lets time go on."""
         now = self.engine.now
-        run = _Run(track, limits, now, now + limits.max_time, self.tasks.steps_done, then)
+        run = _Run(track, limits, now, now + limits.last, self.tasks.steps_done, then)
         self._runs.append(run)
         self._transcript.begin(limits)
         self._written.begin(limits)
@@ -183,12 +198,8 @@ class Driver:
         return run
 
     def _bound(self) -> None:
-        """Requests are held to the limits of the run under way."""
-        performer = self._performer
-        if self._runs:
-            performer.limits, performer.last = self._runs[-1].limits, self._runs[-1].last
-        else:
-            performer.last = inf
+        """Motions begin before the run under way is stopped."""
+        self._performer.last = self._runs[-1].last if self._runs else inf
 
     def _over(self, track: Track) -> _Run:
         """A task is waited for no longer."""
@@ -210,12 +221,13 @@ class Driver:
         run = self._runs[-1]
         if self._interrupted:
             self._interrupted = False
-            self.abort(run.track.number)
+            for ended in list(self.tasks.running) if run.all_tasks else [run.track]:
+                self.abort(ended.number)
         if self._ended_by is not None:
             error, self._ended_by = self._ended_by, None
-            self._exhausted(run.track, error.detail, error.hint)
-        if run.track.running:
-            self._go_on(run)
+            self._exhausted(run, error.detail, error.hint)
+        if (track := self._foreground(run)) is not None:
+            self._go_on(run, track)
         self._tell_ends()
         return self.engine.now
 
@@ -244,7 +256,7 @@ class Driver:
         self.drop(track)
         track.fault, track.outcome = track.task.fail(error).fault, Outcome.FAILED
         self._transcript.end_line()
-        return self._result(_Run(track, USUAL, 0.0, inf, 0))
+        return self._result(_Run(track, ATTENDED, 0.0, inf, 0))
 
     def _result(self, run: _Run) -> RunResult:
         track = run.track
@@ -313,20 +325,26 @@ class Driver:
 
     # --- limits ---
 
-    def _go_on(self, run: _Run) -> None:
+    def _go_on(self, run: _Run, track: Track) -> None:
         """The next thing that happens: an input changes, or a task goes on; or a limit is reached."""
         now, coming = self.engine.now, self.peek()
-        if isinstance(run.track.pending, UNTIMED) and self._in_vain():
-            more = run.limits.told_by("signals")
-            self._fail(run.track, endless(run.track, "" if more == GO_ON else more, self.environment.signals.said))
-        elif coming > run.last and not isinstance(run.track.pending, Failed | Aborted):
+        if isinstance(track.pending, UNTIMED) and self._in_vain():
+            more = self._advice("signals")
+            error = endless(track, "" if more == GO_ON else more, self.environment.signals.said)
+            if track is run.track:
+                self._fail(track, error)
+            else:  # the program is over, and nothing will ever happen in this task
+                place = f"task {track.number} is ended at {track.task.program} step {track.task.step}"
+                self.terminal.show(Message(f"{place}: {error}", Tone.WARNING))
+                self.tasks.abort(track.number)
+        elif coming > run.last and not isinstance(track.pending, Failed | Aborted):
             self.engine.clock.advance(max(run.last, now))
             what = f"the program was still running after {run.limits.max_time:g} s of the robot's time"
             late = (one.text for one in self.engine.records() if one.asked is not None and one.asked > run.last)
             if text := next(late, None):  # the first motion that was asked for a later time is to blame
                 what += f", and {text} was asked for later than that"
-            self._exhausted(run.track, what, run.limits.told_by("max_time"))
-        elif self._waited(run.track, coming):
+            self._exhausted(run, what, self._advice("max_time"))
+        elif self._waited(track, coming):
             self._happen(self._budget(run))
             self._look()
 
@@ -345,18 +363,19 @@ class Driver:
     def _look(self) -> None:
         """Whether a limit of steps or of memory is reached."""
         for run in self._runs:
-            if not run.track.running:
+            track = self._foreground(run)
+            if track is None or isinstance(track.pending, Failed | Aborted):
                 continue
             limits, done = run.limits, self.tasks.steps_done - run.before
             if limits.max_steps is not None and done > limits.max_steps:
                 what = f"the program was still running after {limits.max_steps} steps"
-                self._exhausted(run.track, what, limits.told_by("max_steps"))
+                self._exhausted(run, what, self._advice("max_steps"))
             elif limits.max_elements is not None and done >= run.look:
                 held = self.environment.held() + sum(track.task.held() for track in self.tasks)
                 run.look = done + max(held // ELEMENTS_A_STEP, (limits.max_elements - held) // MOST_A_STEP)
                 if held > limits.max_elements:
                     what = f"arrays and strings hold {held} elements, {limits.max_elements} at most"
-                    self._exhausted(run.track, what, limits.told_by("max_elements"))
+                    self._exhausted(run, what, self._advice("max_elements"))
 
     def _waited(self, foreground: Track, coming: float) -> bool:
         """Let time go on; whether it has come so far. On a clock that stands, the foreground waits in vain."""
@@ -366,10 +385,24 @@ class Driver:
             self._fail(foreground, error)
         return self.engine.now >= coming
 
-    def _exhausted(self, foreground: Track, what: str, hint: str) -> None:
+    def _check_held(self, characters: int) -> None:
+        """Raises LimitReached where the files that are open to be read would hold so many characters."""
+        most = None if not self._runs else self._runs[-1].limits.max_elements
+        if most is not None and characters > most:
+            what = f"the files that are read hold {characters} characters, {most} at most"
+            raise LimitReached(what, self._advice("max_elements"))
+
+    def _exhausted(self, run: _Run, what: str, hint: str) -> None:
+        """A limit ends the task that is waited for, and all others that are waited for with it."""
+        foreground = self._foreground(run)
+        if foreground is None:
+            return
         error = LimitReached(f"{what}: {'; '.join(self._whereabouts(foreground))}", hint)
         self.engine.stop()
         self._fail(foreground, error)
+        for track in list(self.tasks.running) if run.all_tasks else ():
+            if track is not foreground:
+                self.tasks.abort(track.number)
 
     def _fail(self, track: Track, error: VrsError) -> None:
         """What a task waits for does not come."""
@@ -439,13 +472,28 @@ class Driver:
 
     def surround(self, cell: Cell) -> None:
         """Put the robot in a cell: its signals have names, and what follows of them comes by itself."""
-        self.cell, living, signals = cell, LivingCell(cell), self.environment.signals
-        signals.names = cell.names
+        self.cell, self._living = cell, LivingCell(cell)
+        self.environment.signals.names = cell.names
 
-        def changed(signal: int, on: bool) -> None:
-            self.inputs = self.inputs.with_more(living.answers(signal, on, self.engine.now))
+    def _follow(self, signal: int, on: bool) -> None:
+        """What follows in the cell of a signal that has changed."""
+        if self.cell.follows:
+            self.inputs = self.inputs.with_more(self._living.answers(signal, on, self.engine.now))
 
-        signals.listeners.append(changed)
+    @contextmanager
+    def surrounded(self, cell: Cell | None, inputs: Inputs) -> Iterator[None]:
+        """Meanwhile another cell is around the robot (None: the same), and inputs change, at times [s] from now. What
+        has not happened by the end does not happen."""
+        before = (self.cell, self._living, self.environment.signals.names)
+        own = {id(change) for change in self.inputs.left}
+        if cell is not None:
+            self.surround(cell)
+        self.inputs = self.inputs.with_more(inputs.later(self.engine.now).left)
+        try:
+            yield
+        finally:
+            self.cell, self._living, self.environment.signals.names = before
+            self.inputs = Inputs.of(change for change in self.inputs.left if id(change) in own)
 
     def _turn(self, track: Track, budget: int) -> None:
         """One task goes on, until it wants something that takes time or another task may have its turn."""

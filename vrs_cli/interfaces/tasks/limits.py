@@ -3,43 +3,61 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import inf, isnan
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.errors import LimitReached
 
-GO_ON = "SIGNAL sets an input that is waited for; RETRY lets a program go on"  # what helps at a prompt
-LONGEST = 86_400.0  # [s] of virtual time that a program may take unless told otherwise: a day
+GO_ON = "SIGNAL sets an input that is waited for; RETRY lets a program go on"
+Advice = Callable[[str], str]  # what helps where the limit of that name is reached; "signals": an input never changes
 
 
-class Limits(Struct, frozen=True):
-    """When a program is stopped that does not stop by itself: counted alike on every machine. None: no limit.
+def at_prompt(_option: str) -> str:
+    """What helps at a prompt, whatever limit is reached."""
+    return GO_ON
 
-    Robot's time [s], steps of all programs together, what their arrays and strings hold (elements and characters),
-    bytes that are typed, and bytes that are written to files. `told_by`: what is said to help where one is reached.
+
+class Limits(Struct, frozen=True, kw_only=True):
+    """How much a run of programs may take: counted alike on every machine. None: any amount.
+
+    Robot's time [s], steps of all programs together, what arrays and strings hold (elements and characters), bytes
+    that are typed, and bytes that are written to files. The defaults are for programs that nobody watches: each of
+    them ends an endless program soon. Raises ValueError for what is no limit.
     """
 
-    max_time: float = LONGEST
-    max_steps: int | None = None
+    max_time: float | None = 3600.0
+    max_steps: int | None = 10_000_000
     max_elements: int | None = 10_000_000
-    max_output: int | None = 100_000_000
-    max_disk: int | None = 1_000_000_000
-    told_by: Callable[[str], str] = lambda _option: GO_ON
+    max_output: int | None = 10_000_000
+    max_disk: int | None = 100_000_000
 
-    def reached(self, option: str, what: str) -> LimitReached:
-        """The error for `what` has come to the limit that an option sets."""
-        return LimitReached(what, self.told_by(option))
+    def __post_init__(self) -> None:
+        for name, most in structs.asdict(self).items():
+            number = most is None or (isinstance(most, int | float) and not isinstance(most, bool))
+            if not number or (most is not None and (isnan(most) or most <= 0)):
+                raise ValueError(f"{name}: a number above 0 is wanted, or None for any amount, not {most!r}")
+
+    @property
+    def last(self) -> float:
+        """Seconds of the robot's time that a run may take."""
+        return inf if self.max_time is None else self.max_time
 
 
-USUAL = Limits()
+ATTENDED = Limits(max_time=86_400.0, max_steps=None, max_output=100_000_000, max_disk=1_000_000_000)
+"""Of one's own programs, where somebody can stop them: at a prompt, and in real time."""
+
+OWN = structs.replace(ATTENDED, max_steps=100_000_000)
+"""Of one's own program where nobody can stop it."""
 
 
 class Spent(Struct):
-    """Bytes of one kind that a run has put out: typed, or written to files."""
+    """Bytes of one kind that a run has put out: typed, or written to files. `advice`: see there."""
 
     option: str
     done: str
-    limits: Limits = USUAL
+    advice: Advice
+    limits: Limits = ATTENDED
     count: int = 0
 
     def begin(self, limits: Limits) -> None:
@@ -49,5 +67,6 @@ class Spent(Struct):
         """Raises LimitReached instead of more than there may be."""
         most: int | None = getattr(self.limits, self.option)
         if most is not None and self.count + size > most:
-            raise self.limits.reached(self.option, f"the program wanted to {self.done} more than {most} bytes")
+            what = f"the program wanted to {self.done} more than {most} bytes"
+            raise LimitReached(what, self.advice(self.option))
         self.count += size

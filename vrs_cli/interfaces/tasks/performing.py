@@ -21,7 +21,7 @@ from vrs_cli.errors import EndOfInput, IllegalValue, TaskNotActive, VrsError
 from vrs_cli.interfaces.tasks.debugging import Onward, Stopped
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes
-from vrs_cli.interfaces.tasks.limits import GO_ON, USUAL, Limits, Spent
+from vrs_cli.interfaces.tasks.limits import GO_ON, Advice, Limits, Spent
 from vrs_cli.interfaces.tasks.tasks import Tasks
 from vrs_cli.interfaces.tasks.track import Aborted, Asked, Pending, Track
 from vrs_cli.language.run.effects import (
@@ -59,11 +59,11 @@ STEPS_A_START = 100  # that the start of a task takes as long as
 class Transcript:
     """`lines` are those that have ended since the run began."""
 
-    def __init__(self, engine: Engine, terminal: Terminal) -> None:
+    def __init__(self, engine: Engine, terminal: Terminal, advice: Advice) -> None:
         self.lines: list[str] = []
         self._engine, self._terminal = engine, terminal
         self._line = ""
-        self._spent = Spent("max_output", "type")
+        self._spent = Spent("max_output", "type", advice)
 
     def begin(self, limits: Limits) -> None:
         self.lines, self._line = [], ""
@@ -101,9 +101,11 @@ class Performer:
         tasks: Tasks,
         transcript: Transcript,
         devices: Devices,
+        advice: Advice,
     ) -> None:
         self.asked = False  # something, since all that was asked was put to somebody
-        self.limits, self.last = USUAL, inf  # of the run, and when it is stopped [s]
+        self.last = inf  # when the run is stopped [s]
+        self._advice = advice
         self._engine, self._environment, self._robot, self._tasks = engine, environment, robot, tasks
         self._transcript, self._devices, self._questions = transcript, devices, count(1)
 
@@ -222,7 +224,7 @@ class Performer:
         """Raises IllegalValue for a motion that would begin when its program has been stopped."""
         word, begin = ("IN", self._engine.now + stamp.seconds) if stamp.relative else ("AT", stamp.seconds)
         if begin > self.last:
-            more = self.limits.told_by("max_time")
+            more = self._advice("max_time")
             hint = f"the program is stopped at {self.last:g} s"
             raise IllegalValue(f"{word} {stamp.seconds:g}", hint if more == GO_ON else f"{hint}: {more}")
 
@@ -243,7 +245,7 @@ class Performer:
         number = self._tasks.free() if event.number is None else event.number
         call = event.call
         task = Task(self._environment, self._robot, call.name, call.arguments, event.cycles, event.step)
-        started = self._tasks.start(number, task)
+        started = self._tasks.start(number, task, self._devices.disk.own_folder(track.number))
         started.instant, started.before = track.instant, track.before - track.task.steps_done - STEPS_A_START
 
     def _control_task(self, _track: Track, event: ControlTask) -> None:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from vrs_cli.dialogue.runs import Beside, Outcome
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import RobotNotAttached, TaskActive, TaskNotActive
+from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Track
 from vrs_cli.language.run.effects import AttachRobot, Pause, TaskState, Wait, WaitEvent
@@ -68,8 +69,10 @@ class Tasks:
 
     # --- beginning and going on ---
 
-    def start(self, number: int, task: Task) -> Track:
-        """A task beside those that run, from now on. Raises TaskActive."""
+    def start(self, number: int, task: Task, folder: Folder | None = None) -> Track:
+        """A task beside those that run, from now on. `folder`: where it has its files, if not where all others have.
+        Raises TaskActive.
+        """
         there = self.get(number)
         if there is not None and there.running:
             raise TaskActive(f"task {number} runs {there.task.program}", "ABORT stops it")
@@ -77,6 +80,7 @@ class Tasks:
             self._devices.release(number)
         track = Track(number, task, self._engine.now, mine=number == ROBOT_PROGRAM, driven_by=self.who)
         self._tracks[number] = track
+        self._devices.disk.place(number, folder)
         self._take_robot(track)
         return track
 
@@ -87,9 +91,9 @@ class Tasks:
             raise TaskActive("every task is in use", "KILL clears one")
         return min(free)
 
-    def prime(self, number: int, task: Task) -> Track:
+    def prime(self, number: int, task: Task, folder: Folder | None = None) -> Track:
         """Ready to run, and stopped before its first step. Raises TaskActive."""
-        track = self.start(number, task)
+        track = self.start(number, task, folder)
         task.state = TaskState.PAUSED
         self.stop(track, Outcome.PAUSED)
         return track

@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from math import inf
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.errors import IllegalSignal
 from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
@@ -129,6 +129,15 @@ class Inputs(Struct, frozen=True):
         """The time of the next change [s]; infinity if there is none."""
         return self.changes[self.done].time if self.done < len(self.changes) else inf
 
+    @property
+    def left(self) -> tuple[InputChange, ...]:
+        """The changes that are still to come."""
+        return self.changes[self.done :]
+
+    def later(self, seconds: float) -> Inputs:
+        """The same changes so many seconds later."""
+        return Inputs(tuple(structs.replace(change, time=change.time + seconds) for change in self.left))
+
     def taken(self, now: float) -> tuple[tuple[InputChange, ...], Inputs]:
         """The changes up to `now`, and those that are left."""
         done = self.done
@@ -138,7 +147,7 @@ class Inputs(Struct, frozen=True):
 
     def with_more(self, changes: Iterable[InputChange]) -> Inputs:
         """With others that come; of equal times those that were known before come first."""
-        return Inputs.of((*self.changes[self.done :], *changes))
+        return Inputs.of((*self.left, *changes))
 
 
 NO_INPUTS = Inputs()
