@@ -18,7 +18,6 @@ import numpy as np
 from benchmarks.peers import Figures, Peers, beside
 from benchmarks.peers.timing import at_once, each
 from benchmarks.report import Figure, show
-from vrs_cli.engine.commands import JointTarget, Move, PoseTarget
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.one_motion import plan_motion
 from vrs_cli.engine.planner import plan
@@ -27,10 +26,11 @@ from vrs_cli.engine.problem import Here, Problem
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.commands import Move
+from vrs_cli.values.motion import JointTarget, Kind, Motion, PoseTarget, Start
 
 MODEL = load_robot("puma560")
 MOTIONS = 3400  # of three segments each

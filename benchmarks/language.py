@@ -29,8 +29,8 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.library import LIBRARY
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.diagnostics import Severity
 from vrs_cli.language.text.parser import parse_file
+from vrs_cli.values.diagnostics import Severity
 
 BAR = 4.0
 REPEATS = 5

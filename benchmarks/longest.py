@@ -10,13 +10,14 @@ import sys
 import tempfile
 import time
 
-from vrs_cli.dialogue.questions import Answer, Question
-from vrs_cli.dialogue.replies import Reply
-from vrs_cli.dialogue.talk import Reading, Running
-from vrs_cli.engine.commands import JointTarget, Move
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.talk import Reading, Running
 from vrs_cli.language.text.collector import collect_in_small_parts
+from vrs_cli.values.commands import Move
+from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.questions import Answer, Question
+from vrs_cli.values.replies import Reply
 
 SEGMENTS, NAMES = 100_000, 10_000
 ALLOWED = 20.0  # [ms]

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from time import process_time
 
-from vrs_cli.dialogue.questions import Answer, Question
-from vrs_cli.dialogue.replies import Reply
-from vrs_cli.dialogue.talk import Reading, Running
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.talk import Reading, Running
+from vrs_cli.values.questions import Answer, Question
+from vrs_cli.values.replies import Reply
 
 REPEATS = 5
 

@@ -10,8 +10,8 @@ import sys
 from time import process_time
 
 from benchmarks.program import Silent
-from vrs_cli.dialogue.questions import Answer, Question
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.values.questions import Answer, Question
 
 BAR = 1.2
 FEW, MANY = 100, 12_000

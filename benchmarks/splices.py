@@ -16,9 +16,9 @@ from vrs_cli.engine.problem import Here, Problem, state_at
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.state import JointState
+from vrs_cli.values.motion import Kind, Motion, Start
 
 MODEL = load_robot("puma560")
 ARM = Engine(MODEL).arm

@@ -21,13 +21,13 @@ from PIL import Image, ImageDraw, ImageFont
 
 import vrs_cli as vrs
 from vrs_cli.engine.position import position_at
-from vrs_cli.interfaces.session.acts import Define
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import joint_axes, link_frames
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Vector
+from vrs_cli.values.acts import Define
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.figure import Figure
 from vrs_cli.view3d.hosted import SHELL, Hosted

@@ -22,10 +22,10 @@ FLOORS = (  # from the ground up: a folder may import those before it
     "errors",
     "extras",
     "kinematics",
+    "values",
     "trajectory",
     "engine",
     "language",
-    "dialogue",
     "wire",
     "files",
     "devices",
@@ -63,7 +63,7 @@ LIVES_IN = {
     "viser": {"view3d"},
     "trimesh": {"view3d/mesh_files.py"},
     "PIL": {"view3d/still.py"},
-    "msgspec": {*FLOORS[FLOORS.index("trajectory") :]},  # but see `test_bytes_are_made_and_read_in_one_room`
+    "msgspec": {*FLOORS[FLOORS.index("values") :]},  # but see `test_bytes_are_made_and_read_in_one_room`
     "filelock": {"files/lock.py"},
     "mcap": {"files/mcap_log.py"},
     "shtab": {"cli/completion.py"},

@@ -10,7 +10,7 @@ from benchmarks import language, program
 from benchmarks.__main__ import ALL
 from vrs_cli.interfaces.inspection import inspect
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.language.text.diagnostics import Severity
+from vrs_cli.values.diagnostics import Severity
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -19,10 +19,10 @@ import pytest
 import vrs_cli as vrs
 from tests.kinematics.test_urdf import written
 from tests.live import PATIENCE
-from vrs_cli.dialogue.replies import ReachReport, Whereabouts
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import FileDamaged, NonexistentFile, ProgramNotExecutable, UndefinedName
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.values.replies import ReachReport, Whereabouts
 
 PART = vrs.trans(300, 450, -200, 90, 90, 0)
 DOWN = (0, -45, 180, 0, 45, 0)

@@ -12,10 +12,10 @@ from tests.interfaces.programs import load
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.devices.outside import Outside
 from vrs_cli.devices.sockets import Sockets
-from vrs_cli.dialogue.replies import Message, Reply
-from vrs_cli.dialogue.runs import RunResult
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.values.replies import Message, Reply
+from vrs_cli.values.results import RunResult
 
 LONGEST = 10.0  # [s] that a peer waits: no test comes near
 Peer = Callable[[socket.socket], None]

@@ -14,10 +14,10 @@ from vrs_cli.devices.outside import Arrival, Event
 from vrs_cli.devices.recording import Recording, line_of
 from vrs_cli.devices.script import Script, parse_script, read_script
 from vrs_cli.devices.sockets import Sockets
-from vrs_cli.dialogue.replies import Message
 from vrs_cli.engine.clock import VirtualClock
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.values.replies import Message
 
 SERVER = (
     'ATTACH (lun, 4) "TCP"',

@@ -16,8 +16,8 @@ from vrs_cli.devices import traffic
 from vrs_cli.devices.device import FULL
 from vrs_cli.devices.sockets import Sockets, is_loopback
 from vrs_cli.devices.traffic import WINDOW, SocketEnd
-from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.errors import DeviceNotReady, NetworkClosed, NetworkTimeout, PortTaken, StringOverflow
+from vrs_cli.values.results import Outcome
 
 OPEN = ('ATTACH (lun, 4) "TCP"', 'FOPEN (lun, 16) "/LOCAL_PORT 0 /CLIENTS 2 /BUFFER_SIZE 2048"')
 CLOSE = ("FCLOSE (lun)", "DETACH (lun)")

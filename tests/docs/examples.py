@@ -38,13 +38,13 @@ from typing import Protocol
 from tests.docs.people import People
 from tests.engine.wall import ManualWall
 from vrs_cli.__main__ import main
-from vrs_cli.dialogue.talk import Terminal
 from vrs_cli.engine.clock import Clock
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.language.text.diagnostics import Severity
+from vrs_cli.interfaces.talk import Terminal
 from vrs_cli.repl.local_seat import LocalSeat
 from vrs_cli.repl.seat import Seat
 from vrs_cli.repl.terminal import PlainTerminal
+from vrs_cli.values.diagnostics import Severity
 
 ROOT = Path(__file__).parents[2]
 PEOPLE = ("ann", "bob")  # at one robot that is served

@@ -10,14 +10,14 @@ import pytest
 from tests.engine.paper import Paper
 from tests.engine.wall import ManualWall
 from vrs_cli.engine.branches import Branches
-from vrs_cli.engine.commands import Brake, Delay, Move, OperateHand, SetBase, SetTool, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import FileError
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import translation
-from vrs_cli.trajectory.motion import JointOffsetTarget
 from vrs_cli.trajectory.timeline import TimelineDelta
+from vrs_cli.values.commands import Brake, Delay, Move, OperateHand, SetBase, SetTool, Stamp
+from vrs_cli.values.motion import JointOffsetTarget
 
 
 @pytest.fixture

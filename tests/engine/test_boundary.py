@@ -10,7 +10,6 @@ import pytest
 
 from tests.laws.boundary_lines import check_rates, check_segments
 from vrs_cli.engine.boundary import pace_of, survey
-from vrs_cli.engine.commands import Move, NamedTarget, PoseTarget, SetParameter, SetSpeed
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.following import Follower
 from vrs_cli.errors import LocationOutOfRange, LocationTooFar, StraightLineSingular
@@ -35,6 +34,8 @@ from vrs_cli.kinematics.transform import (
     unit,
 )
 from vrs_cli.trajectory.segment import CartesianPath, Phase, Segment, Turn
+from vrs_cli.values.commands import Move, SetParameter, SetSpeed
+from vrs_cli.values.motion import NamedTarget, PoseTarget
 
 PLACES = 40  # of a stretch, at which a bound is checked
 

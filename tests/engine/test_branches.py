@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from tests.engine.paper import Paper
 from tests.examples import examples
 from vrs_cli.engine.branches import MAIN, Branches
-from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetMonitorSpeed, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError, UsageError
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.trajectory.motion import JointOffsetTarget
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.values.commands import Move, SetMonitorSpeed, SetParameter, Stamp
+from vrs_cli.values.motion import JointOffsetTarget, JointTarget, PoseTarget
 
 MODEL = load_robot("puma560")
 

@@ -10,9 +10,9 @@ from msgspec import structs
 from tests.files.trajectories import STAND, initial, planned, puma
 from vrs_cli.engine.breaches import breaches, on_lines
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.motion import Kind, Motion, Start
 
 ARM = arm_for(puma())
 MOVE = Motion(1, Kind.JOINT, Start.AT, goal=STAND)

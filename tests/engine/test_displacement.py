@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from math import radians
 
-from vrs_cli.engine.commands import JointTarget, Move, SetDuration, SetParameter, Stamp
-from vrs_cli.engine.displacement import MOST, Displacement, displacement
+from vrs_cli.engine.displacement import MOST, displacement
 from vrs_cli.engine.engine import Engine
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.values.commands import Move, SetDuration, SetParameter, Stamp
+from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.results import Displacement
 
 MODEL = load_robot("puma560")
 

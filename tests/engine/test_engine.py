@@ -8,29 +8,6 @@ from math import radians
 import pytest
 
 from vrs_cli.engine.book import Book
-from vrs_cli.engine.commands import (
-    Break,
-    Delay,
-    JointTarget,
-    Mode,
-    Move,
-    NamedTarget,
-    OperateHand,
-    PoseTarget,
-    Request,
-    SetAcceleration,
-    SetBase,
-    SetConfiguration,
-    SetDuration,
-    SetMode,
-    SetMonitorSpeed,
-    SetParameter,
-    SetSpeed,
-    SetSwitch,
-    SetTool,
-    SpeedUnit,
-    Stamp,
-)
 from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.engine.history import WIDE
 from vrs_cli.errors import (
@@ -45,8 +22,28 @@ from vrs_cli.errors import (
 from vrs_cli.kinematics.configuration import Arm, Wrist
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, distance, from_oat, translation
-from vrs_cli.trajectory.motion import JointOffsetTarget, Start, ToolOffsetTarget
 from vrs_cli.trajectory.timeline import Cause
+from vrs_cli.values.commands import (
+    Break,
+    Delay,
+    Mode,
+    Move,
+    OperateHand,
+    Request,
+    SetAcceleration,
+    SetBase,
+    SetConfiguration,
+    SetDuration,
+    SetMode,
+    SetMonitorSpeed,
+    SetParameter,
+    SetSpeed,
+    SetSwitch,
+    SetTool,
+    SpeedUnit,
+    Stamp,
+)
+from vrs_cli.values.motion import JointOffsetTarget, JointTarget, NamedTarget, PoseTarget, Start, ToolOffsetTarget
 
 MODEL = load_robot("puma560")
 

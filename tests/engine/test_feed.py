@@ -12,12 +12,12 @@ import pytest
 from tests.engine.mirror import mirrored
 from tests.live import PATIENCE
 from vrs_cli.engine.branches import Branches
-from vrs_cli.engine.commands import Move
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.feed import Feed, Missed
 from vrs_cli.engine.snapshot import Replaced
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.trajectory.motion import JointOffsetTarget
+from vrs_cli.values.commands import Move
+from vrs_cli.values.motion import JointOffsetTarget
 
 
 @pytest.fixture

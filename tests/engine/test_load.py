@@ -20,9 +20,9 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, position
 from vrs_cli.trajectory.laws.table import LAWS
-from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import CartesianPath, Segment
 from vrs_cli.trajectory.state import JointState
+from vrs_cli.values.motion import Kind, Motion, Start
 
 MODEL = load_robot("puma560")
 ARM = arm_for(MODEL)

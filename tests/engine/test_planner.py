@@ -9,7 +9,6 @@ import pytest
 
 from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.engine import planner
-from vrs_cli.engine.commands import Delay, JointTarget, Move, NamedTarget, PoseTarget, SetParameter, SetTool, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import joints_at, position_at
@@ -21,9 +20,10 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import compose, distance, from_oat, translation
 from vrs_cli.trajectory.instant import on_grid
 from vrs_cli.trajectory.laws.table import LAWS
-from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.commands import Delay, Move, SetParameter, SetTool, Stamp
+from vrs_cli.values.motion import JointTarget, Kind, Motion, NamedTarget, PoseTarget, Start
 
 MODEL = load_robot("puma560")
 

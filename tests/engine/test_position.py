@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from vrs_cli.engine.commands import Delay, JointTarget, Move, OperateHand, PoseTarget, SetBase, SetParameter, SetTool
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at, joints_over, places_at, position_at, positions_at
 from vrs_cli.errors import PathWithoutJoints
@@ -17,6 +16,8 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import compose, rotation_about, translation
 from vrs_cli.trajectory.segment import CartesianPath
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.commands import Delay, Move, OperateHand, SetBase, SetParameter, SetTool
+from vrs_cli.values.motion import JointTarget, PoseTarget
 
 
 @pytest.fixture(scope="module", params=list(Profile.__members__))

@@ -10,23 +10,7 @@ from hypothesis import strategies as st
 
 from tests.examples import examples
 from tests.laws.reach_laws import check_reach
-from vrs_cli.engine.commands import (
-    JointTarget,
-    Mode,
-    Move,
-    PoseTarget,
-    SetAcceleration,
-    SetBase,
-    SetConfiguration,
-    SetDuration,
-    SetMode,
-    SetMonitorSpeed,
-    SetParameter,
-    SetSpeed,
-    SpeedUnit,
-)
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.position import Position
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationOutOfRange, MotionError
 from vrs_cli.kinematics.configuration import ALL, Arm, Wrist
 from vrs_cli.kinematics.joints import joints_outside
@@ -43,6 +27,21 @@ from vrs_cli.kinematics.transform import (
     to_oat,
     translation,
 )
+from vrs_cli.values.commands import (
+    Mode,
+    Move,
+    SetAcceleration,
+    SetBase,
+    SetConfiguration,
+    SetDuration,
+    SetMode,
+    SetMonitorSpeed,
+    SetParameter,
+    SetSpeed,
+    SpeedUnit,
+)
+from vrs_cli.values.motion import JointTarget, PoseTarget
+from vrs_cli.values.results import Position
 
 MODEL = load_robot("puma560")
 ABOVE = PoseTarget(from_oat(0.0, 0.45, -0.15, radians(90), radians(90), 0.0))

@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 
 from tests.examples import examples
 from tests.laws.motion_laws import check_continuous, check_limits
-from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import positions_at
 from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, from_oat, position
-from vrs_cli.trajectory.motion import Start
+from vrs_cli.values.commands import Move, SetParameter, Stamp
+from vrs_cli.values.motion import JointTarget, PoseTarget, Start
 
 MODEL = load_robot("puma560")
 PROFILES = pytest.mark.parametrize("profile", list(Profile.__members__))

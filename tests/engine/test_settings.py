@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from vrs_cli.engine.commands import (
-    JointTarget,
+from vrs_cli.engine.settings import Settings
+from vrs_cli.errors import IllegalValue, UsageError
+from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow, Wrist
+from vrs_cli.kinematics.transform import IDENTITY
+from vrs_cli.values.commands import (
     Mode,
-    NamedTarget,
-    PoseTarget,
     SetConfiguration,
     SetDuration,
     SetMode,
@@ -18,10 +19,7 @@ from vrs_cli.engine.commands import (
     SetSwitch,
     SettingChange,
 )
-from vrs_cli.engine.settings import Settings
-from vrs_cli.errors import IllegalValue, UsageError
-from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow, Wrist
-from vrs_cli.kinematics.transform import IDENTITY
+from vrs_cli.values.motion import JointTarget, NamedTarget, PoseTarget
 
 JOINTS, POSE = JointTarget((0.0,) * 6), PoseTarget(IDENTITY)
 

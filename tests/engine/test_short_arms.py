@@ -10,12 +10,13 @@ import pytest
 
 from tests.kinematics.short_arms import forward, random_arm, turn_between
 from tests.laws.short_arms import TOOLS, check_way, lines_there_and_back, middling
-from vrs_cli.engine.commands import Move, PoseTarget
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, position, rotation_about
+from vrs_cli.values.commands import Move
+from vrs_cli.values.motion import PoseTarget
 
 
 @pytest.mark.parametrize(("seed", "joints", "profile", "tool"), [(6, 4, "SCURVE", TOOLS[1]), (7, 5, "LSPB", TOOLS[0])])

@@ -8,12 +8,13 @@ import pytest
 
 from tests.laws.boundary_lines import check_rates
 from tests.laws.motion_laws import check_continuous, check_limits
-from vrs_cli.engine.commands import Move, PoseTarget, SetBase, SetParameter
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError, StraightLineSingular
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import angle_between, from_oat, position, translation
+from vrs_cli.values.commands import Move, SetBase, SetParameter
+from vrs_cli.values.motion import PoseTarget
 
 MODEL = load_robot("puma560")
 PROFILES = pytest.mark.parametrize("profile", list(Profile.__members__))

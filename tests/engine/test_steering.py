@@ -12,7 +12,6 @@ from msgspec import structs
 from tests.engine.mirror import mirrored
 from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.engine.book import Book
-from vrs_cli.engine.commands import JointTarget, Move, SetParameter, SetSwitch, Stamp
 from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import JointOutOfRange, PowerOff, StreamIsOver
@@ -22,6 +21,8 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.commands import Move, SetParameter, SetSwitch, Stamp
+from vrs_cli.values.motion import JointTarget
 
 MODEL = load_robot("puma560")
 READY = MODEL.poses["ready"]

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from tests.laws.motion_laws import check_continuous, check_limits, off_line
-from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetDuration, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.following import Follower
 from vrs_cli.engine.one_motion import plan_motion
@@ -32,10 +31,11 @@ from vrs_cli.kinematics.transform import (
     rotation_z,
     translation,
 )
-from vrs_cli.trajectory.motion import Frames, JointOffsetTarget, Kind, Motion, Start
 from vrs_cli.trajectory.segment import JointPath, Phase
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.commands import Move, SetDuration, SetParameter, Stamp
+from vrs_cli.values.motion import Frames, JointOffsetTarget, JointTarget, Kind, Motion, PoseTarget, Start
 
 MODEL = load_robot("puma560")
 ALONG = radians(90), radians(90), 0.0  # the tool along Y

@@ -6,14 +6,14 @@ from math import radians
 
 import pytest
 
-from vrs_cli.engine.commands import Break, JointTarget, Move, PoseTarget, SetBase, Stamp, Target
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.targets import align
 from vrs_cli.errors import JointOutOfRange
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, compose, inverse, rotation_x, rotation_y, translation
-from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
+from vrs_cli.values.commands import Break, Move, SetBase, Stamp
+from vrs_cli.values.motion import AlignedTarget, JointOffsetTarget, JointTarget, PoseTarget, Target, ToolOffsetTarget
 
 START: Joints = tuple(radians(q) for q in (10.0, -60.0, 70.0, 5.0, 40.0, 20.0))
 ASIDE: Joints = tuple(radians(q) for q in (30.0, -70.0, 80.0, 0.0, 30.0, 0.0))

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from vrs_cli.language.analysis.analyzer import analyze, check_line
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, show
 from vrs_cli.language.text.parser import parse_file, parse_prompt, parse_step
+from vrs_cli.values.diagnostics import Diagnostic, LineRefused, show
 
 HERE = Path(__file__).parent
 MARK = re.compile(r" ;! (fine|-?\d+ \d+(?:, -?\d+ \d+)*)$")

@@ -12,7 +12,6 @@ from typing import Any
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue.replies import FileTable
 from vrs_cli.errors import FileError, FileOutside
 from vrs_cli.files import atomic, bounds
 from vrs_cli.files.atomic import atomically, write_atomically
@@ -24,6 +23,7 @@ from vrs_cli.files.program_file import read_program_file
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import Shape
+from vrs_cli.values.replies import FileTable
 
 SECRET = ".PROGRAM secret\n.END\n"
 pinned = pytest.mark.skipif(not bounds.PINNED, reason="the system opens files by their whole path only")

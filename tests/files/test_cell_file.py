@@ -6,11 +6,11 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from tests.render.test_layout import drawn
-from vrs_cli.dialogue.replies import SignalTable
 from vrs_cli.errors import FileDamaged, NonexistentFile
 from vrs_cli.files.cell_file import parse_cell, read_cell
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
+from vrs_cli.values.replies import SignalTable
 
 CELL = """
 [signals]

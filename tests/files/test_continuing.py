@@ -14,7 +14,6 @@ from tests.engine.wall import ManualWall
 from tests.examples import examples
 from tests.files.trajectories import puma
 from vrs_cli.engine.branches import Branches
-from vrs_cli.engine.commands import JointTarget, Move, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import FileError, MotionError, UsageError
 from vrs_cli.files.continuing import bookmark_of, keep_journal
@@ -23,7 +22,8 @@ from vrs_cli.files.rebuild import history_of
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.shapes import Box, Shape
-from vrs_cli.trajectory.motion import JointOffsetTarget
+from vrs_cli.values.commands import Move, SetParameter, Stamp
+from vrs_cli.values.motion import JointOffsetTarget, JointTarget
 
 
 def drive(joint: int, degrees: float, at: float | None = None) -> Move:

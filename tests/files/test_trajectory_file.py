@@ -13,8 +13,8 @@ from tests.files.journals import Kept
 from tests.files.trajectories import appended, deltas, form, initial, planned, puma, without_checksums
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
-from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.motion import Motion
 from vrs_cli.wire.lines import Checksums, LineEncoder, decode_delta
 from vrs_cli.wire.records import MotionRecord, Motions
 

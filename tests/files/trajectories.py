@@ -18,9 +18,9 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import compose, from_oat, translation
 from vrs_cli.trajectory.instant import LATEST, TICK, on_grid
-from vrs_cli.trajectory.motion import AlignedTarget, Frames, JointOffsetTarget, Kind, Motion, Start, ToolOffsetTarget
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment, Turn
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
+from vrs_cli.values.motion import AlignedTarget, Frames, JointOffsetTarget, Kind, Motion, Start, ToolOffsetTarget
 from vrs_cli.wire.records import LARGEST, Form
 
 JOINTS = 6

@@ -13,23 +13,23 @@ from rich.console import ConsoleDimensions
 
 from tests.fuzz import lines
 from tests.language.trees import without_places
-from vrs_cli.dialogue.questions import Answer, Confirmation, LineWanted, OnScreen, Question
-from vrs_cli.dialogue.replies import Reply
-from vrs_cli.dialogue.talk import Reading, Running
-from vrs_cli.engine.commands import SetParameter
 from vrs_cli.errors import EndOfInput, VrsError
 from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.inspection import Inspector, inspect
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.talk import Reading, Running
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.kinematics.joints import joints_outside
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.analysis.structure import canonical_text
 from vrs_cli.language.text.ast import Program
-from vrs_cli.language.text.diagnostics import show
 from vrs_cli.language.text.parser import parse_file
-from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.render.console import TerminalRenderer
+from vrs_cli.values.commands import SetParameter
+from vrs_cli.values.diagnostics import show
+from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.questions import Answer, Confirmation, LineWanted, OnScreen, Question
+from vrs_cli.values.replies import Reply
 
 BOUNDS = Limits(max_time=20.0, max_steps=150, max_elements=10_000, max_output=10_000, max_disk=10_000)
 MOST_LINES = 15  # of a text that are typed at the prompt

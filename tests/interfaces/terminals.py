@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from vrs_cli.dialogue.questions import Answer, LineWanted, Question
-from vrs_cli.dialogue.replies import Reply
-from vrs_cli.dialogue.talk import Reading, Running
 from vrs_cli.errors import IllegalValue
+from vrs_cli.interfaces.talk import Reading, Running
+from vrs_cli.values.questions import Answer, LineWanted, Question
+from vrs_cli.values.replies import Reply
 
 
 class RecordingTerminal:

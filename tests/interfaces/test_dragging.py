@@ -7,16 +7,18 @@ from pathlib import Path
 
 import pytest
 
-from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetSwitch
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import PowerOff
-from vrs_cli.interfaces.dragging import Dragging, Hold, Limit, Shortfall
+from vrs_cli.interfaces.dragging import Dragging
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.jacobian import Jacobian
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.nearest import STEPS
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, angle_between, at_position, distance, from_oat
+from vrs_cli.values.commands import Move, SetSwitch
+from vrs_cli.values.hand import Hold, Limit, Shortfall
+from vrs_cli.values.motion import JointTarget, PoseTarget
 
 MODEL = load_robot("puma560")
 SEVEN = Path(__file__).parent.parent / "kinematics" / "urdf" / "seven.urdf"

@@ -12,8 +12,6 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from tests.robots import KINDS
-from vrs_cli.dialogue.replies import LocationTable, Plot, Whereabouts
-from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at, positions_at
 from vrs_cli.errors import IllegalJoint, IllegalValue, LocationOutOfRange, NotAvailable, VrsError
@@ -28,6 +26,8 @@ from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import distance
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.jog_panel import JogPanel
+from vrs_cli.values.replies import LocationTable, Plot, Whereabouts
+from vrs_cli.values.results import Outcome
 
 URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
 ROBOTS = [*KINDS, *(str(URDF / f"{name}.urdf") for name in ("crooked", "gantry"))]

@@ -9,16 +9,18 @@ import pytest
 
 from tests.examples import some
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue.talk import at_once
-from vrs_cli.engine.commands import JointTarget, Move
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.dragging import Dragging
 from vrs_cli.interfaces.recording import Tolerance, recorded_program
-from vrs_cli.interfaces.session.acts import Define, act_on
+from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.talk import at_once
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, angle_between, at_position, position
+from vrs_cli.values.acts import Define
+from vrs_cli.values.commands import Move
+from vrs_cli.values.motion import JointTarget
 
 MILLIMETRES = Tolerance(0.002, radians(1.0))
 BEGIN = tuple(map(radians, (30.0, -130.0, 40.0, 10.0, 60.0, 20.0)))

@@ -9,10 +9,10 @@ import pytest
 from tests.interfaces.monitor.people import at, last
 from tests.interfaces.terminals import RecordingTerminal
 from tests.laws.test_name_laws import WORDS
-from vrs_cli.dialogue import replies
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.instructions import RESERVED
 from vrs_cli.language.words.values import NAME_LENGTH, Kind
+from vrs_cli.values import replies
 
 NAMES = [word.lower() for word in WORDS if word not in RESERVED]
 VALUES = {name: float(number) for number, name in enumerate(NAMES)}

@@ -14,10 +14,11 @@ from vrs_cli.language.text.precedence import ORDER, RELATIONS
 from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY
 from vrs_cli.language.words.instructions import RESERVED
 from vrs_cli.language.words.values import key_of
+from vrs_cli.values.diagnostics import Span
 
 T = TypeVar("T")
 
-NOWHERE = ast.Span(1, 1, 1)
+NOWHERE = Span(1, 1, 1)
 
 names = st.from_regex(r"[a-z][a-z0-9._]{0,11}", fullmatch=True).filter(
     lambda name: name.upper() not in RESERVED and name not in FUNCTION_NAMES

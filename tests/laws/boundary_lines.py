@@ -38,10 +38,10 @@ from vrs_cli.kinematics.transform import (
     rotation_about,
     translation,
 )
-from vrs_cli.trajectory.motion import Frames, Kind, Motion, Start
 from vrs_cli.trajectory.segment import CartesianPath, Segment
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.motion import Frames, Kind, Motion, Start
 
 Floats = NDArray[np.float64]
 

@@ -15,9 +15,8 @@ from time import process_time
 from typing import NamedTuple
 
 from tests.by_hand import command
-from vrs_cli.engine.commands import SetBase, SetMonitorSpeed, SetParameter, SetTool
 from vrs_cli.engine.engine import Engine
-from vrs_cli.interfaces.dragging import BORDER, LAG, LEAST_AHEAD, Dragging, Limit, Shortfall
+from vrs_cli.interfaces.dragging import BORDER, LAG, LEAST_AHEAD, Dragging
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
@@ -38,6 +37,8 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.trajectory.polynomial import Polynomial
 from vrs_cli.trajectory.segment import JointPath, Segment
+from vrs_cli.values.commands import SetBase, SetMonitorSpeed, SetParameter, SetTool
+from vrs_cli.values.hand import Limit, Shortfall
 
 TICK = 0.02  # [s]
 ROUNDING = 1e-6

@@ -18,9 +18,9 @@ from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.profile import Profile
-from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.motion import Kind, Motion, Start
 
 WRIST = 4  # joint 5 by its index: the arm is singular where it is 0, unless its wrist is another
 

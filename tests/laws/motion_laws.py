@@ -14,10 +14,10 @@ from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import Transform, angle_between, compose, distance
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT
 from vrs_cli.trajectory.laws.table import LAWS
-from vrs_cli.trajectory.motion import Kind, Start
 from vrs_cli.trajectory.polynomial import derivative, value
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.values.motion import Kind, Start
 
 POSITION = 1e-8  # [rad] joints at a boundary, where one side may be found by inverse kinematics
 POSE_ROUNDING = 2e-16  # of a pose, from which joints are found

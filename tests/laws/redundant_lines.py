@@ -32,10 +32,10 @@ from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import Transform, at_position, position
-from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.motion import Kind, Motion, Start
 
 LINES = 60
 WAY = 0.2  # [m]

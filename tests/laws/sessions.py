@@ -19,16 +19,20 @@ from tests.laws.motion_laws import (
     edited,
 )
 from tests.laws.reach_laws import check_reach
-from vrs_cli.engine.commands import (
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.position import position_at
+from vrs_cli.errors import IllegalValue, MotionError, UsageError
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.transform import Transform, compose, from_oat, rotation_x, rotation_z, translation
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.values.commands import (
     Brake,
     Break,
     Delay,
-    JointTarget,
     Mode,
     Move,
-    NamedTarget,
     OperateHand,
-    PoseTarget,
     Request,
     SetAcceleration,
     SetBase,
@@ -41,16 +45,16 @@ from vrs_cli.engine.commands import (
     SetTool,
     SpeedUnit,
     Stamp,
-    Target,
 )
-from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.position import position_at
-from vrs_cli.errors import IllegalValue, MotionError, UsageError
-from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.transform import Transform, compose, from_oat, rotation_x, rotation_z, translation
-from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
-from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.values.motion import (
+    AlignedTarget,
+    JointOffsetTarget,
+    JointTarget,
+    NamedTarget,
+    PoseTarget,
+    Target,
+    ToolOffsetTarget,
+)
 
 LONGEST = 400  # segments; then the timeline begins anew
 NEAR = (0.02, 0.1, 0.1, 0.3)  # of the ranges: how far straight lines go

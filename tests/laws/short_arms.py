@@ -14,7 +14,6 @@ import pytest
 
 from tests.by_hand import command
 from tests.kinematics.short_arms import Array, forward, random_arm
-from vrs_cli.engine.commands import Move, PoseTarget, SetTool
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_over
 from vrs_cli.errors import MotionError
@@ -29,6 +28,8 @@ from vrs_cli.kinematics.transform import (
     rotation_about,
     translation,
 )
+from vrs_cli.values.commands import Move, SetTool
+from vrs_cli.values.motion import PoseTarget
 
 STEP = 1e-3  # [s]
 HONEST = 1.001  # of a velocity limit, by differences of positions

@@ -14,7 +14,6 @@ from math import radians
 from random import Random
 
 from tests.by_hand import command
-from vrs_cli.engine.commands import SetParameter
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError
 from vrs_cli.interfaces.steering import Steering
@@ -24,6 +23,7 @@ from vrs_cli.kinematics.joints import Joints, put_inside
 from vrs_cli.kinematics.model import PROFILES, RobotModel
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.trajectory.segment import stay_inside
+from vrs_cli.values.commands import SetParameter
 
 GAPS = (0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.4, 0.5)  # [s] between targets
 BEYOND = radians(5.0)  # of a range, that a target may lie outside

@@ -16,18 +16,21 @@ from tests.interfaces.terminals import RecordingTerminal
 from tests.laws.motion_laws import check_continuous, check_limits
 from tests.laws.test_motion_laws import ABOVE_THE_TABLE, MODEL, joint_targets, moves, others
 from vrs_cli.engine.clock import WallClock
-from vrs_cli.engine.commands import Brake, Break, JointTarget, SetParameter, SetTool
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.position import Position, position_at
+from vrs_cli.engine.position import position_at
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.jog.jogger import Jogger, Panel
-from vrs_cli.interfaces.session.acts import Go, Goal, Redo, Undo, act_on
+from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import translation
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.state import Target
+from vrs_cli.values.acts import Go, Goal, Redo, Undo
+from vrs_cli.values.commands import Brake, Break, SetParameter, SetTool
+from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.results import Position
 
 LOOKS = 6  # instants of the past that are looked at before and after each command
 

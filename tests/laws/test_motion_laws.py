@@ -11,19 +11,6 @@ from hypothesis import strategies as st
 
 from tests.examples import examples
 from tests.laws.motion_laws import LIMIT, check_continuous, check_edit, check_limits, check_lines, check_target
-from vrs_cli.engine.commands import (
-    Delay,
-    JointTarget,
-    Move,
-    OperateHand,
-    PoseTarget,
-    SetAcceleration,
-    SetDuration,
-    SetMonitorSpeed,
-    SetParameter,
-    SetSpeed,
-    Stamp,
-)
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import MotionError
@@ -31,9 +18,20 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import from_oat, translation
 from vrs_cli.trajectory.laws.table import LAWS
-from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
 from vrs_cli.trajectory.segment import CartesianPath
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.values.commands import (
+    Delay,
+    Move,
+    OperateHand,
+    SetAcceleration,
+    SetDuration,
+    SetMonitorSpeed,
+    SetParameter,
+    SetSpeed,
+    Stamp,
+)
+from vrs_cli.values.motion import AlignedTarget, JointOffsetTarget, JointTarget, PoseTarget, ToolOffsetTarget
 
 MODEL = load_robot("puma560")
 

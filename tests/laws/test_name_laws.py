@@ -17,7 +17,6 @@ from tests.language.running import run
 from vrs_cli.errors import WordAsName
 from vrs_cli.language.analysis.analyzer import analyze, check_line
 from vrs_cli.language.text.ast import Program
-from vrs_cli.language.text.diagnostics import LineRefused, Severity
 from vrs_cli.language.text.meaning import FUNCTION_NAMES
 from vrs_cli.language.text.parser import parse_file, parse_prompt, parse_step
 from vrs_cli.language.text.printer import print_file
@@ -33,6 +32,7 @@ from vrs_cli.language.words.instructions import (
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.operators import LINKS
 from vrs_cli.language.words.word import SORT_WORDS
+from vrs_cli.values.diagnostics import LineRefused, Severity
 
 TABLES = (COMMANDS, INSTRUCTIONS, CONTROL, FUNCTIONS, LINKS, SORT_WORDS, RELATIONS_OF_VAL, CONNECTIVES, OPERATOR_WORDS)
 WORDS = sorted({name.lstrip("#$") for table in TABLES for name in table if name.lstrip("#$")[0].isalpha()})

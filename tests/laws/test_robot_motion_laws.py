@@ -13,11 +13,12 @@ from tests.examples import examples
 from tests.kinematics.pointing import CLOSED, FIVE, SEVEN
 from tests.laws.motion_laws import check_accelerations, check_continuous, check_limits, check_lines, check_target
 from tests.robots import QUICK, SEARCHED
-from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetSpeed, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.model import PROFILES, RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.values.commands import Move, SetSpeed, Stamp
+from vrs_cli.values.motion import JointTarget, PoseTarget
 
 URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
 OTHERS = [*SEARCHED, "crooked.urdf", "gantry.urdf"]

@@ -18,7 +18,6 @@ from tests.interfaces.terminals import RecordingTerminal
 from tests.laws.motion_laws import check_continuous, check_limits
 from tests.laws.streams import check_stream
 from tests.laws.test_motion_laws import MODEL
-from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetAcceleration, SetParameter, SetTool, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError
 from vrs_cli.interfaces.jog.jogger import AXES, Jogger, Panel, moved
@@ -31,6 +30,8 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import from_oat, translation
 from vrs_cli.trajectory.state import Target
+from vrs_cli.values.commands import Move, SetAcceleration, SetParameter, SetTool, Stamp
+from vrs_cli.values.motion import JointTarget, PoseTarget
 
 TICK = 0.02
 PROFILES = tuple(Profile.__members__)

@@ -20,7 +20,6 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from tests.by_hand import command
-from vrs_cli.engine.commands import Move, NamedTarget, PoseTarget
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.forms import arm_for
@@ -29,6 +28,8 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.kinematics.urdf.document import document
 from vrs_cli.kinematics.urdf.macros import expanded, has_macros
+from vrs_cli.values.commands import Move
+from vrs_cli.values.motion import NamedTarget, PoseTarget
 
 POSES, LINES = 20, 10
 LINE = 0.1  # [m]

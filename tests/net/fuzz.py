@@ -23,7 +23,7 @@ from hypothesis import HealthCheck, given, settings
 
 from tests.by_hand import command
 from tests.files.trajectories import form, planned, puma
-from tests.values import values
+from tests.sample_values import values
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import RequestRefused

@@ -61,7 +61,9 @@ def watch(lines: int, seed: int, folder: Path) -> float:
 def main(lines: int = 1000, seed: int = 1) -> None:
     with tempfile.TemporaryDirectory() as folder:
         slowest = watch(lines, seed, Path(folder))
-    print(f"{lines} lines on Python {sys.version.split()[0]}, slowest answer {slowest:.3f} s; ABORT stopped the program")
+    print(
+        f"{lines} lines on Python {sys.version.split()[0]}, slowest answer {slowest:.3f} s; ABORT stopped the program"
+    )
 
 
 if __name__ == "__main__":

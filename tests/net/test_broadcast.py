@@ -12,10 +12,9 @@ import pytest
 
 from tests.net.edits import Edits
 from vrs_cli.engine.clock import WallClock
-from vrs_cli.engine.commands import JointTarget, Move, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.feed import Missed as LeftOut
-from vrs_cli.engine.position import Position, joints_at, position_at
+from vrs_cli.engine.position import joints_at, position_at
 from vrs_cli.engine.snapshot import Replaced as Other
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.roles import viewer as viewers
@@ -41,6 +40,9 @@ from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.packets import Form, Packet
 from vrs_cli.net.stream import Listening
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.commands import Move, Stamp
+from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.results import Position
 from vrs_cli.wire.codec import Reader
 from vrs_cli.wire.records import Form as RobotForm
 from vrs_cli.wire.records import Motions, delta_of

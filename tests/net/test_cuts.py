@@ -12,7 +12,6 @@ from tests.examples import some
 from tests.net.edits import Edits
 from tests.net.test_broadcast import Hall
 from tests.net.test_mirror import bits
-from vrs_cli.dialogue.replies import Message
 from vrs_cli.engine.snapshot import Replaced as Other
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.net.broadcast import Listener
@@ -33,6 +32,7 @@ from vrs_cli.net.messages import (
 )
 from vrs_cli.net.packets import Form, Packet
 from vrs_cli.net.protocol import ServerConnection, State
+from vrs_cli.values.replies import Message
 from vrs_cli.wire.codec import Encoding, Frame
 
 

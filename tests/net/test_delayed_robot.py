@@ -20,7 +20,6 @@ from tests.live import PATIENCE
 from tests.net.serving import Caller, Serving, serving
 from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import TooLate
-from vrs_cli.interfaces.session.acts import Go, Goal
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.delay_line import Constant, Delays, Gamma, Ways
@@ -30,6 +29,7 @@ from vrs_cli.net.messages import Delta, Done, Hello, Line, Ping, Pong, Sample, S
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.net.timesync import TimeSync
 from vrs_cli.trajectory.instant import on_grid
+from vrs_cli.values.acts import Go, Goal
 
 SLOW = 60.0  # [s] that a busy machine takes for anything
 READY = "MOVE #PPOINT({}, -90, 90, 0, 0, 0) AT {}"

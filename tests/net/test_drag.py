@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from tests.net.test_room import Wire, served
-from vrs_cli.interfaces.dragging import Hold, Limit
 from vrs_cli.interfaces.session.grip import SILENCE
 from vrs_cli.kinematics.transform import Transform, at_position
 from vrs_cli.net.messages import Drag, Pulled, Told
 from vrs_cli.trajectory.timeline import TimelineDelta
+from vrs_cli.values.hand import Hold, Limit
 from vrs_cli.wire.codec import Encoding, encode
 from vrs_cli.wire.steered import steered_record
 

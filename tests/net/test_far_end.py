@@ -10,14 +10,9 @@ from msgspec import structs
 
 from tests.net.edits import Edits
 from tests.net.test_mirror import bits
-from vrs_cli.dialogue.replies import Message
-from vrs_cli.engine.commands import Move
 from vrs_cli.engine.feed import Missed
 from vrs_cli.engine.snapshot import Replaced
 from vrs_cli.errors import FileDamaged, RequestRefused
-from vrs_cli.interfaces.conversation.status import Status
-from vrs_cli.interfaces.session.acts import Rest
-from vrs_cli.interfaces.session.grip import Pulled
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.kinematics.transform import Transform, translation
 from vrs_cli.net import messages
@@ -25,7 +20,12 @@ from vrs_cli.net.far_end import CATCHING_UP, PATIENCE, FarEnd
 from vrs_cli.net.ledger import Ledger
 from vrs_cli.net.messages import At, Clock, Done, Line, Subscribe, Told
 from vrs_cli.net.protocol import ServerConnection
-from vrs_cli.trajectory.motion import JointOffsetTarget
+from vrs_cli.values.acts import Rest
+from vrs_cli.values.commands import Move
+from vrs_cli.values.hand import Pulled
+from vrs_cli.values.motion import JointOffsetTarget
+from vrs_cli.values.prompt import Status
+from vrs_cli.values.replies import Message
 from vrs_cli.wire.codec import Encoding
 from vrs_cli.wire.records import Motions, delta_record
 from vrs_cli.wire.snapshots import snapshot_record

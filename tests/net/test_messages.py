@@ -10,12 +10,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tests.files.trajectories import planned
-from tests.values import values
-from vrs_cli.dialogue.questions import Question
-from vrs_cli.dialogue.replies import Reply
+from tests.sample_values import values
 from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import JointOutOfRange
 from vrs_cli.net.messages import Asked, Delta, FromClient, FromServer, Line, Refused, Replaced, Told
+from vrs_cli.values.questions import Question
+from vrs_cli.values.replies import Reply
 from vrs_cli.wire.codec import Encoding, Frame, Reader, UnknownType, encode
 from vrs_cli.wire.records import Motions, RecordError, delta_record
 from vrs_cli.wire.refusal import Refusal

@@ -11,8 +11,8 @@ import sys
 from collections.abc import Coroutine, Iterator
 from contextlib import contextmanager
 from functools import partial
-from typing import Any
 from pathlib import Path
+from typing import Any
 
 import pytest
 

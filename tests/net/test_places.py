@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from tests.net.serving import serving
-from vrs_cli.dialogue.replies import Message
 from vrs_cli.net.messages import Done, Get, Names, Put, Refused, Told
 from vrs_cli.net.places import prefixes_of, without
+from vrs_cli.values.replies import Message
 
 
 def test_the_names_of_files_are_those_that_were_given(tmp_path: Path) -> None:

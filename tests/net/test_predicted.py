@@ -9,12 +9,9 @@ from msgspec import structs
 
 from tests.engine.wall import ManualWall
 from tests.net.test_far_end import Wires
-from vrs_cli.dialogue.replies import Message
-from vrs_cli.engine.commands import JointTarget, Move, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import IllegalValue
-from vrs_cli.interfaces.session.acts import Execute, Go, Goal, ListMotions, Say, Undo
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.net import messages
@@ -25,6 +22,10 @@ from vrs_cli.net.messages import Abort, At, Clock, Done, Line, Pong, Told
 from vrs_cli.net.mirror import Mirror, parting
 from vrs_cli.net.predicted import Predicted
 from vrs_cli.trajectory.timeline import TimelineDelta
+from vrs_cli.values.acts import Execute, Go, Goal, ListMotions, Say, Undo
+from vrs_cli.values.commands import Move, Stamp
+from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.replies import Message
 from vrs_cli.wire.records import Motions, delta_record
 from vrs_cli.wire.refusal import Refusal
 from vrs_cli.wire.snapshots import snapshot_record

@@ -9,7 +9,6 @@ import pytest
 
 from tests.engine.wall import ManualWall
 from tests.examples import some
-from vrs_cli.engine.commands import JointTarget, Move, Request, SetParameter, SetSpeed, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import JointOutOfRange, TooLate, VrsError
@@ -18,6 +17,8 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.preview import Preview
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.commands import Move, Request, SetParameter, SetSpeed, Stamp
+from vrs_cli.values.motion import JointTarget
 
 MODEL = load_robot("puma560")
 ARM = arm_for(MODEL)

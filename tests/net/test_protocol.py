@@ -11,12 +11,9 @@ import msgspec
 import pytest
 
 from tests.files.trajectories import planned
-from vrs_cli.dialogue.questions import LineWanted
-from vrs_cli.dialogue.replies import Message
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import RequestRefused
-from vrs_cli.interfaces.conversation.status import Status as Around
 from vrs_cli.net.ledger import Bounds, Ledger
 from vrs_cli.net.messages import (
     Abort,
@@ -48,6 +45,9 @@ from vrs_cli.net.messages import (
     Withdrawn,
 )
 from vrs_cli.net.protocol import BACKLOG, HELLO_BYTES, MOST_WAITING, ClientConnection, ServerConnection
+from vrs_cli.values.prompt import Status as Around
+from vrs_cli.values.questions import LineWanted
+from vrs_cli.values.replies import Message
 from vrs_cli.wire.codec import Encoding, Frame, encode
 from vrs_cli.wire.records import Motions, delta_record, segment_records
 from vrs_cli.wire.snapshots import SnapshotRecord

@@ -22,14 +22,14 @@ import vrs_cli as vrs
 from tests.live import PATIENCE, until
 from tests.net.cable import Cable, cable
 from tests.net.serving import Serving, serving
-from vrs_cli.dialogue.replies import ReachReport
-from vrs_cli.engine.commands import Move
 from vrs_cli.errors import JointOutOfRange, NonexistentFile, ProgramNotExecutable, RequestRefused, UndefinedValue
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.net.messages import LeaseAct
 from vrs_cli.net.remote import Loop, RemoteRobot
 from vrs_cli.net.stream import SEGMENTS
-from vrs_cli.trajectory.motion import JointOffsetTarget
+from vrs_cli.values.commands import Move
+from vrs_cli.values.motion import JointOffsetTarget
+from vrs_cli.values.replies import ReachReport
 
 DOWN = (0, -45, 180, 0, 45, 0)
 PART = vrs.trans(300, 450, -200, 90, 90, 0)

@@ -521,7 +521,7 @@ def test_who_comes_again_goes_on(tmp_path: Path) -> None:
 
 
 def test_an_act_is_done_once_by_value(tmp_path: Path) -> None:
-    from vrs_cli.interfaces.session.acts import Evaluate, Go, Goal, Valued
+    from vrs_cli.values.acts import Evaluate, Go, Goal, Valued
 
     with serving(tmp_path) as server, server.call() as ada:
         done = ada.ask(lambda id: At(id, Go(Goal(joints=(0.1, -1.5, 1.5, 0.0, 0.0, 0.0)))))

@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 
 from tests.interfaces.monitor.test_showing import session, shown
-from vrs_cli.dialogue.replies import Picture
 from vrs_cli.kinematics.robot_file import robot_names
 from vrs_cli.render.arm_picture import LOOKS, Part, arm_picture
 from vrs_cli.render.blocks import PIPE, Page
 from vrs_cli.render.colours import Ink
 from vrs_cli.render.text import plain_text
+from vrs_cli.values.replies import Picture
 
 FINE = Page(80, colours=True, unicode=True, height=16)
 SIZES = ((30, 10), (80, 16), (80, 24), (120, 40), (160, 50), (400, 100))

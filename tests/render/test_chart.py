@@ -2,10 +2,10 @@
 
 import pytest
 
-from vrs_cli.dialogue.replies import Curve, Plot
 from vrs_cli.render.blocks import PIPE, Page
 from vrs_cli.render.chart import HEIGHT, WIDTH, chart, round_step
 from vrs_cli.render.colours import CURVES
+from vrs_cli.values.replies import Curve, Plot
 
 TIMES = tuple(k / 100.0 for k in range(101))
 RAMP = Curve("JT1", "1", tuple(90.0 * t for t in TIMES))

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrs_cli.dialogue.replies import StringTable
 from vrs_cli.render.console import TerminalRenderer
 from vrs_cli.render.control import for_stream, visible
+from vrs_cli.values.replies import StringTable
 
 LIKE_CAT_V = [
     ("\x1b[31mred\x1b[0m", "^[[31mred^[[0m"),

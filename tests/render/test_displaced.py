@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from vrs_cli.engine.displacement import Displacement, Moved
 from vrs_cli.render.displaced import sentences
+from vrs_cli.values.results import Displacement, Moved
 
 
 def moved(asked: float | None, later: float, text: str = "MOVE a") -> Moved:

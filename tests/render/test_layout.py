@@ -11,16 +11,16 @@ from typing import get_args
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue import replies
-from vrs_cli.dialogue.replies import Reply
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.position import Position
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.render.console import TerminalRenderer
 from vrs_cli.render.layout import LAYOUTS
 from vrs_cli.render.text import plain_text
+from vrs_cli.values import replies
+from vrs_cli.values.replies import Reply
+from vrs_cli.values.results import Position
 
 WIDTHS = (60, 80, 120)
 LINES = """\

@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 
 from tests.files.trajectories import initial, planned, puma
-from vrs_cli.dialogue.replies import Curve, Plot
 from vrs_cli.errors import FileError, UsageError
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.render.plots import check_plot, plot_curves, plot_trajectory
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.replies import Curve, Plot
 
 pytest.importorskip("matplotlib")
 

@@ -6,9 +6,6 @@ from collections.abc import Callable
 from itertools import cycle
 from typing import Any
 
-from vrs_cli.dialogue.questions import Answer, Question, ended
-from vrs_cli.dialogue.replies import Reply, is_error
-from vrs_cli.dialogue.talk import Reading, Running, Slice, Talk, Terminal
 from vrs_cli.engine.clock import Clock
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.files.bounds import FREE, Folder
@@ -17,9 +14,12 @@ from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.desk import Desk
+from vrs_cli.interfaces.talk import Reading, Running, Slice, Talk, Terminal
 from vrs_cli.net import messages
 from vrs_cli.net.messages import FromClient, FromServer, ServerMessage
 from vrs_cli.repl.remote_seat import Outlet, RemoteSeat
+from vrs_cli.values.questions import Answer, Question, ended
+from vrs_cli.values.replies import Reply, is_error
 from vrs_cli.wire.codec import Encoding, Reader, encode
 from vrs_cli.wire.refusal import Refusal
 

@@ -20,10 +20,9 @@ from prompt_toolkit.output import DummyOutput
 from prompt_toolkit.validation import ValidationError
 
 from tests.engine.wall import ManualWall
-from vrs_cli.dialogue.replies import Message
-from vrs_cli.dialogue.talk import Talk
 from vrs_cli.engine.clock import Clock
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.talk import Talk
 from vrs_cli.language.words.values import Kind
 from vrs_cli.render.colours import Ink, toolkit_style
 from vrs_cli.repl import interactive
@@ -34,6 +33,7 @@ from vrs_cli.repl.lexer import ValLexer
 from vrs_cli.repl.local_seat import LocalSeat
 from vrs_cli.repl.place import Local
 from vrs_cli.trajectory.timeline import TimelineDelta
+from vrs_cli.values.replies import Message
 
 ENTER, CTRL_C, CTRL_D, TAB, UP = "\r", "\x03", "\x04", "\t", "\x1b[A"
 PASTE = ("\x1b[200~", "\x1b[201~")

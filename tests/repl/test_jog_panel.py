@@ -11,11 +11,11 @@ from prompt_toolkit.output import DummyOutput
 
 from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue.replies import Picture
 from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.jog_panel import JogPanel
+from vrs_cli.values.replies import Picture
 
 UP, DOWN, RIGHT = "\x1b[A", "\x1b[B", "\x1b[C"
 

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.repl import shell
@@ -15,6 +14,7 @@ from vrs_cli.repl.interrupt import Ended, ending
 from vrs_cli.repl.place import Local
 from vrs_cli.repl.plain import run
 from vrs_cli.repl.terminal import PlainTerminal
+from vrs_cli.values.results import Outcome
 
 
 @pytest.fixture(autouse=True)

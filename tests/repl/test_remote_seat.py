@@ -16,8 +16,6 @@ from prompt_toolkit.output import DummyOutput
 
 from tests.engine.wall import ManualWall
 from tests.repl.afar import Line
-from vrs_cli.dialogue.questions import Answer, Question
-from vrs_cli.dialogue.replies import Message
 from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.net import messages
@@ -28,6 +26,8 @@ from vrs_cli.repl.remote_seat import WORDS, Outlet, RemoteSeat
 from vrs_cli.repl.seat import KEEPING_UP, RESTING
 from vrs_cli.repl.terminal import PlainTerminal
 from vrs_cli.trajectory.timeline import TimelineDelta
+from vrs_cli.values.questions import Answer, Question
+from vrs_cli.values.replies import Message
 from vrs_cli.wire.refusal import Refusal
 
 ENTER, CTRL_C, CTRL_D, TAB, SAVE, QUIT, UP = "\r", "\x03", "\x04", "\t", "\x13", "\x11", "\x1b[A"

@@ -9,16 +9,16 @@ from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue.questions import Answer, Editing, Question
-from vrs_cli.dialogue.replies import Message
 from vrs_cli.errors import ProgramExists, UsageError
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.editor.lines import named_program
 from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.language.text.diagnostics import LineRefused
-from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.repl.screen_editor import UNSAVED, ScreenEditor
+from vrs_cli.values.diagnostics import LineRefused
+from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.questions import Answer, Editing, Question
+from vrs_cli.values.replies import Message
 
 ENTER, SAVE, QUIT, FIND, UNDO, REDO, CUT = "\r", "\x13", "\x11", "\x06", "\x1a", "\x19", "\x0b"
 F1 = "\x1bOP"

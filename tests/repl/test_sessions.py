@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from tests.repl.afar import seat_afar
-from vrs_cli.dialogue.talk import Terminal
+from vrs_cli.interfaces.talk import Terminal
 from vrs_cli.repl.local_seat import LocalSeat
 from vrs_cli.repl.seat import Seat
 from vrs_cli.repl.terminal import PlainTerminal

@@ -5,13 +5,13 @@ from io import StringIO
 
 import pytest
 
-from vrs_cli.dialogue.questions import Confirmation, LineWanted, Parting
-from vrs_cli.dialogue.replies import Farewell, Message, ProgramStopped, Tone
-from vrs_cli.dialogue.talk import Running
 from vrs_cli.errors import EndOfInput
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.talk import Running
 from vrs_cli.render.console import TerminalRenderer
 from vrs_cli.repl.terminal import PATIENCE, REFRESH, PlainTerminal, ShellTerminal
+from vrs_cli.values.questions import Confirmation, LineWanted, Parting
+from vrs_cli.values.replies import Farewell, Message, ProgramStopped, Tone
 
 CTRL_C = "\x03"
 

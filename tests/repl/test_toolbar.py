@@ -1,10 +1,10 @@
 """The line at the bottom."""
 
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.engine.commands import SetMonitorSpeed, SetSpeed, SpeedUnit
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.toolbar import toolbar
+from vrs_cli.values.commands import SetMonitorSpeed, SetSpeed, SpeedUnit
 
 
 def test_before_the_robot_is_there() -> None:

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import pytest
 
 from vrs_cli.trajectory.delta_log import PART, DeltaLog
-from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Cause, TimelineDelta
+from vrs_cli.values.motion import Kind, Motion, Start
 
 MOTIONS = [Motion(number, Kind.JOINT, Start.AFTER) for number in range(5)]
 

@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from tests.examples import examples
 from vrs_cli.trajectory import rope
 from vrs_cli.trajectory.instant import TICK
-from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.rope import BLOCK, FAN, SMALL, Branch, Held, Leaf
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
+from vrs_cli.values.motion import Kind, Motion, Start
 
 MOTION = Motion(1, Kind.JOINT, Start.AFTER)
 

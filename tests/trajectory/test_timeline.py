@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrs_cli.trajectory.instant import LATEST, TICK
-from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.rope import BLOCK, SMALL
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment, rest
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
+from vrs_cli.values.motion import Kind, Motion, Start
 
 
 def motion(number: int) -> Motion:

@@ -15,11 +15,11 @@ from tests.view3d.pages import Page
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.roles.held import no_answer
-from vrs_cli.interfaces.session.acts import Define
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.client import hello_of
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.net.tokens import add_tokens
+from vrs_cli.values.acts import Define
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.hosted import SHELL, Hosted
 from vrs_cli.view3d.shown import Shown

@@ -22,7 +22,6 @@ from tests.net.test_delayed_robot import behind
 from tests.view3d.browser import Browser, coloured, needs_browser
 from tests.view3d.pages import Page
 from tests.view3d.test_figure import matrix
-from vrs_cli.engine.commands import JointTarget, Move, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at, position_at
 from vrs_cli.interfaces.roles.observer import Watched
@@ -34,6 +33,8 @@ from vrs_cli.kinematics.transform import position
 from vrs_cli.net.client import hello_of
 from vrs_cli.net.far_end import Ahead
 from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.values.commands import Move, Stamp
+from vrs_cli.values.motion import JointTarget
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.delays import ERROR, HEARD, PRESENT, Delays
 from vrs_cli.view3d.doubts import FLAGGED

@@ -12,11 +12,11 @@ from tests.interfaces.monitor.test_showing import session
 from tests.view3d.test_figure import matrix, sent
 from tests.view3d.test_paths import seen
 from tests.view3d.test_places import surveyed
-from vrs_cli.dialogue.talk import at_once
 from vrs_cli.engine.position import destination_at, position_at
 from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.session.survey import ShowBranch, show_branch
+from vrs_cli.interfaces.session.survey import show_branch
+from vrs_cli.interfaces.talk import at_once
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import link_frames
 from vrs_cli.net import messages
@@ -25,6 +25,7 @@ from vrs_cli.net.messages import At, Done, Request
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.figure import link_node
 from vrs_cli.view3d.ghosts import BranchGhosts, GoalGhost
+from vrs_cli.wire.snapshots import ShowBranch
 
 
 def stands(server: viser.ViserServer, root: str, of: Session) -> np.ndarray | None:

@@ -9,11 +9,12 @@ from typing import Any
 
 import pytest
 
-from vrs_cli.engine.commands import JointTarget, Move, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.interfaces.roles.observer import Recorded
 from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.values.commands import Move, Stamp
+from vrs_cli.values.motion import JointTarget
 from vrs_cli.view3d.shown import Shown
 from vrs_cli.view3d.window import OFTEN, PERIOD, Window
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from vrs_cli.dialogue.replies import Plot, Reply, is_error
-from vrs_cli.dialogue.runs import Outcome, RunResult
 from vrs_cli.errors import VrsError
 from vrs_cli.render.html import html
 from vrs_cli.render.svg import picture
 from vrs_cli.render.text import plain_text
+from vrs_cli.values.replies import Plot, Reply, is_error
+from vrs_cli.values.results import Outcome, RunResult
 
 
 class Replies(tuple[Reply, ...]):
-    """The replies to a line, in order: values of `vrs_cli.dialogue.replies`, in metres, radians and seconds.
+    """The replies to a line, in order: values of `vrs_cli.values.replies`, in metres, radians and seconds.
 
     `text` is what the shell prints of them; `ok`: none says that something could not be done.
     """

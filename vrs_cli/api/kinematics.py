@@ -15,7 +15,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import inverse
 from vrs_cli.kinematics.transform_batch import compose_batch, stack
 from vrs_cli.render.blocks import Column
-from vrs_cli.trajectory.motion import Frames
+from vrs_cli.values.motion import Frames
 
 
 class Ways(Struct, frozen=True, eq=False, dict=True):

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vrs_cli.api.numbers import Floats, Units, freeze, numbers
-from vrs_cli.dialogue.numbers import fixed
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.kinematics.transform_batch import compose_batch, to_oat_batch
 from vrs_cli.language.run.operations import trans as of_numbers
 from vrs_cli.language.words.values import numbers_of, plain
+from vrs_cli.values.numbers import fixed
 
 
 class Location:

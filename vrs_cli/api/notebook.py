@@ -12,9 +12,9 @@ from typing import Any, Protocol
 from vrs_cli.api.answers import Replies
 from vrs_cli.api.robot import Robot
 from vrs_cli.api.tables import figures, number_columns, table
-from vrs_cli.dialogue.questions import Amendment, OnScreen, Question
 from vrs_cli.render.blocks import Column
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.questions import Amendment, OnScreen, Question
 
 USUAL_NAME = "robot"
 

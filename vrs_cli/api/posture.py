@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike
 from vrs_cli.api.location import Location
 from vrs_cli.api.numbers import Floats, Units, freeze, numbers
 from vrs_cli.api.tables import figures, number_columns, table
-from vrs_cli.engine.position import Position, Positions
+from vrs_cli.engine.position import Positions
 from vrs_cli.interfaces.roles.observer import Observer
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.values.results import Position
 
 
 class Posture(Struct, frozen=True, eq=False, dict=True):

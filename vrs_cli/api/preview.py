@@ -7,11 +7,11 @@ from numpy.typing import ArrayLike
 
 from vrs_cli.api.numbers import Units
 from vrs_cli.api.posture import Posture
-from vrs_cli.dialogue.numbers import count
 from vrs_cli.interfaces.roles.observer import Observer, Recorded
 from vrs_cli.interfaces.roles.preview import Expected, Previewed
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.numbers import count
 
 
 class Preview(Struct, frozen=True, eq=False):

@@ -23,8 +23,6 @@ from vrs_cli.api.posture import Posture, place_text
 from vrs_cli.api.preview import Preview
 from vrs_cli.api.scene import Scene
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, Clock, VirtualClock, WallClock
-from vrs_cli.engine.commands import JointTarget, NamedTarget, PoseTarget, Target
-from vrs_cli.engine.history import CommandRecord
 from vrs_cli.errors import JointOutOfRange, UsageError
 from vrs_cli.files.continuing import bookmark_of
 from vrs_cli.files.trajectory_file import read_trajectory
@@ -39,8 +37,11 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import Ends, load_robot
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.language.words.values import Value, numbers_of, plain
+from vrs_cli.language.words.values import numbers_of, plain
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.motion import JointTarget, NamedTarget, PoseTarget, Target
+from vrs_cli.values.numbers import Value
+from vrs_cli.values.results import CommandRecord
 
 SCENE_HEIGHT = 420  # [px] below a cell
 MOST_SAMPLES = 5_000_000  # of 256 bytes each

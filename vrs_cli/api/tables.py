@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
-from vrs_cli.dialogue.numbers import fixed
 from vrs_cli.render.blocks import Column, Grid, line, number_column
 from vrs_cli.render.colours import Ink
 from vrs_cli.render.html import blocks_html
+from vrs_cli.values.numbers import fixed
 
 ROWS = 5  # at the beginning and at the end of a long table
 

@@ -11,22 +11,21 @@ from typing import TYPE_CHECKING, Any, TextIO
 from msgspec import Struct
 
 from vrs_cli.cli.recordings import position_object
-from vrs_cli.dialogue.questions import LineWanted
-from vrs_cli.dialogue.talk import Running
 from vrs_cli.errors import EndOfInput, VrsError
-from vrs_cli.language.text.diagnostics import Severity
+from vrs_cli.interfaces.talk import Running
 from vrs_cli.render.control import for_stream
 from vrs_cli.trajectory.instant import shown
+from vrs_cli.values.diagnostics import Severity
+from vrs_cli.values.questions import LineWanted
 
 if TYPE_CHECKING:
-    from vrs_cli.dialogue.questions import Answer, Question
-    from vrs_cli.dialogue.replies import Reply
-    from vrs_cli.dialogue.runs import RunResult
-    from vrs_cli.dialogue.talk import Reading
     from vrs_cli.engine.engine import Engine
-    from vrs_cli.language.run.effects import ProgramFault
-    from vrs_cli.language.text.diagnostics import Diagnostic
+    from vrs_cli.interfaces.talk import Reading
     from vrs_cli.render.progress import RunProgress
+    from vrs_cli.values.diagnostics import Diagnostic
+    from vrs_cli.values.questions import Answer, Question
+    from vrs_cli.values.replies import Reply
+    from vrs_cli.values.results import ProgramFault, RunResult
 
 Object = dict[str, Any]
 NO_NUMBERS: Mapping[str, object] = MappingProxyType({})

@@ -142,7 +142,7 @@ def _program(prog: str, options: argparse.Namespace, stack: ExitStack) -> tuple[
     """A new robot with the programs of a file; the first browser executes the first of them. Raises FileError, and what
     is wrong with the file.
     """
-    from vrs_cli.interfaces.session.acts import Define
+    from vrs_cli.values.acts import Define
     from vrs_cli.view3d.hosted import SHELL
 
     source = read_source(options.url)

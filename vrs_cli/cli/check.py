@@ -19,7 +19,7 @@ from vrs_cli.files.opening import stamp
 if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.language.run.cell import Cell
-    from vrs_cli.language.text.diagnostics import Diagnostic
+    from vrs_cli.values.diagnostics import Diagnostic
 
 LOOKED_EVERY = 0.25  # [s] at the files, with --watch
 

@@ -16,7 +16,7 @@ from vrs_cli.kinematics.task import Task
 if TYPE_CHECKING:
     from vrs_cli.engine.clock import WallClock
     from vrs_cli.kinematics.model import RobotModel
-    from vrs_cli.language.words.dialect import Dialect
+    from vrs_cli.values.dialect import Dialect
 
 STANDARD_STREAM = "-"
 DEFAULT_RATE = 100.0  # [Hz]
@@ -115,7 +115,7 @@ def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
 
 def chosen_dialect(options: argparse.Namespace) -> Dialect:
     """The dialect of the option of `add_dialect`."""
-    from vrs_cli.language.words.dialect import Dialect
+    from vrs_cli.values.dialect import Dialect
 
     return Dialect[options.dialect.upper()]
 

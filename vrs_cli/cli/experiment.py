@@ -207,8 +207,8 @@ def _leave_signals() -> None:
 
 
 def _told(options: argparse.Namespace, rows: Sequence[Row]) -> Iterator[Block]:
-    from vrs_cli.dialogue.numbers import count
     from vrs_cli.render.blocks import line
+    from vrs_cli.values.numbers import count
 
     for name, group in groupby(rows, lambda row: row.delays):
         some = list(group)
@@ -284,9 +284,9 @@ def _drawings(rows: Sequence[Row]) -> Iterator[Drawing]:
 
 
 def _charts(rows: Sequence[Row]) -> Iterator[Block]:
-    from vrs_cli.dialogue.replies import Curve, Plot
     from vrs_cli.render.blocks import PIPE, line
     from vrs_cli.render.chart import WIDTH, chart
+    from vrs_cli.values.replies import Curve, Plot
 
     for one in _drawings(rows):
         first, last = one.leads[0], one.leads[-1]

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct
 
 from vrs_cli.cli.sources import Source, has_errors
-from vrs_cli.dialogue.numbers import count
+from vrs_cli.values.numbers import count
 
 if TYPE_CHECKING:
-    from vrs_cli.language.text.diagnostics import Diagnostic
+    from vrs_cli.values.diagnostics import Diagnostic
 
 
 class Finding(Struct, frozen=True):
@@ -39,8 +39,8 @@ def _text(findings: Sequence[Finding]) -> None:
 
 
 def _draw(finding: Finding) -> None:
-    from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport
     from vrs_cli.render.console import TerminalRenderer
+    from vrs_cli.values.replies import Diagnosed, DiagnosticsReport
 
     lines = ["", *finding.source.text.split("\n"), ""]
     items = [Diagnosed(one, lines[one.span.line], finding.source.path) for one in finding.diagnostics]

@@ -15,7 +15,7 @@ from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.cli.sources import Source, program_files, read_source
 
 if TYPE_CHECKING:
-    from vrs_cli.language.words.dialect import Dialect
+    from vrs_cli.values.dialect import Dialect
 
 EPILOG = """\
 A file with mistakes is left as it is. Formatting twice changes nothing more.

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from vrs_cli.cli.findings import Finding
 from vrs_cli.cli.sources import Source
 from vrs_cli.files.atomic import write_atomically
-from vrs_cli.language.text.diagnostics import Diagnostic, ordered
+from vrs_cli.values.diagnostics import Diagnostic, ordered
 
 ROUNDS = 10  # of mends that uncover others
 

@@ -12,9 +12,9 @@ from vrs_cli.kinematics.transform import to_oat
 
 if TYPE_CHECKING:
     from vrs_cli.cli.command_line import Parser
-    from vrs_cli.engine.position import Position
     from vrs_cli.files.trajectory_file import Recording
     from vrs_cli.kinematics.joints import JointUnits
+    from vrs_cli.values.results import Position
 
 DIGITS = 12  # decimals of degrees and millimetres in JSON: noise goes, nothing that can be measured
 

@@ -11,9 +11,9 @@ from vrs_cli.cli.recordings import add_lenient_option, read_recording
 from vrs_cli.repl.shell import on_terminal
 
 if TYPE_CHECKING:
-    from vrs_cli.engine.position import Position
     from vrs_cli.kinematics.arm import RobotArm
     from vrs_cli.trajectory.timeline import Timeline
+    from vrs_cli.values.results import Position
 
 DEFAULT_STEP = 0.1  # [s] between the rows of the table
 MOST_ROWS = 100_000
@@ -69,8 +69,8 @@ def _print_table(arm: RobotArm, timeline: Timeline, step: float) -> None:
     """Raises CommandLineError for a step that is too small for a table to be read."""
     if (timeline.end - timeline.start) / step > MOST_ROWS:
         raise CommandLineError(f"--step {step:g} makes too many rows", f"at most {MOST_ROWS}; --csv writes long tables")
-    from vrs_cli.dialogue.replies import WhereaboutsTable
     from vrs_cli.render.text import plain_text
+    from vrs_cli.values.replies import WhereaboutsTable
 
     print(plain_text(WhereaboutsTable(tuple(_rows(arm, timeline, step)), arm.model.units)), end="")
 

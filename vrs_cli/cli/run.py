@@ -37,13 +37,13 @@ from vrs_cli.errors import FileError, LimitReached, UndefinedName
 if TYPE_CHECKING:
     from vrs_cli.cli.batch import BatchTerminal, Object
     from vrs_cli.cli.run_many import Heard
-    from vrs_cli.dialogue.runs import Beside, RunResult
     from vrs_cli.files.bounds import Folder
     from vrs_cli.interfaces.station.station import Station
     from vrs_cli.interfaces.tasks.limits import Limits
-    from vrs_cli.language.text.diagnostics import Diagnostic
     from vrs_cli.render.progress import RunProgress
     from vrs_cli.repl.interrupt import Stoppable
+    from vrs_cli.values.diagnostics import Diagnostic
+    from vrs_cli.values.results import Beside, RunResult
 
 COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options, and fields of Limits
 FENCE: Mapping[str, float] = {  # round a program that nobody watches, where the system has such
@@ -322,8 +322,8 @@ class _Batch(Struct, frozen=True):
     def _ended(self, station: Station, terminal: BatchTerminal, result: RunResult) -> int:
         """Tell how the run ended, and write the files: what there is of the trajectory, also after an error."""
         from vrs_cli.cli.batch import fault_object, fault_text
-        from vrs_cli.dialogue.replies import Message
         from vrs_cli.render.control import for_stream
+        from vrs_cli.values.replies import Message
 
         if self.heard is not None:
             self.heard.ended(result)

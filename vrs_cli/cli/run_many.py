@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vrs_cli.cli.command_line import CommandLineError
 from vrs_cli.cli.main import OK, status_of
-from vrs_cli.dialogue.numbers import count
 from vrs_cli.errors import VrsError
+from vrs_cli.values.numbers import count
 
 if TYPE_CHECKING:
-    from vrs_cli.dialogue.runs import RunResult
+    from vrs_cli.values.results import RunResult
 
 ALONE = ("save", "csv", "plot", "report", "record_units")  # options that name one file, of one run
 BROKEN = "not executed"

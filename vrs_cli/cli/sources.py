@@ -15,7 +15,7 @@ from vrs_cli.cli.command_line import STANDARD_STREAM, teller
 from vrs_cli.errors import NonexistentFile
 
 if TYPE_CHECKING:
-    from vrs_cli.language.text.diagnostics import Diagnostic
+    from vrs_cli.values.diagnostics import Diagnostic
 
 
 PROGRAMS = (".v2", ".pg")  # how files of programs end
@@ -31,7 +31,7 @@ class Source(Struct, frozen=True):
         """Diagnostics in the order of their lines, each with its line and a caret; the first `most`, errors before
         warnings, and how many more there are.
         """
-        from vrs_cli.language.text.diagnostics import ordered, show
+        from vrs_cli.values.diagnostics import ordered, show
 
         everything = ordered(diagnostics)
         chosen = everything
@@ -104,6 +104,6 @@ def is_program(name: str) -> bool:
 
 def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
     """Whether a program with these is not executable."""
-    from vrs_cli.language.text.diagnostics import first_error
+    from vrs_cli.values.diagnostics import first_error
 
     return first_error(diagnostics) is not None

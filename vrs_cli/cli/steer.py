@@ -188,9 +188,9 @@ class _Run:
         return first
 
     def _begin(self, model: RobotModel, first: TimedTarget) -> Steering:
-        from vrs_cli.engine.commands import SetParameter
         from vrs_cli.engine.engine import Engine
         from vrs_cli.interfaces.steering import Steering
+        from vrs_cli.values.commands import SetParameter
 
         engine = Engine(model, start=_start(model, first), clock=clock_of(self.options.realtime))
         if self.options.profile is not None:
@@ -243,7 +243,7 @@ class _Run:
         if self.options.json:
             print(json.dumps(self._object(steering), indent=2))
             return
-        from vrs_cli.dialogue.numbers import count
+        from vrs_cli.values.numbers import count
 
         tell = partial(print, file=sys.stderr if self.outputs.takes_standard_output else sys.stdout)
         engine, following = steering.engine, steering.following

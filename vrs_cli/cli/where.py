@@ -10,8 +10,8 @@ from vrs_cli.cli.command_line import Parser, number
 from vrs_cli.cli.recordings import add_lenient_option, position_object, read_recording
 
 if TYPE_CHECKING:
-    from vrs_cli.engine.position import Position
     from vrs_cli.kinematics.joints import JointUnits
+    from vrs_cli.values.results import Position
 
 EPILOG = """\
 Before the first motion, after the last and between motions the robot stands still.
@@ -52,7 +52,7 @@ def _json(positions: Sequence[Position], units: JointUnits) -> str:
 
 
 def _text(positions: Sequence[Position], units: JointUnits) -> str:
-    from vrs_cli.dialogue.replies import Whereabouts
     from vrs_cli.render.text import plain_text
+    from vrs_cli.values.replies import Whereabouts
 
     return "\n".join(plain_text(Whereabouts(position, stamped=True, units=units)) for position in positions)

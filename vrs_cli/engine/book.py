@@ -10,13 +10,14 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from functools import reduce
 from typing import Protocol, TypeVar
 
-from vrs_cli.engine.history import CommandRecord, History, Step, records
+from vrs_cli.engine.history import History, Step, records
 from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.trajectory.delta_log import DeltaLog
-from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import rest
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
+from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.results import CommandRecord
 
 AT_ONCE = 50  # changes that are planned before whoever waits may have his turn
 R = TypeVar("R")

@@ -19,9 +19,9 @@ from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import destination_at
 from vrs_cli.engine.targets import retarget
 from vrs_cli.errors import MotionError, UsageError
-from vrs_cli.trajectory.motion import Start
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.values.motion import Start
 
 MAIN = "main"
 

@@ -22,9 +22,9 @@ from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.transform import compose, distance, inverse
 from vrs_cli.trajectory.block_table import coefficients
-from vrs_cli.trajectory.motion import Kind
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.motion import Kind
 
 MANY = 4096  # segments that are looked at at once
 CUBIC = 4  # coefficients

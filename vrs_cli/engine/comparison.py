@@ -7,14 +7,15 @@ from itertools import takewhile, zip_longest
 from math import inf
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct, structs
+from msgspec import structs
 
 from vrs_cli.engine.book import Book
-from vrs_cli.engine.history import CommandRecord, Step
+from vrs_cli.engine.history import Step
 from vrs_cli.engine.position import Places, places_at
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.rope import Block
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.results import Apart, Comparison, Extent, Pair
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
@@ -27,51 +28,6 @@ CLOSER_ROUNDS = 3
 NOISE = 1e-12  # [m, rad] what rounding makes of one distance
 
 Compared = Callable[[Places], "Floats"]  # of what is compared, at each time (N, k, d)
-
-
-class Extent(Struct, frozen=True):
-    """`duration`: from the start of the timeline to its end [s]. `segments`: without s_0. `tool_path`: how far the tool
-    goes [m], `joint_travel`: how far all joints together turn [rad], `joint_slide`: those that slide [m]."""
-
-    duration: float
-    commands: int
-    segments: int
-    tool_path: float
-    joint_travel: float
-    joint_slide: float = 0.0
-
-
-class Pair(Struct, frozen=True):
-    """A command on both sides, or on one of them only."""
-
-    a: CommandRecord | None
-    b: CommandRecord | None
-
-    @property
-    def text(self) -> str:
-        return next(record.text for record in (self.a, self.b) if record is not None)
-
-
-class Apart(Struct, frozen=True):
-    """A greatest distance, and the time of it [s]. `joint` counts from 1; 0: the distance is that of the tool."""
-
-    distance: float
-    time: float
-    joint: int = 0
-
-
-class Comparison(Struct, frozen=True):
-    """`since`: the first time at which the robot may be elsewhere [s], None where the two are the same throughout.
-
-    `tool` [m] and `joints` [rad] are the greatest distances at one time.
-    """
-
-    a: Extent
-    b: Extent
-    commands: tuple[Pair, ...]
-    since: float | None
-    tool: Apart
-    joints: Apart
 
 
 def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:

@@ -5,43 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice, pairwise
 
-from msgspec import Struct
-
 from vrs_cli.engine.book import Book
-from vrs_cli.engine.history import CommandRecord
-from vrs_cli.trajectory.motion import Motion, Start
 from vrs_cli.trajectory.timeline import Cause, Timeline
+from vrs_cli.values.motion import Motion, Start
+from vrs_cli.values.results import CommandRecord, Displacement, Moved
 
 MOST = 100  # motions that are looked at: what it costs does not depend on how much is scheduled
 SAME_TIME = 5e-4  # [s] two times that are shown alike
-
-
-class Moved(Struct, frozen=True):
-    """A scheduled motion: when it was to begin, and when it begins now [s]. `asked`: its time stamp, None for a motion
-    that follows another; `after`: None for a motion that was dropped.
-    """
-
-    text: str
-    asked: float | None
-    before: float
-    after: float | None
-
-    @property
-    def later(self) -> float:
-        """By how much it begins later [s]; 0 for a motion that was dropped."""
-        return 0.0 if self.after is None else self.after - self.before
-
-
-class Displacement(Struct, frozen=True):
-    """Motions that begin later than they did, that begin earlier, and that were dropped, each in order of time.
-
-    `more`: there are others behind them, which were not looked at.
-    """
-
-    later: tuple[Moved, ...]
-    earlier: tuple[Moved, ...]
-    dropped: tuple[Moved, ...]
-    more: bool = False
 
 
 def displacement(book: Book, before: Timeline) -> Displacement | None:

@@ -11,33 +11,16 @@ from msgspec import Struct, structs
 
 from vrs_cli.engine.book import Book, Parts, silent, whole
 from vrs_cli.engine.clock import Clock, VirtualClock
-from vrs_cli.engine.commands import (
-    Alter,
-    Brake,
-    Break,
-    Delay,
-    JointTarget,
-    Mode,
-    Move,
-    OperateHand,
-    PoseTarget,
-    Request,
-    SetBase,
-    SetConfiguration,
-    SetParameter,
-    SetSwivel,
-    SetTool,
-)
 from vrs_cli.engine.corners import rounding_begins, slowing_down
 from vrs_cli.engine.feed import Feed
-from vrs_cli.engine.history import CommandRecord, Step
+from vrs_cli.engine.history import Step
 from vrs_cli.engine.line_check import Standpoint
 from vrs_cli.engine.motions import After, Speed, fraction_of_full, program_speed
 from vrs_cli.engine.parameters import DELAY, TIME, TIME_FROM_NOW
 from vrs_cli.engine.planner import plan, plan_steering
-from vrs_cli.engine.position import Position, destination_at, finish_after, joints_at, position_at, world_pose
+from vrs_cli.engine.position import destination_at, finish_after, joints_at, position_at, world_pose
 from vrs_cli.engine.problem import NoRoomToStop
-from vrs_cli.engine.reach import Reach, reach_of
+from vrs_cli.engine.reach import reach_of
 from vrs_cli.engine.settings import Altered, Settings
 from vrs_cli.engine.snapshot import Replaced, Snapshot
 from vrs_cli.engine.targets import (
@@ -58,9 +41,25 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, angle_between, compose
 from vrs_cli.trajectory.delta_log import DeltaLog
 from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
-from vrs_cli.trajectory.motion import Frames, Kind, Motion, RelativeTarget, Start, ToolOffsetTarget
 from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.values.commands import (
+    Alter,
+    Brake,
+    Break,
+    Delay,
+    Mode,
+    Move,
+    OperateHand,
+    Request,
+    SetBase,
+    SetConfiguration,
+    SetParameter,
+    SetSwivel,
+    SetTool,
+)
+from vrs_cli.values.motion import Frames, JointTarget, Kind, Motion, PoseTarget, RelativeTarget, Start, ToolOffsetTarget
+from vrs_cli.values.results import CommandRecord, Position, Reach
 
 NOTICEABLE = 0.01  # [rad] of a tool that is turned otherwise than asked
 SLACK = 1e-6  # [m] of the width of a hand: rounding

@@ -20,8 +20,8 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.kinematics.walk import Asked, Walk
 from vrs_cli.trajectory.limits import ToolLimits
-from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.state import GuideState, JointState, ToolState
+from vrs_cli.values.motion import Motion
 
 STEP, TURN = 0.03, 0.15  # [m, rad] of a walk along a line
 FEWEST = 6  # steps

@@ -16,33 +16,14 @@ from msgspec import Struct, structs
 from vrs_cli.engine.settings import Altered
 from vrs_cli.errors import UsageError
 from vrs_cli.trajectory.instant import shown
-from vrs_cli.trajectory.motion import Start
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.values.motion import Start
+from vrs_cli.values.results import CommandRecord
 
 _S = TypeVar("_S")
 
 WIDE = 64  # segments that a step drops: taking back a wider one is prepared when it is asked for
-
-
-class CommandRecord(Struct, frozen=True):
-    """A motion command and what became of it: when its motion begins and ends on the present timeline [s].
-
-    `executed` is as commanded and `end` None for a motion that a later command has dropped. `asked`: the time that was
-    given with it; None for a motion that follows another.
-    """
-
-    number: int
-    text: str
-    issued: float
-    executed: float
-    end: float | None
-    asked: float | None = None
-
-    @property
-    def displaced(self) -> bool:
-        """Whether the motion begins at another time than was asked."""
-        return self.asked is not None and self.asked != self.executed
 
 
 class Step(Struct, frozen=True):

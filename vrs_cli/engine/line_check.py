@@ -7,7 +7,6 @@ from math import dist
 
 from msgspec import Struct, structs
 
-from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetConfiguration
 from vrs_cli.engine.motions import After, program_speed
 from vrs_cli.engine.one_motion import plan_motion
 from vrs_cli.engine.problem import Here, Problem, segment_joints
@@ -32,35 +31,14 @@ from vrs_cli.kinematics.transform import (
     scaled,
     subtracted,
 )
-from vrs_cli.trajectory.motion import Frames, Motion, Start
 from vrs_cli.trajectory.segment import CartesianPath, Segment, stops_on_the_way
 from vrs_cli.trajectory.state import JointState
+from vrs_cli.values.commands import Move, SetConfiguration
+from vrs_cli.values.motion import Frames, JointTarget, Motion, PoseTarget, Start
+from vrs_cli.values.results import LineCheck, WayOut
 
 SIDEWAYS = (0.05, 0.1, 0.2, 0.3, 0.4)  # [m] how far from the line a via point is tried
 NO_WAY = 1e-9  # [m] a line that only turns the tool
-
-
-class WayOut(Struct, frozen=True):
-    """What would do instead of a straight line: the same in another configuration (`words`), two lines by way of `via`
-    (T_world_tool), or a MOVE (neither).
-    """
-
-    words: tuple[str, ...] = ()
-    via: Transform | None = None
-
-
-class LineCheck(Struct, frozen=True):
-    """The straight line from here. `length` [m]; `duration` [s] where it is possible, else what stops it: the error's
-    text, where (`at` [m] from here, None where not on the line), and the ways out. `stops` [m]: after how much of the
-    way a line that is possible comes to rest, and goes on.
-    """
-
-    length: float
-    duration: float | None = None
-    trouble: str = ""
-    at: float | None = None
-    ways_out: tuple[WayOut, ...] = ()
-    stops: tuple[float, ...] = ()
 
 
 class Standpoint(Struct, frozen=True):

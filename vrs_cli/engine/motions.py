@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
-from vrs_cli.engine.commands import SetSpeed, SpeedUnit
 from vrs_cli.engine.parameters import FULL_SPEED
 from vrs_cli.engine.settings import MM, Settings
 from vrs_cli.engine.targets import Goal
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.trajectory.instant import on_grid
-from vrs_cli.trajectory.motion import Frames, Kind, Motion, RelativeTarget, Start
+from vrs_cli.values.commands import SetSpeed, SpeedUnit
+from vrs_cli.values.motion import Frames, Kind, Motion, RelativeTarget, Start
 
 SLOWEST = 1e-4  # fraction of nominal speed: slower is no motion
 INCH = 0.0254  # [m]

@@ -17,8 +17,8 @@ from vrs_cli.trajectory.instant import on_grid
 from vrs_cli.trajectory.laws.law import NoTimes
 from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.limits import JointLimits
-from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import Segment, rest, stay_inside
+from vrs_cli.values.motion import Kind, Motion, Start
 
 REMEMBERED = 512  # lines: a program that goes round plans each of its own once
 STREAM_STAYS = "give a time after it, or end where it begins; with PARAMETER INSERT = OFF it is dropped"

@@ -7,10 +7,10 @@ from typing import TypeVar
 
 from msgspec import Struct
 
-from vrs_cli.engine.commands import SpeedUnit
 from vrs_cli.errors import IllegalValue, UsageError, did_you_mean
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.trajectory.instant import LATEST
+from vrs_cli.values.commands import SpeedUnit
 
 V = TypeVar("V")
 

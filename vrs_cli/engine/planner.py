@@ -22,10 +22,10 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import largest_change
 from vrs_cli.trajectory.laws.law import Pieces
 from vrs_cli.trajectory.laws.table import LAWS
-from vrs_cli.trajectory.motion import Motion, Start
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.state import JointState, Target
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
+from vrs_cli.values.motion import Motion, Start
 
 SAME_PLACE = 1e-9  # [rad, m] two places that are one
 CUBIC = 3  # degree of a path of constant jerk

@@ -18,10 +18,11 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.block_table import BlockTable
-from vrs_cli.trajectory.motion import Frames
 from vrs_cli.trajectory.rope import Block
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.motion import Frames
+from vrs_cli.values.results import Position
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Flags, Floats, Rows
@@ -30,22 +31,6 @@ if TYPE_CHECKING:
 TWIST = 6  # numbers of a twist
 POSES = 2048  # found at once: their numbers stay in the cache
 BEYOND = 1.5  # times the limit of a joint, which no motion reaches
-
-
-class Position(Struct, frozen=True):
-    """The robot at one time: joints [rad], their velocity [rad/s] and acceleration [rad/s2], T_world_tool [m].
-
-    `hand` is 1 open, 0 closed. `text`: the instruction of the motion in force (the last one, while the robot stands).
-    """
-
-    time: float
-    joints: Joints
-    velocity: Joints
-    acceleration: Joints
-    T_world_tool: Transform
-    hand: float
-    moving: bool
-    text: str
 
 
 class Places(Struct, frozen=True):

@@ -12,9 +12,9 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, added, compose, inverse
 from vrs_cli.trajectory.laws.table import LAWS
-from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import STILL, JointPath, Segment
 from vrs_cli.trajectory.state import JointState, ToolState
+from vrs_cli.values.motion import Motion
 
 SLOWEST = 20.0  # a line is slowed down at most so many times, unless PARAMETER STRETCH says otherwise
 

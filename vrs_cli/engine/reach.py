@@ -8,56 +8,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from math import dist
 
-from msgspec import Struct
-
-from vrs_cli.engine.commands import JointTarget, PoseTarget
-from vrs_cli.engine.line_check import LineCheck, Standpoint, WayOut, check_line
+from vrs_cli.engine.line_check import Standpoint, check_line
 from vrs_cli.engine.targets import check_joint_count
 from vrs_cli.errors import LocationOutOfRange, MotionError
 from vrs_cli.kinematics.arm import RobotArm, Solution
 from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.joints import Joints, joints_outside
-from vrs_cli.kinematics.transform import Transform, Vector, compose, inverse, position
-
-
-class Overrun(Struct, frozen=True):
-    """A joint, counted from 1, that would be outside its range; `by` [rad]: beyond `limit`, with its sign."""
-
-    joint: int
-    limit: float
-    by: float
-
-
-class Option(Struct, frozen=True):
-    """One configuration: its joints, and those that are out of range; or why there are none.
-
-    `too_far` [m]: by how much the location is; negative: too close; None where `joints` are known, or it is not known.
-    """
-
-    configuration: Configuration
-    joints: Joints | None
-    overruns: tuple[Overrun, ...] = ()
-    too_far: float | None = None
-
-    @property
-    def usable(self) -> bool:
-        return self.joints is not None and not self.overruns
-
-
-class Reach(Struct, frozen=True):
-    """What WHY says. `options` is empty for a precision point, which has one set of joints: `goal`.
-
-    `chosen`: what MOVE would take, and `reason` why; where it is refused `chosen` is None and `reason` says why not.
-    `begin`, `end`: the tool tip now and at the location, in the world [m].
-    """
-
-    options: tuple[Option, ...]
-    goal: Option | None
-    chosen: Configuration | None
-    reason: str
-    line: LineCheck
-    begin: Vector
-    end: Vector
+from vrs_cli.kinematics.transform import Transform, compose, inverse, position
+from vrs_cli.values.motion import JointTarget, PoseTarget
+from vrs_cli.values.results import LineCheck, Option, Overrun, Reach, WayOut
 
 
 def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:

@@ -11,24 +11,6 @@ from typing import Any, Generic, TypeVar
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from vrs_cli.engine.commands import (
-    AlterMode,
-    JointTarget,
-    Mode,
-    NamedTarget,
-    SetAcceleration,
-    SetAlter,
-    SetConfiguration,
-    SetDuration,
-    SetMode,
-    SetMonitorSpeed,
-    SetParameter,
-    SetSpeed,
-    SetSwitch,
-    SetSwivel,
-    SettingChange,
-    Target,
-)
 from vrs_cli.engine.parameters import (
     ACCELERATION,
     DECELERATION,
@@ -47,6 +29,22 @@ from vrs_cli.engine.parameters import (
 from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose
+from vrs_cli.values.commands import (
+    AlterMode,
+    Mode,
+    SetAcceleration,
+    SetAlter,
+    SetConfiguration,
+    SetDuration,
+    SetMode,
+    SetMonitorSpeed,
+    SetParameter,
+    SetSpeed,
+    SetSwitch,
+    SetSwivel,
+    SettingChange,
+)
+from vrs_cli.values.motion import JointTarget, NamedTarget, Target
 
 V = TypeVar("V")
 

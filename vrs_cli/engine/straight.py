@@ -28,10 +28,10 @@ from vrs_cli.kinematics.transform import Transform, at_position, axis_angle, com
 from vrs_cli.trajectory.laws.law import NoTimes
 from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.limits import ToolLimits
-from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.segment import STILL, CartesianPath, Guide, Phase, Segment, ToolStretch, Turn, segments_of
 from vrs_cli.trajectory.state import JointState, ToolState
+from vrs_cli.values.motion import Motion
 
 NEARLY_SINGULAR = 0.02  # measure of a pose from which a straight line may be impossible
 NEAR_START = 0.05  # [m] of the start of a line, where its singular pose is what stops it

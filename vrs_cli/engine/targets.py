@@ -7,7 +7,6 @@ from math import asin, degrees, hypot, pi
 
 from msgspec import Struct
 
-from vrs_cli.engine.commands import JointTarget, Mode, Move, NamedTarget, PoseTarget
 from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import (
     IllegalJoint,
@@ -35,12 +34,16 @@ from vrs_cli.kinematics.transform import (
     length,
     rotation_about,
 )
-from vrs_cli.trajectory.motion import (
+from vrs_cli.values.commands import Mode, Move
+from vrs_cli.values.motion import (
     AlignedTarget,
     Frames,
     JointOffsetTarget,
+    JointTarget,
     Kind,
     Motion,
+    NamedTarget,
+    PoseTarget,
     Swivel,
     ToolOffsetTarget,
 )

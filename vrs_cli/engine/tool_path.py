@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import Vector, dot, inverse, moved_point, position, subtracted
-from vrs_cli.trajectory.motion import Kind, Motion
 from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.rope import Block
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.motion import Kind, Motion
 
 TURN = 0.5  # [rad, m] of all joints together: on so short a way the tip turns to and fro once at most
 PROBES = (0.25, 0.5, 0.75)  # of a line: where its distance from the way is looked at

@@ -30,8 +30,9 @@ from vrs_cli.files.opening import text_at
 from vrs_cli.language.run.cell import Cell, Follow
 from vrs_cli.language.words.instructions import RESERVED, why_reserved
 from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
-from vrs_cli.language.words.values import LIMIT, STRING_LENGTH, Value
+from vrs_cli.language.words.values import STRING_LENGTH
 from vrs_cli.trajectory.instant import LATEST, on_grid
+from vrs_cli.values.numbers import LIMIT, Value
 
 KEYS = ("when", "set", "after", "lasting", "variables", "rows", "again")
 _KNOWN = f"there are {', '.join(KEYS)}"

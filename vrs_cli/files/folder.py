@@ -8,13 +8,13 @@ from contextlib import contextmanager
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from vrs_cli.dialogue.replies import FileRow
 from vrs_cli.errors import FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.lock import hold
 from vrs_cli.files.opening import neighbours, reason, unreadable
-from vrs_cli.language.text.diagnostics import did_you_mean
+from vrs_cli.values.diagnostics import did_you_mean
+from vrs_cli.values.replies import FileRow
 
 
 def entries(asked: Path, within: Folder = FREE) -> tuple[FileRow, ...]:

@@ -22,9 +22,9 @@ from vrs_cli.files.lock import Hold, hold, is_special
 from vrs_cli.files.opening import reason
 from vrs_cli.files.trajectory_file import Recording, read_trajectory, trajectory_lines
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import TimelineDelta
+from vrs_cli.values.motion import Motion
 from vrs_cli.wire.lines import LineEncoder
 
 CHUNK = 1 << 16  # bytes that a journal which is not durable writes at once

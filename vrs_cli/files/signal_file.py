@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from vrs_cli.dialogue.numbers import count
 from vrs_cli.errors import FileDamaged
 from vrs_cli.files.opening import text_at
 from vrs_cli.files.target_file import fields_of
@@ -20,6 +19,7 @@ from vrs_cli.language.run.signals import InputChange, Inputs
 from vrs_cli.language.words.signals import INPUTS, INTERNAL
 from vrs_cli.language.words.values import read_number
 from vrs_cli.trajectory.instant import LATEST, on_grid
+from vrs_cli.values.numbers import count
 
 HEADING = ("time", "signal", "state")
 STATES: Mapping[str, bool] = {"1": True, "ON": True, "TRUE": True, "0": False, "OFF": False, "FALSE": False}

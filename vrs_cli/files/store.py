@@ -13,10 +13,12 @@ from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.run.variables import NamedValue, item_of
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Entry, File, Program, Section, Span
+from vrs_cli.language.text.ast import Entry, File, Program, Section
 from vrs_cli.language.words.instructions import INSTRUCTIONS
-from vrs_cli.language.words.values import SIGIL_KINDS, Kind, Value, key_of, kind_of_value, numbers_of
+from vrs_cli.language.words.values import SIGIL_KINDS, Kind, key_of, kind_of_value, numbers_of
 from vrs_cli.language.words.word import Shape
+from vrs_cli.values.diagnostics import Span
+from vrs_cli.values.numbers import Value
 
 NO_LAYOUT = Layout()
 NOWHERE = Span(0, 0, 0)  # what is stored was read nowhere

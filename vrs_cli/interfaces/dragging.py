@@ -15,12 +15,9 @@ after the goal, inside all limits, and braking when no wish comes any more. What
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from enum import Enum
 from itertools import islice
 from math import inf, pi, radians, sin
 from typing import NamedTuple
-
-from msgspec import Struct
 
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.motions import fraction_of_full
@@ -34,6 +31,7 @@ from vrs_cli.kinematics.nearest import Aim, Nearest, Side
 from vrs_cli.kinematics.numeric.search import some_joints
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.state import Target
+from vrs_cli.values.hand import Hold, Limit, Shortfall
 
 THERE = 1e-4, radians(0.05)  # [m, rad] a miss that is none
 STALLED = 1e-3  # of the miss: a gain in one tick that leads nowhere
@@ -58,49 +56,6 @@ AT_REST = 1e-7  # [rad, m] beside its goal, where the arm may stay as it stands
 
 
 # --- what holds the tool ----------------------------------------------------------------------------------------------
-
-
-class Limit(Enum):
-    """What keeps the tool from where it is wished."""
-
-    JOINT = "joint"
-    REACH = "reach"
-    SINGULARITY = "singularity"
-    SPEED = "speed"
-
-
-class Hold(Struct, frozen=True, omit_defaults=True):
-    """One limit. `joint`, counted from 1: at its `end` (`lower`, `upper`), or as fast as it may be. `which`: of the
-    reach `far` or `close`, of the singularities `shoulder`, `elbow` or `wrist`.
-    """
-
-    limit: Limit
-    joint: int = 0
-    end: str = ""
-    which: str = ""
-
-    def said(self, model: RobotModel) -> str:
-        match self.limit:
-            case Limit.JOINT:
-                ends = model.lower if self.end == "lower" else model.upper
-                return f"JT{self.joint} is at its {self.end} limit, {model.said(self.joint, ends[self.joint - 1], 1)}"
-            case Limit.REACH:
-                return {"far": "out of reach: too far", "close": "out of reach: too close"}.get(
-                    self.which, "out of reach"
-                )
-            case Limit.SINGULARITY:
-                hurried = f": JT{self.joint} is as fast as it may be" if self.joint else ""
-                return f"near the {self.which} singularity{hurried}"
-            case Limit.SPEED:
-                return f"JT{self.joint} is as fast as it may be"
-
-
-class Shortfall(Struct, frozen=True, omit_defaults=True):
-    """How far a tool stays behind a wish [m, rad], and what holds it; no holds where it is there."""
-
-    away: float = 0.0
-    turned: float = 0.0
-    holds: tuple[Hold, ...] = ()
 
 
 # --- from wishes to joints -------------------------------------------------------------------------------------------

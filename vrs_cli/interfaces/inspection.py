@@ -35,12 +35,12 @@ from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operations import trans
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section
-from vrs_cli.language.text.diagnostics import Diagnostic, Severity, error, ordered, warning
 from vrs_cli.language.text.parts import Part, Placed, parts_of, programs_of, repeated_programs
 from vrs_cli.language.text.source import JOINTS_HIGH
 from vrs_cli.language.text.suppression import heeded
-from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.language.words.values import precision_point
+from vrs_cli.values.diagnostics import Diagnostic, Severity, Span, error, ordered, warning
+from vrs_cli.values.dialect import Dialect
 
 # the motions whose first argument is where they go; those of the second row stop at a distance in front of it
 TO_PLACE = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST"})
@@ -226,7 +226,7 @@ class _Way(Struct, frozen=True):
         return self.target.key if isinstance(self.target, ast.Variable) else ""
 
 
-_CHANGES_FRAMES = _Way(ast.Variable("", "", None, span=ast.Span(0, 0, 0)), 0.0)  # a TOOL or a BASE
+_CHANGES_FRAMES = _Way(ast.Variable("", "", None, span=Span(0, 0, 0)), 0.0)  # a TOOL or a BASE
 
 
 def _ways(program: Program) -> tuple[_Way, ...]:

@@ -12,7 +12,6 @@ from collections.abc import Iterator, Sequence
 from math import ceil, dist
 from typing import NamedTuple
 
-from vrs_cli.engine.commands import Break, JointTarget, Move, SetParameter
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import UsageError
@@ -21,6 +20,8 @@ from vrs_cli.kinematics.joints import Joints, largest_change, put_inside
 from vrs_cli.kinematics.transform import Transform, along, angle_between, compose, distance, dot, position, subtracted
 from vrs_cli.language.words.values import plain
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.commands import Break, Move, SetParameter
+from vrs_cli.values.motion import JointTarget
 
 STEP = 0.01  # [s] between two looks at the way
 STANDS = 1e-6  # [rad, m] a joint that has not moved

@@ -11,8 +11,9 @@ Two triples of angles name a rotation, and one routine serves both (VAL-II manua
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import atan2, cos, hypot, pi, sin, sqrt
+from operator import mul
 from typing import NamedTuple
 
 from vrs_cli.errors import IllegalValue
@@ -354,3 +355,12 @@ def rotated_back(T: Transform, a: Vector) -> Vector:
         T.sx * x + T.sy * y + T.sz * z,
         T.ax * x + T.ay * y + T.az * z,
     )
+
+
+ORTHONORMAL = 1e-6  # products of the axes of a rotation
+
+
+def is_rotation(rows: Sequence[Sequence[float]]) -> bool:
+    """Whether the axes are at right angles, and of length 1."""
+    pairs = ((a, b) for i, a in enumerate(rows) for b in rows[: i + 1])
+    return all(abs(sum(map(mul, a, b)) - (a is b)) <= ORTHONORMAL for a, b in pairs)

@@ -16,15 +16,14 @@ from msgspec.structs import replace
 
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.errors import InvalidName, UsageError
-from vrs_cli.interfaces.conversation.complete import Names, Suggestion, suggestions
+from vrs_cli.interfaces.conversation.complete import Names, suggestions
 from vrs_cli.interfaces.conversation.signature import Signature, blanked, signature
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.interfaces.monitor.help import page
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.analysis.structure import BlockKind, canonical_text, structure_of
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Program, Section, Span
-from vrs_cli.language.text.diagnostics import Diagnostic
+from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.language.text.lexer import LABEL_HIGH
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, definitions
 from vrs_cli.language.text.parts import Part, Placed, parts_of, programs_of
@@ -42,6 +41,8 @@ from vrs_cli.lsp.occurrences import (
     locals_of,
     occurrences,
 )
+from vrs_cli.values.diagnostics import Diagnostic, Span
+from vrs_cli.values.prompt import Suggestion
 
 _WORD = re.compile(r"[#$]?[A-Za-z][\w.]*|\d+")
 _MEANT = re.compile(r"did you mean ([#$]?[A-Za-z][\w.]*)\?")

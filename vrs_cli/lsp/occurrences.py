@@ -12,11 +12,11 @@ from msgspec import Struct
 from vrs_cli.interfaces.conversation.signature import blanked
 from vrs_cli.language.analysis.declarations import own_variables
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Program, Section, Span
-from vrs_cli.language.text.diagnostics import ordered
+from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.language.text.parts import Part
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.word import Shape
+from vrs_cli.values.diagnostics import Span, ordered
 
 _GOTO = re.compile(r"\bGOTO\s+(\d+)", re.IGNORECASE)
 _DIGITS = re.compile(r"\d*")

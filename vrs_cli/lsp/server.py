@@ -18,14 +18,13 @@ from pygls.lsp.server import LanguageServer
 from pygls.protocol import json_rpc
 
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.conversation.complete import Suggestion
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.language.text.ast import Span
-from vrs_cli.language.text.diagnostics import Diagnostic, Severity
 from vrs_cli.lsp.colours import Colour, Modifier
 from vrs_cli.lsp.document import Document, Symbol
 from vrs_cli.lsp.occurrences import SymbolKind
+from vrs_cli.values.diagnostics import Diagnostic, Severity, Span
+from vrs_cli.values.prompt import Suggestion
 from vrs_cli.version import __version__
 
 PAUSE = 0.05  # [s] without a keystroke before a text is checked: a burst of keys is checked once

@@ -17,7 +17,6 @@ from math import inf
 from typing import NamedTuple, Protocol
 
 from vrs_cli.engine.engine import Event
-from vrs_cli.engine.position import Position
 from vrs_cli.engine.snapshot import Replaced
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.roles.playback import Playback
@@ -27,6 +26,7 @@ from vrs_cli.net.messages import Play, ServerMessage, Step, Subscribe
 from vrs_cli.net.packets import Form, Letter, Packet, Place
 from vrs_cli.net.stream import Listening, Stream
 from vrs_cli.trajectory.timeline import TimelineDelta
+from vrs_cli.values.results import Position
 
 HIGHEST_RATE = 200.0  # samples a second
 MOST_WAITING = 256 * 1024  # bytes that one connection holds of changes

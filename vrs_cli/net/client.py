@@ -29,7 +29,6 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidMessage, InvalidStatus, WebSocketException
 from websockets.http11 import Response
 
-from vrs_cli.dialogue.questions import Answer, Question
 from vrs_cli.errors import EndOfInput, FileError, RequestRefused, UsageError, VrsError
 from vrs_cli.files.opening import reason
 from vrs_cli.kinematics.transform import Transform
@@ -39,6 +38,7 @@ from vrs_cli.net.messages import PORT, Done, How, Request, ServerMessage
 from vrs_cli.net.mirror import WINDOW, Mirror
 from vrs_cli.net.playout import USUAL_PERCENTILE, Playout
 from vrs_cli.net.protocol import SERVER_BYTES
+from vrs_cli.values.questions import Answer, Question
 from vrs_cli.wire.codec import Encoding
 
 OPENING = 10.0  # [s] that a handshake takes at most

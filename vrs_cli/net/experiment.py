@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, NamedTuple
 from msgspec import Struct
 
 from vrs_cli.engine.clock import WallClock
-from vrs_cli.engine.commands import JointTarget, Move, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine, Postponement
 from vrs_cli.engine.position import joints_at, joints_over
 from vrs_cli.errors import TooLate
@@ -35,6 +34,8 @@ from vrs_cli.net.playout import Playout
 from vrs_cli.net.preview import Preview
 from vrs_cli.net.timesync import TimeSync
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.values.commands import Move, SetParameter, Stamp
+from vrs_cli.values.motion import JointTarget
 from vrs_cli.wire.codec import Encoding, Frame, Reader, encode
 from vrs_cli.wire.records import Form, Motions, delta_of, delta_record
 

@@ -19,8 +19,7 @@ from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import FileDamaged, RequestRefused, VrsError
 from vrs_cli.interfaces.dragging import DRAG
 from vrs_cli.interfaces.roles.preview import Expected, Previewed
-from vrs_cli.interfaces.session.acts import Go, move_of
-from vrs_cli.interfaces.session.grip import Pulled as PulledState
+from vrs_cli.interfaces.session.acts import move_of
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
@@ -35,6 +34,8 @@ from vrs_cli.net.preview import Preview
 from vrs_cli.net.protocol import ClientConnection, State
 from vrs_cli.net.timesync import TimeSync
 from vrs_cli.net.wishes import Wishes
+from vrs_cli.values.acts import Go
+from vrs_cli.values.hand import Pulled as PulledState
 from vrs_cli.wire.codec import Frame
 from vrs_cli.wire.records import Form, Motions, RecordError, delta_of
 from vrs_cli.wire.refusal import Refusal

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from vrs_cli.errors import RequestRefused, VrsError
-from vrs_cli.interfaces.jog.jogger import Brake, Look, Press, Seen
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.net.messages import At, Done, Refused, Request, ServerMessage
+from vrs_cli.values.hand import Brake, Look, Press, Seen
 
 Begin = Callable[[Callable[[int], Request], Callable[[ServerMessage], None]], object]
 

@@ -13,25 +13,18 @@ from typing import Any, NamedTuple, Protocol
 
 from msgspec import structs
 
-from vrs_cli.dialogue.questions import LineWanted, Question, ended
-from vrs_cli.dialogue.replies import DiagnosticsReport, Message, Reply, is_error, refusal
-from vrs_cli.dialogue.talk import Talk, beside, quietly
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import LimitReached, RequestRefused, VrsError, sentence
 from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.actor.ticket import Ticket
-from vrs_cli.interfaces.conversation.acts import DeskAct, StopProgram
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.conversation.mishap import internal_error
-from vrs_cli.interfaces.conversation.status import Status
-from vrs_cli.interfaces.editor.screen import KeepDraft
 from vrs_cli.interfaces.holders.holder import Holder
-from vrs_cli.interfaces.jog.jogger import Press
 from vrs_cli.interfaces.rights import STOPPING, check_may
-from vrs_cli.interfaces.session.acts import ACTS, RobotAct, Say, Undo, act_on
+from vrs_cli.interfaces.session.acts import ACTS, act_on
 from vrs_cli.interfaces.session.grip import Grip
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.session.survey import Survey
+from vrs_cli.interfaces.talk import Talk, beside, quietly
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED, HolderTimes
 from vrs_cli.language.words.word import Role
 from vrs_cli.net import locker, messages
@@ -39,11 +32,17 @@ from vrs_cli.net.broadcast import Broadcast, Listener, Sink
 from vrs_cli.net.driving import Driving
 from vrs_cli.net.ledger import Ledger
 from vrs_cli.net.limits import Allowance, Bucket
+from vrs_cli.net.messages import RobotAct
 from vrs_cli.net.pace import Pace
 from vrs_cli.net.packets import Form
 from vrs_cli.net.places import without
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.tokens import Grant
+from vrs_cli.values.acts import DeskAct, KeepDraft, Say, StopProgram, Survey, Undo
+from vrs_cli.values.hand import Press
+from vrs_cli.values.prompt import Status
+from vrs_cli.values.questions import LineWanted, Question, ended
+from vrs_cli.values.replies import DiagnosticsReport, Message, Reply, is_error, refusal
 from vrs_cli.wire.codec import Encoding
 from vrs_cli.wire.refusal import Refusal
 from vrs_cli.wire.snapshots import snapshot_record

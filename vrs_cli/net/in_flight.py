@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from vrs_cli.interfaces.rights import needed
-from vrs_cli.interfaces.session.acts import Execute, Redo, Say, Undo
 from vrs_cli.language.text.ast import ProgramHeader
-from vrs_cli.language.text.diagnostics import LineRefused
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.words.word import Role
 from vrs_cli.net.messages import Abort, At, Line, Request
+from vrs_cli.values.acts import Execute, Redo, Say, Undo
+from vrs_cli.values.diagnostics import LineRefused
 
 CHANGING = frozenset(  # words of the monitor, beside all motions
     ("ABORT", "BRANCH", "COMMANDS", "EXECUTE", "LOAD", "MERGE", "NEXT", "PROCEED", "REDO", "RETRY", "UNDO", "XSTEP")

@@ -23,8 +23,8 @@ from vrs_cli.files.store import sections_of, store
 from vrs_cli.interfaces.conversation.entry import Entry, closes_entry, opens_entry
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.text.ast import Program
-from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.language.text.printer import print_file, print_program
+from vrs_cli.values.diagnostics import Diagnostic
 from vrs_cli.wire.codec import Encoding, Reader, encode
 from vrs_cli.wire.records import RecordError
 

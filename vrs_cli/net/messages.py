@@ -11,23 +11,81 @@ from typing import Any
 
 from msgspec import Struct
 
-from vrs_cli.dialogue.questions import Answer as Answered
-from vrs_cli.dialogue.questions import Question
-from vrs_cli.dialogue.replies import Reply
-from vrs_cli.engine.position import Position
-from vrs_cli.interfaces.conversation.acts import DeskAct, DeskFound
-from vrs_cli.interfaces.conversation.complete import Suggestion
-from vrs_cli.interfaces.conversation.status import Status as Around
-from vrs_cli.interfaces.session.acts import RobotAct, RobotFound
-from vrs_cli.interfaces.session.grip import Pulled as PulledState
 from vrs_cli.interfaces.station.lease import Notice
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.language.text.diagnostics import Diagnostic
+from vrs_cli.values.acts import (
+    Assign,
+    CommandList,
+    Compare,
+    Define,
+    Defined,
+    DeskAct,
+    DeskFound,
+    Evaluate,
+    Execute,
+    Explain,
+    Go,
+    ListBranches,
+    ListCommands,
+    ListMotions,
+    Record,
+    Recorded,
+    Redo,
+    Rest,
+    Say,
+    Survey,
+    Surveyed,
+    Undo,
+    Valued,
+)
+from vrs_cli.values.diagnostics import Diagnostic
+from vrs_cli.values.hand import Pulled as PulledState
+from vrs_cli.values.prompt import Status as Around
+from vrs_cli.values.prompt import Suggestion
+from vrs_cli.values.questions import Answer as Answered
+from vrs_cli.values.questions import Question
+from vrs_cli.values.replies import BranchTable, ComparisonTable, ReachReport, Reply, TimelineTable
+from vrs_cli.values.results import Position, RunResult
 from vrs_cli.wire.codec import Encoding
 from vrs_cli.wire.records import Count, DeltaRecord, Joints, Length, Name, Number, Text, Time
 from vrs_cli.wire.refusal import Refusal
-from vrs_cli.wire.snapshots import SnapshotRecord
+from vrs_cli.wire.snapshots import BranchShown, ShowBranch, SnapshotRecord
 from vrs_cli.wire.steered import SteeredRecord
+
+RobotAct = (
+    Say
+    | Go
+    | Rest
+    | Undo
+    | Redo
+    | Explain
+    | Compare
+    | Evaluate
+    | Assign
+    | Define
+    | Execute
+    | ListCommands
+    | ListBranches
+    | ListMotions
+    | Record
+    | Survey
+    | ShowBranch
+)
+
+
+RobotFound = (
+    Valued
+    | Defined
+    | RunResult
+    | CommandList
+    | BranchTable
+    | TimelineTable
+    | ReachReport
+    | ComparisonTable
+    | Recorded
+    | Surveyed
+    | BranchShown
+)
 
 VERSION = 1
 PORT = 8765  # where a server listens, unless it is told otherwise

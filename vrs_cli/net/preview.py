@@ -13,13 +13,13 @@ from msgspec import Struct, structs
 
 from vrs_cli.engine.book import Book
 from vrs_cli.engine.clock import VirtualClock
-from vrs_cli.engine.commands import Request
 from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.roles.preview import Expected
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.commands import Request
 
 UNCONFIRMED = 1 << 40  # added to the numbers of motions that are previewed: no motion of a robot has such a number
 

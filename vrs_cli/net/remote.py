@@ -11,27 +11,26 @@ from threading import Lock, Thread, current_thread
 from typing import Any, TypeVar, cast
 from weakref import finalize
 
-from vrs_cli.dialogue.replies import Reply
-from vrs_cli.dialogue.spoken import Act
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Subscription
 from vrs_cli.engine.inbox import Inbox
-from vrs_cli.engine.position import Position
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.files.atomic import atomically
-from vrs_cli.interfaces.conversation.acts import LeaveEntry
 from vrs_cli.interfaces.roles.held import Answers
 from vrs_cli.interfaces.roles.local import Notes
 from vrs_cli.interfaces.roles.preview import Previewed
-from vrs_cli.interfaces.session.acts import Record, RobotAct, Say
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.net import messages
 from vrs_cli.net.client import Client, answer_to, checked
 from vrs_cli.net.far_end import Ahead
-from vrs_cli.net.messages import Abort, At, Done, Drive, LeaseAct, Line, Request, ServerMessage
+from vrs_cli.net.messages import Abort, At, Done, Drive, LeaseAct, Line, Request, RobotAct, ServerMessage
 from vrs_cli.net.mirror import WINDOW, Mirror
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.acts import LeaveEntry, Record, Say
+from vrs_cli.values.replies import Reply
+from vrs_cli.values.results import Position
+from vrs_cli.values.tagged import Act
 
 LEAVING = 5.0  # [s] that the end of a connection takes at most
 LET_GO = "it was let go", "connect again"

@@ -18,11 +18,7 @@ from typing import Any
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vrs_cli.dialogue.questions import Answer, Question
-from vrs_cli.dialogue.replies import Message, Reply, Tone, refusal
-from vrs_cli.dialogue.talk import Reading, Running, Talk
 from vrs_cli.engine.clock import WallClock
-from vrs_cli.engine.commands import SetParameter
 from vrs_cli.engine.feed import Missed
 from vrs_cli.engine.snapshot import Replaced
 from vrs_cli.errors import LimitReached, VrsError
@@ -36,6 +32,7 @@ from vrs_cli.interfaces.rights import check_may, may_all, needed
 from vrs_cli.interfaces.session.grip import Grip
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.lease import Lease, Notice
+from vrs_cli.interfaces.talk import Reading, Running, Talk
 from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
 from vrs_cli.kinematics.model import RobotModel
@@ -57,8 +54,11 @@ from vrs_cli.net.outbox import BESIDE
 from vrs_cli.net.pace import MUCH
 from vrs_cli.net.places import prefixes_of
 from vrs_cli.net.tokens import TEACHER, Grant
-from vrs_cli.trajectory.motion import Kind
 from vrs_cli.trajectory.timeline import TimelineDelta
+from vrs_cli.values.commands import SetParameter
+from vrs_cli.values.motion import Kind
+from vrs_cli.values.questions import Answer, Question
+from vrs_cli.values.replies import Message, Reply, Tone, refusal
 from vrs_cli.version import __version__
 
 TOGETHER = 200  # things that are said that are given on at once, which takes 5 ms

@@ -8,15 +8,15 @@ from itertools import pairwise
 from math import floor, log10
 from typing import TYPE_CHECKING, NamedTuple
 
-from vrs_cli.dialogue.numbers import fixed, seconds
 from vrs_cli.kinematics.transform import Vector, along, position
 from vrs_cli.render.blocks import Line, Page, Piece
 from vrs_cli.render.canvas import FINE, PLAIN, Canvas, Cell, Dot
 from vrs_cli.render.colours import Ink
+from vrs_cli.values.numbers import fixed, seconds
 
 if TYPE_CHECKING:
-    from vrs_cli.dialogue.replies import Picture
-    from vrs_cli.engine.position import Position
+    from vrs_cli.values.replies import Picture
+    from vrs_cli.values.results import Position
 
 WIDTH, HEIGHT = 80, 21  # columns and rows of all, where a page has no end
 WORDS = 3  # rows of text above and below the drawing

@@ -6,13 +6,13 @@ from collections.abc import Iterator, Sequence
 from math import ceil, floor, log10
 from typing import TYPE_CHECKING, NamedTuple
 
-from vrs_cli.dialogue.numbers import fixed
 from vrs_cli.render.blocks import Line, Page, Piece, line
 from vrs_cli.render.canvas import FINE, PLAIN, Canvas
 from vrs_cli.render.colours import CURVES, Ink
+from vrs_cli.values.numbers import fixed
 
 if TYPE_CHECKING:
-    from vrs_cli.dialogue.replies import Curve, Plot
+    from vrs_cli.values.replies import Curve, Plot
 
 HEIGHT = 16  # lines of the drawing, unless the page is lower
 WIDTH = 64  # its columns, unless the page is narrower

@@ -17,7 +17,7 @@ from vrs_cli.render.control import visible
 from vrs_cli.render.layout import blocks
 
 if TYPE_CHECKING:
-    from vrs_cli.dialogue.replies import Reply
+    from vrs_cli.values.replies import Reply
 
 ROWS = 200  # of a table that grows with time: more than anyone reads on a terminal
 BELOW = 8  # rows of a screen that the next prompt takes: it has a toolbar and room for a menu

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from vrs_cli.dialogue.numbers import count, seconds
-from vrs_cli.engine.displacement import SAME_TIME, Displacement, Moved
+from vrs_cli.engine.displacement import SAME_TIME
+from vrs_cli.values.numbers import count, seconds
+from vrs_cli.values.results import Displacement, Moved
 
 NAMED = 5  # motions; of the rest it is said how many they are
 

@@ -6,11 +6,11 @@ from collections.abc import Iterable
 from html import escape
 from itertools import groupby
 
-from vrs_cli.dialogue.replies import Plot, Reply
 from vrs_cli.render.blocks import PIPE, Block, Grid, Line, Piece
 from vrs_cli.render.colours import COLOURS, Ink
 from vrs_cli.render.layout import blocks
 from vrs_cli.render.svg import picture
+from vrs_cli.values.replies import Plot, Reply
 
 
 def html(replies: Iterable[Reply]) -> str:

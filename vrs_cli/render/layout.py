@@ -10,15 +10,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from vrs_cli.dialogue import replies
-from vrs_cli.dialogue.numbers import count, fixed, seconds
-from vrs_cli.dialogue.replies import Reply, Tone
-from vrs_cli.engine.comparison import Comparison, Extent
-from vrs_cli.engine.history import CommandRecord
-from vrs_cli.engine.line_check import LineCheck, WayOut
-from vrs_cli.engine.reach import Option, Overrun
 from vrs_cli.kinematics.joints import JointUnits
-from vrs_cli.language.text.diagnostics import Severity, show
 from vrs_cli.language.words.values import default_form, numbers_of
 from vrs_cli.render.arm_picture import arm_picture
 from vrs_cli.render.blocks import Block, Column, Grid, Line, Page, line, number_column, number_columns
@@ -26,6 +18,11 @@ from vrs_cli.render.chart import chart
 from vrs_cli.render.colours import Ink
 from vrs_cli.render.displaced import sentences
 from vrs_cli.render.scan import scan
+from vrs_cli.values import replies
+from vrs_cli.values.diagnostics import Severity, show
+from vrs_cli.values.numbers import count, fixed, seconds
+from vrs_cli.values.replies import Reply, Tone
+from vrs_cli.values.results import CommandRecord, Comparison, Extent, LineCheck, Option, Overrun, WayOut
 
 TONES: Mapping[Tone, Ink] = {Tone.NOTE: Ink.NOTE, Tone.WARNING: Ink.WARNING, Tone.ERROR: Ink.ERROR}
 

@@ -18,10 +18,10 @@ from vrs_cli.files.atomic import atomically, check_writable
 from vrs_cli.interfaces.monitor.plotting import PICTURES
 
 if TYPE_CHECKING:
-    from vrs_cli.dialogue.replies import Plot
     from vrs_cli.kinematics.arm import RobotArm
     from vrs_cli.kinematics.arrays import Floats
     from vrs_cli.trajectory.timeline import Timeline
+    from vrs_cli.values.replies import Plot
 
 
 TIME = "t [s]"

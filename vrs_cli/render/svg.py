@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from html import escape
 from math import ceil, floor, log10
 
-from vrs_cli.dialogue.replies import Curve, Plot
 from vrs_cli.render.colours import COLOURS, CURVES
+from vrs_cli.values.replies import Curve, Plot
 
 WIDTH, HEIGHT = 640, 300  # of the picture
 LEFT, TOP, RIGHT, BOTTOM = 60, 24, 70, 36  # margins round the drawing

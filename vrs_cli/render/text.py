@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from vrs_cli.dialogue.replies import Message, Reply
 from vrs_cli.render.blocks import PIPE, Block, Grid, grid_lines
+from vrs_cli.values.replies import Message, Reply
 
 
 def plain_text(reply: Reply) -> str:

@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Protocol, TextIO
 
-from vrs_cli.dialogue.replies import Reply
 from vrs_cli.render.blocks import Grid, Line, Page, grid_lines, line, split
 from vrs_cli.render.colours import COLOURS, Ink
 from vrs_cli.render.control import visible
 from vrs_cli.render.html import pieces_html
 from vrs_cli.render.layout import blocks
+from vrs_cli.values.replies import Reply
 
 WIDTH, HEIGHT = 100, 30  # characters of a cast
 PAGE = Page(WIDTH, unicode=True)

@@ -17,12 +17,12 @@ from prompt_toolkit.layout.screen import Char, Screen, WritePosition
 from prompt_toolkit.output import Output
 from prompt_toolkit.styles import Style
 
-from vrs_cli.dialogue.replies import Picture
 from vrs_cli.render.arm_picture import ArmDrawing
 from vrs_cli.render.blocks import Line, Page
 from vrs_cli.render.colours import Ink, toolkit_style
 from vrs_cli.render.console import has_unicode
 from vrs_cli.repl.colours import colour_depth
+from vrs_cli.values.replies import Picture
 
 RATE = 20.0  # pictures a second
 ESCAPE = 0.05  # [s] after which the key Esc is one, and not the beginning of another

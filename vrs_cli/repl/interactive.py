@@ -45,8 +45,8 @@ from vrs_cli.repl.word_at import asked_about
 from vrs_cli.version import __version__
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.conversation.status import Status
     from vrs_cli.repl.terminal import ShellTerminal
+    from vrs_cli.values.prompt import Status
 
 BANNER = f"vrs {__version__}: VAL-II for a virtual robot. HELP says what there is, EXIT leaves."
 IDLE = "."

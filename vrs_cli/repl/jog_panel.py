@@ -8,12 +8,12 @@ from typing import NamedTuple
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.patch_stdout import patch_stdout
 
-from vrs_cli.dialogue.replies import Picture, Whereabouts
 from vrs_cli.interfaces.jog.jogger import Hand, Panel
 from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.arm_window import ArmScreen
+from vrs_cli.values.replies import Picture, Whereabouts
 
 
 class Action(NamedTuple):

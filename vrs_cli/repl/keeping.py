@@ -8,10 +8,10 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vrs_cli.dialogue.numbers import count
-from vrs_cli.dialogue.questions import Confirmation
-from vrs_cli.dialogue.replies import Message, Tone, report
 from vrs_cli.files.recovery import Left, Recovery, left
+from vrs_cli.values.numbers import count
+from vrs_cli.values.questions import Confirmation
+from vrs_cli.values.replies import Message, Tone, report
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.conversation.conversation import Conversation

@@ -7,12 +7,12 @@ from collections.abc import Callable
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.patch_stdout import patch_stdout
 
-from vrs_cli.dialogue.replies import Picture, Whereabouts
 from vrs_cli.engine.position import position_at
 from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.arm_window import ArmScreen
+from vrs_cli.values.replies import Picture, Whereabouts
 
 STANDS = 1.0  # [s] after its last motion the arm is believed to be at rest
 KEYS = "any key ends the picture, not the motion"

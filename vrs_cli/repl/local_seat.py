@@ -7,9 +7,6 @@ from pathlib import Path
 from typing import cast
 
 from vrs_cli.devices.outside import Outside
-from vrs_cli.dialogue.questions import Editing, Jogging, Playing
-from vrs_cli.dialogue.replies import Plot
-from vrs_cli.dialogue.talk import Talk, Terminal
 from vrs_cli.engine.clock import Clock, WallClock
 from vrs_cli.files.trajectory_file import Recording
 from vrs_cli.interfaces.conversation.conversation import Conversation
@@ -18,12 +15,15 @@ from vrs_cli.interfaces.editor.screen import Page, ScreenDraft
 from vrs_cli.interfaces.jog.jogger import Hand, Jogger
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.talk import Talk, Terminal
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.repl.keeping import Keeper
 from vrs_cli.repl.logged import LoggedTerminal
 from vrs_cli.repl.recorder import Recorder
 from vrs_cli.repl.seat import KEEPING_UP, RESTING, SHORTEST
+from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.questions import Editing, Jogging, Playing
+from vrs_cli.values.replies import Plot
 
 
 class LocalSeat:

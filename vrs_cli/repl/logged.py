@@ -7,10 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vrs_cli.dialogue.questions import Answer, OnScreen, Question
-from vrs_cli.dialogue.replies import Message, Reply, Tone
-from vrs_cli.dialogue.talk import Reading, Running, Terminal
 from vrs_cli.errors import FileError
+from vrs_cli.interfaces.talk import Reading, Running, Terminal
+from vrs_cli.values.questions import Answer, OnScreen, Question
+from vrs_cli.values.replies import Message, Reply, Tone
 
 if TYPE_CHECKING:
     from vrs_cli.render.transcript import Transcript

@@ -8,7 +8,7 @@ import shutil
 import subprocess
 from collections.abc import Mapping
 
-from vrs_cli.dialogue import replies
+from vrs_cli.values import replies
 
 USUAL = "less"
 OPTIONS = {"LESS": "FRX"}  # as git has them: colours, all that fits at once, and the screen stays as it is

@@ -10,14 +10,14 @@ from msgspec import Struct
 
 if TYPE_CHECKING:
     from vrs_cli.devices.outside import Outside
-    from vrs_cli.dialogue.talk import Terminal
     from vrs_cli.engine.clock import Clock
+    from vrs_cli.interfaces.talk import Terminal
     from vrs_cli.kinematics.model import RobotModel
-    from vrs_cli.language.words.dialect import Dialect
     from vrs_cli.repl.local_seat import LocalSeat
     from vrs_cli.repl.recorder import Recorder
     from vrs_cli.repl.remote_seat import Far, RemoteSeat
     from vrs_cli.repl.seat import Seat
+    from vrs_cli.values.dialect import Dialect
 
 
 class Place(Protocol):

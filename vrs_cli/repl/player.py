@@ -11,7 +11,6 @@ from typing import NamedTuple
 from msgspec import Struct
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 
-from vrs_cli.dialogue.replies import Picture, Whereabouts
 from vrs_cli.engine.position import position_at
 from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.interfaces.roles.observer import Recorded, Watched
@@ -20,6 +19,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.arm_window import ArmScreen
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.replies import Picture, Whereabouts
 
 BAR = 30  # characters
 SKIP, FAR_SKIP = 1.0, 10.0  # [s]

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vrs_cli.dialogue.numbers import count
-from vrs_cli.dialogue.replies import Message, Tone
 from vrs_cli.errors import FileError
 from vrs_cli.files.continuing import keep_journal
 from vrs_cli.files.journal import Journal, take_up
@@ -13,6 +11,8 @@ from vrs_cli.interfaces.monitor.files import TORN
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.render.progress import reading
+from vrs_cli.values.numbers import count
+from vrs_cli.values.replies import Message, Tone
 
 
 class Recorder:

@@ -17,27 +17,27 @@ from typing import Protocol, TypeVar
 
 from msgspec.structs import replace
 
-from vrs_cli.dialogue.questions import Answer, Editing, Jogging, Playing, Question
-from vrs_cli.dialogue.replies import Farewell, Message, Tone, refusal
-from vrs_cli.dialogue.talk import Running, Terminal
 from vrs_cli.engine.inbox import Inbox
 from vrs_cli.errors import EndOfInput, RequestRefused, VrsError
 from vrs_cli.files.trajectory_file import Recording, read_trajectory
-from vrs_cli.interfaces.conversation.acts import Attend, DeskAct, LeaveEntry, StopProgram
-from vrs_cli.interfaces.conversation.complete import Suggestion
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.interfaces.conversation.signature import Signature, signature
-from vrs_cli.interfaces.conversation.status import Status
-from vrs_cli.interfaces.editor.screen import Findings, Found, KeepDraft, Kept, Page, ReadDraft
-from vrs_cli.interfaces.jog.jogger import Hand, Look, Seen
+from vrs_cli.interfaces.editor.screen import Found, Page
+from vrs_cli.interfaces.jog.jogger import Hand
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.station.lease import Lost, Notice, Requested
-from vrs_cli.language.text.diagnostics import Diagnostic
+from vrs_cli.interfaces.talk import Running, Terminal
 from vrs_cli.net import messages
 from vrs_cli.net.client import answer_to
 from vrs_cli.net.far_hand import FarHand
 from vrs_cli.net.messages import Asked, At, Done, Drive, How, LeaseAct, Line, Refused, Request, ServerMessage
 from vrs_cli.repl.seat import KEEPING_UP, RESTING
+from vrs_cli.values.acts import Attend, DeskAct, Findings, KeepDraft, Kept, LeaveEntry, ReadDraft, StopProgram
+from vrs_cli.values.diagnostics import Diagnostic
+from vrs_cli.values.hand import Look, Seen
+from vrs_cli.values.prompt import Status, Suggestion
+from vrs_cli.values.questions import Answer, Editing, Jogging, Playing, Question
+from vrs_cli.values.replies import Farewell, Message, Tone, refusal
 
 AT_ONCE = 1.0  # [s] that the answer to a look is waited for: a key does not wait longer
 COMING_BACK = 60.0  # [s] that a line of a pipe waits for a connection that was cut

@@ -34,11 +34,9 @@ from prompt_toolkit.search import start_search
 from prompt_toolkit.widgets import SearchToolbar
 
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.conversation.complete import Suggestion
 from vrs_cli.interfaces.conversation.entry import INDENT, depth
 from vrs_cli.interfaces.editor.screen import Page, canonical, canonical_line
 from vrs_cli.interfaces.monitor.help import page as help_page
-from vrs_cli.language.text.diagnostics import Diagnostic, Severity
 from vrs_cli.render.colours import COLOURS, Palette
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.colours import STYLE, colour_depth
@@ -46,6 +44,8 @@ from vrs_cli.repl.lexer import ValLexer
 from vrs_cli.repl.seat import Typing
 from vrs_cli.repl.toolbar import signature_row, vi_mode
 from vrs_cli.repl.word_at import asked_about
+from vrs_cli.values.diagnostics import Diagnostic, Severity
+from vrs_cli.values.prompt import Suggestion
 
 _BEGUN = re.compile(r"[#$]?[A-Za-z][\w.]*$")
 _NAME = re.compile(r"[#$]?\b[a-z][a-z0-9_.]*\b")

@@ -6,15 +6,14 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from vrs_cli.dialogue.questions import Editing, Jogging, Playing
     from vrs_cli.files.trajectory_file import Recording
-    from vrs_cli.interfaces.conversation.complete import Suggestion
     from vrs_cli.interfaces.conversation.signature import Signature
-    from vrs_cli.interfaces.conversation.status import Status
     from vrs_cli.interfaces.editor.screen import Page
     from vrs_cli.interfaces.jog.jogger import Hand
     from vrs_cli.interfaces.roles.observer import Watched
-    from vrs_cli.language.text.diagnostics import Diagnostic
+    from vrs_cli.values.diagnostics import Diagnostic
+    from vrs_cli.values.prompt import Status, Suggestion
+    from vrs_cli.values.questions import Editing, Jogging, Playing
 
 KEEPING_UP, RESTING = 0.1, 1.0  # [s] between two looks at a clock on the wall: while the arm moves, and at rest
 SHORTEST = 0.01  # [s] however soon the next thing is due

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from vrs_cli.devices.outside import Outside
     from vrs_cli.engine.clock import Clock
     from vrs_cli.kinematics.model import RobotModel
-    from vrs_cli.language.words.dialect import Dialect
     from vrs_cli.repl.recorder import Recorder
+    from vrs_cli.values.dialect import Dialect
 
 FAILED = 1
 

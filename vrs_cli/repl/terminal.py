@@ -7,8 +7,14 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, TextIO
 
-from vrs_cli.dialogue import replies
-from vrs_cli.dialogue.questions import (
+from vrs_cli.interfaces.talk import Reading, Running
+from vrs_cli.render.blocks import shortened
+from vrs_cli.render.colours import COLOURS
+from vrs_cli.render.control import for_stream, visible
+from vrs_cli.render.text import plain_text
+from vrs_cli.repl.interrupt import Ended
+from vrs_cli.values import replies
+from vrs_cli.values.questions import (
     Amendment,
     Answer,
     Confirmation,
@@ -21,13 +27,7 @@ from vrs_cli.dialogue.questions import (
     Watching,
     ended,
 )
-from vrs_cli.dialogue.replies import Reply, is_error
-from vrs_cli.dialogue.talk import Reading, Running
-from vrs_cli.render.blocks import shortened
-from vrs_cli.render.colours import COLOURS
-from vrs_cli.render.control import for_stream, visible
-from vrs_cli.render.text import plain_text
-from vrs_cli.repl.interrupt import Ended
+from vrs_cli.values.replies import Reply, is_error
 
 if TYPE_CHECKING:
     from vrs_cli.render.console import TerminalRenderer

@@ -11,7 +11,7 @@ from prompt_toolkit.key_binding.vi_state import InputMode
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.conversation.signature import Signature
-    from vrs_cli.interfaces.conversation.status import Status
+    from vrs_cli.values.prompt import Status
 
 GAP = " | "
 ACTIVE = "class:argument"
@@ -68,8 +68,8 @@ def _message(last: str, room: int) -> str:
 
 
 def _state(status: Status) -> tuple[str, ...]:
-    from vrs_cli.dialogue.numbers import fixed
     from vrs_cli.language.words.values import millimetres
+    from vrs_cli.values.numbers import fixed
 
     x, y, z = (fixed(millimetres(number), 1) for number in status.tool)
     return (

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from vrs_cli.trajectory.motion import Frames
 from vrs_cli.trajectory.row import CODES, Row
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
+from vrs_cli.values.motion import Frames
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Flags, Floats, Rows

@@ -11,8 +11,8 @@ from array import array
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, overload
 
-from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
+from vrs_cli.values.motion import Motion
 
 YOUNG = 256  # segments at the end of a row whose paths are as they were made
 PHASES = tuple(Phase)

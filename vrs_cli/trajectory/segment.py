@@ -31,7 +31,6 @@ from vrs_cli.kinematics.transform import (
     scaled,
     turned_about,
 )
-from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import (
     Polynomial,
     derivative,
@@ -43,6 +42,7 @@ from vrs_cli.trajectory.polynomial import (
     value,
     value_and_rate,
 )
+from vrs_cli.values.motion import Motion
 
 Twist = tuple[float, float, float, float, float, float]
 STILL: Vector = (0.0, 0.0, 0.0)

@@ -14,10 +14,10 @@ from enum import Enum
 from typing import NamedTuple
 
 from vrs_cli.trajectory import rope
-from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.rope import Block, Held
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import Path, Segment
+from vrs_cli.values.motion import Motion
 
 
 class Cause(Enum):

@@ -12,12 +12,11 @@ from math import inf, radians
 import viser
 
 from vrs_cli.errors import UsageError
-from vrs_cli.interfaces.dragging import Limit
 from vrs_cli.interfaces.recording import Tolerance, recorded_program
-from vrs_cli.interfaces.session.grip import Pulled
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, inverse, position
 from vrs_cli.net import messages
 from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.values.hand import Limit, Pulled
 from vrs_cli.view3d.panel_parts import Hands, OneOf, boxed, put
 from vrs_cli.view3d.panel_seat import PanelSeat
 from vrs_cli.view3d.placing import place, transform_of

@@ -7,19 +7,20 @@ from contextlib import suppress
 
 from viser import LabelHandle, SceneApi
 
-from vrs_cli.engine.position import Position, finish_after, position_at
+from vrs_cli.engine.position import finish_after, position_at
 from vrs_cli.errors import RequestRefused
-from vrs_cli.interfaces.session.survey import BranchSeen, BranchShown, ShowBranch
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.transform import Transform, position
 from vrs_cli.net.messages import At, Done, ServerMessage
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.acts import BranchSeen
+from vrs_cli.values.results import Position
 from vrs_cli.view3d.figure import Figure
 from vrs_cli.view3d.shown import Shown
 from vrs_cli.wire.records import Form, RecordError
-from vrs_cli.wire.snapshots import snapshot_of
+from vrs_cli.wire.snapshots import BranchShown, ShowBranch, snapshot_of
 
 GOAL, GOAL_OPACITY = (236, 150, 70), 0.28
 BRANCHES, BRANCH_OPACITY = ((140, 96, 200), (60, 150, 150), (190, 90, 130)), 0.3  # of so many at most

@@ -16,14 +16,15 @@ from math import degrees, inf
 import viser
 
 from vrs_cli.engine.position import destination_at, position_at
-from vrs_cli.interfaces.jog.jogger import SPEEDS, STEPS, Axis, Brake, Frame, Press, Seen
-from vrs_cli.interfaces.session.survey import Surveyed
+from vrs_cli.interfaces.jog.jogger import SPEEDS, STEPS
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.words.values import plain
 from vrs_cli.net.far_hand import FarHand
 from vrs_cli.render.colours import Ink
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.acts import Surveyed
+from vrs_cli.values.hand import Axis, Brake, Frame, Press, Seen
 from vrs_cli.view3d.panel_parts import Act, Hands, OneOf, put
 from vrs_cli.view3d.panel_seat import PanelSeat
 from vrs_cli.view3d.shown import Shown

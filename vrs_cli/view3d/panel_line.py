@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import viser
 
-from vrs_cli.dialogue.questions import Confirmation, Parting
-from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport
-from vrs_cli.interfaces.conversation.complete import Suggestion
 from vrs_cli.interfaces.rights import STOPPING
-from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.net.messages import Asked
 from vrs_cli.render.html import html
+from vrs_cli.values.diagnostics import Diagnostic
+from vrs_cli.values.prompt import Suggestion
+from vrs_cli.values.questions import Confirmation, Parting
+from vrs_cli.values.replies import Diagnosed, DiagnosticsReport
 from vrs_cli.view3d.panel_parts import Hands, boxed, put
 from vrs_cli.view3d.panel_seat import PanelSeat
 from vrs_cli.view3d.typing_field import TypingField

@@ -6,9 +6,9 @@ from html import escape
 
 import viser
 
-from vrs_cli.interfaces.session.survey import Surveyed, TaskRow, Text
 from vrs_cli.render.html import pieces_html
 from vrs_cli.render.scan import scan
+from vrs_cli.values.acts import Surveyed, TaskRow, Text
 from vrs_cli.view3d.panel_parts import Hands, boxed, put
 from vrs_cli.view3d.panel_seat import PanelSeat
 from vrs_cli.view3d.surveying import Surveying

@@ -8,19 +8,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from vrs_cli.dialogue.questions import Answer, OnScreen
-from vrs_cli.dialogue.replies import ReachReport, refusal
 from vrs_cli.errors import RequestRefused, VrsError
-from vrs_cli.interfaces.conversation.acts import Attend
-from vrs_cli.interfaces.conversation.complete import Suggestion
-from vrs_cli.interfaces.conversation.status import Status
-from vrs_cli.interfaces.session.acts import Define, Defined
 from vrs_cli.interfaces.station.lease import Lost, Requested
-from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.net import messages
 from vrs_cli.net.messages import Abort, Asked, At, Done, Drive, How, LeaseAct, Line, Refused, Request, ServerMessage
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.render.colours import Ink
+from vrs_cli.values.acts import Attend, Define, Defined
+from vrs_cli.values.diagnostics import Diagnostic
+from vrs_cli.values.prompt import Status, Suggestion
+from vrs_cli.values.questions import Answer, OnScreen
+from vrs_cli.values.replies import ReachReport, refusal
 from vrs_cli.view3d.transcript import Transcript
 
 LONGEST = 50_000  # characters of what is typed at once

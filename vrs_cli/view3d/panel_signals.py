@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 import viser
 
-from vrs_cli.interfaces.session.survey import Surveyed
 from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
+from vrs_cli.values.acts import Surveyed
 from vrs_cli.view3d.panel_parts import OFF, ON, Hands, put
 from vrs_cli.view3d.panel_seat import PanelSeat
 

@@ -17,9 +17,9 @@ from vrs_cli.engine.tool_path import ToolLine, ToolPath
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model import RobotModel, levers
 from vrs_cli.kinematics.transform import Vector, position
-from vrs_cli.trajectory.motion import Kind
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.motion import Kind
 from vrs_cli.view3d.placing import Rooted, gathered, move_points
 from vrs_cli.view3d.redrawing import Redrawing
 from vrs_cli.view3d.shown import Shown

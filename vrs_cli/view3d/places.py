@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from viser import SceneApi
 
-from vrs_cli.dialogue.replies import NamedLocation
 from vrs_cli.engine.position import world_pose
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
 from vrs_cli.kinematics.transform import Transform, position
-from vrs_cli.trajectory.motion import Frames
+from vrs_cli.values.motion import Frames
+from vrs_cli.values.replies import NamedLocation
 from vrs_cli.view3d.placing import Rooted, gathered, wxyz
 from vrs_cli.view3d.shown import Shown
 

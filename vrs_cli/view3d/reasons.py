@@ -8,11 +8,7 @@ from textwrap import fill
 import numpy as np
 from viser import SceneApi
 
-from vrs_cli.dialogue.replies import ReachReport
-from vrs_cli.engine.commands import JointTarget, PoseTarget
-from vrs_cli.engine.reach import Reach
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.session.acts import Evaluate, Explain, Goal, Valued
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
 from vrs_cli.kinematics.transform import Transform, Vector, along, subtracted
@@ -21,6 +17,10 @@ from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.net.messages import At, Done, ServerMessage
 from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.values.acts import Evaluate, Explain, Goal, Valued
+from vrs_cli.values.motion import JointTarget, PoseTarget
+from vrs_cli.values.replies import ReachReport
+from vrs_cli.values.results import Reach
 from vrs_cli.view3d.paths import THICK
 from vrs_cli.view3d.shown import Shown
 

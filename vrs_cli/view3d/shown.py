@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
-from vrs_cli.engine.position import Position
 from vrs_cli.interfaces.roles.preview import Previewed
-from vrs_cli.interfaces.session.survey import Surveyed
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.trajectory.motion import Frames
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.acts import Surveyed
+from vrs_cli.values.motion import Frames
+from vrs_cli.values.results import Position
 
 
 class Shown(NamedTuple):

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from msgspec.structs import replace
 
-from vrs_cli.interfaces.session.survey import MOST_STEPS, Survey, Surveyed, TaskRow
+from vrs_cli.interfaces.session.survey import MOST_STEPS
 from vrs_cli.net import messages
 from vrs_cli.net.messages import At, Done, ServerMessage
 from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.values.acts import Survey, Surveyed, TaskRow
 
 OFTEN = 0.25  # [s] between two looks at least
 PATIENCE = 5.0  # [s] until a look whose answer does not come is made again

@@ -10,13 +10,13 @@ from typing import NamedTuple
 
 from msgspec.structs import replace
 
-from vrs_cli.dialogue.numbers import count
-from vrs_cli.dialogue.replies import Plot, Reply
 from vrs_cli.render.blocks import PIPE, Block, Grid, line
 from vrs_cli.render.colours import Ink
 from vrs_cli.render.html import blocks_html, html, pieces_html
 from vrs_cli.render.layout import blocks
 from vrs_cli.render.scan import scan
+from vrs_cli.values.numbers import count
+from vrs_cli.values.replies import Plot, Reply
 
 MOST = 100  # entries
 MOST_ROWS = 60  # of one: more of them are for a file

@@ -12,9 +12,9 @@ import msgspec
 
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import to_dict
-from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import TimelineDelta
+from vrs_cli.values.motion import Motion
 from vrs_cli.version import __version__
 from vrs_cli.wire.records import (
     Count,

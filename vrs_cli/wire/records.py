@@ -6,9 +6,8 @@ trajectory of a robot of that form; whether it keeps the laws of motion is for o
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from math import copysign, hypot
-from operator import mul
 from typing import Annotated
 
 import msgspec
@@ -17,9 +16,11 @@ from msgspec import structs
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.profile import Profile
-from vrs_cli.kinematics.transform import IDENTITY, Transform
+from vrs_cli.kinematics.transform import IDENTITY, ORTHONORMAL, Transform, is_rotation
 from vrs_cli.trajectory.instant import LATEST, TICKS_PER_SECOND
-from vrs_cli.trajectory.motion import (
+from vrs_cli.trajectory.segment import CartesianPath, Guide, JointPath, Path, Phase, Segment, Turn
+from vrs_cli.trajectory.timeline import Cause, TimelineDelta
+from vrs_cli.values.motion import (
     AlignedTarget,
     Frames,
     JointOffsetTarget,
@@ -30,14 +31,11 @@ from vrs_cli.trajectory.motion import (
     Swivel,
     ToolOffsetTarget,
 )
-from vrs_cli.trajectory.segment import CartesianPath, Guide, JointPath, Path, Phase, Segment, Turn
-from vrs_cli.trajectory.timeline import Cause, TimelineDelta
 
 NEEDS = {Kind.JOINT: "goal", Kind.STEERED: "goal", Kind.STRAIGHT: "pose"}  # to be planned again
 
 LARGEST = 1e15  # of any number: what is reckoned from it stays finite
 DEGREE = 5  # of a polynomial, at most
-ORTHONORMAL = 1e-6  # products of the axes of a rotation
 ZERO, FULL = 0.0, 1.0  # defaults: msgspec leaves out these very objects
 DEFAULTS = (("speed", FULL), ("acceleration", FULL), ("duration", ZERO), ("hand", ZERO))  # of a motion
 NO_FRAMES = Frames()
@@ -388,12 +386,6 @@ def _relative(record: RelativeRecord, form: Form) -> RelativeTarget:
     if record.aligned:
         return AlignedTarget()
     raise RecordError("a relative target needs joint and change, or offset, or aligned")
-
-
-def is_rotation(rows: Sequence[Sequence[float]]) -> bool:
-    """Whether the axes are at right angles, and of length 1."""
-    pairs = ((a, b) for i, a in enumerate(rows) for b in rows[: i + 1])
-    return all(abs(sum(map(mul, a, b)) - (a is b)) <= ORTHONORMAL for a, b in pairs)
 
 
 def _transform(rows: Rows) -> Transform:

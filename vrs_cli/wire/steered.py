@@ -15,9 +15,9 @@ from vrs_cli.engine.planner import place_at
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.instant import TICK, TICKS_PER_SECOND
 from vrs_cli.trajectory.laws.table import LAWS
-from vrs_cli.trajectory.motion import Kind, Motion
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
+from vrs_cli.values.motion import Kind, Motion
 from vrs_cli.wire.records import Count, Form, Joints, MotionRecord, Motions, Record, RecordError, Time
 
 

@@ -13,15 +13,15 @@ from tests.engine.paper import Paper
 from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
 from tests.live import PATIENCE
-from vrs_cli.dialogue.questions import Answer, Confirmation, Question
-from vrs_cli.dialogue.replies import Message, Reply
-from vrs_cli.dialogue.talk import Slice, Talk, beside
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.errors import FileError, RequestRefused, UsageError
 from vrs_cli.interfaces.actor import actor as module
 from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.talk import Slice, Talk, beside
+from vrs_cli.values.questions import Answer, Confirmation, Question
+from vrs_cli.values.replies import Message, Reply
 
 SWING = ".PROGRAM swing\nDO\nDRIVE 1, 5\nDRIVE 1, -5\nUNTIL FALSE\n.END"
 

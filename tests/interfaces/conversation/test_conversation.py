@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.examples import examples
-from vrs_cli.dialogue.talk import Talk
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.desk import Desk
+from vrs_cli.interfaces.talk import Talk
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS

@@ -8,14 +8,14 @@ from hypothesis import strategies as st
 
 from tests.examples import examples
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue import replies
 from vrs_cli.errors import UsageError, VrsError
 from vrs_cli.interfaces.editor import lines as editor
 from vrs_cli.interfaces.editor.lines import Draft, named_program, rebuilt, subcommand, taken
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.language.text.diagnostics import LineRefused
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.printer import print_program, step_texts
+from vrs_cli.values import replies
+from vrs_cli.values.diagnostics import LineRefused
 
 
 def draft(*lines: str) -> Draft:

@@ -16,7 +16,6 @@ import pytest
 from tests.engine.mirror import mirrored
 from tests.interfaces.terminals import RecordingTerminal
 from tests.live import PATIENCE
-from vrs_cli.dialogue.questions import Question
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Missed, Subscription
 from vrs_cli.errors import RequestRefused, VrsError
@@ -27,6 +26,7 @@ from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
+from vrs_cli.values.questions import Question
 
 PROGRAMS = """\
 .PROGRAM swing

@@ -5,15 +5,16 @@ from __future__ import annotations
 import pytest
 
 from tests.interfaces.actor.test_actor import SWING, stepped
-from vrs_cli.dialogue.questions import LineWanted
-from vrs_cli.engine.commands import JointTarget
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.holders.holder import Holder
-from vrs_cli.interfaces.session.acts import Go, Goal, ListCommands, act_on
+from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.lease import Lease
 from vrs_cli.language.words.word import Role
+from vrs_cli.values.acts import Go, Goal, ListCommands
+from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.questions import LineWanted
 
 
 def done(session: Session, holder: Holder, line: str) -> list[str]:

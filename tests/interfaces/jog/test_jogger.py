@@ -10,8 +10,6 @@ import pytest
 from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
 from tests.laws.motion_laws import check_continuous, check_limits, off_line
-from vrs_cli.dialogue.questions import Answer, Jogging, Question
-from vrs_cli.dialogue.replies import Message
 from vrs_cli.errors import (
     IllegalJoint,
     IllegalValue,
@@ -22,13 +20,16 @@ from vrs_cli.errors import (
     UndefinedValue,
     UsageError,
 )
-from vrs_cli.interfaces.jog.jogger import AHEAD, AXES, Axis, Brake, Frame, HeldDown, Jogger, Look, Panel, Press, axis_of
+from vrs_cli.interfaces.jog.jogger import AHEAD, AXES, HeldDown, Jogger, Panel, axis_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.joints import largest_change
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import angle_between, compose, distance, inverse
-from vrs_cli.language.text.diagnostics import LineRefused
+from vrs_cli.values.diagnostics import LineRefused
+from vrs_cli.values.hand import Axis, Brake, Frame, Look, Press
+from vrs_cli.values.questions import Answer, Jogging, Question
+from vrs_cli.values.replies import Message
 
 TABLE = "MOVE TRANS(0, 450, -150, 90, 90, 0)"
 FREE = "DO MOVE #PPOINT(0, -45, 180, 20, 45, 0)"

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any, TypeVar
 
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue.questions import Amendment, Answer, Question
-from vrs_cli.dialogue.talk import Reading, Running
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.talk import Reading, Running
 from vrs_cli.language.words.values import Kind, numbers_of
+from vrs_cli.values.questions import Amendment, Answer, Question
 
 R = TypeVar("R")
 PART = "POINT part = TRANS(500,150,-100,90,90,0)"

@@ -9,9 +9,6 @@ import pytest
 from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
 from tests.programs.test_samples import peers_of, robot_for
-from vrs_cli.dialogue.replies import ClockReport, Message, Whereabouts
-from vrs_cli.dialogue.runs import Outcome
-from vrs_cli.engine.commands import SetParameter
 from vrs_cli.errors import ClockPaused, TooLate, UsageError, VrsError
 from vrs_cli.files.bounds import Folder
 from vrs_cli.files.signal_file import parse_signals
@@ -19,6 +16,9 @@ from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.toolbar import toolbar
 from vrs_cli.trajectory.instant import TICK
+from vrs_cli.values.commands import SetParameter
+from vrs_cli.values.replies import ClockReport, Message, Whereabouts
+from vrs_cli.values.results import Outcome
 
 PROGRAMS = Path(__file__).parents[3] / "programs"
 SLOW = "DRIVE 1, 90, 20"  # five seconds and more

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue.replies import DiagnosticsReport
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import State, Word
+from vrs_cli.values.replies import DiagnosticsReport
 
 PROGRAMS = """
 .PROGRAM pick(where, height)

@@ -8,8 +8,8 @@ import pytest
 
 from tests.interfaces.monitor.people import Person, last, loaded
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue import replies
 from vrs_cli.errors import FileExists
+from vrs_cli.values import replies
 
 
 @pytest.mark.parametrize("line", ["DELETE main", "DELETEP main", "DELETER x", "DELETEL only.here", "ZERO"])

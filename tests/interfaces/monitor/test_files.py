@@ -8,12 +8,12 @@ import pytest
 
 from tests.interfaces.monitor.people import at, last, loaded
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue import replies
-from vrs_cli.dialogue.talk import Reading, Running
 from vrs_cli.errors import FileError, FileOutside
 from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.talk import Reading, Running
 from vrs_cli.language.words.values import Kind
+from vrs_cli.values import replies
 
 
 def test_store_and_load_bring_everything_back(folder: Path) -> None:

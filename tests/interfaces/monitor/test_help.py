@@ -2,7 +2,6 @@
 
 import pytest
 
-from vrs_cli.dialogue.replies import HelpPage, HelpTopic
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.monitor.help import help_on, overview, page
@@ -11,6 +10,7 @@ from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.operators import LINKS, OPERATORS
 from vrs_cli.language.words.word import State
+from vrs_cli.values.replies import HelpPage, HelpTopic
 
 ROWS = {**FUNCTIONS, **CONTROL, **INSTRUCTIONS, **COMMANDS}
 EVERY_WORD = sorted({*ROWS, *SWITCHES, *PARAMETERS})

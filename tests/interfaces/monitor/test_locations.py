@@ -8,11 +8,11 @@ import pytest
 
 from tests.interfaces.monitor.people import PART, Person, at, last, location
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue import replies
 from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedValue, UsageError
 from vrs_cli.interfaces.monitor.locations import changed
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.language.words.values import Kind, numbers_of
+from vrs_cli.values import replies
 
 
 def test_where_is_g() -> None:

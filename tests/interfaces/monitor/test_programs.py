@@ -6,8 +6,8 @@ import pytest
 
 from tests.interfaces.monitor.people import at, last, loaded
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue import replies
 from vrs_cli.errors import ProgramExists, UndefinedName, UndefinedValue
+from vrs_cli.values import replies
 
 
 def test_delete_takes_what_nobody_else_uses() -> None:

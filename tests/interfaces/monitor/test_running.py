@@ -8,9 +8,9 @@ import pytest
 
 from tests.interfaces.monitor.people import PART, Person, at, last, loaded
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue import replies
-from vrs_cli.dialogue.talk import Running
+from vrs_cli.interfaces.talk import Running
 from vrs_cli.language.words.values import Kind
+from vrs_cli.values import replies
 
 
 def test_execute_alone_runs_the_first_program_of_a_file(folder: Path) -> None:

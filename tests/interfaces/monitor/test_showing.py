@@ -8,12 +8,12 @@ from math import dist
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue.replies import Picture
 from vrs_cli.engine.position import position_at
 from vrs_cli.interfaces.monitor.showing import pictured
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import position
+from vrs_cli.values.replies import Picture
 
 LINES = ("BASE 100, 200, 300", "TOOL TRANS(0,0,150)", "DRIVE 1, 60", "OPENI", "DRIVE 2, 20 AT 5", "DRIVE 3, -20 AT 5.2")
 

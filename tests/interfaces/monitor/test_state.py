@@ -6,8 +6,8 @@ import pytest
 
 from tests.interfaces.monitor.people import at, last, loaded
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue import replies
 from vrs_cli.interfaces.monitor.state import free_memory
+from vrs_cli.values import replies
 
 
 def test_status_shows_what_is_said_for_the_next_motion() -> None:

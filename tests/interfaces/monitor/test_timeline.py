@@ -8,8 +8,8 @@ import pytest
 
 from tests.interfaces.monitor.people import at, last
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue import replies
 from vrs_cli.errors import IllegalJoint, UsageError
+from vrs_cli.values import replies
 
 
 def test_undo_takes_the_clock_back() -> None:

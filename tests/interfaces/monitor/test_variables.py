@@ -9,13 +9,13 @@ import pytest
 
 from tests.interfaces.monitor.people import at, last
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue import replies
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.language.text.diagnostics import LineRefused
 from vrs_cli.language.words.instructions import PROGRAM_WORDS, RESERVED
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.values import Kind
+from vrs_cli.values import replies
+from vrs_cli.values.diagnostics import LineRefused
 
 
 def test_elements_and_whole_arrays() -> None:

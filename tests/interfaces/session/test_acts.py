@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue.runs import Outcome
-from vrs_cli.engine.commands import JointTarget, NamedTarget, PoseTarget, Target
 from vrs_cli.errors import IllegalValue, JointOutOfRange, ProgramNotExecutable, RoleWanted, UsageError, VrsError
 from vrs_cli.files.trajectory_file import read_trajectory
-from vrs_cli.interfaces.session.acts import (
-    ACTS,
-    Act,
+from vrs_cli.interfaces.session.acts import ACTS, Act, act_on
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.kinematics.transform import Transform, translation
+from vrs_cli.language.words.word import Role
+from vrs_cli.values.acts import (
     Assign,
     Compare,
     Define,
@@ -31,17 +31,23 @@ from vrs_cli.interfaces.session.acts import (
     Redo,
     Rest,
     Say,
+    Survey,
     Undo,
     Valued,
-    act_on,
 )
-from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.session.survey import ShowBranch, Survey
-from vrs_cli.kinematics.transform import Transform, translation
-from vrs_cli.language.text.diagnostics import LineRefused
-from vrs_cli.language.words.values import Value
-from vrs_cli.language.words.word import Role
-from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
+from vrs_cli.values.diagnostics import LineRefused
+from vrs_cli.values.motion import (
+    AlignedTarget,
+    JointOffsetTarget,
+    JointTarget,
+    NamedTarget,
+    PoseTarget,
+    Target,
+    ToolOffsetTarget,
+)
+from vrs_cli.values.numbers import Value
+from vrs_cli.values.results import Outcome
+from vrs_cli.wire.snapshots import ShowBranch
 
 DOWN = (0.0, -0.7, 3.1, 0.0, 0.7, 0.0)
 TARGETS: tuple[Target, ...] = (

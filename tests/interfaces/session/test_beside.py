@@ -10,13 +10,13 @@ from tests.engine.wall import ManualWall
 from tests.interfaces.monitor.people import Person
 from tests.interfaces.programs import load, value
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue.questions import LineWanted
-from vrs_cli.dialogue.replies import Farewell, Message, ProgramStopped
 from vrs_cli.errors import TaskActive, UsageError
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.monitor import BESIDE, COMMANDS
+from vrs_cli.values.questions import LineWanted
+from vrs_cli.values.replies import Farewell, Message, ProgramStopped
 
 
 @pytest.fixture

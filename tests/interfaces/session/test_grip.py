@@ -12,13 +12,14 @@ from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.clock import Clock
 from vrs_cli.errors import IllegalValue, LeaseHeld, RoleWanted, UsageError
-from vrs_cli.interfaces.dragging import Dragging, Hold, Limit, Shortfall
+from vrs_cli.interfaces.dragging import Dragging
 from vrs_cli.interfaces.holders.holder import Holder
-from vrs_cli.interfaces.session.grip import SILENCE, Grip, Pulled
+from vrs_cli.interfaces.session.grip import SILENCE, Grip
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.lease import Lease
 from vrs_cli.kinematics.transform import Transform, at_position, distance, from_oat
 from vrs_cli.language.words.word import Role
+from vrs_cli.values.hand import Hold, Limit, Pulled, Shortfall
 
 TABLE = from_oat(0.0, 0.45, -0.15, radians(90), radians(90), 0.0)
 

@@ -6,10 +6,10 @@ import pytest
 
 from tests.interfaces.monitor.people import at, last
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue import replies
 from vrs_cli.interfaces.session.session import HANDLERS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import State
+from vrs_cli.values import replies
 
 
 def test_every_supported_command_has_a_handler_and_no_other_has() -> None:

@@ -6,8 +6,6 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from tests.laws.motion_laws import check_continuous, check_limits
-from vrs_cli.dialogue.replies import Message
-from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.errors import (
     JointOutOfRange,
     LocationOutOfRange,
@@ -22,7 +20,9 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.language.text.diagnostics import LineRefused, Severity
+from vrs_cli.values.diagnostics import LineRefused, Severity
+from vrs_cli.values.replies import Message
+from vrs_cli.values.results import Outcome
 
 PLACES = """
 .LOCATIONS

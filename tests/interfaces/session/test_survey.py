@@ -12,23 +12,17 @@ import pytest
 import vrs_cli as vrs
 from tests.interfaces.terminals import RecordingTerminal
 from tests.net.serving import serving
-from vrs_cli.dialogue.replies import (
-    LocationTable,
-    ProgramNames,
-    ProgramText,
-    Reply,
-    SignalTable,
-    StatusReport,
-)
 from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.roles.held import Held, no_answer
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.session.survey import MOST_PLACES, MOST_STEPS, ShowBranch, Survey, Surveyed
+from vrs_cli.interfaces.session.survey import MOST_PLACES, MOST_STEPS
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.trajectory.segment import Segment
+from vrs_cli.values.acts import Survey, Surveyed
+from vrs_cli.values.replies import LocationTable, ProgramNames, ProgramText, Reply, SignalTable, StatusReport
 from vrs_cli.wire.records import Form
-from vrs_cli.wire.snapshots import snapshot_of
+from vrs_cli.wire.snapshots import ShowBranch, snapshot_of
 
 R = TypeVar("R", bound=Reply)
 MEMORY = """.PROGRAM pick(where)   ; takes a part

@@ -8,7 +8,6 @@ import pytest
 
 from tests.interfaces.programs import load, value
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.errors import FileDamaged, IllegalSignal, LimitReached
 from vrs_cli.files.bounds import Folder
 from vrs_cli.files.signal_file import parse_signals
@@ -16,6 +15,7 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.language.run.robot import TICK
 from vrs_cli.language.run.signals import InputChange
+from vrs_cli.values.results import Outcome
 
 # --- time ---
 

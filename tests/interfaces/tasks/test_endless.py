@@ -10,12 +10,12 @@ from tests.engine.wall import ManualWall
 from tests.interfaces.programs import load, value
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.__main__ import main
-from vrs_cli.dialogue.runs import Outcome, RunResult
 from vrs_cli.errors import EndlessWait
 from vrs_cli.files.signal_file import parse_signals
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.language.run.robot import TICK
+from vrs_cli.values.results import Outcome, RunResult
 
 
 def message(result: RunResult) -> str:

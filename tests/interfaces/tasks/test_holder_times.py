@@ -13,7 +13,6 @@ from tests.engine.wall import ManualWall
 from tests.examples import examples
 from tests.interfaces.terminals import RecordingTerminal
 from tests.laws.test_motion_laws import MODEL, joint_targets
-from vrs_cli.engine.commands import JointTarget, Move, SetParameter, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import TooLate, VrsError
@@ -21,6 +20,8 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes
 from vrs_cli.net.delay_line import DelayLine, Gamma
 from vrs_cli.trajectory.instant import TICK, on_grid
+from vrs_cli.values.commands import Move, SetParameter, Stamp
+from vrs_cli.values.motion import JointTarget
 
 ALLOWED = 0.5
 anything = st.floats() | st.floats(-2.0, 12.0)

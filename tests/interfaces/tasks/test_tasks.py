@@ -6,12 +6,12 @@ import pytest
 
 from tests.interfaces.programs import load, value
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.dialogue.replies import ProgramStopped, Reply
-from vrs_cli.dialogue.runs import Outcome
 from vrs_cli.errors import FileError, ProgramInterlocked, TaskActive, TaskNotActive
 from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.run.effects import TaskState
+from vrs_cli.values.replies import ProgramStopped, Reply
+from vrs_cli.values.results import Outcome
 
 
 def test_a_program_on_the_stack_is_left_alone_until_kill(session: Session) -> None:

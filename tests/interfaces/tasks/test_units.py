@@ -9,7 +9,6 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.devices.outside import Nothing
 from vrs_cli.devices.script import Script, parse_script
 from vrs_cli.devices.sockets import Sockets
-from vrs_cli.dialogue.replies import Message
 from vrs_cli.errors import (
     DeviceNotReady,
     EndlessWait,
@@ -26,6 +25,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
+from vrs_cli.values.replies import Message
 
 OPEN = ('ATTACH (lun, 4) "TCP"', 'FOPEN (lun, 16) "/LOCAL_PORT 7 /CLIENTS 2"')
 SERIAL = ('ATTACH (lun, 4) "SERIAL:1"',)

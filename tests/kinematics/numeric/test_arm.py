@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from msgspec import structs
 
-from vrs_cli.engine.commands import JointTarget, Move, PoseTarget, SetSwivel, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalJoint, JointOutOfRange, LocationOutOfRange, LocationTooFar, NotAvailable
 from vrs_cli.kinematics.arm import RobotArm
@@ -22,9 +21,10 @@ from vrs_cli.kinematics.numeric.search import turn_between
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.task import Task
 from vrs_cli.kinematics.transform import compose, rotate, rotation_about, rotation_x, translation
-from vrs_cli.trajectory.motion import Swivel, ToolOffsetTarget
 from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.segment import CartesianPath, Guide
+from vrs_cli.values.commands import Move, SetSwivel, Stamp
+from vrs_cli.values.motion import JointTarget, PoseTarget, Swivel, ToolOffsetTarget
 from vrs_cli.wire.records import Form, Motions, RecordError, segment_records, segments_of
 
 URDF = Path(__file__).parents[1] / "urdf"

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from tests.kinematics.offset_arms import OFFSET_ARMS
 from tests.kinematics.random_arms import DrawnArm
-from vrs_cli.engine.commands import Move, PoseTarget, SetConfiguration
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange
 from vrs_cli.kinematics.configuration import ALL, NONE, Configuration, Elbow
@@ -23,6 +22,8 @@ from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.kinematics.wrist_circle import batch
 from vrs_cli.kinematics.wrist_circle.arm import WristCircleArm
 from vrs_cli.trajectory.segment import CartesianPath
+from vrs_cli.values.commands import Move, SetConfiguration
+from vrs_cli.values.motion import PoseTarget
 
 Floats = NDArray[np.float64]
 

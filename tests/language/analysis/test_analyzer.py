@@ -9,9 +9,9 @@ import pytest
 from vrs_cli.language.analysis.analyzer import Analysis, analyze, check_line
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program
-from vrs_cli.language.text.diagnostics import Severity
 from vrs_cli.language.text.parser import parse_file, parse_prompt, parse_step
 from vrs_cli.language.words.values import Kind
+from vrs_cli.values.diagnostics import Severity
 
 
 def programs_of(text: str) -> dict[str, Program]:

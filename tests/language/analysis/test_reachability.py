@@ -5,8 +5,8 @@ import pytest
 from vrs_cli.language.analysis.analyzer import analyze
 from vrs_cli.language.analysis.structure import unreachable
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.language.text.parser import parse_file
+from vrs_cli.values.diagnostics import Diagnostic
 
 
 def lines(*steps: str) -> list[int]:

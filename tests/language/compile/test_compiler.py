@@ -29,21 +29,11 @@ from vrs_cli.language.run.effects import Budget, Completed, Failed
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.library import LIBRARY
 from vrs_cli.language.run.runtime import Task
-from vrs_cli.language.text.ast import (
-    Assignment,
-    BadLine,
-    Binary,
-    Expression,
-    Number,
-    Program,
-    Span,
-    Step,
-    Unary,
-    Variable,
-)
+from vrs_cli.language.text.ast import Assignment, BadLine, Binary, Expression, Number, Program, Step, Unary, Variable
 from vrs_cli.language.text.collector import pause_collector
-from vrs_cli.language.text.diagnostics import error
-from vrs_cli.language.words.values import LIMIT, Kind, integer
+from vrs_cli.language.words.values import Kind, integer
+from vrs_cli.values.diagnostics import Span, error
+from vrs_cli.values.numbers import LIMIT
 
 NOWHERE = Span(1, 1, 1)
 

@@ -21,11 +21,11 @@ from vrs_cli.language.run.constants import Constants
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.text.ast import Program
-from vrs_cli.language.text.diagnostics import Diagnostic, Severity
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.word import State
+from vrs_cli.values.diagnostics import Diagnostic, Severity
 
 
 class Robot(StillRobot):

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from vrs_cli.language.run.formats import TypeItem, encode
-from vrs_cli.language.text.ast import Format, Span
+from vrs_cli.language.text.ast import Format
 from vrs_cli.language.words.values import precision_point, transformation
+from vrs_cli.values.diagnostics import Span
 
 NOWHERE = Span(1, 1, 1)
 

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import pytest
 
 from tests.language.running import StillRobot, drive, environment_with, program
-from vrs_cli.engine.commands import Move
 from vrs_cli.errors import ArithmeticOverflow, ProgramNotExecutable, UndefinedValue
 from vrs_cli.kinematics.transform import IDENTITY, translation
 from vrs_cli.language.run.effects import Completed, Event, Failed, Halt, Prompt
@@ -16,6 +15,7 @@ from vrs_cli.language.run.prompt import arguments_of, definable, evaluate, state
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import parse_prompt
+from vrs_cli.values.commands import Move
 
 
 def execute_statement(environment: Environment, line: ast.Statement) -> Iterator[Event]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 from tests.language.running import StillRobot, drive, environment_with, program, run, run_lines
-from vrs_cli.engine.commands import Break, Move, SetSpeed
 from vrs_cli.errors import (
     ArgumentMismatch,
     ArithmeticOverflow,
@@ -27,6 +26,7 @@ from vrs_cli.language.run.effects import (
 )
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.runtime import STACK_LIMIT, Task
+from vrs_cli.values.commands import Break, Move, SetSpeed
 
 
 def task_of(*lines: str, cycles: int = 1, step: int = 1) -> Task:

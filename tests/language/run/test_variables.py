@@ -13,8 +13,10 @@ from vrs_cli.errors import (
 )
 from vrs_cli.kinematics.transform import IDENTITY, translation
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.text.ast import Entry, Number, Span, Variable
-from vrs_cli.language.words.values import Kind, Value
+from vrs_cli.language.text.ast import Entry, Number, Variable
+from vrs_cli.language.words.values import Kind
+from vrs_cli.values.diagnostics import Span
+from vrs_cli.values.numbers import Value
 
 NOWHERE = Span(1, 1, 1)
 

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from tests.examples import examples
 from vrs_cli.language.text.ast import Entry
-from vrs_cli.language.text.diagnostics import LineRefused
 from vrs_cli.language.text.parser import LineParser, usual_entry
+from vrs_cli.values.diagnostics import LineRefused
 
 names = st.sampled_from(
     ["x", "a.b_2", "#p", "$s", "%b", "and", "COM", "pi", "here", "time", "Move", "sin", "a1", "_x", "é"]

@@ -5,11 +5,10 @@ from __future__ import annotations
 import pytest
 
 from vrs_cli.errors import CannotInterpret
-from vrs_cli.language.text.ast import Span
-from vrs_cli.language.text.diagnostics import LineRefused
 from vrs_cli.language.text.lexer import LONGEST, Lexer
 from vrs_cli.language.text.parser import LineParser
 from vrs_cli.language.words.foreign import FOREIGN_SIGNS
+from vrs_cli.values.diagnostics import LineRefused, Span
 
 PATTERNS = LineParser()._patterns
 

@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrs_cli.language.analysis.grouping import val_grouping
-from vrs_cli.language.text.ast import Span
 from vrs_cli.language.text.lexer import Token
 from vrs_cli.language.text.parser import grammar_dir, parse_step
 from vrs_cli.language.text.precedence import ORDER, VAL_ORDER, Grouping, Order
+from vrs_cli.values.diagnostics import Span
 
 
 def groupings(text: str) -> list[tuple[str, str]]:

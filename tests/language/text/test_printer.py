@@ -12,12 +12,12 @@ from hypothesis import given
 from tests.examples import examples
 from tests.language.trees import groups_in, programs, statements, without_places
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.diagnostics import LineRefused
 from vrs_cli.language.text.parser import parse_file, parse_prompt, parse_step
 from vrs_cli.language.text.printer import print_file, print_program, program_header, statement_text, step_texts
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import COMMAS, GROUPED, Shape, State, Word
+from vrs_cli.values.diagnostics import LineRefused
 
 SAMPLES = sorted((Path(__file__).parents[3] / "programs").glob("*.v2"))
 

@@ -6,9 +6,9 @@ import pytest
 
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section
-from vrs_cli.language.text.diagnostics import Severity
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.printer import print_file
+from vrs_cli.values.diagnostics import Severity
 
 SMALL = ".PROGRAM a()\nMOVE x\n.END\n"
 

@@ -2,12 +2,12 @@
 
 import pytest
 
-from vrs_cli.language.text.diagnostics import LineRefused
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.words.foreign import own_word, theirs
 from vrs_cli.language.words.instructions import PROGRAM_WORDS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import State
+from vrs_cli.values.diagnostics import LineRefused
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from vrs_cli.errors import ArithmeticOverflow, IllegalValue, StringOverflow
 from vrs_cli.kinematics.transform import from_oat
 from vrs_cli.language.words.values import (
-    LIMIT,
     default_form,
     integer,
     leading_number,
@@ -25,6 +24,7 @@ from vrs_cli.language.words.values import (
     within_range,
     wrap,
 )
+from vrs_cli.values.numbers import LIMIT
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,10 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.trajectory.laws.law import NoTimes
 from vrs_cli.trajectory.laws.quintic import Bounds, from_rest, joint_motion, quintic
 from vrs_cli.trajectory.limits import JointLimits
-from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.polynomial import derivative, extremes, value
 from vrs_cli.trajectory.segment import JointPath, Phase
 from vrs_cli.trajectory.state import JointState
+from vrs_cli.values.motion import Kind, Motion, Start
 
 MOTION = Motion(1, Kind.JOINT, Start.AT, profile=Profile.QUINTIC)
 FREE = 1e9

@@ -16,9 +16,9 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.laws.scurve_pieces import state_after
 from vrs_cli.trajectory.laws.scurve_separate import course_pieces, together
 from vrs_cli.trajectory.laws.scurve_times import Part
-from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import JointPath
 from vrs_cli.trajectory.state import JointState
+from vrs_cli.values.motion import Kind, Motion, Start
 
 MODEL = load_robot("puma560")
 

@@ -19,9 +19,9 @@ from vrs_cli.trajectory.laws.scurve_steering import (
 )
 from vrs_cli.trajectory.laws.scurve_times import ramps
 from vrs_cli.trajectory.limits import JointLimits
-from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.segment import JointPath, Phase
 from vrs_cli.trajectory.state import JointState, Target
+from vrs_cli.values.motion import Kind, Motion, Start
 
 TICK = 1.0 / 64.0  # [s]
 MOTION = Motion(1, Kind.STEERED, Start.AT, profile=Profile.SCURVE)

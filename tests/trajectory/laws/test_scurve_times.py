@@ -29,10 +29,10 @@ from vrs_cli.trajectory.laws.scurve_times import (
     turn_bounds,
 )
 from vrs_cli.trajectory.limits import JointLimits
-from vrs_cli.trajectory.motion import Kind, Motion, Start
 from vrs_cli.trajectory.polynomial import derivative, turns, value
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.state import JointState
+from vrs_cli.values.motion import Kind, Motion, Start
 
 ROUNDING = 1.0 + 1e-5
 MOTION = Motion(1, Kind.JOINT, Start.AT, profile=Profile.SCURVE)

@@ -22,17 +22,17 @@ from typing import Any, NamedTuple, TypeVar
 
 from msgspec import Struct, structs
 
-from vrs_cli.dialogue.questions import Question
-from vrs_cli.dialogue.replies import Message, Reply, Tone
-from vrs_cli.dialogue.talk import Running, Said, Slice, Talk, Terminal, Work, quietly
 from vrs_cli.engine.book import Journal
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.inbox import Inbox
 from vrs_cli.errors import FileError, RequestRefused, VrsError
 from vrs_cli.interfaces.actor.ticket import Outlet, Reaction, Ticket
 from vrs_cli.interfaces.actor.turns import Turns
+from vrs_cli.interfaces.talk import Running, Said, Slice, Talk, Terminal, Work, quietly
 from vrs_cli.interfaces.tasks.driver import Driver
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE
+from vrs_cli.values.questions import Question
+from vrs_cli.values.replies import Message, Reply, Tone
 
 MOST_WAITING = 10_000  # requests
 TOGETHER = 0.02  # [s] for which answers may wait for others, that go to the disk with them

@@ -7,8 +7,8 @@ from queue import Empty, SimpleQueue
 from threading import Event
 from typing import Any, Generic, TypeVar, cast
 
-from vrs_cli.dialogue.questions import Answer, Question
-from vrs_cli.dialogue.replies import Reply
+from vrs_cli.values.questions import Answer, Question
+from vrs_cli.values.replies import Reply
 
 T = TypeVar("T")
 

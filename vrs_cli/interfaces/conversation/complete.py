@@ -23,14 +23,7 @@ from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control, Row, Shape, State, Word, rows_for
-
-
-class Suggestion(Struct, frozen=True):
-    """`text` takes the place of the last `length` characters; `meta` explains it."""
-
-    text: str
-    length: int
-    meta: str = ""
+from vrs_cli.values.prompt import Suggestion
 
 
 class Names(Struct, frozen=True):

@@ -7,34 +7,35 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from vrs_cli.dialogue.numbers import count
-from vrs_cli.dialogue.questions import Parting
-from vrs_cli.dialogue.replies import Message, Reply, Tone, refusal, report
-from vrs_cli.dialogue.talk import Talk
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.errors import ProgramExists, UsageError, VrsError
 from vrs_cli.interfaces.actor.ticket import Ticket
-from vrs_cli.interfaces.conversation.acts import Attend, DeskAct, DeskFound, LeaveEntry, StopProgram
-from vrs_cli.interfaces.conversation.complete import Suggestion, suggestions
+from vrs_cli.interfaces.conversation.complete import suggestions
 from vrs_cli.interfaces.conversation.entry import Entry, closes_entry, opens_entry
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.interfaces.conversation.names import names_of
 from vrs_cli.interfaces.conversation.signature import Signature, signature
-from vrs_cli.interfaces.conversation.status import Pace, Status
 from vrs_cli.interfaces.conversation.validate import mistake_in_entry
-from vrs_cli.interfaces.editor.screen import KeepDraft, ReadDraft, ScreenDraft
-from vrs_cli.interfaces.jog.jogger import Brake, HeldDown, Jogger, Look, Press
+from vrs_cli.interfaces.editor.screen import ScreenDraft
+from vrs_cli.interfaces.jog.jogger import HeldDown, Jogger
 from vrs_cli.interfaces.monitor.consent import leave, may_replace
 from vrs_cli.interfaces.monitor.files import load
 from vrs_cli.interfaces.monitor.help import EDITING, help_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.desk import Desk
+from vrs_cli.interfaces.talk import Talk
 from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
 from vrs_cli.language.text.ast import Program
-from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.language.text.parser import variables_in
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.word import Role
+from vrs_cli.values.acts import Attend, DeskAct, DeskFound, KeepDraft, LeaveEntry, ReadDraft, StopProgram
+from vrs_cli.values.diagnostics import Diagnostic
+from vrs_cli.values.hand import Brake, Look, Press
+from vrs_cli.values.numbers import count
+from vrs_cli.values.prompt import Pace, Status, Suggestion
+from vrs_cli.values.questions import Parting
+from vrs_cli.values.replies import Message, Reply, Tone, refusal, report
 
 RUNNING = "*"  # the prompt while a program runs
 CONSTANTS = tuple(name.lower() for name, row in FUNCTIONS.items() if row.constant)

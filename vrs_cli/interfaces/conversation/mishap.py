@@ -6,7 +6,7 @@ import tempfile
 import traceback
 from pathlib import Path
 
-from vrs_cli.dialogue.replies import Message, Tone
+from vrs_cli.values.replies import Message, Tone
 
 
 def internal_error(error: BaseException, *, afar: bool = False) -> Message:

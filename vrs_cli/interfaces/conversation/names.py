@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from vrs_cli.dialogue.numbers import count, fixed
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.interfaces.conversation.complete import Names
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.joints import JointUnits
-from vrs_cli.language.words.values import Kind, Value, numbers_of, plain
+from vrs_cli.language.words.values import Kind, numbers_of, plain
+from vrs_cli.values.numbers import Value, count, fixed
 
 MOST = 500  # names of a kind that are offered: a menu is for reading
 

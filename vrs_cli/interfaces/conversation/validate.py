@@ -8,10 +8,10 @@ from vrs_cli.interfaces.conversation.entry import Entry, closes_entry
 from vrs_cli.interfaces.editor.lines import outside
 from vrs_cli.language.analysis.analyzer import check_line
 from vrs_cli.language.text.ast import ProgramHeader
-from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, first_error
 from vrs_cli.language.text.meaning import resolve_line
 from vrs_cli.language.text.parser import parse_prompt, parse_step, variables_in
 from vrs_cli.language.words.values import Kind
+from vrs_cli.values.diagnostics import Diagnostic, LineRefused, first_error
 
 
 def mistake_in_entry(entry: Entry, line: str, known: Mapping[str, Kind]) -> Diagnostic | None:

@@ -17,18 +17,18 @@ from typing import NamedTuple
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vrs_cli.dialogue.numbers import count
-from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport, ListedStep, Message, ProgramPart, Reply
 from vrs_cli.errors import IllegalValue, NotAvailable, ProgramNotExecutable, UsageError
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.analysis.analyzer import Analysis, analyze, check_line
-from vrs_cli.language.text.ast import BadLine, Expression, Program, ProgramCall, ProgramHeader, Span, Step, Variable
-from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, errors, first_error
+from vrs_cli.language.text.ast import BadLine, Expression, Program, ProgramCall, ProgramHeader, Step, Variable
 from vrs_cli.language.text.meaning import resolve_line, resolve_program, variables_named_like_functions
 from vrs_cli.language.text.parser import parse_prompt, parse_step
 from vrs_cli.language.text.printer import print_program, program_header, step_texts
-from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.language.words.values import Kind, key_of
+from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, errors, first_error
+from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.numbers import count
+from vrs_cli.values.replies import Diagnosed, DiagnosticsReport, ListedStep, Message, ProgramPart, Reply
 
 HEADER_LINE = 1  # of a program's text; its steps follow
 _SUBCOMMAND = re.compile(r"\s*(?P<word>[A-Za-z]{1,2})(?:\s+(?P<argument>(?![=\[]).*))?$")

@@ -9,43 +9,18 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import NamedTuple, Protocol
 
-from vrs_cli.dialogue.replies import Message, Reply
-from vrs_cli.dialogue.spoken import Act, Spoken
 from vrs_cli.errors import CannotInterpret, ProgramExists
 from vrs_cli.interfaces.editor.lines import analysis_of, opened, stored
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.language.text.ast import BadLine, Program, ProgramHeader, Span, Step
-from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, error, ordered
+from vrs_cli.language.text.ast import BadLine, Program, ProgramHeader, Step
 from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.text.parser import parse_prompt, parse_step
 from vrs_cli.language.text.printer import program_header, step_texts
-from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.language.words.values import key_of
-
-
-class Findings(Spoken, frozen=True):
-    """All that is wrong with a text, by line."""
-
-    findings: tuple[Diagnostic, ...]
-
-
-class ReadDraft(Act[Findings], frozen=True):
-    """Look at the text of SEE."""
-
-    text: str
-
-
-class Kept(Spoken, frozen=True):
-    """The program is stored, under this name; what is said of it."""
-
-    name: str
-    said: str
-
-
-class KeepDraft(Act[Kept], frozen=True):
-    """Store the program of SEE."""
-
-    text: str
+from vrs_cli.values.acts import Findings, KeepDraft, Kept, ReadDraft
+from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, error, ordered
+from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.replies import Message, Reply
 
 
 class Reading(NamedTuple):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from vrs_cli.dialogue.talk import Talk, quietly
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import MOST, Subscription
 from vrs_cli.errors import VrsError
@@ -13,6 +12,7 @@ from vrs_cli.interfaces.actor.ticket import Outlet, Ticket
 from vrs_cli.interfaces.rights import STOPPING, check_may, needed
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.desk import Desk
+from vrs_cli.interfaces.talk import Talk, quietly
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.text.parser import parse_prompt

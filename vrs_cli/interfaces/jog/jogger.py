@@ -11,19 +11,12 @@ Steps of the tool go straight: a line that cannot be, near a singularity, is ref
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from enum import Enum
 from math import ceil, copysign, radians
 from typing import Protocol
 
 from msgspec import Struct
 
-from vrs_cli.dialogue.questions import Jogging
-from vrs_cli.dialogue.replies import Message, Tone
-from vrs_cli.dialogue.spoken import Act, Spoken
-from vrs_cli.dialogue.talk import Talk
-from vrs_cli.engine.commands import JointTarget, Move, PoseTarget
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.position import Position
 from vrs_cli.errors import (
     FileError,
     IllegalJoint,
@@ -37,10 +30,16 @@ from vrs_cli.errors import (
 )
 from vrs_cli.interfaces.station.operands import real
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.talk import Talk
 from vrs_cli.kinematics.joints import Joints, JointUnits, largest_change
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotation_about, translation
 from vrs_cli.language.text.ast import Instruction, Variable
 from vrs_cli.language.words.values import plain
+from vrs_cli.values.commands import Move
+from vrs_cli.values.hand import CARTESIAN, Axis, Brake, Frame, Look, Press, Seen
+from vrs_cli.values.motion import JointTarget, PoseTarget
+from vrs_cli.values.questions import Jogging
+from vrs_cli.values.replies import Message, Tone
 
 AHEAD = 0.3  # [s] before the arm comes to rest: when the next step of a sequence may come, so that it does not stop
 JUMP = radians(45.0)  # [rad, m] a joint that would move so much more than was asked for: a singularity is too near
@@ -56,33 +55,6 @@ SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # [%]
 SLOW = 10.0  # [%] with keys one begins so
 
 
-class Frame(Enum):
-    """What the axes of a jog are: the value is its name on the screen."""
-
-    JOINT = "joints"
-    WORLD = "world"
-    TOOL = "tool"
-
-
-class Axis(Struct, frozen=True):
-    """`index` counts from 0: joints, or X, Y, Z and the rotations about them."""
-
-    frame: Frame
-    index: int
-
-    @property
-    def name(self) -> str:
-        if self.frame is Frame.JOINT:
-            return str(self.index + 1)
-        return ("T" if self.frame is Frame.TOOL else "") + CARTESIAN[self.index]
-
-    @property
-    def turns(self) -> bool:
-        """Whether a step along it is an angle of the tool."""
-        return self.frame is not Frame.JOINT and self.index >= 3
-
-
-CARTESIAN = ("X", "Y", "Z", "RX", "RY", "RZ")
 UNITS: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 AXES: Mapping[str, Axis] = {
     axis.name: axis for frame in (Frame.WORLD, Frame.TOOL) for axis in (Axis(frame, index) for index in range(6))
@@ -94,31 +66,6 @@ AXIS_WORDS: Mapping[str, str] = {
     "TRX": "about X, Y, Z of the tool [deg]",
 }
 FORM = "JOG 1, 5 turns joint 1 by 5 degrees; JOG Z, -20; axes are joints, X Y Z RX RY RZ, and TX ... TRZ of the tool"
-
-
-class Seen(Spoken, frozen=True):
-    """The arm and its clock; `end`: when it comes to rest [s]. `said`: what there is to say of the last step."""
-
-    position: Position
-    end: float
-    paused: bool = False
-    said: str = ""
-
-
-class Press(Act[Seen], frozen=True):
-    """A key: a step of so much [mm, deg] along an axis, with `speed` [%]."""
-
-    axis: Axis
-    amount: float
-    speed: float
-
-
-class Brake(Act[Seen], frozen=True):
-    """Stop now."""
-
-
-class Look(Act[Seen], frozen=True):
-    """Where is the arm?"""
 
 
 class Hand(Protocol):

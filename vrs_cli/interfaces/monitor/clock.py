@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from vrs_cli.dialogue.replies import ClockReport
-from vrs_cli.dialogue.talk import Talk
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, WallClock
 from vrs_cli.errors import IllegalValue, UsageError
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.talk import Talk
 from vrs_cli.language.text.ast import Instruction, Word
 from vrs_cli.language.words.values import read_number
+from vrs_cli.values.replies import ClockReport
 
 RATES = f"CLOCK RATE = {SLOWEST_RATE:g} to {FASTEST_RATE:g}"
 

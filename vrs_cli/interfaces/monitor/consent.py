@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vrs_cli.dialogue.questions import Confirmation, Parting
-from vrs_cli.dialogue.replies import Farewell, Message, Tone
-from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import FileError, FileExists
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.talk import Talk
 from vrs_cli.language.words.values import Kind, key_of
+from vrs_cli.values.questions import Confirmation, Parting
+from vrs_cli.values.replies import Farewell, Message, Tone
 
 
 def agreed(station: Station, question: str) -> Talk[bool]:

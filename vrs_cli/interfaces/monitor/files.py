@@ -8,10 +8,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import zip_longest
 from pathlib import Path
 
-from vrs_cli.dialogue.numbers import count, seconds
-from vrs_cli.dialogue.questions import Playing
-from vrs_cli.dialogue.replies import FileTable, FileText, Message, ReplayRow, ReplayTable, Reply, Tone, report
-from vrs_cli.dialogue.talk import Reading, Talk, beside
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import FileError, ProgramExists, UsageError
 from vrs_cli.files import store as files
@@ -26,15 +22,18 @@ from vrs_cli.interfaces.monitor.consent import PLACES, agreed, confirmed, listed
 from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
 from vrs_cli.interfaces.station.operands import Handler, operand, path_of, word
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.talk import Reading, Talk, beside
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.text.ast import Instruction, Program, Section
 from vrs_cli.language.text.parser import parse_file
-from vrs_cli.language.words.values import Value
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.numbers import Value, count, seconds
+from vrs_cli.values.questions import Playing
+from vrs_cli.values.replies import FileTable, FileText, Message, ReplayRow, ReplayTable, Reply, Tone, report
 
 TORN = "its last line was not written to the end, and was left out"
 

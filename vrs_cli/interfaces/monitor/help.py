@@ -8,7 +8,6 @@ from functools import partial
 from itertools import islice
 from typing import NamedTuple
 
-from vrs_cli.dialogue.replies import HelpEntry, HelpGroup, HelpOverview, HelpPage, HelpTopic, Reply
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch
 from vrs_cli.errors import UsageError, did_you_mean
 from vrs_cli.interfaces.editor.lines import LEAVING, SUBCOMMANDS
@@ -19,6 +18,7 @@ from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.operators import LINKS, OPERATORS, Operator
 from vrs_cli.language.words.values import Kind, plain
 from vrs_cli.language.words.word import Route, Row, State, Word, rows_for
+from vrs_cli.values.replies import HelpEntry, HelpGroup, HelpOverview, HelpPage, HelpTopic, Reply
 
 ROUTES: Mapping[Route, str] = {
     Route.MOTION: "Motion",

@@ -7,23 +7,12 @@ from typing import cast
 
 from msgspec.structs import replace
 
-from vrs_cli.dialogue.questions import Amendment, Watching
-from vrs_cli.dialogue.replies import (
-    LocationTable,
-    Message,
-    NamedLocation,
-    ReachReport,
-    Tone,
-    Whereabouts,
-    WhereaboutsTable,
-)
-from vrs_cli.dialogue.talk import Talk, beside
-from vrs_cli.engine.commands import JointTarget, PoseTarget
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedValue, UsageError, VrsError
 from vrs_cli.interfaces.monitor.showing import pictured
 from vrs_cli.interfaces.station.operands import Handler, operand, real, real_or, shown, sight
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.talk import Talk, beside
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.language.run.cells import Reference
@@ -39,6 +28,17 @@ from vrs_cli.language.words.values import (
     read_number,
     transformation,
     whole,
+)
+from vrs_cli.values.motion import JointTarget, PoseTarget
+from vrs_cli.values.questions import Amendment, Watching
+from vrs_cli.values.replies import (
+    LocationTable,
+    Message,
+    NamedLocation,
+    ReachReport,
+    Tone,
+    Whereabouts,
+    WhereaboutsTable,
 )
 
 MOST_ROWS = 100_000

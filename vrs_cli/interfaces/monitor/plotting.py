@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from vrs_cli.dialogue.replies import Curve, Plot
 from vrs_cli.engine.position import Positions, positions_at
 from vrs_cli.errors import IllegalJoint, UsageError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.replies import Curve, Plot
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats

@@ -7,9 +7,6 @@ from fnmatch import fnmatchcase
 
 from msgspec.structs import replace
 
-from vrs_cli.dialogue.questions import Editing
-from vrs_cli.dialogue.replies import ProgramName, ProgramNames, ProgramText
-from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import IllegalValue, NoProgramSpecified, ProgramExists, UsageError
 from vrs_cli.files.layout import Layout
 from vrs_cli.files.store import variables_used, with_called
@@ -18,10 +15,13 @@ from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.monitor.consent import agreed
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.talk import Talk
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.text.ast import Instruction, Program
 from vrs_cli.language.text.printer import program_header
 from vrs_cli.language.words.values import key_of, whole
+from vrs_cli.values.questions import Editing
+from vrs_cli.values.replies import ProgramName, ProgramNames, ProgramText
 
 
 def _listp(station: Station, it: Instruction) -> Talk[None]:

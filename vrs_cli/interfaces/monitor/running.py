@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 
-from vrs_cli.dialogue.replies import Message, ProgramStopped, Reply, Tone
-from vrs_cli.dialogue.runs import Outcome, RunResult
-from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import NoProgramSpecified
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.talk import Talk
 from vrs_cli.interfaces.tasks.track import Track
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.prompt import arguments_of
 from vrs_cli.language.run.semantics.tasks import PROCESS_CONTROL, checked_task
 from vrs_cli.language.text.ast import Instruction, ProgramCall
 from vrs_cli.language.words.values import whole
+from vrs_cli.values.replies import Message, ProgramStopped, Reply, Tone
+from vrs_cli.values.results import Outcome, RunResult
 
 
 def _execute(station: Station, it: Instruction) -> Talk[None] | None:

@@ -6,15 +6,15 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from math import dist
 
-from vrs_cli.dialogue.replies import Picture
 from vrs_cli.engine.position import destination_at, position_at
 from vrs_cli.engine.tool_path import ToolPath
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.envelope import outermost
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, along, dot, inverse, moved_point, position, subtracted
-from vrs_cli.trajectory.motion import Frames
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.motion import Frames
+from vrs_cli.values.replies import Picture
 
 BEFORE, AFTER = 10.0, 10.0  # [s] of the way that are shown
 ERROR = 0.004  # [m] of its lines: less than a dot of a wide terminal

@@ -8,21 +8,6 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
 
-from vrs_cli.dialogue.replies import (
-    FileText,
-    FreeReport,
-    Identification,
-    Message,
-    Progress,
-    Reply,
-    SettingRow,
-    SettingTable,
-    SignalBank,
-    SignalTable,
-    StatusReport,
-)
-from vrs_cli.dialogue.talk import Talk
-from vrs_cli.engine.commands import SetMonitorSpeed
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.parameters import (
     IDLE_PARAMETERS,
@@ -43,12 +28,27 @@ from vrs_cli.interfaces.monitor.help import help_on
 from vrs_cli.interfaces.monitor.running import of_task
 from vrs_cli.interfaces.station.operands import Handler, operand, real, real_or, word
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.talk import Talk
 from vrs_cli.language.run.semantics.settings import MODE_WORDS
 from vrs_cli.language.run.semantics.tasks import PROCESS_CONTROL
 from vrs_cli.language.run.signals import Signals
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.language.words.values import plain, whole
+from vrs_cli.values.commands import SetMonitorSpeed
+from vrs_cli.values.replies import (
+    FileText,
+    FreeReport,
+    Identification,
+    Message,
+    Progress,
+    Reply,
+    SettingRow,
+    SettingTable,
+    SignalBank,
+    SignalTable,
+    StatusReport,
+)
 from vrs_cli.version import __version__
 
 

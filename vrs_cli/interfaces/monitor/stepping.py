@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from vrs_cli.dialogue.replies import Message, ProgramStopped, Reply
-from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.monitor.running import asked_program, run
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, shown, sight, word
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.talk import Talk
 from vrs_cli.interfaces.tasks.debugging import Stepping, Watch
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.text.ast import Instruction
-from vrs_cli.language.words.values import Value, numbers_of, plain, whole
+from vrs_cli.language.words.values import numbers_of, plain, whole
+from vrs_cli.values.numbers import Value
+from vrs_cli.values.replies import Message, ProgramStopped, Reply
 
 
 def _prime(station: Station, it: Instruction) -> Iterable[Reply]:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from vrs_cli.dialogue.replies import BranchRow, BranchTable, ComparisonTable, Message, Plot, SegmentRow, TimelineTable
-from vrs_cli.dialogue.talk import Talk, beside, in_parts
 from vrs_cli.engine.book import Parts
 from vrs_cli.engine.branches import MAIN
 from vrs_cli.engine.comparison import compare
@@ -16,11 +14,13 @@ from vrs_cli.interfaces.monitor.consent import agreed, may_write
 from vrs_cli.interfaces.monitor.plotting import in_file, plotted, selected
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.talk import Talk, beside, in_parts
 from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.values import whole
 from vrs_cli.trajectory.segment import Segment, stops_on_the_way
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.replies import BranchRow, BranchTable, ComparisonTable, Message, Plot, SegmentRow, TimelineTable
 
 
 def _through_history(work: Callable[[Engine, int], Parts[tuple[str, ...]]], done: str) -> Handler:

@@ -6,18 +6,19 @@ from collections.abc import Callable, Iterator, Mapping
 from itertools import chain
 from typing import TypeVar, cast
 
-from vrs_cli.dialogue.replies import LocationTable, Message, NamedLocation, RealTable, Reply, StringTable
-from vrs_cli.dialogue.talk import Talk, beside
 from vrs_cli.errors import TypeMismatch, UndefinedValue
 from vrs_cli.interfaces.monitor.consent import agreed
 from vrs_cli.interfaces.station.operands import Handler, own, real, shown, sight
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.talk import Talk, beside
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.cells import Index, Reference, subscript
 from vrs_cli.language.text.ast import Binary, Expression, Instruction, Unary, Variable
 from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
-from vrs_cli.language.words.values import Kind, Value, kind_of_value, whole
+from vrs_cli.language.words.values import Kind, kind_of_value, whole
+from vrs_cli.values.numbers import Value
+from vrs_cli.values.replies import LocationTable, Message, NamedLocation, RealTable, Reply, StringTable
 
 MANY = 100  # variables
 W = TypeVar("W")

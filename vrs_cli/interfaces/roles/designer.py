@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from vrs_cli.engine.commands import Target
-from vrs_cli.interfaces.session.acts import Go, Goal
+from vrs_cli.values.acts import Go, Goal
+from vrs_cli.values.motion import Target
 
 Performs = Callable[[Go, float | None], None]  # a motion, and when it was issued [s] (None: now)
 

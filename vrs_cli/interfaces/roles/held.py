@@ -6,14 +6,14 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Protocol, TypeVar
 
-from vrs_cli.dialogue.questions import Question
-from vrs_cli.dialogue.replies import Reply
-from vrs_cli.dialogue.spoken import Act
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Subscription
-from vrs_cli.engine.position import Position
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.roles.preview import Previewed
+from vrs_cli.values.questions import Question
+from vrs_cli.values.replies import Reply
+from vrs_cli.values.results import Position
+from vrs_cli.values.tagged import Act
 
 T = TypeVar("T")
 

@@ -9,14 +9,10 @@ from pathlib import Path
 from threading import Lock
 from typing import TypeVar
 
-from vrs_cli.dialogue.questions import Answer, Confirmation, LineWanted, Parting, Question
-from vrs_cli.dialogue.replies import Message, Reply
-from vrs_cli.dialogue.spoken import Act
-from vrs_cli.dialogue.talk import Reading, Running
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Subscription
-from vrs_cli.engine.position import Position, position_at
+from vrs_cli.engine.position import position_at
 from vrs_cli.errors import EndOfInput, VrsError
 from vrs_cli.files.trajectory_file import write_trajectory
 from vrs_cli.interfaces.actor.ticket import Ticket
@@ -26,9 +22,14 @@ from vrs_cli.interfaces.roles.held import Answers, no_answer
 from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.talk import Reading, Running
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.delta_log import DeltaLog
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.questions import Answer, Confirmation, LineWanted, Parting, Question
+from vrs_cli.values.replies import Message, Reply
+from vrs_cli.values.results import Position
+from vrs_cli.values.tagged import Act
 
 PATIENCE = 0.005  # [s] between two looks whether another thread, which drives the robot, has done what was asked for
 T = TypeVar("T")

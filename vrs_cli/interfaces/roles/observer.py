@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
-from vrs_cli.engine.position import Position, Positions, position_at, positions_at
+from vrs_cli.engine.position import Positions, position_at, positions_at
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.trajectory.motion import Frames
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.motion import Frames
+from vrs_cli.values.results import Position
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats

@@ -8,9 +8,9 @@ from math import inf
 
 from msgspec import Struct
 
-from vrs_cli.dialogue.numbers import seconds
 from vrs_cli.errors import VrsError
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.numbers import seconds
 
 FRESH = 3.0  # [s] that a flag is told of after the times that it is about
 

@@ -9,20 +9,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from weakref import finalize
 
-from vrs_cli.dialogue.replies import BranchTable, ComparisonTable, ReachReport, Reply, TimelineTable
-from vrs_cli.dialogue.runs import RunResult
 from vrs_cli.engine.clock import SLICE
-from vrs_cli.engine.commands import Target
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Subscription
-from vrs_cli.engine.history import CommandRecord
-from vrs_cli.engine.position import Position, Positions, fill
+from vrs_cli.engine.position import Positions, fill
 from vrs_cli.errors import VrsError
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.roles.designer import Designer
 from vrs_cli.interfaces.roles.held import Answers, Held
 from vrs_cli.interfaces.roles.observer import Observer
-from vrs_cli.interfaces.session.acts import (
+from vrs_cli.values.acts import (
     Assign,
     Compare,
     Define,
@@ -39,7 +35,10 @@ from vrs_cli.interfaces.session.acts import (
     Undo,
     Valued,
 )
-from vrs_cli.language.words.values import Value
+from vrs_cli.values.motion import Target
+from vrs_cli.values.numbers import Value
+from vrs_cli.values.replies import BranchTable, ComparisonTable, ReachReport, Reply, TimelineTable
+from vrs_cli.values.results import CommandRecord, Position, RunResult
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats

@@ -10,10 +10,11 @@ from collections.abc import Callable
 from math import floor, inf, isfinite
 from typing import NamedTuple
 
-from vrs_cli.engine.position import Position, position_at
+from vrs_cli.engine.position import position_at
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.roles.playback import Playback
+from vrs_cli.values.results import Position
 
 USUAL_RATE, HIGHEST_RATE = 25.0, 1000.0  # looks a second
 

@@ -7,35 +7,53 @@ word that does the same.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping
-from math import isfinite
 from typing import Any, NamedTuple, TypeVar, cast
 
-from msgspec import Struct
-
-from vrs_cli.dialogue.replies import BranchTable, ComparisonTable, ReachReport, TimelineTable
-from vrs_cli.dialogue.runs import RunResult
-from vrs_cli.dialogue.spoken import Act, Spoken
-from vrs_cli.dialogue.talk import Talk, beside, in_parts
-from vrs_cli.engine.commands import Break, JointTarget, Move, NamedTarget, PoseTarget, Stamp, Target
-from vrs_cli.engine.history import CommandRecord
 from vrs_cli.errors import IllegalValue, ProgramNotExecutable, UsageError
 from vrs_cli.files.trajectory_file import trajectory_lines
 from vrs_cli.interfaces.monitor.locations import explained
 from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, motions
 from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, role_of
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.session.survey import BranchShown, ShowBranch, Survey, Surveyed, show_branch, survey
+from vrs_cli.interfaces.session.survey import show_branch, survey
+from vrs_cli.interfaces.talk import Talk, beside, in_parts
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes
-from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.prompt import arguments_of, evaluate
 from vrs_cli.language.text.ast import DoInstruction, Expression, Instruction, Variable
-from vrs_cli.language.text.diagnostics import Severity
 from vrs_cli.language.text.parser import parse_prompt
-from vrs_cli.language.words.values import LIMIT, Value
 from vrs_cli.language.words.word import Role
-from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
-from vrs_cli.wire.records import is_rotation
+from vrs_cli.values.acts import (
+    Assign,
+    CommandList,
+    Compare,
+    Define,
+    Defined,
+    Evaluate,
+    Execute,
+    Explain,
+    Go,
+    ListBranches,
+    ListCommands,
+    ListMotions,
+    Record,
+    Recorded,
+    Redo,
+    Rest,
+    Say,
+    Survey,
+    Undo,
+    Valued,
+    _finite,
+)
+from vrs_cli.values.commands import Break, Move, Stamp
+from vrs_cli.values.diagnostics import Severity
+from vrs_cli.values.motion import (
+    JointTarget,
+    PoseTarget,
+)
+from vrs_cli.values.replies import ReachReport
+from vrs_cli.values.tagged import Act
+from vrs_cli.wire.snapshots import ShowBranch
 
 T = TypeVar("T", covariant=True)
 
@@ -43,232 +61,7 @@ T = TypeVar("T", covariant=True)
 # --- parts ----------------------------------------------------------------------------------------------------------
 
 
-class Goal(Struct, frozen=True, omit_defaults=True):
-    """Where a motion goes: exactly one of these. `joint` is changed by `change`; `offset` is that of DEPART."""
-
-    pose: Transform | None = None
-    joints: Joints | None = None
-    named: str | None = None
-    joint: int | None = None
-    change: float = 0.0
-    offset: Transform | None = None
-    aligned: bool = False
-
-    @classmethod
-    def of(cls, target: Target) -> Goal:
-        match target:
-            case PoseTarget():
-                return cls(pose=target.T_world_tool)
-            case JointTarget():
-                return cls(joints=target.joints)
-            case NamedTarget():
-                return cls(named=target.name)
-            case JointOffsetTarget():
-                return cls(joint=target.joint, change=target.change)
-            case ToolOffsetTarget():
-                return cls(offset=target.T_destination_target)
-            case AlignedTarget():
-                return cls(aligned=True)
-
-    @property
-    def target(self) -> Target:
-        """Raises IllegalValue for what is no place."""
-        if self.pose is not None:
-            return PoseTarget(rotating(self.pose))
-        if self.joints is not None:
-            return JointTarget(_finite(self.joints))
-        if self.named is not None:
-            return NamedTarget(self.named)
-        if self.joint is not None:
-            return JointOffsetTarget(self.joint, *_finite((self.change,)))
-        if self.offset is not None:
-            return ToolOffsetTarget(rotating(self.offset))
-        if self.aligned:
-            return AlignedTarget()
-        raise IllegalValue("a motion to nowhere", "a pose, joints, or the name of a pose")
-
-
-class Valued(Spoken, frozen=True, omit_defaults=True):
-    """The value of a variable or an expression: exactly one of these."""
-
-    real: float | None = None
-    text: str | None = None
-    location: Transform | None = None
-    joints: Joints | None = None
-
-    @classmethod
-    def of(cls, value: Value) -> Valued:
-        if isinstance(value, Transform):
-            return cls(location=value)
-        if isinstance(value, tuple):
-            return cls(joints=value)
-        return cls(text=value) if isinstance(value, str) else cls(real=value)
-
-    @property
-    def value(self) -> Value:
-        """Raises IllegalValue for what is no value."""
-        if self.location is not None:
-            return rotating(self.location)
-        if self.joints is not None:
-            return _finite(self.joints)
-        if self.text is not None:
-            return self.text
-        if self.real is not None:
-            return _finite((self.real,))[0]
-        raise IllegalValue("no value at all", "a number, a text, a location or joints")
-
-
-def _finite(numbers: Joints) -> Joints:
-    """Raises IllegalValue for what is no number."""
-    for number in numbers:
-        if not isfinite(number):
-            raise IllegalValue(f"{number}", "a finite number")
-    return numbers
-
-
-def rotating(T: Transform) -> Transform:
-    """Raises IllegalValue for a matrix that is no location, or a place that no line could name."""
-    if max(map(abs, _finite(T))) > LIMIT:
-        raise IllegalValue("a location beyond all numbers", "reals go to about 3E38")
-    if not is_rotation((T[0:3], T[4:7], T[8:11])):
-        raise IllegalValue("a location whose axes are not at right angles, or not of length 1")
-    return T
-
-
 # --- acts -----------------------------------------------------------------------------------------------------------
-
-
-class Say(Act[None], frozen=True):
-    """A line of the prompt. What is refused is raised, and not answered."""
-
-    line: str
-
-
-class Go(Act[None], frozen=True, omit_defaults=True):
-    """A motion: `executed` is t_exec [s], after the last motion where that is None; `speed` the fraction of nominal."""
-
-    goal: Goal
-    straight: bool = False
-    executed: float | None = None
-    speed: float | None = None
-    text: str = ""
-
-
-class Rest(Act[None], frozen=True):
-    """In virtual time: go on to when the robot stands."""
-
-
-class Undo(Act[None], frozen=True):
-    count: int = 1
-
-
-class Redo(Act[None], frozen=True):
-    count: int = 1
-
-
-class Explain(Act[ReachReport], frozen=True):
-    """WHY; `name`: how the goal is called in the report."""
-
-    goal: Goal
-    name: str
-
-
-class Compare(Act[ComparisonTable], frozen=True):
-    """Two branches."""
-
-    a: str
-    b: str
-
-
-class Evaluate(Act[Valued], frozen=True):
-    expression: str
-
-
-class Assign(Act[None], frozen=True):
-    """Give a variable, or an element of an array, a value."""
-
-    variable: str
-    value: Valued
-
-
-class Defined(Spoken, frozen=True):
-    """The names of programs that were put in memory."""
-
-    names: tuple[str, ...]
-
-
-class Define(Act[Defined], frozen=True):
-    """Put the programs and variables of a text in memory; `where` stands before the number of a wrong line."""
-
-    text: str
-    where: str = "line "
-
-
-class Execute(Act[RunResult], frozen=True):
-    """A program that is in memory, to its end."""
-
-    program: str
-    cycles: int = 1
-
-
-class CommandList(Spoken, frozen=True):
-    commands: tuple[CommandRecord, ...]
-
-
-class ListCommands(Act[CommandList], frozen=True):
-    """All motion commands that hold."""
-
-
-class ListBranches(Act[BranchTable], frozen=True):
-    """All branches, main first."""
-
-
-class ListMotions(Act[TimelineTable], frozen=True):
-    """The timeline as a table."""
-
-
-class Recorded(Spoken, frozen=True):
-    """A trajectory file."""
-
-    data: bytes
-
-
-class Record(Act[Recorded], frozen=True):
-    """The trajectory as SAVE would write it to a file."""
-
-
-RobotAct = (
-    Say
-    | Go
-    | Rest
-    | Undo
-    | Redo
-    | Explain
-    | Compare
-    | Evaluate
-    | Assign
-    | Define
-    | Execute
-    | ListCommands
-    | ListBranches
-    | ListMotions
-    | Record
-    | Survey
-    | ShowBranch
-)
-RobotFound = (
-    Valued
-    | Defined
-    | RunResult
-    | CommandList
-    | BranchTable
-    | TimelineTable
-    | ReachReport
-    | ComparisonTable
-    | Recorded
-    | Surveyed
-    | BranchShown
-)
 
 
 # --- how they are done ----------------------------------------------------------------------------------------------

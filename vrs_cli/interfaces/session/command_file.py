@@ -11,12 +11,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from vrs_cli.dialogue.replies import Farewell, Message, Reply, Tone, is_error, refusal
-from vrs_cli.dialogue.talk import Said, Talk
 from vrs_cli.errors import CannotInterpret, UsageError, VrsError
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.talk import Said, Talk
 from vrs_cli.language.text.source import END, PROGRAM, SECTIONS, lines_of
+from vrs_cli.values.replies import Farewell, Message, Reply, Tone, is_error, refusal
 
 Answers = Callable[[str], Talk[None]]
 

@@ -9,31 +9,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from msgspec import Struct, structs
+from msgspec import structs
 
-from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.dragging import TICK, Dragging, Shortfall
+from vrs_cli.interfaces.dragging import TICK, Dragging
 from vrs_cli.interfaces.rights import check_goes_beside
-from vrs_cli.interfaces.session.acts import rotating
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.desk import Desk
+from vrs_cli.interfaces.talk import Talk
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.words.word import Role
+from vrs_cli.values.acts import rotating
+from vrs_cli.values.hand import Pulled
 
 SILENCE = 0.6  # [s] on the wall without a word from who drags
 SAID = "to drag the tool"
-
-
-class Pulled(Struct, frozen=True, omit_defaults=True):
-    """Who drags the tool, empty for nobody, and how it follows; `why` it was let go, where that was not by who dragged
-    it. `issued`: when the newest wish was given that the robot goes after, or passes over, as its sender says [s].
-    """
-
-    by: str = ""
-    held: Shortfall = Shortfall()
-    why: str = ""
-    issued: float | None = None
 
 
 class Grip:

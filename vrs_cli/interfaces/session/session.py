@@ -12,8 +12,6 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
-from vrs_cli.dialogue.replies import Diagnosed, DiagnosticsReport, Displaced, Reply
-from vrs_cli.dialogue.talk import Talk
 from vrs_cli.engine.book import Book
 from vrs_cli.engine.branches import MAIN
 from vrs_cli.engine.displacement import displacement
@@ -32,6 +30,7 @@ from vrs_cli.interfaces.rights import check_beside, needed
 from vrs_cli.interfaces.session.command_file import carry_out_file
 from vrs_cli.interfaces.station.operands import path_of
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.talk import Talk
 from vrs_cli.language.analysis.analyzer import check_line
 from vrs_cli.language.analysis.lineage import beyond_dialect, beyond_val2
 from vrs_cli.language.text.ast import (
@@ -41,10 +40,11 @@ from vrs_cli.language.text.ast import (
     Show,
     Statement,
 )
-from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, first_error
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.diagnostics import Diagnostic, LineRefused, first_error
+from vrs_cli.values.replies import Diagnosed, DiagnosticsReport, Displaced, Reply
 
 
 class _Either(Struct, frozen=True):

@@ -11,24 +11,22 @@ from functools import lru_cache
 from itertools import islice
 from typing import cast
 
-from msgspec import Struct
-
-from vrs_cli.dialogue.replies import BranchRow, ListedStep, NamedLocation, ProgramName
-from vrs_cli.dialogue.spoken import Act, Spoken
-from vrs_cli.dialogue.talk import Talk, beside
 from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.interfaces.editor.lines import listed
 from vrs_cli.interfaces.monitor.programs import directory
 from vrs_cli.interfaces.monitor.timeline import branch_table
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.talk import Talk, beside
 from vrs_cli.interfaces.tasks.track import Asked, Track
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.text.printer import program_header
 from vrs_cli.language.words.values import Kind, key_of
+from vrs_cli.values.acts import BranchSeen, Places, Programs, Survey, Surveyed, TaskRow, Text
+from vrs_cli.values.replies import ListedStep, NamedLocation
 from vrs_cli.wire.codec import mark_of
-from vrs_cli.wire.snapshots import SnapshotRecord, snapshot_record
+from vrs_cli.wire.snapshots import BranchShown, ShowBranch, snapshot_record
 
 MOST_PLACES = 100  # of a kind
 MOST_PROGRAMS = 200
@@ -36,94 +34,6 @@ MOST_STEPS = 100  # of the program that is asked for
 MOST_TASKS = 8
 MOST_SEGMENTS = 2000  # of a branch, the last ones
 REMEMBERED = 16  # programs whose text is known
-
-
-class Survey(Act["Surveyed"], frozen=True, omit_defaults=True):
-    """What is there? `program`: the one whose steps are wanted, from number `first` on, empty for none; `known`: the
-    marks of lists that are known.
-    """
-
-    program: str = ""
-    first: int = 1
-    known: tuple[str, ...] = ()
-
-
-class Listed(Struct, frozen=True):
-    """A list, or its first rows: there are `more`."""
-
-    more: int = 0
-
-
-class Places(Listed, frozen=True, kw_only=True):
-    """LISTL: transformations, and then precision points, each kind in the order of names."""
-
-    rows: tuple[NamedLocation, ...]
-
-
-class Programs(Listed, frozen=True, kw_only=True):
-    """DIRECTORY."""
-
-    rows: tuple[ProgramName, ...]
-
-
-class Text(Listed, frozen=True, kw_only=True):
-    """LISTP: the header and steps of one program."""
-
-    name: str
-    header: str
-    rows: tuple[ListedStep, ...]
-
-
-class TaskRow(Struct, frozen=True):
-    """A task that runs or has stopped: where it is (`program`, and `step`, which counts from 1; None at its end), its
-    `state` as STATUS says it, and the question it waits for.
-    """
-
-    number: int
-    program: str
-    state: str
-    step: int | None
-    running: bool
-    asks: str = ""
-
-
-class BranchSeen(Struct, frozen=True):
-    """A branch, and the version of its timeline."""
-
-    row: BranchRow
-    version: int
-
-
-class Surveyed(Spoken, frozen=True):
-    """A list is None where its mark is among those that are known. `marks`: of all three lists.
-
-    `on`: the signals that are on. `base`: T_robot_world, in which places are; `tool`: T_flange_tool [m]. `driver`:
-    whose lease it is, empty where nobody has one.
-    """
-
-    places: Places | None
-    programs: Programs | None
-    text: Text | None
-    marks: tuple[str, ...]
-    tasks: tuple[TaskRow, ...]
-    branches: tuple[BranchSeen, ...]
-    on: tuple[int, ...]
-    base: Transform
-    tool: Transform
-    monitor_speed: float
-    speed: float
-    speed_unit: str
-    driver: str = ""
-
-
-class ShowBranch(Act["BranchShown"], frozen=True):
-    """The timeline of a branch. Raises UsageError where there is none of the name."""
-
-    name: str
-
-
-class BranchShown(Spoken, frozen=True):
-    snapshot: SnapshotRecord
 
 
 def survey(session: Session, act: Survey) -> Talk[Surveyed]:

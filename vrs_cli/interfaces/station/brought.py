@@ -14,8 +14,8 @@ from vrs_cli.language.analysis.surroundings import Surroundings
 from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.run.variables import Variables
 from vrs_cli.language.text.ast import File, Program, Section
-from vrs_cli.language.text.diagnostics import Diagnostic, error
 from vrs_cli.language.text.suppression import heeded
+from vrs_cli.values.diagnostics import Diagnostic, error
 
 
 class Brought(NamedTuple):

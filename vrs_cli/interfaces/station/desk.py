@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol, TypeVar
 
-from vrs_cli.dialogue.questions import OnScreen
-from vrs_cli.dialogue.replies import Reply
-from vrs_cli.dialogue.talk import Talk
+from vrs_cli.interfaces.talk import Talk
 from vrs_cli.interfaces.tasks.holder_times import THE_ROBOTS, HolderTimes
 from vrs_cli.language.text.ast import Statement
-from vrs_cli.language.text.diagnostics import Diagnostic
 from vrs_cli.language.words.word import Role
+from vrs_cli.values.diagnostics import Diagnostic
+from vrs_cli.values.questions import OnScreen
+from vrs_cli.values.replies import Reply
 
 R = TypeVar("R")
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vrs_cli.dialogue.spoken import Spoken
 from vrs_cli.errors import LeaseHeld
+from vrs_cli.values.tagged import Spoken
 
 USUAL_LENGTH = 10.0  # [s] that a lease lasts after a heartbeat
 

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
-from vrs_cli.dialogue.replies import Reply
-from vrs_cli.dialogue.talk import Talk
 from vrs_cli.errors import NoProgramSpecified, TypeMismatch
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.talk import Talk
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.prompt import Sight, evaluate
 from vrs_cli.language.text.ast import Call, Expression, Instruction, ProgramCall, Variable, Word
 from vrs_cli.language.text.printer import expression_text
-from vrs_cli.language.words.values import Value, kind_of_value
+from vrs_cli.language.words.values import kind_of_value
+from vrs_cli.values.numbers import Value
+from vrs_cli.values.replies import Reply
 
 Handler = Callable[[Station, Instruction], Talk[None] | Iterable[Reply] | None]  # None: it answers nothing
 

@@ -12,9 +12,6 @@ from weakref import WeakSet, finalize
 from msgspec import Struct
 
 from vrs_cli.devices.outside import Outside
-from vrs_cli.dialogue.replies import Message, Plot, ProgramStopped, Tone
-from vrs_cli.dialogue.runs import Beside, Outcome, RunResult
-from vrs_cli.dialogue.talk import Slice, Talk, Terminal, at_once, beside, within
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.clock import Clock
 from vrs_cli.engine.engine import Engine, Postponement, Turning
@@ -35,6 +32,7 @@ from vrs_cli.interfaces.station.brought import Brought
 from vrs_cli.interfaces.station.desk import Desk
 from vrs_cli.interfaces.station.lease import Lease
 from vrs_cli.interfaces.station.unstored import Unstored
+from vrs_cli.interfaces.talk import Slice, Talk, Terminal, at_once, beside, within
 from vrs_cli.interfaces.tasks.debugging import Stepping
 from vrs_cli.interfaces.tasks.driver import Driver
 from vrs_cli.interfaces.tasks.limits import ATTENDED, Advice, Limits, at_prompt
@@ -57,10 +55,12 @@ from vrs_cli.language.text.ast import (
     Statement,
 )
 from vrs_cli.language.text.collector import pause_collector
-from vrs_cli.language.text.diagnostics import Diagnostic, first_error
 from vrs_cli.language.text.parser import parse_file
-from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.language.words.word import Role
+from vrs_cli.values.diagnostics import Diagnostic, first_error
+from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.replies import Message, Plot, ProgramStopped, Tone
+from vrs_cli.values.results import Beside, Outcome, RunResult
 
 R = TypeVar("R")
 

@@ -9,7 +9,8 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.printer import print_program
-from vrs_cli.language.words.values import Kind, Value, kind_of_value
+from vrs_cli.language.words.values import Kind, kind_of_value
+from vrs_cli.values.numbers import Value
 
 State = tuple[int, Mapping[str, Program]]
 

@@ -9,7 +9,8 @@ from msgspec import Struct, field
 from vrs_cli.errors import VrsError
 from vrs_cli.language.run.effects import Budget, Event
 from vrs_cli.language.run.runtime import Task
-from vrs_cli.language.words.values import Value, key_of
+from vrs_cli.language.words.values import key_of
+from vrs_cli.values.numbers import Value
 
 
 class Stopped(Struct, frozen=True):

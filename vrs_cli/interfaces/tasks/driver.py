@@ -18,13 +18,11 @@ from typing import TypeVar, cast
 from msgspec import Struct
 
 from vrs_cli.devices.outside import Nothing, Outside
-from vrs_cli.dialogue.replies import Message, Tone
-from vrs_cli.dialogue.runs import Outcome, RunResult
-from vrs_cli.dialogue.talk import Slice, Talk, Terminal
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import ClockPaused, DeviceNotReady, LimitReached, VrsError
 from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.disk import Disk
+from vrs_cli.interfaces.talk import Slice, Talk, Terminal
 from vrs_cli.interfaces.tasks.debugging import Debugging
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.endless import UNTIMED, endless, in_vain
@@ -39,6 +37,8 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.runtime import BUDGET, Task
 from vrs_cli.language.run.signals import NO_INPUTS, Inputs
+from vrs_cli.values.replies import Message, Tone
+from vrs_cli.values.results import Outcome, RunResult
 
 _P = TypeVar("_P", bound=Pending)
 

@@ -13,11 +13,9 @@ from typing import Any
 from msgspec import structs
 
 from vrs_cli.devices.device import Waits
-from vrs_cli.dialogue.runs import Outcome
-from vrs_cli.dialogue.talk import Terminal
-from vrs_cli.engine.commands import Brake, Break, Move, Request, SetMonitorSpeed, SetParameter, SetSwitch, Stamp
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import EndOfInput, IllegalValue, TaskNotActive, VrsError
+from vrs_cli.interfaces.talk import Terminal
 from vrs_cli.interfaces.tasks.debugging import Onward, Stopped
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes
@@ -50,6 +48,8 @@ from vrs_cli.language.run.robot import TICK, RobotReadings
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.units import TERMINAL, AwaitLine, ReadRecord, UnitEffect
 from vrs_cli.trajectory.instant import LATEST, on_grid
+from vrs_cli.values.commands import Brake, Break, Move, Request, SetMonitorSpeed, SetParameter, SetSwitch, Stamp
+from vrs_cli.values.results import Outcome
 
 LOOK = 1.0  # [s] a unit is looked at so often where nothing arrives, so that a limit of time is seen
 EVERYBODYS = (SetMonitorSpeed, SetParameter, SetSwitch)  # requests that a task without the robot may make

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from vrs_cli.dialogue.runs import Beside, Outcome
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import RobotNotAttached, TaskActive, TaskNotActive
 from vrs_cli.files.bounds import Folder
@@ -19,6 +18,7 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.semantics.tasks import LAST_TASK
 from vrs_cli.language.run.units import UnitEffect
+from vrs_cli.values.results import Beside, Outcome
 
 
 class Tasks:

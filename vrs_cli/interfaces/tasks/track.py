@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from msgspec import Struct, field
 
-from vrs_cli.dialogue.questions import LineWanted
-from vrs_cli.dialogue.runs import Outcome
-from vrs_cli.engine.commands import Request
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.tasks.debugging import Onward, Stepping, Stopped
 from vrs_cli.interfaces.tasks.holder_times import THE_ROBOTS, HolderTimes
-from vrs_cli.language.run.effects import Event, ProgramFault, Prompt, Wait, WaitEvent
+from vrs_cli.language.run.effects import Event, Prompt, Wait, WaitEvent
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.units import AwaitLine, ReadRecord, UnitEffect
+from vrs_cli.values.commands import Request
+from vrs_cli.values.questions import LineWanted
+from vrs_cli.values.results import Outcome, ProgramFault
 
 ROBOT_PROGRAM = 0
 PROMPT_LINE = -1  # the number of the task that a line of the prompt is

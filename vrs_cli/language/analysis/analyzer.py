@@ -32,12 +32,12 @@ from vrs_cli.language.analysis.names import ANY_KIND, BARE, PLACE, REAL, STRING,
 from vrs_cli.language.analysis.structure import Block, BlockKind, structure_of
 from vrs_cli.language.analysis.surroundings import Candidates, Surroundings
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Expression, Program, ProgramHeader, Span, Statement
-from vrs_cli.language.text.diagnostics import Diagnostic, Severity, counted, ordered
+from vrs_cli.language.text.ast import Expression, Program, ProgramHeader, Statement
 from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.values import SIGIL_KINDS, Kind
 from vrs_cli.language.words.word import Argument, Shape, State, Word, argument_at
+from vrs_cli.values.diagnostics import Diagnostic, Severity, Span, counted, ordered
 
 # names of a program that are compared with others: one without its locations has hundreds that it lacks
 MOST_HINTS = 10

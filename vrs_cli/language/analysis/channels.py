@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Expression, Span
+from vrs_cli.language.text.ast import Expression
 from vrs_cli.language.words.signals import INPUTS, OUTPUTS
+from vrs_cli.values.diagnostics import Span
 
 
 def channel(expression: Expression) -> int | None:

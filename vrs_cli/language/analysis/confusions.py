@@ -12,11 +12,11 @@ from vrs_cli.language.analysis.names import Names
 from vrs_cli.language.analysis.surroundings import Surroundings
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Statement
-from vrs_cli.language.text.diagnostics import Diagnostic, warning
 from vrs_cli.language.text.meaning import FUNCTION_NAMES
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import Route, State
+from vrs_cli.values.diagnostics import Diagnostic, warning
 
 
 class Confusions:

@@ -7,10 +7,11 @@ from collections.abc import Iterator
 from msgspec import Struct
 
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Expression, Span
+from vrs_cli.language.text.ast import Expression
 from vrs_cli.language.text.lexer import Token
 from vrs_cli.language.text.precedence import LOGICAL, ORDER, VAL_ORDER, Grouping
 from vrs_cli.language.text.printer import expression_text
+from vrs_cli.values.diagnostics import Span
 
 
 class OtherGrouping(Struct, frozen=True):

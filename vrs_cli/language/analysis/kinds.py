@@ -30,13 +30,13 @@ from vrs_cli.language.analysis.names import (
     Names,
 )
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Expression, Span
-from vrs_cli.language.text.diagnostics import did_you_mean
+from vrs_cli.language.text.ast import Expression
 from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import Row, Shape, State, argument_at, usable_names
+from vrs_cli.values.diagnostics import Span, did_you_mean
 
 FORMAT_CODES = "BCDEFGHINOSUX"
 

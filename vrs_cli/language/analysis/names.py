@@ -8,10 +8,10 @@ from typing import NamedTuple
 from vrs_cli.errors import IllegalArrayIndex, InvalidName, TypeMismatch
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression
-from vrs_cli.language.text.diagnostics import Findings
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.instructions import RESERVED, why_reserved
 from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind
+from vrs_cli.values.diagnostics import Findings
 
 Kinds = frozenset[Kind]
 

@@ -12,12 +12,12 @@ from msgspec import Struct, field
 
 from vrs_cli.errors import ControlStructure, DuplicateLabel, UndefinedLabel, UnreachableCode
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Program, Span, Statement, Step
-from vrs_cli.language.text.diagnostics import Diagnostic, Findings, Severity, warning
+from vrs_cli.language.text.ast import Program, Statement, Step
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.printer import print_file
-from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.language.words.instructions import INSTRUCTIONS, LOOP_JUMPS
+from vrs_cli.values.diagnostics import Diagnostic, Findings, Severity, Span, warning
+from vrs_cli.values.dialect import Dialect
 
 
 class BlockKind(Enum):

@@ -12,10 +12,10 @@ from functools import cached_property, lru_cache
 from vrs_cli.language.analysis.declarations import own_variables
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program
-from vrs_cli.language.text.diagnostics import did_you_mean
 from vrs_cli.language.text.meaning import variables_given_by
 from vrs_cli.language.words.instructions import DECLARATIONS
 from vrs_cli.language.words.values import NAME_LENGTH, Kind
+from vrs_cli.values.diagnostics import did_you_mean
 
 FEW = 200  # names: a word is compared with each of them; of more, with those one slip of the fingers away
 

@@ -55,8 +55,9 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.instructions import INSTRUCTIONS
-from vrs_cli.language.words.values import LIMIT, Kind
+from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import Argument, Shape, argument_at
+from vrs_cli.values.numbers import LIMIT
 
 Steps = Generator[Any, str | None, int | None]
 

@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from vrs_cli.language.run.signals import InputChange
 from vrs_cli.language.run.variables import Variables
-from vrs_cli.language.words.values import Value
+from vrs_cli.values.numbers import Value
 
 
 class Follow(Struct, frozen=True):

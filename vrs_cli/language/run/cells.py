@@ -10,7 +10,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple, NoReturn, cast
 
 from vrs_cli.errors import IllegalArrayIndex, TypeMismatch, UndefinedValue, nearest
-from vrs_cli.language.words.values import Kind, Value, kind_of_value, storable, whole
+from vrs_cli.language.words.values import Kind, kind_of_value, storable, whole
+from vrs_cli.values.numbers import Value
 
 Index = int | tuple[int, ...]
 Item = tuple[str, Index | None]  # a variable by its key, an element of an array by its index, too

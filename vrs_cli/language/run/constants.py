@@ -15,15 +15,6 @@ from typing import get_args
 
 from msgspec import Struct
 
-from vrs_cli.engine.commands import (
-    Request,
-    SetAcceleration,
-    SetConfiguration,
-    SetDuration,
-    SetMonitorSpeed,
-    SetParameter,
-    SetSpeed,
-)
 from vrs_cli.errors import (
     ArithmeticOverflow,
     IllegalJoint,
@@ -43,12 +34,22 @@ from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Wording, stamp_of
 from vrs_cli.language.run.operations import IN_CONTEXT
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Expression, Program, Span, Statement
-from vrs_cli.language.text.diagnostics import Diagnostic, warning
+from vrs_cli.language.text.ast import Expression, Program, Statement
 from vrs_cli.language.words.functions import FUNCTIONS, Function
 from vrs_cli.language.words.instructions import INSTRUCTIONS
-from vrs_cli.language.words.values import Kind, Value
+from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import Argument, Shape, State, argument_at
+from vrs_cli.values.commands import (
+    Request,
+    SetAcceleration,
+    SetConfiguration,
+    SetDuration,
+    SetMonitorSpeed,
+    SetParameter,
+    SetSpeed,
+)
+from vrs_cli.values.diagnostics import Diagnostic, Span, warning
+from vrs_cli.values.numbers import Value
 
 NEVER_RIGHT = (IllegalValue, IllegalSignal, IllegalJoint, ArithmeticOverflow, NegativeSquareRoot)
 CHECKED_BY_THE_ROBOT = (SetSpeed, SetMonitorSpeed, SetAcceleration, SetDuration, SetParameter, SetConfiguration)

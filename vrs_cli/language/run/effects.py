@@ -6,14 +6,15 @@ itself".
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator
 from enum import Enum
 
 from msgspec import Struct
 
-from vrs_cli.engine.commands import Mode, Request, SetAlter, SetDuration, SetMode, SetSpeed, SpeedUnit
-from vrs_cli.errors import Place, VrsError
+from vrs_cli.errors import VrsError
 from vrs_cli.language.run.cells import Reference
+from vrs_cli.values.commands import Mode, Request, SetAlter, SetDuration, SetMode, SetSpeed, SpeedUnit
+from vrs_cli.values.results import ProgramFault
 
 
 class Effect(Struct, frozen=True):
@@ -183,23 +184,6 @@ CYCLE_SETTINGS: tuple[Request, ...] = (
 
 
 # --- how a program ends --------------------------------------------------------------------------------------------
-
-
-class ProgramFault(Struct, frozen=True):
-    """Where a program stopped with an error. `step` counts from 1; `line` is that of its file; `source` its text.
-
-    `text` is VAL-II's message, `message` the whole of it with what happened and what would be right. `numbers`: those
-    of the error.
-    """
-
-    code: int
-    text: str
-    message: str
-    program: str
-    step: int
-    line: int
-    source: str
-    numbers: Mapping[str, float | Place]
 
 
 class Completed(Effect, frozen=True):

@@ -20,8 +20,8 @@ from vrs_cli.language.run.effects import Event
 from vrs_cli.language.run.library import LIBRARY, UNSET
 from vrs_cli.language.run.memory import Context, Memory, StoredProgram
 from vrs_cli.language.text.ast import Variable
-from vrs_cli.language.text.diagnostics import Diagnostic, counted
 from vrs_cli.language.words.values import Kind, kind_of_name
+from vrs_cli.values.diagnostics import Diagnostic, counted
 
 Steps = Generator[int | Event, str | None, int | None]
 

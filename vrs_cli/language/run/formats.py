@@ -7,7 +7,8 @@ from math import log10
 
 from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.language.text.ast import Format
-from vrs_cli.language.words.values import EXACT, INTEGER_BITS, Value, default_form, integer, numbers_of, whole
+from vrs_cli.language.words.values import EXACT, INTEGER_BITS, default_form, integer, numbers_of, whole
+from vrs_cli.values.numbers import Value
 
 
 def _fitted(text: str, width: int) -> str:

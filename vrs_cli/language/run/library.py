@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import chain
 from typing import Any, NoReturn
 
-from vrs_cli.engine.commands import Break
 from vrs_cli.errors import ArithmeticOverflow, IllegalValue, UndefinedValue
 from vrs_cli.kinematics.transform import compose
 from vrs_cli.language.compile.compiler import compile_expression
@@ -23,7 +22,9 @@ from vrs_cli.language.run.semantics.motions import MOTIONS
 from vrs_cli.language.run.semantics.settings import SETTINGS
 from vrs_cli.language.run.semantics.signals import SIGNALS
 from vrs_cli.language.run.semantics.tasks import TASKS
-from vrs_cli.language.words.values import Kind, Value, integer, kind_of_value, storable, whole, within_range, wrap
+from vrs_cli.language.words.values import Kind, integer, kind_of_value, storable, whole, within_range, wrap
+from vrs_cli.values.commands import Break
+from vrs_cli.values.numbers import Value
 
 
 def for_step(step: float) -> float:

@@ -7,13 +7,13 @@ from typing import Any
 
 from msgspec import Struct
 
-from vrs_cli.engine.commands import Stamp
 from vrs_cli.errors import IllegalValue, TypeMismatch
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import Event
 from vrs_cli.language.words.values import Kind, plain
+from vrs_cli.values.commands import Stamp
 
 
 class Definable(Struct, frozen=True):

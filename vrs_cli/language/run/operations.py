@@ -43,9 +43,7 @@ from vrs_cli.language.run.units import CLOSED, NO_WAIT, OPENED, checked_unit
 from vrs_cli.language.words.values import (
     FALSE,
     INTEGER_HIGH,
-    LIMIT,
     TRUE,
-    Value,
     in_degrees,
     integer,
     integer_between,
@@ -55,6 +53,7 @@ from vrs_cli.language.words.values import (
     quadrant,
     whole,
 )
+from vrs_cli.values.numbers import LIMIT, Value
 from vrs_cli.version import __version__
 
 # --- arithmetic --------------------------------------------------------------------------------------------------

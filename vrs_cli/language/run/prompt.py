@@ -17,7 +17,8 @@ from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Step, Variable
-from vrs_cli.language.words.values import Kind, Value, kind_of_value
+from vrs_cli.language.words.values import Kind, kind_of_value
+from vrs_cli.values.numbers import Value
 
 
 class _StepTask(Task):

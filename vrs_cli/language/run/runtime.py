@@ -21,7 +21,6 @@ from inspect import GEN_CLOSED, getgeneratorstate
 from itertools import islice
 from typing import Any, cast
 
-from vrs_cli.engine.commands import Brake, Break
 from vrs_cli.errors import IllegalValue, LimitReached, LineMissing, StackOverflow, VrsError
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import (
@@ -37,7 +36,6 @@ from vrs_cli.language.run.effects import (
     Lock,
     LookAround,
     Pause,
-    ProgramFault,
     ReactToErrors,
     Return,
     Stop,
@@ -51,7 +49,10 @@ from vrs_cli.language.run.reactions import OF_ERRORS, Reaction, Reactions
 from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.units import AwaitLine
 from vrs_cli.language.text.ast import Statement
-from vrs_cli.language.words.values import Value, key_of
+from vrs_cli.language.words.values import key_of
+from vrs_cli.values.commands import Brake, Break
+from vrs_cli.values.numbers import Value
+from vrs_cli.values.results import ProgramFault
 
 STACK_LIMIT = 10_000  # programs that have called one another
 MOST_CYCLES = 32767

@@ -13,7 +13,8 @@ from msgspec import Struct, structs
 
 from vrs_cli.errors import IllegalSignal
 from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
-from vrs_cli.language.words.values import Value, integer_between, plain
+from vrs_cli.language.words.values import integer_between, plain
+from vrs_cli.values.numbers import Value
 
 MOST_BITS = 32
 

@@ -12,7 +12,6 @@ from vrs_cli.language.run.cells import NO_CELLS, OTHER_KIND, Cells, Index, Item,
 from vrs_cli.language.text.ast import Entry, Number
 from vrs_cli.language.words.values import (
     Kind,
-    Value,
     key_of,
     kind_of_name,
     kind_of_value,
@@ -21,6 +20,7 @@ from vrs_cli.language.words.values import (
     transformation,
     whole,
 )
+from vrs_cli.values.numbers import Value
 
 
 class NamedValue(NamedTuple):

@@ -11,16 +11,9 @@ from collections.abc import Iterator
 
 from msgspec import Struct
 
-from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.language.words.values import NAME_LENGTH
-
-
-class Span(Struct, frozen=True):
-    """A stretch of one source line. Line and columns count from 1; `end` is the column after the last character."""
-
-    line: int
-    column: int
-    end: int
+from vrs_cli.values.diagnostics import Span
+from vrs_cli.values.dialect import Dialect
 
 
 class Node(Struct, frozen=True, kw_only=True):

@@ -16,13 +16,13 @@ from msgspec.structs import replace
 from vrs_cli.engine.parameters import PARAMETERS
 from vrs_cli.errors import CannotInterpret, IllegalExpression, InvalidName, InvalidNumber, NotAvailable
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Expression, Span
-from vrs_cli.language.text.diagnostics import LineRefused, refusal
+from vrs_cli.language.text.ast import Expression
 from vrs_cli.language.text.lexer import Token, label_value
 from vrs_cli.language.text.precedence import LOGICAL, ORDER, RELATIONS, VAL_ORDER, Grouping
 from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.word import Argument, Row, Shape, Word
+from vrs_cli.values.diagnostics import LineRefused, Span, refusal
 
 Children = list[Any]  # tokens, nodes and pieces, as the rule has them
 Items = list[Expression | None]  # expressions between commas, None for one that is left out

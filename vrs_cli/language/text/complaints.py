@@ -10,12 +10,11 @@ from vrs_cli.errors import (
     MissingParenthesis,
     ProgramError,
 )
-from vrs_cli.language.text.ast import Span
-from vrs_cli.language.text.diagnostics import Diagnostic, did_you_mean, error
 from vrs_cli.language.text.lalr import END
 from vrs_cli.language.text.lexer import Token
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, RELATIONS_OF_VAL
 from vrs_cli.language.words.word import MODIFIERS
+from vrs_cli.values.diagnostics import Diagnostic, Span, did_you_mean, error
 
 _PAIRS = {"RPAR": "LPAR", "RGROUP": "LGROUP", "RSQB": "LSQB"}
 _OPENING = {"LPAR": ")", "LGROUP": ")", "LSQB": "]"}

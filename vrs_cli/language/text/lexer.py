@@ -22,8 +22,6 @@ from vrs_cli.errors import (
     UsageError,
     VrsError,
 )
-from vrs_cli.language.text.ast import Span
-from vrs_cli.language.text.diagnostics import LineRefused, did_you_mean, refusal
 from vrs_cli.language.words.foreign import FOREIGN_COMMENT, FOREIGN_SIGNS, OWN_COMMENT, way
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import (
@@ -36,6 +34,7 @@ from vrs_cli.language.words.instructions import (
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.values import NAME_LENGTH
 from vrs_cli.language.words.word import SORT_WORDS, Control, Shape, State, Word, argument_at, rows_for, usable_names
+from vrs_cli.values.diagnostics import LineRefused, Span, did_you_mean, refusal
 
 LABEL_HIGH = 65535
 LONGEST = 400  # tokens of a line; a VAL-II line holds far fewer

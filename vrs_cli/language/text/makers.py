@@ -7,8 +7,7 @@ from functools import cache
 from typing import NamedTuple
 
 from vrs_cli.errors import CannotInterpret
-from vrs_cli.language.text.ast import Span
-from vrs_cli.language.text.diagnostics import Diagnostic, error
+from vrs_cli.values.diagnostics import Diagnostic, Span, error
 
 WAY = "MOVE, MOVES, APPRO, WAIT SIG(n), SIGNAL and TYPE do it in VAL-II; a program begins with .PROGRAM name"
 

@@ -18,6 +18,7 @@ from vrs_cli.language.text.ast import Expression, Program, Statement
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import INSTRUCTIONS, RESERVED
 from vrs_cli.language.words.word import Shape, argument_at
+from vrs_cli.values.diagnostics import Span
 
 Tree = TypeVar("Tree")
 
@@ -88,7 +89,7 @@ def _replace(tree: Tree, names: Collection[str]) -> Tree:
     if isinstance(tree, tuple):
         children = tuple(_replace(child, names) for child in tree)
         return cast(Tree, tree if all(map(is_, children, tree)) else children)
-    if not isinstance(tree, Struct) or isinstance(tree, ast.Span):
+    if not isinstance(tree, Struct) or isinstance(tree, Span):
         return tree
     changed: dict[str, Any] = {}
     for name in tree.__struct_fields__:

@@ -16,18 +16,18 @@ from typing import Any, cast
 from msgspec.structs import replace
 
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Entry, Expression, Number, ProgramHeader, Span, Statement, Step, Variable
+from vrs_cli.language.text.ast import Entry, Expression, Number, ProgramHeader, Statement, Step, Variable
 from vrs_cli.language.text.builder import Builder, ValBuilder, signed_number
 from vrs_cli.language.text.complaints import complaint
-from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused
 from vrs_cli.language.text.lalr import DoesNotFit, token_parser
 from vrs_cli.language.text.lexer import Lexer, Token, label_value, patterns_of
 from vrs_cli.language.text.makers import foreign_file
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, resolve_line, variables_named_like_functions
 from vrs_cli.language.text.source import FileReader, dialect_in, header_end
-from vrs_cli.language.words.dialect import Dialect
 from vrs_cli.language.words.instructions import OPERATOR_WORDS
 from vrs_cli.language.words.monitor import COMMANDS
+from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span
+from vrs_cli.values.dialect import Dialect
 
 GRAMMAR = "val2.lark"
 REMEMBERED = 50_000  # steps: a text that is being changed is read again and again

@@ -12,12 +12,12 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.errors import ProgramExists
-from vrs_cli.language.text.ast import File, Program, Section, Span
-from vrs_cli.language.text.diagnostics import Diagnostic, error
+from vrs_cli.language.text.ast import File, Program, Section
 from vrs_cli.language.text.makers import foreign_file
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.source import cut, dialect_in, end_of, lines_of
-from vrs_cli.language.words.dialect import Dialect
+from vrs_cli.values.diagnostics import Diagnostic, Span, error
+from vrs_cli.values.dialect import Dialect
 
 
 class Part(Struct, frozen=True, eq=False, dict=True):

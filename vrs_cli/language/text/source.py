@@ -15,12 +15,12 @@ from vrs_cli.errors import (
     TypeMismatch,
 )
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Program, ProgramHeader, Section, Span, Step
-from vrs_cli.language.text.diagnostics import Diagnostic, Findings, LineRefused, did_you_mean, error, ordered
+from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Program, ProgramHeader, Section, Step
 from vrs_cli.language.text.meaning import resolve_program
-from vrs_cli.language.words.dialect import DIALECTS, Dialect
 from vrs_cli.language.words.foreign import FOREIGN_COMMENT, OWN_COMMENT
 from vrs_cli.language.words.values import key_of
+from vrs_cli.values.diagnostics import Diagnostic, Findings, LineRefused, Span, did_you_mean, error, ordered
+from vrs_cli.values.dialect import DIALECTS, Dialect
 
 PROGRAM, END = ".PROGRAM", ".END"
 JOINTS_HIGH = 12  # joints of a precision point in a file

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import Final
 
-from vrs_cli.language.text.diagnostics import Diagnostic, Severity
+from vrs_cli.values.diagnostics import Diagnostic, Severity
 
 _MARK: Final = "vrs:"
 _COMMENT: Final = re.compile(r";.*\bvrs:\s*ignore(-file)?((?:[\s,]+V\d{3,4})*)\s*$", re.IGNORECASE)

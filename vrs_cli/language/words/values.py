@@ -18,8 +18,7 @@ from math import degrees, fmod, isfinite, radians
 from vrs_cli.errors import ArithmeticOverflow, IllegalValue, StringOverflow
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, from_oat, to_oat
-
-Value = float | str | Transform | Joints
+from vrs_cli.values.numbers import LIMIT, Value
 
 NAME_LENGTH = 15  # characters of a name that count (V+ User's Guide p.99)
 
@@ -56,7 +55,6 @@ def key_of(name: str) -> str:
 
 
 TRUE, FALSE = -1.0, 0.0
-LIMIT = 3.4028235e38  # the largest real: single precision (V+ User's Guide p.102)
 INTEGER_BITS = 24
 INTEGER_LOW, INTEGER_HIGH = -(1 << INTEGER_BITS), (1 << INTEGER_BITS) - 1
 STRING_LENGTH = 128

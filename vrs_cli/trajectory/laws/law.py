@@ -8,9 +8,9 @@ from typing import NamedTuple
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.trajectory.limits import JointLimits, ToolLimits
-from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import Segment, ToolStretch
 from vrs_cli.trajectory.state import JointState, Target, ToolState
+from vrs_cli.values.motion import Motion
 
 Pieces = tuple[tuple[float, float], ...]  # (duration, jerk) of one joint, one after the other
 Coming = Callable[[], Sequence[Pieces] | None]  # what each joint was to do from now on, where its jerks are constant

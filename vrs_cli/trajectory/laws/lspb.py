@@ -37,10 +37,10 @@ from vrs_cli.trajectory.laws.lspb_times import (
     vector_demands,
 )
 from vrs_cli.trajectory.limits import JointLimits, ToolLimits
-from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import Polynomial, parabola, value
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, ToolStretch, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointState, ToolState
+from vrs_cli.values.motion import Motion
 
 FIRST_STEPS = 4  # towards the shortest blend of two lines, which is the quickest as a rule
 

@@ -19,10 +19,10 @@ from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.laws.law import Coming
 from vrs_cli.trajectory.laws.lspb_stops import joint_stop, joint_stop_each
 from vrs_cli.trajectory.limits import JointLimits
-from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import parabola
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, segments_of, stay_inside
 from vrs_cli.trajectory.state import JointState, Target
+from vrs_cli.values.motion import Motion
 
 RESPONSE = 2.5  # D in ticks: quick, and steady for targets that are known once a tick
 COASTING = 1.0  # ticks: how late the next target may come without a jolt

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.limits import JointLimits
-from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import parabola, value
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, segments_of
 from vrs_cli.trajectory.state import JointState
+from vrs_cli.values.motion import Motion
 
 
 def joint_stops(state: JointState, limits: JointLimits, start: float, motion: Motion) -> Iterator[tuple[Segment, ...]]:

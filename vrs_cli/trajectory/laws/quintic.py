@@ -40,10 +40,10 @@ from vrs_cli.trajectory.laws.scurve_pieces import joint_stops
 from vrs_cli.trajectory.laws.scurve_steering import steer, steered, steering_of
 from vrs_cli.trajectory.laws.scurve_times import PEAK
 from vrs_cli.trajectory.limits import JointLimits, ToolLimits
-from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, extremes, shifted, value
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment, ToolStretch, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointState, ToolState
+from vrs_cli.values.motion import Motion
 
 FASTEST, STEEPEST, SHARPEST = 15.0 / 8.0, 10.0 / sqrt(3.0), 60.0  # of D/T, D/T^2 and D/T^3, from rest to rest
 LONGER = 1.06  # times are tried that are each so much longer than the one before

@@ -46,10 +46,10 @@ from vrs_cli.trajectory.laws.scurve_times import (
     vector_bounds,
 )
 from vrs_cli.trajectory.limits import JointLimits, ToolLimits
-from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, ToolStretch, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, STEADY, GuideState, JointState, ToolState
+from vrs_cli.values.motion import Motion
 
 STRETCH = 1.02  # powers of it are factors by which the likely times of a stop are tried
 STRETCHES = (-150, 150)  # the powers, from short to long

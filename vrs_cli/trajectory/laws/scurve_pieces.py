@@ -14,10 +14,10 @@ from vrs_cli.trajectory.laws.law import Pieces
 from vrs_cli.trajectory.laws.lspb_times import ROOM
 from vrs_cli.trajectory.laws.scurve_times import CAREFUL, MOMENT, Change
 from vrs_cli.trajectory.limits import JointLimits
-from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import turns
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointState
+from vrs_cli.values.motion import Motion
 
 # --- one joint alone ---
 

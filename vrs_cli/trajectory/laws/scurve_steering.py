@@ -23,10 +23,10 @@ from vrs_cli.trajectory.laws.lspb_steering import COASTING, SPARE
 from vrs_cli.trajectory.laws.scurve_pieces import farthest, joint_pieces, state_after, stop
 from vrs_cli.trajectory.laws.scurve_times import MOMENT, Change, ramps
 from vrs_cli.trajectory.limits import JointLimits
-from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.polynomial import Polynomial
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, segments_of
 from vrs_cli.trajectory.state import JointState, Target
+from vrs_cli.values.motion import Motion
 
 RESPONSE = 4.0  # ticks in which an error goes: the quickest without going beyond
 EASY = 0.25  # of acceleration and jerk, to come near a target with

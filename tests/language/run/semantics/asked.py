@@ -7,9 +7,9 @@ from math import pi
 import pytest
 
 from tests.language.running import run_lines
-from vrs_cli.engine.commands import Move
 from vrs_cli.kinematics.transform import Transform, from_oat
 from vrs_cli.language.run.effects import Event
+from vrs_cli.values.commands import Move
 
 PART = "SET part = TRANS(500, 150, -100, 90, 90, 0)"
 DOWN = from_oat(0.5, 0.15, -0.1, pi / 2, pi / 2, 0.0)

@@ -8,10 +8,17 @@ import pytest
 
 from tests.language.run.semantics.asked import DOWN, PART, close, move, only
 from tests.language.running import run_lines
-from vrs_cli.engine.commands import Break, Delay, JointTarget, Move, NamedTarget, PoseTarget, Stamp
 from vrs_cli.errors import IllegalJoint, IllegalValue
 from vrs_cli.kinematics.transform import compose, from_oat, rotation_z, translation
-from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
+from vrs_cli.values.commands import Break, Delay, Move, Stamp
+from vrs_cli.values.motion import (
+    AlignedTarget,
+    JointOffsetTarget,
+    JointTarget,
+    NamedTarget,
+    PoseTarget,
+    ToolOffsetTarget,
+)
 
 
 @pytest.mark.parametrize(

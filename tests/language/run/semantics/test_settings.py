@@ -8,7 +8,10 @@ import pytest
 
 from tests.language.run.semantics.asked import close, only
 from tests.language.running import run_lines
-from vrs_cli.engine.commands import (
+from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
+from vrs_cli.kinematics.transform import IDENTITY, compose, rotation_z, translation
+from vrs_cli.language.run.effects import Event
+from vrs_cli.values.commands import (
     Break,
     Mode,
     OperateHand,
@@ -25,10 +28,7 @@ from vrs_cli.engine.commands import (
     SetTool,
     SpeedUnit,
 )
-from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
-from vrs_cli.kinematics.transform import IDENTITY, compose, rotation_z, translation
-from vrs_cli.language.run.effects import Event
-from vrs_cli.trajectory.motion import Swivel
+from vrs_cli.values.motion import Swivel
 
 
 @pytest.mark.parametrize(

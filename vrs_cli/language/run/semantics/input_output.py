@@ -8,7 +8,6 @@ from functools import partial
 from itertools import zip_longest
 from typing import cast
 
-from vrs_cli.engine.commands import Break
 from vrs_cli.errors import IllegalValue, InvalidNumber, TypeMismatch, UnitNotAttached, VrsError
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import Answers, AttachRobot, DetachRobot, Event, Prompt, Type
@@ -37,8 +36,11 @@ from vrs_cli.language.run.units import (
     checked_open,
     checked_unit,
 )
-from vrs_cli.language.text.ast import Format, Span
-from vrs_cli.language.words.values import Kind, Value, integer_between, kind_of_value, read_number, storable, whole
+from vrs_cli.language.text.ast import Format
+from vrs_cli.language.words.values import Kind, integer_between, kind_of_value, read_number, storable, whole
+from vrs_cli.values.commands import Break
+from vrs_cli.values.diagnostics import Span
+from vrs_cli.values.numbers import Value
 
 NOWHERE = Span(0, 0, 0)
 

@@ -6,18 +6,6 @@ from collections.abc import Iterable, Mapping
 from functools import partial
 from math import radians
 
-from vrs_cli.engine.commands import (
-    Alter,
-    AlterMode,
-    Brake,
-    Break,
-    Delay,
-    JointTarget,
-    Move,
-    NamedTarget,
-    PoseTarget,
-    SetAlter,
-)
 from vrs_cli.engine.parameters import FULL_SPEED, JOINT_SPEED
 from vrs_cli.errors import IllegalJoint, IllegalValue
 from vrs_cli.kinematics.joints import Joints
@@ -27,7 +15,15 @@ from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import Handler, Wording, transform
 from vrs_cli.language.run.operations import shift
 from vrs_cli.language.words.values import TRUE, integer_between, plain, whole
-from vrs_cli.trajectory.motion import AlignedTarget, JointOffsetTarget, ToolOffsetTarget
+from vrs_cli.values.commands import Alter, AlterMode, Brake, Break, Delay, Move, SetAlter
+from vrs_cli.values.motion import (
+    AlignedTarget,
+    JointOffsetTarget,
+    JointTarget,
+    NamedTarget,
+    PoseTarget,
+    ToolOffsetTarget,
+)
 
 
 def _move(

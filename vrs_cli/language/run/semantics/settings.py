@@ -6,22 +6,6 @@ from collections.abc import Iterable, Mapping
 from functools import partial
 from math import radians
 
-from vrs_cli.engine.commands import (
-    Mode,
-    OperateHand,
-    SetAcceleration,
-    SetBase,
-    SetConfiguration,
-    SetDuration,
-    SetMode,
-    SetMonitorSpeed,
-    SetParameter,
-    SetSpeed,
-    SetSwitch,
-    SetSwivel,
-    SetTool,
-    SpeedUnit,
-)
 from vrs_cli.engine.parameters import (
     ACCELERATION,
     DECELERATION,
@@ -40,7 +24,23 @@ from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operands import NOTHING, Handler, Wording, transform
 from vrs_cli.language.run.operations import shift
 from vrs_cli.language.words.values import integer_between, plain, whole
-from vrs_cli.trajectory.motion import Swivel
+from vrs_cli.values.commands import (
+    Mode,
+    OperateHand,
+    SetAcceleration,
+    SetBase,
+    SetConfiguration,
+    SetDuration,
+    SetMode,
+    SetMonitorSpeed,
+    SetParameter,
+    SetSpeed,
+    SetSwitch,
+    SetSwivel,
+    SetTool,
+    SpeedUnit,
+)
+from vrs_cli.values.motion import Swivel
 
 LAST_PROFILE = 8  # V+ Language Reference Guide, ACCEL
 

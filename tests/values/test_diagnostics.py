@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from vrs_cli.errors import IllegalExpression, UnknownInstruction
-from vrs_cli.language.text.ast import Span
-from vrs_cli.language.text.diagnostics import SHOWN, LineRefused, did_you_mean, error, show, warning
+from vrs_cli.values.diagnostics import SHOWN, LineRefused, Span, did_you_mean, error, show, warning
 
 
 def test_message() -> None:

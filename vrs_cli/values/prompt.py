@@ -1,4 +1,4 @@
-"""What whoever types sees beside the answers, as a value: the prompt, and what a toolbar tells."""
+"""What a front end shows around the line that is typed: prompt, toolbar, suggestions."""
 
 from __future__ import annotations
 
@@ -37,3 +37,11 @@ class Status(Struct, frozen=True):
     configuration: str = ""
     branch: str = ""
     driver: str = ""
+
+
+class Suggestion(Struct, frozen=True):
+    """`text` takes the place of the last `length` characters; `meta` explains it."""
+
+    text: str
+    length: int
+    meta: str = ""

@@ -10,17 +10,13 @@ from enum import Enum
 
 from msgspec import Struct
 
-from vrs_cli.dialogue.spoken import Spoken
-from vrs_cli.engine.comparison import Comparison
-from vrs_cli.engine.displacement import Displacement
-from vrs_cli.engine.history import CommandRecord
-from vrs_cli.engine.position import Position
-from vrs_cli.engine.reach import Reach
 from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
-from vrs_cli.language.text.diagnostics import Diagnostic, LineRefused, Severity, ordered
+from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Severity, ordered
+from vrs_cli.values.results import CommandRecord, Comparison, Displacement, Position, Reach
+from vrs_cli.values.tagged import Spoken
 
 # --- messages ------------------------------------------------------------------------------------------------------
 

@@ -100,3 +100,24 @@ class Motion(NamedTuple):
     profile: Profile = Profile.LSPB
     rounding: float | None = None
     swivel: Swivel | None = None
+
+
+class PoseTarget(Struct, frozen=True):
+    """A transformation: the tool tip in the world (BASE) frame, T_world_tool."""
+
+    T_world_tool: Transform
+
+
+class JointTarget(Struct, frozen=True):
+    """A precision point."""
+
+    joints: Joints
+
+
+class NamedTarget(Struct, frozen=True):
+    """A pose of the robot model: "ready", "nest"."""
+
+    name: str
+
+
+Target = PoseTarget | JointTarget | NamedTarget | RelativeTarget

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from vrs_cli.dialogue.spoken import Spoken
 from vrs_cli.errors import EndOfInput
 from vrs_cli.kinematics.joints import JointUnits
-from vrs_cli.language.words.dialect import Dialect
+from vrs_cli.values.dialect import Dialect
+from vrs_cli.values.tagged import Spoken
 
 
 class Asking(Spoken, frozen=True, kw_only=True):

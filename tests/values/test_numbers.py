@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrs_cli.dialogue.numbers import count, fixed, seconds
+from vrs_cli.values.numbers import count, fixed, seconds
 
 
 def test_three_decimals() -> None:

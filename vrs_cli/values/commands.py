@@ -11,9 +11,8 @@ from enum import Enum
 from msgspec import Struct
 
 from vrs_cli.kinematics.configuration import Flag
-from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.trajectory.motion import RelativeTarget, Swivel
+from vrs_cli.values.motion import Swivel, Target
 
 
 class Stamp(Struct, frozen=True):
@@ -24,27 +23,6 @@ class Stamp(Struct, frozen=True):
 
 
 # --- targets: where a motion goes ------------------------------------------------------------------------------
-
-
-class PoseTarget(Struct, frozen=True):
-    """A transformation: the tool tip in the world (BASE) frame, T_world_tool."""
-
-    T_world_tool: Transform
-
-
-class JointTarget(Struct, frozen=True):
-    """A precision point."""
-
-    joints: Joints
-
-
-class NamedTarget(Struct, frozen=True):
-    """A pose of the robot model: "ready", "nest"."""
-
-    name: str
-
-
-Target = PoseTarget | JointTarget | NamedTarget | RelativeTarget
 
 
 # --- what programs and the prompt ask for ----------------------------------------------------------------------

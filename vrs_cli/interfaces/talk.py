@@ -11,8 +11,8 @@ from typing import Protocol, TypeVar, cast
 
 from msgspec import Struct
 
-from vrs_cli.dialogue.questions import Answer, Question
-from vrs_cli.dialogue.replies import Reply
+from vrs_cli.values.questions import Answer, Question
+from vrs_cli.values.replies import Reply
 
 
 class Slice(Enum):

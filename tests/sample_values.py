@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from tests.files.trajectories import deltas, motions, segments, transforms
 from vrs_cli.kinematics.configuration import ALL, Configuration
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.trajectory.motion import Motion
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import TimelineDelta
+from vrs_cli.values.motion import Motion
 from vrs_cli.wire.records import DeltaRecord, Motions, SegmentRecord, delta_record, segment_records
 
 GIVEN: Mapping[Any, st.SearchStrategy[Any]] = {

@@ -1,6 +1,9 @@
-"""Numbers as VAL-II prints them."""
+"""Values of programs, and numbers as VAL-II prints them."""
 
 from __future__ import annotations
+
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform
 
 DECIMALS = 3
 
@@ -19,3 +22,9 @@ def seconds(value: float) -> str:
 def count(number: int, one: str) -> str:
     """`1 step`, `2 steps`."""
     return f"{number} {one}{'s' * (number != 1)}"
+
+
+Value = float | str | Transform | Joints
+
+
+LIMIT = 3.4028235e38  # the largest real: single precision (V+ User's Guide p.102)

@@ -9,7 +9,6 @@ from typing import Final, Protocol, TypeVar
 from msgspec import Struct
 
 from vrs_cli.errors import ProgramError, VrsError, nearest, sentence
-from vrs_cli.language.text.ast import Span
 
 Placed = TypeVar("Placed", bound="HasSpan")
 
@@ -162,3 +161,11 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     choices = {name.lower(): name for name in known}
     near = nearest(word.lower(), choices)
     return f"did you mean {choices[near]}?" if near else ""
+
+
+class Span(Struct, frozen=True):
+    """A stretch of one source line. Line and columns count from 1; `end` is the column after the last character."""
+
+    line: int
+    column: int
+    end: int

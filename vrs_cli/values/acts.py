@@ -1,0 +1,352 @@
+"""Acts: what is asked of a robot by value, to the bit, where a line of the prompt says it in words and digits.
+
+An act is data, and goes over a connection; `interfaces/session/acts.py` carries it out.
+"""
+
+from __future__ import annotations
+
+from math import isfinite
+
+from msgspec import Struct
+
+from vrs_cli.errors import IllegalValue
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform, is_rotation
+from vrs_cli.values.diagnostics import Diagnostic
+from vrs_cli.values.hand import Brake, Look, Press, Seen
+from vrs_cli.values.motion import (
+    AlignedTarget,
+    JointOffsetTarget,
+    JointTarget,
+    NamedTarget,
+    PoseTarget,
+    Target,
+    ToolOffsetTarget,
+)
+from vrs_cli.values.numbers import LIMIT, Value
+from vrs_cli.values.replies import (
+    BranchRow,
+    BranchTable,
+    ComparisonTable,
+    ListedStep,
+    NamedLocation,
+    ProgramName,
+    ReachReport,
+    TimelineTable,
+)
+from vrs_cli.values.results import CommandRecord, RunResult
+from vrs_cli.values.tagged import Act, Spoken
+
+
+class Goal(Struct, frozen=True, omit_defaults=True):
+    """Where a motion goes: exactly one of these. `joint` is changed by `change`; `offset` is that of DEPART."""
+
+    pose: Transform | None = None
+    joints: Joints | None = None
+    named: str | None = None
+    joint: int | None = None
+    change: float = 0.0
+    offset: Transform | None = None
+    aligned: bool = False
+
+    @classmethod
+    def of(cls, target: Target) -> Goal:
+        match target:
+            case PoseTarget():
+                return cls(pose=target.T_world_tool)
+            case JointTarget():
+                return cls(joints=target.joints)
+            case NamedTarget():
+                return cls(named=target.name)
+            case JointOffsetTarget():
+                return cls(joint=target.joint, change=target.change)
+            case ToolOffsetTarget():
+                return cls(offset=target.T_destination_target)
+            case AlignedTarget():
+                return cls(aligned=True)
+
+    @property
+    def target(self) -> Target:
+        """Raises IllegalValue for what is no place."""
+        if self.pose is not None:
+            return PoseTarget(rotating(self.pose))
+        if self.joints is not None:
+            return JointTarget(_finite(self.joints))
+        if self.named is not None:
+            return NamedTarget(self.named)
+        if self.joint is not None:
+            return JointOffsetTarget(self.joint, *_finite((self.change,)))
+        if self.offset is not None:
+            return ToolOffsetTarget(rotating(self.offset))
+        if self.aligned:
+            return AlignedTarget()
+        raise IllegalValue("a motion to nowhere", "a pose, joints, or the name of a pose")
+
+
+class Valued(Spoken, frozen=True, omit_defaults=True):
+    """The value of a variable or an expression: exactly one of these."""
+
+    real: float | None = None
+    text: str | None = None
+    location: Transform | None = None
+    joints: Joints | None = None
+
+    @classmethod
+    def of(cls, value: Value) -> Valued:
+        if isinstance(value, Transform):
+            return cls(location=value)
+        if isinstance(value, tuple):
+            return cls(joints=value)
+        return cls(text=value) if isinstance(value, str) else cls(real=value)
+
+    @property
+    def value(self) -> Value:
+        """Raises IllegalValue for what is no value."""
+        if self.location is not None:
+            return rotating(self.location)
+        if self.joints is not None:
+            return _finite(self.joints)
+        if self.text is not None:
+            return self.text
+        if self.real is not None:
+            return _finite((self.real,))[0]
+        raise IllegalValue("no value at all", "a number, a text, a location or joints")
+
+
+def _finite(numbers: Joints) -> Joints:
+    """Raises IllegalValue for what is no number."""
+    for number in numbers:
+        if not isfinite(number):
+            raise IllegalValue(f"{number}", "a finite number")
+    return numbers
+
+
+def rotating(T: Transform) -> Transform:
+    """Raises IllegalValue for a matrix that is no location, or a place that no line could name."""
+    if max(map(abs, _finite(T))) > LIMIT:
+        raise IllegalValue("a location beyond all numbers", "reals go to about 3E38")
+    if not is_rotation((T[0:3], T[4:7], T[8:11])):
+        raise IllegalValue("a location whose axes are not at right angles, or not of length 1")
+    return T
+
+
+class Say(Act[None], frozen=True):
+    """A line of the prompt. What is refused is raised, and not answered."""
+
+    line: str
+
+
+class Go(Act[None], frozen=True, omit_defaults=True):
+    """A motion: `executed` is t_exec [s], after the last motion where that is None; `speed` the fraction of nominal."""
+
+    goal: Goal
+    straight: bool = False
+    executed: float | None = None
+    speed: float | None = None
+    text: str = ""
+
+
+class Rest(Act[None], frozen=True):
+    """In virtual time: go on to when the robot stands."""
+
+
+class Undo(Act[None], frozen=True):
+    count: int = 1
+
+
+class Redo(Act[None], frozen=True):
+    count: int = 1
+
+
+class Explain(Act[ReachReport], frozen=True):
+    """WHY; `name`: how the goal is called in the report."""
+
+    goal: Goal
+    name: str
+
+
+class Compare(Act[ComparisonTable], frozen=True):
+    """Two branches."""
+
+    a: str
+    b: str
+
+
+class Evaluate(Act[Valued], frozen=True):
+    expression: str
+
+
+class Assign(Act[None], frozen=True):
+    """Give a variable, or an element of an array, a value."""
+
+    variable: str
+    value: Valued
+
+
+class Defined(Spoken, frozen=True):
+    """The names of programs that were put in memory."""
+
+    names: tuple[str, ...]
+
+
+class Define(Act[Defined], frozen=True):
+    """Put the programs and variables of a text in memory; `where` stands before the number of a wrong line."""
+
+    text: str
+    where: str = "line "
+
+
+class Execute(Act[RunResult], frozen=True):
+    """A program that is in memory, to its end."""
+
+    program: str
+    cycles: int = 1
+
+
+class CommandList(Spoken, frozen=True):
+    commands: tuple[CommandRecord, ...]
+
+
+class ListCommands(Act[CommandList], frozen=True):
+    """All motion commands that hold."""
+
+
+class ListBranches(Act[BranchTable], frozen=True):
+    """All branches, main first."""
+
+
+class ListMotions(Act[TimelineTable], frozen=True):
+    """The timeline as a table."""
+
+
+class Recorded(Spoken, frozen=True):
+    """A trajectory file."""
+
+    data: bytes
+
+
+class Record(Act[Recorded], frozen=True):
+    """The trajectory as SAVE would write it to a file."""
+
+
+class Survey(Act["Surveyed"], frozen=True, omit_defaults=True):
+    """What is there? `program`: the one whose steps are wanted, from number `first` on, empty for none; `known`: the
+    marks of lists that are known.
+    """
+
+    program: str = ""
+    first: int = 1
+    known: tuple[str, ...] = ()
+
+
+class Listed(Struct, frozen=True):
+    """A list, or its first rows: there are `more`."""
+
+    more: int = 0
+
+
+class Places(Listed, frozen=True, kw_only=True):
+    """LISTL: transformations, and then precision points, each kind in the order of names."""
+
+    rows: tuple[NamedLocation, ...]
+
+
+class Programs(Listed, frozen=True, kw_only=True):
+    """DIRECTORY."""
+
+    rows: tuple[ProgramName, ...]
+
+
+class Text(Listed, frozen=True, kw_only=True):
+    """LISTP: the header and steps of one program."""
+
+    name: str
+    header: str
+    rows: tuple[ListedStep, ...]
+
+
+class TaskRow(Struct, frozen=True):
+    """A task that runs or has stopped: where it is (`program`, and `step`, which counts from 1; None at its end), its
+    `state` as STATUS says it, and the question it waits for.
+    """
+
+    number: int
+    program: str
+    state: str
+    step: int | None
+    running: bool
+    asks: str = ""
+
+
+class BranchSeen(Struct, frozen=True):
+    """A branch, and the version of its timeline."""
+
+    row: BranchRow
+    version: int
+
+
+class Surveyed(Spoken, frozen=True):
+    """A list is None where its mark is among those that are known. `marks`: of all three lists.
+
+    `on`: the signals that are on. `base`: T_robot_world, in which places are; `tool`: T_flange_tool [m]. `driver`:
+    whose lease it is, empty where nobody has one.
+    """
+
+    places: Places | None
+    programs: Programs | None
+    text: Text | None
+    marks: tuple[str, ...]
+    tasks: tuple[TaskRow, ...]
+    branches: tuple[BranchSeen, ...]
+    on: tuple[int, ...]
+    base: Transform
+    tool: Transform
+    monitor_speed: float
+    speed: float
+    speed_unit: str
+    driver: str = ""
+
+
+class Findings(Spoken, frozen=True):
+    """All that is wrong with a text, by line."""
+
+    findings: tuple[Diagnostic, ...]
+
+
+class ReadDraft(Act[Findings], frozen=True):
+    """Look at the text of SEE."""
+
+    text: str
+
+
+class Kept(Spoken, frozen=True):
+    """The program is stored, under this name; what is said of it."""
+
+    name: str
+    said: str
+
+
+class KeepDraft(Act[Kept], frozen=True):
+    """Store the program of SEE."""
+
+    text: str
+
+
+class Attend(Act[None], frozen=True):
+    """Put the questions that programs have to whoever types."""
+
+
+class LeaveEntry(Act[None], frozen=True):
+    """What is typed of a program is forgotten; `why` is said of it."""
+
+    why: str = ""
+
+
+class StopProgram(Act[None], frozen=True):
+    """Stop the program that runs beside an empty line."""
+
+
+DeskAct = Attend | LeaveEntry | StopProgram | ReadDraft | KeepDraft | Press | Brake | Look
+
+
+DeskFound = Findings | Kept | Seen

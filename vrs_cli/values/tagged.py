@@ -1,0 +1,17 @@
+"""The base classes of values that leave a process: a tag tells which class a value is of."""
+
+from __future__ import annotations
+
+from typing import Generic, TypeVar
+
+from msgspec import Struct
+
+T = TypeVar("T", covariant=True)
+
+
+class Spoken(Struct, frozen=True, tag_field="kind", tag=True):
+    """A value that goes between a robot and its clients. The tag `kind` is the name of its class."""
+
+
+class Act(Spoken, Generic[T], frozen=True):
+    """A request to a robot; its result is a T."""
