@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import Enum
 from functools import partial
@@ -91,6 +92,7 @@ class _Open(Struct):
     span: Span
     middles: list[int] = field(default_factory=list)
     complete: bool = False  # ELSE or ANY has been: nothing but END may follow
+    vague: bool = False  # a line that cannot be read may begin it
 
     @property
     def closing(self) -> str:
@@ -109,6 +111,7 @@ class _Pairing(Findings):
         self.blocks: list[Block] = []
         self.labels: dict[int, int] = {}
         self._open: list[_Open] = []
+        self._vague_ends = 0  # ends that were taken for those of vague blocks
 
     def label(self, index: int, step: Step) -> None:
         assert step.label is not None
@@ -122,13 +125,18 @@ class _Pairing(Findings):
         action = _ACTIONS.get(type(statement))
         if action is not None:
             action(self, index, statement)
+        elif isinstance(statement, ast.BadLine):
+            self._unread(index, statement)
         elif self._open and self._open[-1].kind is BlockKind.CASE and not self._open[-1].middles:
             detail = f"between CASE at step {self._open[-1].opener + 1} and its first VALUE nothing is carried out"
             self.warn(ControlStructure, statement.span, detail)
 
     def end(self) -> None:
-        """Report every block that is still open at the end of the program."""
-        for block in self._open:
+        """Report every block that is still open at the end of the program; not those whose end a vague block may have
+        taken.
+        """
+        missing = [block for block in self._open if not block.vague]
+        for block in missing[: max(0, len(missing) - self._vague_ends)]:
             self._fault(block.span, f"{block.name} has no {block.closing}")
 
     def missing_labels(self, program: Program) -> None:
@@ -158,6 +166,23 @@ class _Pairing(Findings):
     def _begin(self, index: int, statement: Statement) -> None:
         self._open.append(_Open(_OPENERS[type(statement)], index, statement.span))
 
+    def _unread(self, index: int, line: ast.BadLine) -> None:
+        """A line that cannot be read begins, divides or ends a block all the same: its own mistake is enough."""
+        words = _words(line.text)
+        first, last = words[0], words[-1]
+        block = self._open[-1] if self._open else None
+        if first in _UNREAD_MIDDLES:
+            if block is not None and block.kind is _UNREAD_MIDDLES[first] and not block.complete:
+                block.middles.append(index)
+        elif first in ("END", "UNTIL"):
+            if any(one.closing == first for one in self._open):
+                self._close(index, line, first, "")
+        elif not (first == "IF" and last.isdigit() and {"GOTO", "THEN"} & set(words)):  # that jumps
+            kind = _UNREAD_OPENERS.get(first) or _UNREAD_LAST.get(last)
+            if kind is not None:
+                sure = kind is BlockKind.FOR or last in _UNREAD_LAST
+                self._open.append(_Open(kind, index, line.span, vague=not sure))
+
     def _middle(self, index: int, statement: Statement, word: str, kind: BlockKind, completes: bool) -> None:
         block = self._open[-1] if self._open else None
         if block is None or block.kind is not kind:
@@ -178,8 +203,10 @@ class _Pairing(Findings):
             return
         while self._open[-1].closing != word:
             block = self._open.pop()
-            self._fault(block.span, f"{block.name} has no {block.closing} before {word} at step {index + 1}")
+            if not block.vague:
+                self._fault(block.span, f"{block.name} has no {block.closing} before {word} at step {index + 1}")
         block = self._open.pop()
+        self._vague_ends += block.vague
         self.blocks.append(Block(block.kind, block.opener, tuple(block.middles), index))
 
 
@@ -190,6 +217,27 @@ _OPENERS: Mapping[type, BlockKind] = {
     ast.For: BlockKind.FOR,
     ast.Case: BlockKind.CASE,
 }
+
+# the words with which a line that cannot be read begins or ends, and the block that it opens or divides
+_UNREAD_OPENERS: Mapping[str, BlockKind] = {kind.value: kind for kind in BlockKind}
+_UNREAD_LAST: Mapping[str, BlockKind] = {"THEN": BlockKind.IF, "DO": BlockKind.WHILE, "OF": BlockKind.CASE}
+_UNREAD_MIDDLES: Mapping[str, BlockKind | None] = {
+    "ELSE": BlockKind.IF,
+    "VALUE": BlockKind.CASE,
+    "ANY": BlockKind.CASE,
+    **dict.fromkeys(("ELSEIF", "ELIF", "ELSIF"), None),
+}
+
+
+def _words(text: str) -> list[str]:
+    """A line in capitals, word by word: without its label, its texts and a comment. The first word is "" where that is
+    a variable.
+    """
+    words = re.findall(r"[A-Z][\w.]*|\d+|\S", re.sub(r'"[^"]*"?|;.*', " ", text.upper()))
+    if words and words[0].isdigit():
+        words.pop(0)
+    return ["", *words] if not words or words[1:2] in (["="], ["["]) else words
+
 
 _ACTIONS: Mapping[type, Callable[[_Pairing, int, Any], None]] = {
     **dict.fromkeys(_OPENERS, _Pairing._begin),
