@@ -120,15 +120,31 @@ def test_fmt_refuses_blocks_that_do_not_pair(vrs: Vrs, tmp_path: Path, body: str
     [
         ("none.v2", 2, "*Nonexistent file* none.v2"),
         ("folder", 2, "*Nonexistent file* folder holds no program file (program files end in .v2 or .pg)"),
-        ("junk.v2", 1, "*File is not what it should be* junk.v2 is not a text"),
     ],
 )
-def test_a_file_that_is_no_program(vrs: Vrs, tmp_path: Path, command: str, name: str, status: int, told: str) -> None:
+def test_a_file_that_is_not_there(vrs: Vrs, tmp_path: Path, command: str, name: str, status: int, told: str) -> None:
     (tmp_path / "folder").mkdir()
-    (tmp_path / "junk.v2").write_bytes(b"\x00\x01")
     ended = vrs(command, name)
     assert (ended.status, ended.out) == (status, "")
     assert ended.err.startswith(f"vrs {command}: {told}")
+
+
+@pytest.mark.parametrize(("command", "output"), [("check", "out"), ("fmt", "err"), ("run", "err")])
+def test_a_control_character_is_told_with_its_place(vrs: Vrs, tmp_path: Path, command: str, output: str) -> None:
+    (tmp_path / "nul.v2").write_bytes(b'.PROGRAM a()\nTYPE "\x00"\n.END\n')
+    ended = vrs(command, "nul.v2")
+    assert ended.status == 1
+    assert "nul.v2:2:7: V503 *File is not what it should be* character 0 in a text" in getattr(ended, output)
+
+
+@pytest.mark.parametrize(("name", "line", "code"), [("nul.v2", 2, -503), ("none.v2", 1, -501)])
+def test_json_tells_what_is_wrong_with_every_file(vrs: Vrs, tmp_path: Path, name: str, line: int, code: int) -> None:
+    (tmp_path / "nul.v2").write_bytes(b'.PROGRAM a()\nTYPE "\x00"\n.END\n')
+    ended = vrs("check", "--format", "json", name)
+    (file,) = json.loads(ended.out)["files"]
+    assert file["path"] == name
+    assert [(one["line"], one["code"]) for one in file["diagnostics"]] == [(line, code)]
+    assert ended.status != 0
 
 
 def test_fmt_cannot_write_standard_input(vrs: Vrs) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically, check_writable, write_atomically
-from vrs_cli.files.program_file import read_program_file
+from vrs_cli.files.program_file import LARGEST, read_program_file
 
 TEXT = '.PROGRAM p\n  TYPE "é"\n.END\n'
 
@@ -46,8 +46,10 @@ def test_a_file_of_exactly_that_name_comes_first(tmp_path: Path) -> None:
 
 def test_what_is_no_program_is_refused(tmp_path: Path) -> None:
     (tmp_path / "junk.v2").write_bytes(b"\x7fELF\x00\x01\x02")
-    with pytest.raises(FileDamaged, match=r"junk\.v2 is not a text"):
-        read_program_file(tmp_path / "junk.v2")
+    (tmp_path / "long.v2").write_bytes(b"")
+    os.truncate(tmp_path / "long.v2", LARGEST + 1)
+    with pytest.raises(FileDamaged, match=r"long\.v2 is longer than 64 MB"):
+        read_program_file(tmp_path / "long.v2")
     with pytest.raises(FileError, match="is a folder"):
         read_program_file(tmp_path)
     with pytest.raises(NonexistentFile, match=r"did you mean .*junk\.v2\?"):

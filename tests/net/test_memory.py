@@ -13,6 +13,7 @@ from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.store import store
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.net.memory import WAITS, Memory
+from vrs_cli.values.diagnostics import Severity
 
 LINES = (
     "n = 1/3",
@@ -58,8 +59,8 @@ def test_a_program_that_is_not_finished_is_brought_back_without_a_word(path: Pat
     again, _ = opened(path)
     assert held(again) == held(session)
     path.write_text(".PROGRAM p\nIF a THEN\n.END\n.REALS\n3x 4\n.END\n")
-    (wrong,) = Memory(Session(RecordingTerminal()), path).bring_back()
-    assert wrong.span.line == 5
+    found = Memory(Session(RecordingTerminal()), path).bring_back()
+    assert [(one.span.line, one.severity) for one in found] == [(5, Severity.ERROR), (4, Severity.WARNING)]
 
 
 def test_what_was_changed_is_there_again(path: Path) -> None:

@@ -95,9 +95,11 @@ def _check(prog: str, options: Namespace, model: RobotModel, cell: Cell) -> int:
     for path in program_files(options.files):
         try:
             findings.append(_finding(prog, path, options, model, cell))
-        except FileError as error:  # the other files are checked all the same
-            print(f"{prog}: {error}", file=sys.stderr)
-            status = max(status, status_of(error))
+        except FileError as unreadable:  # the other files are checked all the same
+            print(f"{prog}: {unreadable}", file=sys.stderr)
+            status = max(status, status_of(unreadable))
+            if options.format != "text":
+                findings.append(Finding.of_file(path, unreadable))
     FORMATS[options.format](findings)
     wrong = any(finding.diagnostics if options.strict else has_errors(finding.diagnostics) for finding in findings)
     return max(status, FAILED if wrong else OK)

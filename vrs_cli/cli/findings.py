@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from msgspec import Struct
 
 from vrs_cli.cli.sources import Source, has_errors
+from vrs_cli.errors import FileError
 from vrs_cli.values.numbers import count
 
 if TYPE_CHECKING:
@@ -21,6 +22,14 @@ class Finding(Struct, frozen=True):
     source: Source
     diagnostics: tuple[Diagnostic, ...]
     mended: int = 0
+
+    @classmethod
+    def of_file(cls, path: str, unreadable: FileError) -> Self:
+        """A file that cannot be read."""
+        from vrs_cli.values.diagnostics import Span, error
+
+        found = error(type(unreadable), Span(1, 1, 2), unreadable.detail, unreadable.hint)
+        return cls(Source(path, ""), (found,))
 
 
 def _text(findings: Sequence[Finding]) -> None:

@@ -183,6 +183,12 @@ IDLE_PARAMETERS: Mapping[str, Idle] = _table(
 )
 
 
+SETTINGS: Mapping[str, tuple[Mapping[str, Switch | ParameterRow], Mapping[str, Idle]]] = {
+    "switch": (SWITCHES, IDLE_SWITCHES),
+    "parameter": (PARAMETERS, IDLE_PARAMETERS),
+}  # what the tables of words call them: those that the robot has, and those that mean nothing to it
+
+
 def idle_of(table: Mapping[str, Idle], name: str) -> Idle | None:
     """The row of a name, with an index or without; None where it is no such setting."""
     return table.get(name.upper().partition("[")[0])

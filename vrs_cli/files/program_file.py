@@ -18,8 +18,8 @@ LARGEST = 64 * 2**20  # bytes; a text this long is no program
 def read_program_file(path: str | Path, within: Folder = FREE) -> str:
     """The text of a program file, with `.v2` added when only that file exists; line ends become newlines.
 
-    UTF-8, or UTF-16 with its mark, or else Latin-1, which reads any byte. Raises NonexistentFile, FileError
-    and, when it is no text, FileDamaged.
+    UTF-8, or UTF-16 with its mark, or else Latin-1, which reads any byte: whoever reads the text tells of characters
+    that are none. Raises NonexistentFile, FileError and, when it is too long, FileDamaged.
     """
     found = find_program_file(path)
     try:
@@ -31,15 +31,11 @@ def read_program_file(path: str | Path, within: Folder = FREE) -> str:
 
 
 def decode_program(name: str, data: bytes) -> str:
-    """The text of a program file's bytes; `name` is for the message. Raises FileDamaged when it is no text."""
+    """The text of a program file's bytes; `name` is for the message. Raises FileDamaged when they are too many."""
     if len(data) > LARGEST:
         raise FileDamaged(f"{name} is longer than {LARGEST // 2**20} MB", "a program file is VAL-II text")
-    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        text = data.decode("utf-16", errors="replace")
-    elif b"\0" in data:
-        raise FileDamaged(f"{name} is not a text", "a program file is VAL-II text")
-    else:
-        text = text_of(data)
+    utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    text = data.decode("utf-16", errors="replace") if utf16 else text_of(data)
     return text.replace("\r\n", "\n").replace("\r", "\n").rstrip(DISK_END)
 
 

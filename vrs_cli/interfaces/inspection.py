@@ -7,19 +7,9 @@ from collections.abc import Iterator, Mapping
 from msgspec import Struct
 
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.parameters import (
-    IDLE_PARAMETERS,
-    IDLE_SWITCHES,
-    PARAMETERS,
-    SWITCHES,
-    Idle,
-    ParameterRow,
-    Switch,
-    idle_of,
-    row_of,
-)
+from vrs_cli.engine.parameters import IDLE_PARAMETERS, IDLE_SWITCHES, Idle, idle_of
 from vrs_cli.engine.targets import check_joint_limits
-from vrs_cli.errors import IllegalValue, MotionError, UsageError, WithoutEffect
+from vrs_cli.errors import IllegalValue, MotionError, WithoutEffect
 from vrs_cli.interfaces.station.brought import variables_of
 from vrs_cli.interfaces.tasks.readings import Readings
 from vrs_cli.kinematics.model import RobotModel
@@ -35,11 +25,12 @@ from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operations import trans
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section
+from vrs_cli.language.text.makers import foreign_file, has_program
 from vrs_cli.language.text.parts import Part, Placed, parts_of, programs_of, repeated_programs
 from vrs_cli.language.text.source import JOINTS_HIGH
 from vrs_cli.language.text.suppression import heeded
 from vrs_cli.language.words.values import precision_point
-from vrs_cli.values.diagnostics import Diagnostic, Severity, Span, error, ordered, warning
+from vrs_cli.values.diagnostics import Diagnostic, Severity, Span, ordered, warning
 from vrs_cli.values.dialect import Dialect
 
 # the motions whose first argument is where they go; those of the second row stop at a distance in front of it
@@ -91,13 +82,18 @@ class Inspector:
 
     def inspect(self, parts: Parts) -> tuple[Diagnostic, ...]:
         """Everything that is wrong with them."""
+        lines = tuple(line for placed in parts for line in placed.part.lines)
+        foreign = foreign_file("\n".join(lines))
+        if foreign is not None and not has_program("\n".join(lines)):
+            return (foreign,)
         environment = Environment(units=self._engine.model.units)
         self._cell.fill(environment)
-        found = [one for placed in parts for one in placed.found(placed.part.diagnostics)]
+        found = [] if foreign is None else [foreign]
+        found += [one for placed in parts for one in placed.found(placed.part.diagnostics)]
         found += repeated_programs(parts)
         for placed in parts:
             if isinstance(placed.part.node, Section):
-                variables, refused = variables_of((placed.part.node,), environment.units)
+                variables, refused = variables_of(placed.part.node, environment.units)
                 environment.take(variables)
                 found += placed.found(refused)
         programs = {program.key: placed for placed, program in programs_of(parts)}
@@ -108,7 +104,6 @@ class Inspector:
         idle = set[str]()
         for placed, program in programs_of(programs.values()):
             found += placed.found(_settings_of(program, idle))
-        lines = tuple(line for placed in parts for line in placed.part.lines)
         return heeded(lines, ordered(found))
 
     # --- analysis ---
@@ -177,37 +172,21 @@ class _Memory(Struct, frozen=True):
 
 
 def _settings_of(program: Program, idle: set[str]) -> Iterator[Diagnostic]:
-    """An error at each switch and parameter that this robot does not have, and a warning at the first of each that
-    means nothing to it. `idle`: those that were warned of.
+    """Warn at the first use of each switch and parameter that means nothing to this robot. `idle`: those that were
+    warned of.
     """
     for step in program.steps:
         if isinstance(step.statement, ast.Instruction) and step.statement.word in _SETTING:
             for word in step.statement.arguments:
-                if isinstance(word, ast.Word):
-                    yield from _setting(word, *_SETTING[step.statement.word], idle)
+                row = idle_of(_SETTING[step.statement.word], word.text) if isinstance(word, ast.Word) else None
+                if row is not None and word is not None and row.name not in idle:
+                    idle.add(row.name)
+                    yield warning(WithoutEffect, word.span, f"{row.name}: {row.summary}", "it may be set and read")
 
 
-def _setting(
-    word: ast.Word,
-    table: Mapping[str, Switch] | Mapping[str, ParameterRow],
-    without: Mapping[str, Idle],
-    what: str,
-    idle: set[str],
-) -> Iterator[Diagnostic]:
-    row = idle_of(without, word.text)
-    if row is None:
-        try:
-            row_of(table, word.text, what)
-        except UsageError as refused:
-            yield error(UsageError, word.span, refused.detail, refused.hint)
-    elif row.name not in idle:
-        idle.add(row.name)
-        yield warning(WithoutEffect, word.span, f"{row.name}: {row.summary}", "it may be set and read")
-
-
-_SETTING: Mapping[str, tuple[Mapping[str, Switch] | Mapping[str, ParameterRow], Mapping[str, Idle], str]] = {
-    **dict.fromkeys(("ENABLE", "DISABLE", "SWITCH"), (SWITCHES, IDLE_SWITCHES, "switch")),
-    "PARAMETER": (PARAMETERS, IDLE_PARAMETERS, "parameter"),
+_SETTING: Mapping[str, Mapping[str, Idle]] = {
+    **dict.fromkeys(("ENABLE", "DISABLE", "SWITCH"), IDLE_SWITCHES),
+    "PARAMETER": IDLE_PARAMETERS,
 }
 
 

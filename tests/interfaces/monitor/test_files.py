@@ -57,6 +57,13 @@ def test_load_keeps_programs_and_overwrites_variables(folder: Path) -> None:
     assert texts[1] == "new.v2 loaded: fresh; main stays as before"
 
 
+def test_load_says_where_it_has_loaded_nothing(folder: Path) -> None:
+    (folder / "now.lc").write_text(".LOCATIONS\nnow 1 0 0 0 1 0\n0 0 -1 430.16 49.70 710.00\n.END\n")
+    session = at(RecordingTerminal(), "LOAD now.lc")
+    assert last(session, replies.Message) == replies.Message("nothing of now.lc is loaded", replies.Tone.ERROR)
+    assert not session.environment.kinds()
+
+
 def test_a_trajectory_is_loaded_as_a_branch() -> None:
     session = at(RecordingTerminal(), "READY", "SAVE 2-demo", "DRIVE 1, 60", "LOAD 2-demo.vrst")
     assert session.branches.present == "t2.demo"

@@ -8,6 +8,7 @@ import pytest
 
 from vrs_cli.interfaces.inspection import inspect
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.makers import foreign_file
 from vrs_cli.language.text.parser import parse_file
 
@@ -22,7 +23,6 @@ KAREL = "PROGRAM move\n-- a comment\nVAR\nBEGIN\nMOVE TO p1\nEND move\n"
 @pytest.mark.parametrize(
     ("text", "language", "line"),
     [
-        (KAWASAKI, "Kawasaki AS", 3),
         (KUKA, "KRL", 1),
         (KUKA.split("\n", 1)[1], "KRL", 1),
         (ABB, "RAPID", 1),
@@ -40,6 +40,35 @@ def test_a_file_is_named_once(text: str, language: str, line: int) -> None:
     assert told.span.line == line
     assert told.span.column < told.span.end
     assert inspect(text, load_robot("puma560")) == found
+
+
+def test_one_with_programs_hides_no_other_finding() -> None:
+    file, found = parse_file(KAWASAKI)
+    assert "Kawasaki AS" in found[0].detail
+    assert [one.span.line for one in found] == [3, 3, 4, 5, 7, 8, 9]
+    assert [type(part) for part in file.parts[:1]] == [Program]
+    assert set(found) <= set(inspect(KAWASAKI, load_robot("puma560")))
+
+
+@pytest.mark.parametrize(
+    ("their", "ours", "is_theirs"),
+    [
+        (["JMOVE a", "LMOVE b"], ["x = 1"] * 18, True),
+        (["JMOVE a", "JMOVE b"], ["x = 1"] * 553, False),
+        (["JMOVE a", "JMOVE b"], ["MOVE a"] * 3, False),  # our own motions are more
+        (["JMOVE j1, j2, j3, j4"] * 9, [], False),  # V+ has this one
+        (["LMOVE a"], [], False),  # one line is a mistake, and no language
+    ],
+)
+def test_the_whole_file_tells_its_language(their: list[str], ours: list[str], *, is_theirs: bool) -> None:
+    text = "\n".join((".PROGRAM a()", *ours, *their, ".END", ""))
+    assert (foreign_file(text) is not None) is is_theirs
+    assert sum(one.span.line > 1 for one in parse_file(text)[1]) == len(their) + is_theirs
+
+
+def test_values_are_no_steps() -> None:
+    values = "\n".join(f"p{n} 1 2 3 4 5 6" for n in range(1000))
+    assert foreign_file(f".PROGRAM a()\n  JMOVE p1\n  LMOVE p2\n.END\n.LOCATIONS\n{values}\n.END\n") is not None
 
 
 @pytest.mark.parametrize(

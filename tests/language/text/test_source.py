@@ -134,11 +134,22 @@ def test_everything_that_is_wrong_is_told_at_once() -> None:
     assert print_file(file).splitlines()[0] == "stray"
 
 
-@pytest.mark.parametrize("text", ["a\nb\x00c", "\x01\x02", "PK\x03\x04rest"])
+@pytest.mark.parametrize("text", ["; a\nb\x00c", "\x01\x02", "PK\x03\x04rest\n; b\n\x00\n\x00"])
 def test_what_is_no_text_is_told_once(text: str) -> None:
     file, diagnostics = parse_file(text)
-    assert file.parts == ()
+    assert not any(isinstance(part, Program | Section) for part in file.parts)
     assert [one.code for one in diagnostics] == [-503]
+
+
+def test_a_control_character_hides_no_other_mistake() -> None:
+    file, diagnostics = parse_file('.PROGRAM a()\nTYPE "\x00"\nMOVEE b\n.END\n.REALS\nx \x01\ny 2\n.END\n')
+    assert [(one.span.line, one.span.column, one.code) for one in diagnostics] == [
+        (2, 7, -503),
+        (3, 1, -452),
+        (6, 3, -503),
+    ]
+    assert isinstance(file.parts[1], Section)
+    assert not file.parts[1].whole
 
 
 def test_other_letters_are_fine_in_comments_and_texts() -> None:

@@ -88,6 +88,9 @@ def load(station: Station, named: Path) -> Talk[None]:
     stay = (
         f"; {', '.join(stored.name for stored in old)} {'stays' if len(old) == 1 else 'stay'} as before" if old else ""
     )
+    if diagnostics and not brought and not values:
+        yield Message(f"nothing of {path} is loaded", Tone.ERROR)
+        return
     yield Message(f"{path} loaded" + (f": {', '.join(names)}" if names else "") + stay)
 
 

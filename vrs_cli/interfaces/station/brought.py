@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from operator import itemgetter
 from typing import NamedTuple, Self
 
-from vrs_cli.errors import VrsError
+from vrs_cli.errors import FileDamaged, IllegalValue, VrsError
 from vrs_cli.files.layout import Layout
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.analysis.analyzer import Analysis, analyze_among
@@ -13,13 +13,19 @@ from vrs_cli.language.analysis.lineage import program_beyond_val2
 from vrs_cli.language.analysis.surroundings import Surroundings
 from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.run.variables import Variables
-from vrs_cli.language.text.ast import File, Program, Section
+from vrs_cli.language.text.ast import Entry, File, Program, Section
+from vrs_cli.language.text.source import AXES
 from vrs_cli.language.text.suppression import heeded
-from vrs_cli.values.diagnostics import Diagnostic, error
+from vrs_cli.language.words.values import rounding
+from vrs_cli.values.diagnostics import Diagnostic, error, first_error, warning
+
+LEAST_TOLD = 1e-6  # rounding of a number of an axis: that of single precision is less
 
 
 class Brought(NamedTuple):
-    """`lines`: those of the file. `diagnostics`: what is wrong with what it means."""
+    """`lines`: those of the file. `variables`: those of the sections without a mistake. `diagnostics`: what is wrong
+    with what it means.
+    """
 
     file: File
     lines: tuple[str, ...]
@@ -31,13 +37,18 @@ class Brought(NamedTuple):
     @classmethod
     def of(cls, file: File, text: str, memory: Memory, *, vplus: bool) -> Self:
         """`memory`: a copy of what is there."""
-        variables, refused = variables_of((part for part in file.parts if isinstance(part, Section)), memory.units)
         programs = {part.key: part for part in file.parts if isinstance(part, Program)}
-        memory.take(variables)
+        variables, diagnostics = Variables(memory.units), list[Diagnostic]()
+        for section in file.parts:
+            if isinstance(section, Section):
+                its, found = variables_of(section, memory.units)
+                diagnostics += found
+                memory.take(its)  # so that not every use of a name is told of too
+                if section.whole and first_error(found) is None:
+                    variables.take(its)
         everything = {key: stored.program for key, stored in memory.programs.items()} | programs
         surroundings = Surroundings(memory.kinds(), everything)
         analyses = tuple(analyze_among(surroundings, program) for program in programs.values())
-        diagnostics = list(refused)
         for analysis in analyses:
             diagnostics += analysis.diagnostics
             diagnostics += () if vplus else program_beyond_val2(analysis.program)
@@ -45,13 +56,28 @@ class Brought(NamedTuple):
         return cls(file, lines, Layout.of(file), variables, analyses, heeded(lines, diagnostics))
 
 
-def variables_of(sections: Iterable[Section], units: JointUnits) -> tuple[Variables, tuple[Diagnostic, ...]]:
-    """The variables of a file with their values; what is wrong with those that cannot be."""
-    variables, refused = Variables(units), list[Diagnostic]()
-    for section in sections:
-        for entry in section.entries:
-            try:
-                variables.define(entry)
-            except VrsError as wrong:
-                refused.append(error(type(wrong), entry.span, wrong.detail, wrong.hint))
-    return variables, tuple(refused)
+def variables_of(section: Section, units: JointUnits) -> tuple[Variables, tuple[Diagnostic, ...]]:
+    """The variables of a section with their values; what is wrong with those that cannot be, and the largest rounding
+    of a transformation.
+    """
+    variables, found = Variables(units), list[Diagnostic]()
+    rounded = list[tuple[float, Entry]]()
+    for entry in section.entries:
+        name = entry.variable.sigil + entry.variable.name
+        try:
+            variables.define(entry)
+        except VrsError as wrong:
+            found.append(error(type(wrong), entry.span, f"{name}: {wrong.detail}", wrong.hint))
+            continue
+        if len(entry.numbers) == AXES and not entry.variable.sigil and (by := rounding(entry.numbers)) > LEAST_TOLD:
+            rounded.append((by, entry))
+    if rounded:
+        by, worst = max(rounded, key=itemgetter(0))
+        others = f", and those of {len(rounded) - 1} more in this section by less" if len(rounded) > 1 else ""
+        what = f"{worst.variable.name}: its axes are rounded by {by:.1G}{others}"
+        found.append(warning(IllegalValue, worst.span, what, "the nearest rotation is taken"))
+    if not section.whole or first_error(found):
+        found.append(
+            warning(FileDamaged, section.span, f"nothing of {section.name} is loaded", "a line of it is wrong")
+        )
+    return variables, tuple(found)

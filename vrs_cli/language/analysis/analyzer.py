@@ -12,6 +12,7 @@ from typing import Any
 
 from msgspec import Struct
 
+from vrs_cli.engine.parameters import SETTINGS, idle_of, row_of
 from vrs_cli.errors import (
     ArgumentMismatch,
     CannotInterpret,
@@ -22,6 +23,7 @@ from vrs_cli.errors import (
     TypeMismatch,
     UndefinedName,
     UndefinedValue,
+    UsageError,
 )
 from vrs_cli.language.analysis.channels import channel
 from vrs_cli.language.analysis.confusions import first_assignment
@@ -273,8 +275,19 @@ class _Steps(Expressions):
             self._program_argument(expression)
         elif argument.shape is Shape.PROGRAM_TEXT:
             self._program_text(expression)
+        elif argument.shape.value in SETTINGS and isinstance(expression, ast.Word):
+            self._check_setting(expression, argument.shape.value)
         else:
             self.argument(expression, argument.shape)
+
+    def _check_setting(self, word: ast.Word, what: str) -> None:
+        """Report a switch or a parameter that does not exist."""
+        table, idle = SETTINGS[what]
+        if idle_of(idle, word.text) is None:
+            try:
+                row_of(table, word.text, what)
+            except UsageError as refused:
+                self.fault(UsageError, word.span, refused.detail, refused.hint)
 
     # --- programs as arguments ---
 

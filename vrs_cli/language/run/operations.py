@@ -44,6 +44,7 @@ from vrs_cli.language.words.values import (
     FALSE,
     INTEGER_HIGH,
     TRUE,
+    from_axes,
     in_degrees,
     integer,
     integer_between,
@@ -255,9 +256,7 @@ def location_bytes(T: Transform) -> str:
 
 
 def location_of_bytes(text: str, first: float | None) -> Transform:
-    nx, ny, nz, sx, sy, sz, ax, ay, az, *mm = _numbers_in(text, first, "12f")
-    px, py, pz = (number / 1000.0 for number in mm)
-    return normalised(Transform(nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz))
+    return normalised(from_axes(_numbers_in(text, first, "12f")))
 
 
 PIECE = 128  # characters of an element of an array that PACK and $UNPACK take for one long string

@@ -315,7 +315,8 @@ class ProgramHeader(Node, frozen=True):
 class Entry(Node, frozen=True):
     """A line of a .LOCATIONS, .REALS or .STRINGS section: a variable (constant indexes) and its value.
 
-    Locations: six numbers, mm and degrees as the file writes them; reals: one; strings: `text`.
+    Locations: six numbers, mm and degrees as the file writes them, or twelve, the axes n, s, a and the position [mm];
+    reals: one; strings: `text`.
     """
 
     variable: Variable
@@ -328,11 +329,13 @@ class Section(Node, frozen=True):
     """`.LOCATIONS`, `.REALS` or `.STRINGS` to `.END`; `name` has its dot, in upper case.
 
     `remarks`: lines without a variable, each as the number of entries before it, and its comment (None: blank).
+    `whole`: every line of it can be read.
     """
 
     name: str
     entries: tuple[Entry, ...]
     remarks: tuple[tuple[int, str | None], ...] = ()
+    whole: bool = True
 
 
 class Comment(Node, frozen=True):

@@ -21,7 +21,7 @@ from vrs_cli.language.text.builder import Builder, ValBuilder, signed_number
 from vrs_cli.language.text.complaints import complaint
 from vrs_cli.language.text.lalr import DoesNotFit, token_parser
 from vrs_cli.language.text.lexer import Lexer, Token, label_value, patterns_of
-from vrs_cli.language.text.makers import foreign_file
+from vrs_cli.language.text.makers import foreign_file, has_program
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, resolve_line, variables_named_like_functions
 from vrs_cli.language.text.source import FileReader, dialect_in, header_end
 from vrs_cli.language.words.instructions import OPERATOR_WORDS
@@ -40,14 +40,15 @@ def parse_file(
     """The programs and sections of a file, and everything that cannot be read in it.
 
     A bad line of a program is kept as BadLine. Line ends may be LF, CR LF or CR. `dialect`: where the file says none.
-    Where it is a `whole` file, one in another maker's language is told of as such, and not read.
+    Where it is a `whole` file, one in another maker's language is told of as such, and not read if it has no program.
     """
     foreign = foreign_file(text) if whole else None
-    if foreign is not None:
+    if foreign is not None and not has_program(text):
         return ast.File(()), (foreign,)
     own, wrong = dialect_in(text, dialect)
     file, found = FileReader(_parser(own), own).read(text)
-    return file, (*wrong, *found)
+    told = () if foreign is None else (foreign,)
+    return file, (*told, *wrong, *found)
 
 
 def parse_step(text: str, line: int = 1, dialect: Dialect = Dialect.VPLUS) -> Step:
@@ -142,6 +143,15 @@ class LineParser:
             return comment
         return replace(cast(ast.Entry, self._parse(tokens, "entry")), comment=comment)
 
+    def numbers(self, text: str) -> tuple[tuple[float, ...], str | None] | None:
+        """Numbers alone, and the text of a comment behind them. None for another line."""
+        line, semicolon, comment = text.partition(";")
+        if _numbers().fullmatch(line) is None:
+            return None
+        found = [signed_number(number) for number in line.replace(",", " ").split()]
+        numbers = tuple(number for number in found if number is not None)
+        return (numbers, comment if semicolon else None) if len(numbers) == len(found) else None
+
     def _parse(self, tokens: list[Token], start: str) -> Any:
         """The tree of a line. Raises LineRefused."""
         try:
@@ -199,6 +209,12 @@ def _index(match: re.Match[str], line: int) -> tuple[Expression, ...] | None:
     if digits is None:
         return None
     return (Number(float(digits), digits, span=Span(line, match.start("index") + 1, match.end("index") + 1)),)
+
+
+@cache
+def _numbers() -> re.Pattern[str]:
+    number = _NUMBER.replace("[^ \\t]", "[^ \\t,]")
+    return re.compile(rf"[ \t]*{number}(?:[ \t]*,?[ \t]*{number})*[ \t]*")
 
 
 @cache

@@ -13,7 +13,6 @@ from msgspec.structs import replace
 
 from vrs_cli.errors import ProgramExists
 from vrs_cli.language.text.ast import File, Program, Section
-from vrs_cli.language.text.makers import foreign_file
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.source import cut, dialect_in, end_of, lines_of
 from vrs_cli.values.diagnostics import Diagnostic, Span, error
@@ -23,17 +22,16 @@ from vrs_cli.values.dialect import Dialect
 class Part(Struct, frozen=True, eq=False, dict=True):
     """A program or a section with all lines up to the next heading; or the lines before the first heading.
 
-    `last`: its `.END`, or the last line where that is missing. `whole`: it is the whole of a file.
+    `last`: its `.END`, or the last line where that is missing.
     """
 
     lines: tuple[str, ...]
     last: int
     dialect: Dialect
-    whole: bool = False
 
     @cached_property
     def _read(self) -> tuple[File, tuple[Diagnostic, ...]]:
-        return parse_file("\n".join(self.lines), self.dialect, whole=self.whole)
+        return parse_file("\n".join(self.lines), self.dialect, whole=False)
 
     @property
     def file(self) -> File:
@@ -69,17 +67,16 @@ Known = Mapping[tuple[str, ...], Part]
 
 
 def parts_of(text: str, known: Known, dialect: Dialect = Dialect.VPLUS) -> tuple[Placed, ...]:
-    """Cut a file into its parts; one in another maker's language is one part. Parts that are `known` by their lines are
-    taken from there. `dialect`: where the file says none.
+    """Cut a file into its parts. Parts that are `known` by their lines are taken from there. `dialect`: where the file
+    says none.
     """
     placed, above = list[Placed](), 0
     own, _ = dialect_in(text, dialect)
-    everything, whole = lines_of(text), foreign_file(text) is not None
-    for lines in (everything,) if whole else cut(everything):
+    for lines in cut(lines_of(text)):
         texts, end = tuple(line.text for line in lines), end_of(lines)
         part = known.get(texts)
-        if part is None or (part.dialect, part.whole) != (own, whole):
-            part = Part(texts, len(lines) if end is None else end + 1, own, whole)
+        if part is None or part.dialect is not own:
+            part = Part(texts, len(lines) if end is None else end + 1, own)
         placed.append(Placed(part, above))
         above += len(lines)
     return tuple(placed)

@@ -15,6 +15,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, File, Program, Section, Statement, Step
 from vrs_cli.language.text.builder import begins_with_variable, trim
 from vrs_cli.language.text.precedence import ORDER
+from vrs_cli.language.text.source import ANGLES
 from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY
 from vrs_cli.language.words.instructions import INSTRUCTIONS, RELATIONS_OF_VAL
 from vrs_cli.language.words.monitor import COMMANDS
@@ -69,7 +70,10 @@ def _entry_text(entry: ast.Entry) -> str:
     if len(entry.numbers) == 1 and not entry.variable.sigil:
         (value,) = entry.numbers
         return f"{name} {int(value) if value.is_integer() and abs(value) < 1e15 else repr(value).upper()}"
-    return name + "".join(f" {_column_text(number):>12}" for number in entry.numbers)
+    columns = [f" {_column_text(number):>12}" for number in entry.numbers]
+    if entry.variable.sigil or len(columns) <= ANGLES:
+        return name + "".join(columns)
+    return "\n".join((name + "".join(columns[:ANGLES]), " " * NAME_WIDTH + "".join(columns[ANGLES:])))
 
 
 # what ends a string or a line, and what no program file may hold

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from typing import NamedTuple, Protocol
 
+from msgspec.structs import replace
+
 from vrs_cli.errors import (
     CannotInterpret,
     ControlStructure,
@@ -19,11 +21,12 @@ from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Program, Pr
 from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.words.foreign import FOREIGN_COMMENT, OWN_COMMENT
 from vrs_cli.language.words.values import key_of
-from vrs_cli.values.diagnostics import Diagnostic, Findings, LineRefused, Span, did_you_mean, error, ordered
+from vrs_cli.values.diagnostics import Diagnostic, Findings, LineRefused, Span, counted, did_you_mean, error, ordered
 from vrs_cli.values.dialect import DIALECTS, Dialect
 
 PROGRAM, END = ".PROGRAM", ".END"
 JOINTS_HIGH = 12  # joints of a precision point in a file
+ANGLES, AXES = 6, 12  # numbers of a transformation: with three angles, or with three axes, as controllers write it
 SECTIONS = (".LOCATIONS", ".REALS", ".STRINGS")
 
 _DIRECTIVE = re.compile(r"[ \t]*(\.[A-Za-z][\w.]*)")
@@ -49,6 +52,9 @@ class Parser(Protocol):
     def header(self, text: str, line: int, at: int) -> ProgramHeader: ...
 
     def entry(self, text: str, line: int) -> Entry | str | None: ...
+
+    def numbers(self, text: str) -> tuple[tuple[float, ...], str | None] | None:
+        """Numbers alone, and a comment. None for another line."""
 
 
 class SourceLine(NamedTuple):
@@ -119,16 +125,11 @@ class FileReader(Findings):
         super().__init__()
         self._parser, self._dialect = parser, dialect
         self._programs: set[str] = set()
+        self._damaged = False  # there are characters that no text has
 
     def read(self, text: str) -> tuple[File, tuple[Diagnostic, ...]]:
         """The file and everything that is wrong with its lines."""
-        damaged = _BINARY.search(text.rstrip(DISK_END))
-        if damaged is not None:
-            line = text.count("\n", 0, damaged.start()) + 1
-            column = damaged.start() - text.rfind("\n", 0, damaged.start())
-            detail = f"character {ord(damaged[0])} in a text"
-            found = error(FileDamaged, Span(line, column, column + 1), detail, "a program file is VAL-II text")
-            return File(()), (found,)
+        self._damaged = _BINARY.search(text.rstrip(DISK_END)) is not None
         file = File(tuple(part for lines in cut(lines_of(text)) if lines for part in self._parts(lines)))
         return file, ordered(self.diagnostics)
 
@@ -143,13 +144,18 @@ class FileReader(Findings):
                 self.warn(ControlStructure, head.span, f"{head.directive} has no .END")
             end = len(lines) if found is None else found
             yield (self._program if head.directive == PROGRAM else self._section)(head, lines[1:end])
-        stray = False
+        stray = damaged = False
         for line in lines[end + 1 :]:
             text = line.text.strip()
             if not text or text.startswith(";"):
                 yield Comment(text[1:].rstrip() if text else None, span=line.span)
             else:
-                self._refuse_outside(line, stray)
+                damage = self._damage_in(line)
+                if damage is None:
+                    self._refuse_outside(line, stray)
+                elif not damaged:  # a file that is no text at all has many
+                    self.diagnostics.append(damage)
+                damaged = damaged or damage is not None
                 yield BadLine(text, span=line.span)
             stray = bool(text) and not text.startswith((";", "."))
 
@@ -162,6 +168,20 @@ class FileReader(Findings):
             foreign = re.match(FOREIGN_COMMENT, line.text.lstrip())
             hint = near or (OWN_COMMENT if foreign else "a program begins with .PROGRAM name")
             self.fault(CannotInterpret, line.span, "this stands outside of programs", hint)
+
+    def _damage_in(self, line: SourceLine) -> Diagnostic | None:
+        """The first character that no text has."""
+        found = _BINARY.search(line.text) if self._damaged else None
+        if found is None:
+            return None
+        span = Span(line.number, found.start() + 1, found.start() + 2)
+        return error(FileDamaged, span, f"character {ord(found[0])} in a text", "a program file is VAL-II text")
+
+    def _check_text(self, line: SourceLine) -> None:
+        """Raises LineRefused for a line with characters that no text has."""
+        damage = self._damage_in(line)
+        if damage is not None:
+            raise LineRefused(damage)
 
     # --- programs ---
 
@@ -180,6 +200,7 @@ class FileReader(Findings):
         at = header_end(line.text)
         assert at is not None
         try:
+            self._check_text(line)
             header = self._parser.header(line.text, line.number, at)
         except LineRefused as refused:
             self.diagnostics.append(refused.diagnostic)
@@ -198,6 +219,7 @@ class FileReader(Findings):
         if numbered:
             text = _STEP_NUMBER.sub(lambda match: " " * len(match[0]), text, count=1)
         try:
+            self._check_text(line)
             return self._parser.step(text, line.number)
         except LineRefused as refused:
             self.diagnostics.append(refused.diagnostic)
@@ -206,19 +228,30 @@ class FileReader(Findings):
     # --- sections of variables ---
 
     def _section(self, line: SourceLine, body: Sequence[SourceLine]) -> Section:
+        """A section, of which nothing is to be used where a line of it is wrong."""
+        before = len(self.diagnostics)
         entries: list[Entry] = []
         remarks: list[tuple[int, str | None]] = []
+        goes_on = False  # the line above is a transformation, which may have more numbers
         for inner in body:
             try:
+                self._check_text(inner)
+                more = self._parser.numbers(inner.text) if goes_on else None
+                if more is not None:
+                    entries[-1] = _longer(entries[-1], *more)
+                    continue
                 entry = self._parser.entry(inner.text, inner.number)
             except LineRefused as refused:
                 self.diagnostics.append(refused.diagnostic)
+                goes_on = False
                 continue
-            if entry is None or isinstance(entry, str):
-                remarks.append((len(entries), entry))
-            elif self._fits(entry, line.directive):
+            goes_on = isinstance(entry, Entry) and line.directive == ".LOCATIONS" and not entry.variable.sigil
+            if isinstance(entry, Entry):
                 entries.append(entry)
-        return Section(line.directive, tuple(entries), tuple(remarks), span=line.span)
+            else:
+                remarks.append((len(entries), entry))
+        fitting = tuple(entry for entry in entries if self._fits(entry, line.directive))
+        return Section(line.directive, fitting, tuple(remarks), len(self.diagnostics) == before, span=line.span)
 
     def _fits(self, entry: Entry, section: str) -> bool:
         """Whether an entry is of its section's kind, with constant indexes and as many numbers as it needs."""
@@ -233,12 +266,19 @@ class FileReader(Findings):
         elif section == ".LOCATIONS" and not (
             1 <= len(entry.numbers) <= JOINTS_HIGH
             if entry.variable.sigil == "#"
-            else not entry.variable.sigil and len(entry.numbers) == 6
+            else not entry.variable.sigil and len(entry.numbers) in (ANGLES, AXES)
         ):
-            wrong = "a location is written name x y z o a t, a precision point #name and its joints"
+            name += f": {counted(len(entry.numbers), 'number')}"
+            wrong = "a location is written name x y z o a t, or with 12 numbers; a precision point #name and its joints"
         if wrong:
             self.fault(TypeMismatch, entry.span, name, wrong)
         return not wrong
+
+
+def _longer(entry: Entry, numbers: Sequence[float], comment: str | None) -> Entry:
+    """An entry with the numbers of the line below it, and its comment."""
+    comments = [one for one in (entry.comment, comment) if one is not None]
+    return replace(entry, numbers=(*entry.numbers, *numbers), comment=" ;".join(comments) if comments else None)
 
 
 def step_numbers(lines: Sequence[SourceLine]) -> bool:

@@ -17,7 +17,7 @@ from math import degrees, fmod, isfinite, radians
 
 from vrs_cli.errors import ArithmeticOverflow, IllegalValue, StringOverflow
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
-from vrs_cli.kinematics.transform import Transform, from_oat, to_oat
+from vrs_cli.kinematics.transform import Transform, from_oat, normalised, to_oat
 from vrs_cli.values.numbers import LIMIT, Value
 
 NAME_LENGTH = 15  # characters of a name that count (V+ User's Guide p.99)
@@ -156,9 +156,47 @@ def in_degrees(angle: float) -> float:
 
 
 def transformation(numbers: Iterable[float]) -> Transform:
-    """X, Y, Z [mm] and O, A, T [degrees], as files and POINT give them."""
-    x, y, z, o, a, t = numbers
+    """X, Y, Z [mm] and O, A, T [degrees], as files and POINT give them; or the 12 numbers of `from_axes`.
+
+    Raises IllegalValue where the axes are no rotation, but for rounding.
+    """
+    given = tuple(numbers)
+    if len(given) == len(Transform._fields):
+        return _rotation(from_axes(given))
+    x, y, z, o, a, t = given
     return from_oat(x / 1000.0, y / 1000.0, z / 1000.0, radians(o), radians(a), radians(t))
+
+
+MOST_ROUNDED = 0.005  # in a number of an axis: three decimals and more
+
+
+def from_axes(numbers: Iterable[float]) -> Transform:
+    """The axes n, s, a and the position [mm], three numbers each: so controllers write a transformation in a file, and
+    $TRANSB in a string (V+ Language Reference).
+    """
+    nx, ny, nz, sx, sy, sz, ax, ay, az, *mm = numbers
+    px, py, pz = (number / 1000.0 for number in mm)
+    return Transform(nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz)
+
+
+def _rotation(given: Transform) -> Transform:
+    """The transformation without what its axes are rounded by. Raises IllegalValue where they are no rotation."""
+    right = normalised(given)
+    off = _difference(given, right)
+    if not off <= MOST_ROUNDED:
+        hint = "the 12 numbers are the axes n, s and a of a right-handed frame, then x, y and z"
+        raise IllegalValue(f"the axes are no rotation: a number is off by {off:.3f}", hint)
+    return right
+
+
+def rounding(numbers: Iterable[float]) -> float:
+    """How far the axes of 12 numbers are from those of a rotation: the largest difference of a number."""
+    given = from_axes(numbers)
+    return _difference(given, normalised(given))
+
+
+def _difference(a: Transform, b: Transform) -> float:
+    return max(abs(x - y) for x, y in zip(a, b, strict=True))
 
 
 def precision_point(numbers: Iterable[float], units: JointUnits = TURNING) -> Joints:

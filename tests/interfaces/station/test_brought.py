@@ -1,0 +1,122 @@
+"""What the sections of a file bring: also transformations as a controller writes them, with 12 numbers."""
+
+from __future__ import annotations
+
+from math import degrees, pi
+from random import Random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.examples import examples
+from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.interfaces.inspection import inspect
+from vrs_cli.interfaces.station.station import Station
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.transform import Transform, angle_between, distance, from_ypr
+from vrs_cli.language.analysis.structure import canonical_text
+from vrs_cli.values.diagnostics import Diagnostic, Severity
+
+PUMA = load_robot("puma560")
+NOW = from_ypr(0.43016, 0.0497, 0.71, 0.0, pi, 0.0)  # the axes -1 0 0, 0 1 0, 0 0 -1
+ROWS = {
+    "one line": "now -1 0 0 0 1 0 0 0 -1 430.16 49.70 710.00",
+    "two lines": "now -1 0 0 0 1 0\n0 0 -1 430.16 49.70 710.00",
+    "two unequal lines": "now -1. .0 0.\t0 1.0 0 0 0 -1.0E0\n 430.16 49.70 710.00",
+    "comments": "now -1 0 0 0 1 0 ; taught\n  0, 0, -1, 430.16, 49.70, 710.00 ; today",
+}
+
+
+def loaded(*lines: str) -> tuple[Station, tuple[Diagnostic, ...]]:
+    station = Station(RecordingTerminal(), PUMA)
+    text = "\n".join((".LOCATIONS", *lines, ".END", ".REALS", "x 5", ".END", ""))
+    found = station.load_text(text)
+    assert set(inspect(text, PUMA)) == set(found)
+    return station, found
+
+
+def value(station: Station, name: str) -> Transform:
+    found = station.environment.value((name, None))
+    assert isinstance(found, Transform)
+    return found
+
+
+@pytest.mark.parametrize("written", ROWS)
+def test_twelve_numbers_are_a_transformation(written: str) -> None:
+    station, found = loaded("#p 0 -90 90 0 0 0", ROWS[written], "last 1 2 3 90 -90 0")
+    assert found == ()
+    assert distance(value(station, "now"), NOW) < 1e-15
+    assert angle_between(value(station, "now"), NOW) < 1e-9
+    assert value(station, "last").px == 0.001
+    assert station.environment.value(("#p", None)) is not None
+
+
+@examples(200)
+@given(st.integers(0, 2**32), st.integers(3, 9), st.booleans())
+def test_what_a_controller_rounds_is_accepted_and_told(seed: int, decimals: int, two: bool) -> None:
+    random = Random(seed)
+    poses = {f"p{n}": from_ypr(*(random.uniform(-2.0, 2.0) for _ in range(6))) for n in range(3)}
+    station, found = loaded(*(written(name, pose, decimals, two=two) for name, pose in poses.items()))
+    assert [one.severity for one in found] == [Severity.WARNING] * (decimals < 6 or len(found))
+    assert all("axes are rounded by" in one.detail for one in found)
+    for name, pose in poses.items():
+        assert distance(value(station, name), pose) < 1e-3 * 10.0**-decimals
+        assert degrees(angle_between(value(station, name), pose)) < 100.0 * 10.0**-decimals + 1e-6
+
+
+@examples(200)
+@given(st.integers(0, 2**32), st.sampled_from(["axis", "mirrored", "short", "long", "zero", "huge", "other rows"]))
+def test_what_is_no_rotation_loads_nothing_of_its_section(seed: int, wrong: str) -> None:
+    random = Random(seed)
+    numbers = columns(from_ypr(*(random.uniform(-2.0, 2.0) for _ in range(6))))
+    at = random.randrange(9)
+    if wrong == "axis":
+        numbers[at] += random.choice((-1.0, 1.0)) * random.uniform(0.02, 3.0)
+    elif wrong == "mirrored":
+        column = 3 * random.randrange(3)
+        numbers[column : column + 3] = [-x for x in numbers[column : column + 3]]
+    elif wrong == "short":
+        del numbers[random.randrange(1, 12) :]
+    elif wrong == "long":
+        numbers.append(1.0)
+    elif wrong == "other rows":  # position behind each row
+        numbers = [x for row in range(3) for x in (*numbers[row:9:3], numbers[9 + row] + 2.0)]
+    else:
+        numbers[at] = 0.0 if wrong == "zero" else 1e30
+        numbers[:9] = [0.0] * 9 if wrong == "zero" else numbers[:9]
+    if wrong == "short" and len(numbers) == 6:
+        return  # x y z o a t
+    station, found = loaded("good 1 2 3 90 -90 0", "bad " + " ".join(map(repr, numbers)), "#p 0 -90 90 0 0 0")
+    assert [one.span.line for one in found if one.severity is Severity.ERROR] == [3]
+    assert "nothing of .LOCATIONS is loaded" in [one.detail for one in found]
+    assert set(station.environment.kinds()) == {"x"}
+
+
+@pytest.mark.parametrize("row", ["now -1 0 0 0 1 0\n; here\n0 0 -1 1 2 3", "0 0 -1 1 2 3", "#p 1 2 3\n4 5 6", "a[i] 1"])
+def test_numbers_alone_belong_to_the_line_above(row: str) -> None:
+    station, found = loaded(row)
+    assert any(one.severity is Severity.ERROR for one in found)
+    assert set(station.environment.kinds()) == {"x"}
+
+
+@pytest.mark.parametrize("written", ROWS)
+def test_fmt_keeps_the_numbers(written: str) -> None:
+    text = f".LOCATIONS\n{ROWS[written]}\n.END\n"
+    printed = canonical_text(text)
+    assert isinstance(printed, str)
+    assert canonical_text(printed) == printed
+    assert printed.count("\n") == 4
+    station, found = loaded(*printed.splitlines()[1:-1])
+    assert found == ()
+    assert distance(value(station, "now"), NOW) < 1e-15
+
+
+def written(name: str, pose: Transform, decimals: int, *, two: bool) -> str:
+    numbers = [f"{x:.{decimals}f}" for x in columns(pose)]
+    return f"{name} {' '.join(numbers[:6])}{chr(10) if two else ' '}{' '.join(numbers[6:])}"
+
+
+def columns(T: Transform) -> list[float]:
+    """The axes n, s, a and the position [mm]."""
+    return [*T[0::4], *T[1::4], *T[2::4], *(1000.0 * x for x in T[3::4])]
