@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from pathlib import Path
 from random import Random
 
 import pytest
 
+from tests.fuzz.agreement import CHANGES, Agreement, disagreements
 from tests.fuzz.lines import line
 from tests.fuzz.probe import Probe, probe, typed
 from tests.fuzz.texts import KINDS, text
 from vrs_cli.engine.parameters import PARAMETERS
 
 TEXTS, PARTS = 210, 6
+VARIANTS = 300
 SESSIONS = 12  # of lines with extreme numbers
 
 
@@ -28,6 +31,15 @@ def test_any_text(part: int, tmp_path: Path) -> None:
     for seed in range(part, TEXTS, PARTS):
         probed(text(Random(seed)).text)
     assert all(probed.counted[done] > 0 for done in ("checked", "formatted", "printed and read again", "run", "typed"))
+
+
+def test_check_and_run_agree() -> None:
+    law, made = Agreement(), Counter[str]()
+    assert list(disagreements(VARIANTS, 1, law, made)) == []
+    assert set(made) == set(CHANGES)
+    assert (
+        min(law.counted[found] for found in ("both find errors", "both find none", "programs primed")) > VARIANTS / 10
+    )
 
 
 def test_any_number() -> None:
