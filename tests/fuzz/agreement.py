@@ -25,8 +25,8 @@ from vrs_cli.files.program_file import decode_program
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.language.text.diagnostics import Diagnostic, errors
 from vrs_cli.language.words.foreign import theirs
+from vrs_cli.values.diagnostics import Diagnostic, errors
 
 WORD = re.compile(r"[A-Za-z$#][\w.]*|\d+(?:\.\d+)?")
 MOST = 4  # mutations of a file
