@@ -16,7 +16,7 @@ from vrs_cli.errors import FileDamaged, RequestRefused
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.kinematics.transform import Transform, translation
 from vrs_cli.net import messages
-from vrs_cli.net.far_end import CATCHING_UP, PATIENCE, FarEnd
+from vrs_cli.net.far_end import CATCHING_UP, HELD_UP, PATIENCE, QUIET, FarEnd
 from vrs_cli.net.ledger import Ledger
 from vrs_cli.net.messages import At, Clock, Done, Line, Subscribe, Told
 from vrs_cli.net.protocol import ServerConnection
@@ -25,6 +25,7 @@ from vrs_cli.values.commands import Move
 from vrs_cli.values.hand import Pulled
 from vrs_cli.values.motion import JointOffsetTarget
 from vrs_cli.values.prompt import Status
+from vrs_cli.values.questions import LineWanted
 from vrs_cli.values.replies import Message
 from vrs_cli.wire.codec import Encoding
 from vrs_cli.wire.records import Motions, delta_record
@@ -37,7 +38,7 @@ class Wires:
     """A far end, and a server whose every word a test says; `now` is the time of the day here, `ahead` that there."""
 
     def __init__(self, follows: bool = True) -> None:
-        self.now, self.ahead = 100.0, 0.0
+        self.now, self.ahead, self.life = 100.0, 0.0, "a"
         self.edits = Edits(3)
         self.engine = self.edits.engine
         self.events = self.engine.events.subscribe()
@@ -59,7 +60,7 @@ class Wires:
         self.far.connection.begin()
         self.carry()
         welcome = messages.Welcome(
-            0, "", "cell1", "a", "supervisor", "ada", clock or Clock(self.engine.now), self.model
+            0, "", "cell1", self.life, "supervisor", "ada", clock or Clock(self.engine.now), self.model
         )
         self.server.welcome(welcome, self.ledger, self.now)
         self.answer()
@@ -241,6 +242,62 @@ def test_a_robot_that_does_not_come_back_leaves_nobody_waiting() -> None:
     assert "nobody knows whether it was done" in refused(end)
     wires.connect()
     assert len(wires.ends) == 1, "one end"
+
+
+def pinged(wires: Wires, ahead: float, round_trip: float) -> None:
+    """The far end knows the server's clock, which is so far ahead of its own [s]."""
+    sent = wires.now
+    wires.now += round_trip
+    there = sent + round_trip / 2.0 + ahead
+    wires.server.send(messages.Pong(sent, there, there, 0.0), wires.now)
+    wires.answer()
+
+
+def test_commands_and_answers_are_good_for_a_while_by_the_clock_of_the_server() -> None:
+    wires = Wires(follows=False)
+    pinged(wires, 5000.0, 0.2)
+    until = pytest.approx(wires.now + 5000.0 + 0.2 + HELD_UP)
+    wires.ask(lambda id: Line(id, "MOVE a"))
+    wires.ask(lambda id: messages.Positions(id, (1.0,)))
+    wires.ask(lambda id: messages.Put(id, "p.v2", b""))
+    wires.say(messages.Asked(1, LineWanted("? ")))
+    wires.far.send(messages.Answer(1, "5"))
+    wires.carry()
+    assert [getattr(it, "until", None) for it in wires.came[-4:]] == [until, None, None, until]
+
+
+def test_another_run_of_the_robot_may_be_on_a_machine_with_another_clock() -> None:
+    wires = Wires(follows=False)
+    pinged(wires, 5000.0, 0.2)
+    wires.cut()
+    wires.ledger = Ledger("another")
+    wires.life = "b"
+    wires.connect()
+    wires.ask(lambda id: Line(id, "MOVE a"))
+    wires.carry()
+    assert getattr(wires.came[-1], "until", 0.0) is None
+
+
+def test_it_is_known_since_when_nothing_is_heard() -> None:
+    wires = Wires(follows=False)
+    wires.say(Told(Message("heard")))
+    heard = wires.now
+    wires.now += QUIET - 0.1
+    assert wires.far.unheard_since is None
+    wires.now += 0.2
+    assert wires.far.unheard_since == heard, "it may be a line that says nothing of its cut"
+    wires.say(Told(Message("heard again")))
+    assert wires.far.unheard_since is None
+    wires.now += 1.0
+    wires.cut()
+    wires.now += 7.5
+    assert wires.far.unheard_since == wires.now - 8.5
+    assert str(wires.far.no_connection) == (
+        "*Request refused* there is no connection (cut 7.5 s ago): this was not sent (give it again when it is back)"
+    )
+    wires.connect()
+    assert wires.far.unheard_since is None
+    assert wires.far.cuts == 1
 
 
 def test_the_clock_of_the_robot_is_read_here() -> None:

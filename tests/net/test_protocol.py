@@ -344,6 +344,22 @@ def test_a_question_is_asked_until_its_answer_has_come() -> None:
     assert len(pair.connect()) == 1
 
 
+def test_a_question_is_asked_again_where_its_answer_was_held_up_or_not_sent() -> None:
+    pair = Pair()
+    question = LineWanted("? ")
+    pair.tell(Asked(1, question))
+    pair.to_client()
+    pair.client.send(Answer(1, "late", until=-0.1))
+    assert pair.to_server() == []
+    assert pair.to_client() == [Asked(1, question, seq=2)]
+    pair.cut()
+    with pytest.raises(RequestRefused):
+        pair.client.send(Answer(1, "while there is no connection"))
+    assert pair.connect()[1:] == [Asked(1, question, seq=3)]
+    pair.client.send(Answer(1, "in time", until=0.0))
+    assert pair.to_server() == [Answer(1, "in time", until=0.0)]
+
+
 def test_what_changes_nothing_is_asked_again() -> None:
     pair = Pair()
     wanted = Positions(pair.client.next_id(), (1.0,))

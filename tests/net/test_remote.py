@@ -238,6 +238,37 @@ def test_what_a_cut_interrupts_is_done_once_or_not_at_all(robot: vrs.Robot) -> N
         assert len(afar.commands) == done
 
 
+def test_a_request_behind_another_is_not_sent_after_a_cut(tmp_path: Path) -> None:
+    """Both are told: the first what became of it, the second that it was not done."""
+    with serving(tmp_path, realtime=1.0) as served, cable(served.address) as to_it:
+        session = served.hub.rooms["cell1"].session
+        robot = vrs.connect(to_it.url)
+        ends: list[object] = []
+
+        def ask(line: str) -> None:
+            try:
+                ends.append(robot.do(line))
+            except RequestRefused as refused:
+                ends.append(refused.detail)
+
+        robot.define(".PROGRAM slow()\n  WAIT SIG(1001)\n.END\n")
+        first, second = (threading.Thread(target=ask, args=(line,)) for line in ("EXECUTE slow", "a = 2"))
+        first.start()
+        until(lambda: session.running)
+        assert isinstance(robot.held, RemoteRobot)
+        talking = robot.held._talking
+        second.start()
+        until(lambda: talking.locked() and second.is_alive())
+        to_it.pull()
+        until(lambda: to_it.carried == 2)
+        with vrs.connect(served.address) as other:
+            other.abort()
+        first.join(PATIENCE)
+        second.join(PATIENCE)
+        assert ends[1] == "the connection was cut before its turn came: it was not sent"
+        robot.leave()
+
+
 def of_vrs() -> Iterator[threading.Thread]:
     """Its threads: the server, which is in this process too, may begin some of asyncio's."""
     return (thread for thread in threading.enumerate() if thread.name.startswith("vrs "))
@@ -389,7 +420,7 @@ def test_ctrl_c_stops_what_is_waited_for_and_a_second_one_waits_no_longer(
         to_it, session, heard = Cable(served.address), served.hub.rooms["cell1"].session, threading.Event()
         robot = vrs.connect(to_it.url)
         assert isinstance(robot.held, RemoteRobot)
-        tell = robot.held.tell
+        tell, far = robot.held.tell, robot.held.client.far
         monkeypatch.setattr(robot.held, "tell", lambda message: (tell(message), heard.set()))
         robot.define(".PROGRAM slow()\n  WAIT SIG(1001)\n.END\n")
 
@@ -399,9 +430,15 @@ def test_ctrl_c_stops_what_is_waited_for_and_a_second_one_waits_no_longer(
 
         def press_twice() -> None:
             until(lambda: session.running)
-            to_it.close()
+            to_it.freeze()
             press_ctrl_c()
             heard.wait(PATIENCE)
+            press_ctrl_c()
+
+        def press_without_a_connection() -> None:
+            until(lambda: session.running)
+            to_it.close()
+            until(lambda: not far.open)
             press_ctrl_c()
 
         for press in (press_once, press_twice):
@@ -411,6 +448,12 @@ def test_ctrl_c_stops_what_is_waited_for_and_a_second_one_waits_no_longer(
                 robot.execute("slow")
             if press is press_once:
                 assert robot["1 + 1"] == 2.0
+        to_it.pull()
+        until(lambda: far.cuts and far.open)
+        robot.abort()
+        threading.Thread(target=press_without_a_connection).start()
+        with pytest.raises(KeyboardInterrupt):
+            robot.execute("slow")
         robot.leave()
 
 

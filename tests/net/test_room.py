@@ -71,20 +71,21 @@ class Wire:
         if self.alive:
             self.guest.beat()
 
-    def command(self, text: str) -> int:
+    def command(self, text: str, until: float | None = None) -> int:
         self.ids += 1
-        (line,) = self.connection.receive(encode(Line(self.ids, text), Encoding.JSON), 0.0)
+        (line,) = self.connection.receive(encode(Line(self.ids, text, until=until), Encoding.JSON), 0.0)
         self.guest.take(line)
         return self.ids
 
-    def line(self, text: str) -> Done:
-        id = self.command(text)
+    def line(self, text: str, until: float | None = None) -> Done:
+        id = self.command(text, until)
         self.until(lambda: any(isinstance(one, Done) and one.id == id for one in self.heard))
         return next(one for one in self.heard if isinstance(one, Done) and one.id == id)
 
     def until(self, there: Callable[[], object]) -> None:
         def pumped() -> object:
             self.room.pump()
+            self.flush()  # as a server does after each message
             return there()
 
         until(pumped)
@@ -486,3 +487,17 @@ def test_so_many_questions_wait_and_no_more(tmp_path: Path) -> None:
         ada.until(lambda: sum(isinstance(one, Completed) for one in ada.heard) == MOST_LOOKS)
         ada.guest.take(Complete(999, "MO", True))
         ada.until(lambda: sum(isinstance(one, Completed) for one in ada.heard) == MOST_LOOKS + 1)
+
+
+def test_what_was_held_up_on_the_way_is_not_done_unless_it_stops_the_robot(tmp_path: Path) -> None:
+    with served(tmp_path, realtime=1.0) as it:
+        ada = it.call("ada")
+        assert ada.line("a = 1", until=it.now).ok
+        late = ada.line("a = 2", until=it.now - 6.5)
+        assert (late.ok, late.refusal and late.refusal.detail) == (
+            False,
+            "it was held up on the way, and arrived 6.5 s too late: it was not done",
+        )
+        assert ada.line("abort", until=it.now - 6.5).ok
+        ada.line("TYPE a")
+        assert ada.said[-1].split() == ["1"]

@@ -31,7 +31,7 @@ class Line:
     `cut`: nothing gets through.
     """
 
-    name, lost, one_user = "tester", False, False
+    name, one_user, cuts = "tester", False, 0
 
     def __init__(self, attended: bool = False, clock: Clock | None = None, folder: Folder = FREE) -> None:
         self.session = Session(_There(self, attended), clock=clock, folder=folder)
@@ -48,6 +48,10 @@ class Line:
         self._asking: list[tuple[Ticket[Any], Question]] = []
 
     # --- here ---
+
+    @property
+    def open(self) -> bool:
+        return not self.cut
 
     def begin(self, make: Callable[[int], messages.Request], outlet: Outlet) -> int:
         if self.cut:

@@ -126,28 +126,62 @@ def test_the_end_of_the_input_is_told_as_here() -> None:
     assert piped(Line(), typed, []) == (1, sink.getvalue())
 
 
-def test_what_a_cut_connection_says_is_not_the_robots(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vrs_cli.repl.remote_seat.COMING_BACK", 0.0)
+REST = "not given, for the connection was cut meanwhile: the lines after this one"
+
+
+def test_a_line_of_a_pipe_does_not_wait_for_a_connection() -> None:
     line, told = Line(), list[str]()
     line.cut = True
-    assert piped(line, ["a = 2\n"], told) == (1, "")
-    assert told == [str(RequestRefused("there is no connection"))] * 2
+    typed = iter(["a = 2\n", "a = 3\n"])
+    assert plain.run(afar(line, told.append), typed, StringIO()) == 1
+    assert told == [str(RequestRefused("there is no connection")), REST]
+    assert list(typed) == ["a = 3\n"]
 
 
-def test_a_line_that_never_came_is_told_and_not_given_again() -> None:
-    line, told = Line(), list[str]()
-    begin = line.begin
+def cut_at(line: Line, wanted: str) -> str:
+    """The connection is cut by that line, which never comes to the robot, and is back before its end is told: what the
+    user is told of it.
+    """
+    begin, lost = line.begin, RequestRefused("it was not done", "give it again")
 
-    def lost(_make: Callable[[int], messages.Request], outlet: Outlet) -> int:
-        """The first line goes over a connection that is cut."""
-        line.begin = begin  # type: ignore[method-assign]
-        outlet(messages.Done(0, ok=False, refusal=Refusal.of(RequestRefused("it was not done", "give it again"))))
+    def begin_or_cut(make: Callable[[int], messages.Request], outlet: Outlet) -> int:
+        request = make(0)
+        if getattr(request, "text", "") != wanted or isinstance(request, messages.Check):
+            return begin(make, outlet)
+        line.cuts += 1
+        outlet(messages.Done(0, ok=False, refusal=Refusal.of(lost)))
         return 0
 
-    line.begin = lost  # type: ignore[method-assign]
-    status, text = piped(line, ["a = 2\n", "LISTR a\n"], told)
-    assert (status, told) == (1, [str(RequestRefused("it was not done", "give it again"))])
-    assert text == "*Undefined value* a\n"
+    line.begin = begin_or_cut  # type: ignore[method-assign]
+    return str(lost)
+
+
+def test_a_pipe_ends_where_its_connection_was_cut() -> None:
+    line, told = Line(), list[str]()
+    lost = cut_at(line, "a = 2")
+    assert piped(line, ["a = 1\n", "a = 2\n", "a = 3\n", "LISTR a\n"], told) == (1, "")
+    assert told == [lost, REST]
+    assert dict(line.session.environment.values()) == {("a", None): 1.0}
+
+
+def test_what_is_typed_while_the_connection_is_cut_is_told_and_dropped() -> None:
+    line, told = Line(attended=True), list[str]()
+    lost = cut_at(line, "a = 2")
+    with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
+
+        def hear(text: str) -> None:
+            told.append(text)
+            if text.endswith("a = 5"):
+                pipe.send_text(lines("b = 1") + CTRL_D)
+
+        shell = Shell(afar(line, hear))
+        pipe.send_text(lines("a = 1", "a = 2", "a = 3", "a = 4") + "a = 5" + CTRL_D)
+        shell.run()
+        history = shell.prompts.history.get_strings()
+    dropped = [f"not given, for the connection was cut meanwhile: a = {k}" for k in (3, 4, 5)]
+    assert told[-4:] == [lost, *dropped]
+    assert dict(line.session.environment.values()) == {("a", None): 1.0, ("b", None): 1.0}
+    assert history == ["a = 1", "a = 2", "a = 3", "a = 4", "a = 5", "b = 1"]
 
 
 def test_ctrl_c_stops_what_is_waited_for_and_the_rest_of_the_pipe() -> None:

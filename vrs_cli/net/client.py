@@ -42,7 +42,7 @@ from vrs_cli.values.questions import Answer, Question
 from vrs_cli.wire.codec import Encoding
 
 OPENING = 10.0  # [s] that a handshake takes at most
-KEEPALIVE, SILENT = 5.0, 10.0  # [s] between two pings of the socket, and until one without an answer cuts it
+KEEPALIVE, SILENT = 2.0, 10.0  # [s] between two pings of the socket, and until one without an answer cuts it
 CLOSING = 2.0  # [s] that both sides take to say so
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
 RUNNING, A_ROBOT = "is the server running? vrs serve", "is it a robot? vrs serve"
@@ -160,7 +160,7 @@ class Client:
 
     def send(self, message: messages.ClientMessage) -> None:
         """What has no answer. Raises RequestRefused where there is no connection."""
-        self.far.connection.send(message)
+        self.far.send(message)
         self._stirred.set()
 
     def drag(self, T_world_tool: Transform | None) -> None:

@@ -32,9 +32,9 @@ from vrs_cli.net.messages import Done, Request, ServerMessage
 from vrs_cli.net.mirror import WINDOW, ClockReading, Mirror, parting
 from vrs_cli.net.preview import Preview
 from vrs_cli.net.protocol import ClientConnection, State
-from vrs_cli.net.timesync import TimeSync
+from vrs_cli.net.timesync import Estimate, TimeSync
 from vrs_cli.net.wishes import Wishes
-from vrs_cli.values.acts import Go
+from vrs_cli.values.acts import Define, Go
 from vrs_cli.values.hand import Pulled as PulledState
 from vrs_cli.wire.codec import Frame
 from vrs_cli.wire.records import Form, Motions, RecordError, delta_of
@@ -44,6 +44,8 @@ from vrs_cli.wire.snapshots import snapshot_of
 CATCHING_UP = 2.0  # [s] that the end of a command waits at most for the change that it has made
 PATIENCE = 60.0  # [s] after a cut until nobody knows what has become of a command: no server remembers it longer
 REMEMBERED = 600.0  # [s] that it is known what was shown wrongly
+HELD_UP = 3.0  # [s] and a round trip that a command may be on its way: a user who waits longer thinks of it no more
+QUIET = 4.0  # [s] without a word of the robot, which answers a ping every two seconds: it is not heard any more
 NEAR = 0.05  # [s] D_f + D_b of who sees what becomes of a wish about as soon as it does
 FIRST_PINGS, QUICKLY, USUALLY = 8, 0.05, 2.0  # how many, and the seconds between them and after them
 
@@ -84,6 +86,8 @@ class FarEnd:
         self.news: list[Outlet] = []
         self.window = WINDOW
         self.sync = TimeSync()
+        self.cuts = 0  # how often the connection was cut
+        self._estimate: Estimate | None = None  # of the server's clock
         self._round_trip = 0.0
         self._wall, self._times = wall, HolderTimes(hello.offset)
         self._arm: RobotArm | None = None
@@ -93,16 +97,19 @@ class FarEnd:
         self._clock = messages.Clock(0.0)
         self._resyncs = False  # the mirror is lost, and a snapshot was asked for
         self._cut_at = self._silent_since = inf
+        self._heard_at = wall()
         self._pings, self._next_ping = 0, 0.0
 
     # --- sockets ---
 
     def receive(self, frame: Frame) -> None:
+        self._heard_at = self._wall()
         for message in self.connection.receive(frame):
             self._take(message)
 
     def cut(self) -> None:
         """The socket is gone."""
+        self.cuts += self.open
         self.connection.cut()
         now = self._wall()
         self._cut_at, self._silent_since = min(self._cut_at, now), min(self._silent_since, now)
@@ -110,6 +117,11 @@ class FarEnd:
     @property
     def open(self) -> bool:
         return self.connection.state is State.OPEN
+
+    @property
+    def unheard_since(self) -> float | None:
+        """The time of the day of the last word of the robot [s], where nothing is heard any more; None while it is."""
+        return None if self.open and self._wall() < self._heard_at + QUIET else self._heard_at
 
     @property
     def due(self) -> float:
@@ -148,11 +160,31 @@ class FarEnd:
         request = make(self.connection.next_id())
         if isinstance(request, messages.At) and isinstance(request.act, Go) and request.issued is None and self._passes:
             request = structs.replace(request, issued=self.now)
-        self.connection.send(request)
+        self.send(request)
         self._outlets[request.id] = outlet
         if self._passes and self.preview is not None:
             self._preview(self.preview, request)
         return request.id
+
+    def send(self, message: messages.ClientMessage) -> None:
+        """Raises RequestRefused where there is no connection: what is not sent now is never sent."""
+        if isinstance(message, messages.Command | messages.Answer) and not _takes_long(message):
+            message = structs.replace(message, until=self._until)
+        if not self.open:
+            raise self.no_connection
+        self.connection.send(message)
+
+    @property
+    def _until(self) -> float | None:
+        """By the server's clock, as far as that is known [s]: until when what is sent now has to be there."""
+        known = self._estimate
+        return None if known is None else known.there(self._wall()) + self._round_trip + HELD_UP
+
+    @property
+    def no_connection(self) -> RequestRefused:
+        """Why nothing can be sent."""
+        since = f" (cut {self._wall() - self._silent_since:.1f} s ago)" if self._silent_since < inf else ""
+        return RequestRefused(f"there is no connection{since}: this was not sent", "give it again when it is back")
 
     def _preview(self, preview: Preview, request: Request) -> None:
         """It is on its way, as long as half a round trip takes as a rule."""
@@ -211,6 +243,7 @@ class FarEnd:
                 self._set_clock(message)
             case messages.Pong():
                 self.sync.heard(message.sent, message.came, message.left, self._wall())
+                self._estimate = self.sync.estimate
                 self._set_clock(self._clock)
                 self._round_trip = self.sync.round_trip(0.5)
             case messages.Pulled(state):
@@ -222,6 +255,8 @@ class FarEnd:
 
     def _welcomed(self, welcome: messages.Welcome) -> None:
         now = self._wall()
+        if self.welcome is not None and self.welcome.life != welcome.life:  # perhaps another machine, with its clock
+            self.sync, self._estimate = TimeSync(), None
         self.welcome, self._pings, self._resyncs = welcome, 0, False
         self._wishes, self._pulled = Wishes(), PulledState()
         self._cut_at = self._silent_since = inf
@@ -294,8 +329,7 @@ class FarEnd:
         self._clock = clock
         if self.mirror is None:
             return
-        estimate = self.sync.estimate
-        since = self._wall() if estimate is None else estimate.here(clock.wall)
+        since = self._wall() if self._estimate is None else self._estimate.here(clock.wall)
         self.mirror.clock = ClockReading(clock.now, self.rate, since)
 
     def _moves_to(self, now: float) -> None:
@@ -420,3 +454,8 @@ class FarEnd:
         elif self.preview is not None:
             self.preview.refused(id)
         self._outlets.pop(id, self._spread)(message)
+
+
+def _takes_long(message: messages.ClientMessage) -> bool:
+    """Whether it holds a file, which is on its way for as long as its length takes."""
+    return isinstance(message, messages.Put) or (isinstance(message, messages.At) and isinstance(message.act, Define))

@@ -39,7 +39,7 @@ from vrs_cli.net.places import without
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.tokens import Grant
 from vrs_cli.values.acts import DeskAct, KeepDraft, Say, StopProgram, Survey, Undo
-from vrs_cli.values.hand import Press
+from vrs_cli.values.hand import Brake, Press
 from vrs_cli.values.prompt import Status
 from vrs_cli.values.questions import LineWanted, Question, ended
 from vrs_cli.values.replies import DiagnosticsReport, Message, Reply, is_error, refusal
@@ -200,11 +200,31 @@ class Guest:
         """Do what a client asks for. What cannot be done is told."""
         self.beat()
         try:
+            self._check_in_time(message)
             _TAKEN[type(message)](self, message)
         except Exception as error:
             if what := _deed(message):
                 self._hall.note(self, what, f"refused: {error}")
             self.refuse(message, error)
+
+    def _check_in_time(self, message: messages.ClientMessage) -> None:
+        """A command that was held up on the way is not done, for its user expects it no more; but a stop always is.
+        Raises RequestRefused.
+        """
+        if not isinstance(message, messages.Command) or message.until is None:
+            return
+        late = self._wall() - message.until
+        if late > 0.0 and not self._is_stop(message):
+            what = f"it was held up on the way, and arrived {late:.1f} s too late: it was not done"
+            raise RequestRefused(what, "give it again")
+
+    def _is_stop(self, command: messages.Command) -> bool:
+        match command:
+            case messages.Abort() | messages.At(act=StopProgram() | Brake()):
+                return True
+            case messages.Line(text=text) | messages.At(act=Say(line=text)):
+                return self.holder.stops(text)
+        return False
 
     def wait(self) -> float:
         """How long what it asks for next is to wait [s], so that who drives does not wait for all that others want."""

@@ -123,8 +123,9 @@ class Ledger:
         """Those that have no answer."""
         return tuple(self._questions.values())
 
-    def asks(self, number: int) -> bool:
-        return number in self._questions
+    def asked(self, number: int) -> Asked | None:
+        """The question with that number, if it has no answer."""
+        return self._questions.get(number)
 
     # --- its connection ---
 

@@ -112,8 +112,14 @@ class Request(ClientMessage, frozen=True):
     id: Count
 
 
-class Command(Request, frozen=True):
-    """What is done once, however often it is sent: a known id is answered from memory. `Done` is its answer."""
+class Command(Request, frozen=True, kw_only=True):
+    """What is done once, however often it is sent: a known id is answered from memory. `Done` is its answer.
+
+    `until`: a time of the server's clock, as `Clock.wall` and `Pong` show it [s]. A command that arrives later was
+    held up on the way; the server refuses it, unless it stops the robot.
+    """
+
+    until: Number | None = None
 
 
 class Numbered(ServerMessage, frozen=True, kw_only=True):
@@ -211,11 +217,14 @@ class How(Enum):
 
 
 class Answer(ClientMessage, frozen=True):
-    """To the question with this number. `Withdrawn` says that it has come."""
+    """To the question with this number. `Withdrawn` says that it has come. `until`: as in `Command`; the question is
+    asked again where the answer arrives later.
+    """
 
     question: Count
     value: Answered = None
     how: How = How.ANSWERED
+    until: Number | None = None
 
 
 class Complete(Request, frozen=True):

@@ -136,9 +136,13 @@ class ServerConnection:
         match message:
             case Command():
                 return [message] if self._is_new(message, ledger, now) else []
-            case Answer(number):
-                if not ledger.asks(number):
+            case Answer(number, until=until):
+                asked = ledger.asked(number)
+                if asked is None:
                     return []  # it was withdrawn, or answered, meanwhile
+                if until is not None and now > until:
+                    ledger.tell(asked, now)
+                    return []
                 ledger.tell(Withdrawn(number), now)
             case Bye():
                 self.state = State.CLOSING
@@ -257,7 +261,7 @@ class ClientConnection:
         self._id = 0
         self._heard = 0  # the number of the last message of those that are numbered
         self._unanswered: dict[int, Request] = {}
-        self._questions: dict[int, bool] = {}  # by number: whether the answer was sent
+        self._questions: dict[int, bool] = {}  # by number: whether its answer was given
         self._followed: Subscribe | None = None
         self._change: int | None = None  # the number of the last change; None: a snapshot is to come
 
@@ -295,8 +299,10 @@ class ClientConnection:
 
     def send(self, message: ClientMessage) -> None:
         """Raises RequestRefused where there is no connection, for more than a server takes at once, and where too much
-        waits for an answer; ABORT need not wait.
+        waits for an answer; ABORT need not wait. A question whose answer was not sent is asked again.
         """
+        if isinstance(message, Answer) and message.question in self._questions:
+            self._questions[message.question] = True
         if self.state is not State.OPEN:
             raise RequestRefused("there is no connection", "connect again")
         frame = encode(message, self._outbox.encoding)
@@ -308,8 +314,6 @@ class ClientConnection:
             self._unanswered[message.id] = message
         if isinstance(message, Subscribe):
             self._followed, self._change = message, message.after
-        elif isinstance(message, Answer) and message.question in self._questions:
-            self._questions[message.question] = True
         self._outbox.put(frame)
 
     def repeat(self, id: int) -> None:

@@ -297,8 +297,15 @@ class RemoteRobot:
 
     @contextmanager
     def _conversing(self, answer: Answers) -> Iterator[Inbox[ServerMessage]]:
-        """What is said meanwhile is kept, and what is asked is answered."""
+        """What is said meanwhile is kept, and what is asked is answered. Raises RequestRefused where the connection is
+        cut, also while an earlier request of this process is waited for.
+        """
+        far, cuts = self.client.far, self.client.far.cuts
+        if not far.open:
+            raise far.no_connection
         with self._talking:
+            if far.cuts != cuts:
+                raise RequestRefused("the connection was cut before its turn came: it was not sent", "give it again")
             self._notes.begin(answer)
             self._ear.inbox = Inbox()
             try:
@@ -316,7 +323,7 @@ class RemoteRobot:
         return inbox
 
     def _ended(self, inbox: Inbox[ServerMessage]) -> Done:
-        """Wait for the end of a command. Ctrl-C stops it; a second one waits no longer."""
+        """Wait for the end of a command. Ctrl-C stops it; a second one, or one that cannot be sent, waits no longer."""
         interrupted = False
         while True:
             try:
@@ -325,7 +332,7 @@ class RemoteRobot:
                     break
                 self._hear(message)
             except KeyboardInterrupt:
-                if interrupted:
+                if interrupted or not self.open:
                     raise  # nobody waits for a robot that does not answer
                 interrupted = True
                 self.tell(messages.Interrupt())

@@ -61,6 +61,10 @@ class Estimate(Struct, frozen=True):
         """What the clock here shows when the one there shows t."""
         return self.at + (t - self.offset - self.at) / (1.0 + self.drift)
 
+    def there(self, t: float) -> float:
+        """What the clock there shows when the one here shows t."""
+        return t + self.offset + self.drift * (t - self.at)
+
 
 class TimeSync:
     """Keeps the exchanges of a `window` [s]."""

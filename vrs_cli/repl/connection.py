@@ -36,8 +36,12 @@ class Connection:
         return self._welcome.one_user
 
     @property
-    def lost(self) -> bool:
-        return self._client.far.refusal is not None
+    def cuts(self) -> int:
+        return self._client.far.cuts
+
+    @property
+    def open(self) -> bool:
+        return self._client.far.open
 
     @property
     def greeting(self) -> str:
@@ -50,8 +54,10 @@ class Connection:
 
     def send(self, message: ClientMessage) -> None:
         def send() -> None:
-            with suppress(RequestRefused):
+            try:
                 self._client.send(message)
+            except RequestRefused as refused:
+                self._client.told(str(refused))
 
         self._loop.soon(send)
 

@@ -6,6 +6,11 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
+from prompt_toolkit.input import Input
+from prompt_toolkit.input.typeahead import get_typeahead
+from prompt_toolkit.key_binding import KeyPress
+from prompt_toolkit.keys import Keys
+
 
 @contextmanager
 def unechoed(*, signals: bool) -> Iterator[None]:
@@ -31,3 +36,20 @@ def unechoed(*, signals: bool) -> Iterator[None]:
     finally:
         with suppress(termios.error):  # the terminal may have gone
             termios.tcsetattr(sys.stdin, termios.TCSANOW, before)
+
+
+def typed_ahead(source: Input) -> list[str]:
+    """Take all that was typed for the next prompt: the lines that are not blank, the last one perhaps not ended."""
+    keys = get_typeahead(source)
+    with source.raw_mode():
+        while more := source.read_keys():
+            keys += more
+        keys += source.flush_keys()
+    return [line for line in "".join(map(_text, keys)).splitlines() if line.strip()]
+
+
+def _text(pressed: KeyPress) -> str:
+    """What a key adds to a line."""
+    if pressed.key in (Keys.ControlM, Keys.ControlJ):
+        return "\n"
+    return pressed.data if pressed.key is Keys.BracketedPaste or len(pressed.key) == 1 else ""

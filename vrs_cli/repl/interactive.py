@@ -34,7 +34,7 @@ from prompt_toolkit.validation import ValidationError, Validator
 from vrs_cli.repl.backstage import Backstage
 from vrs_cli.repl.colours import STYLE, colour_depth
 from vrs_cli.repl.config import Config, read_config
-from vrs_cli.repl.echo import unechoed
+from vrs_cli.repl.echo import typed_ahead, unechoed
 from vrs_cli.repl.history import history_path, open_history
 from vrs_cli.repl.interrupt import Ended, stoppable
 from vrs_cli.repl.lexer import ValLexer
@@ -212,7 +212,15 @@ class Shell:
             else:
                 work.seat.take(line)
             work.terminal.end_progress()
+        if work.seat.was_cut():
+            self._drop_typed_ahead(work.seat)
         return not work.terminal.leaving
+
+    def _drop_typed_ahead(self, seat: Seat) -> None:
+        """Lines that were typed while the connection was cut stay in the history."""
+        for line in typed_ahead(self.prompts.app.input):
+            self.prompts.history.append_string(line)
+            seat.drop(line)
 
     def _read(self) -> str:
         """One line, or QUESTION."""

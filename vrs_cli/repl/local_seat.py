@@ -80,6 +80,12 @@ class LocalSeat:
     def answer(self) -> None:
         self._do(self.conversation.answer())
 
+    def was_cut(self) -> bool:
+        return False
+
+    def drop(self, what: str) -> None:
+        """Nothing is lost on the way to a robot of this process."""
+
     def leave_entry(self, why: str = "") -> None:
         self._do(self.conversation.leave_entry(why))
 

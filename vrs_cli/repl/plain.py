@@ -16,8 +16,8 @@ BYTE_ORDER_MARK = "\ufeff"
 def run(place: Place, source: Iterable[str], sink: TextIO) -> int:
     """Carry out the lines of `source`. Returns 1 when any of them could not be, 0 otherwise.
 
-    A wrong line does not stop the lines after it; EXIT does, and so does Ctrl-C. Raises KeyboardInterrupt for a Ctrl-C
-    while the next line is waited for.
+    A wrong line does not stop the lines after it; EXIT does, and so do Ctrl-C and a connection that is cut. Raises
+    KeyboardInterrupt for a Ctrl-C while the next line is waited for.
     """
     terminal = PlainTerminal(sink, _unmarked(source))
     seat = place.seat(terminal)
@@ -27,6 +27,9 @@ def run(place: Place, source: Iterable[str], sink: TextIO) -> int:
         with stoppable(seat.interrupt):
             seat.take(line.rstrip("\r\n"))
         sink.flush()
+        if seat.was_cut():
+            seat.drop("the lines after this one")
+            break
         if terminal.leaving or seat.interrupted:
             break
     with stoppable(seat.interrupt):

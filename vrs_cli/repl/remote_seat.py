@@ -40,11 +40,10 @@ from vrs_cli.values.questions import Answer, Editing, Jogging, Playing, Question
 from vrs_cli.values.replies import Farewell, Message, Tone, refusal
 
 AT_ONCE = 1.0  # [s] that the answer to a look is waited for: a key does not wait longer
-COMING_BACK = 60.0  # [s] that a line of a pipe waits for a connection that was cut
+COMING_BACK = 60.0  # [s] that a file is waited for
 LONGEST = 50_000  # characters of one message
 SLASH = "/"  # no line of VAL-II begins with it
 WORDS = "/who is there and drives, /ask to drive, /give NAME lets another drive, /release lets anybody; all may ABORT"
-LOOKING = 0.05  # [s] between two looks whether there is a connection again
 M = TypeVar("M", bound=ServerMessage)
 Outlet = Callable[[ServerMessage], None]
 
@@ -59,14 +58,18 @@ class Far(Protocol):
         """Whether nobody else holds the robot."""
 
     @property
-    def lost(self) -> bool:
-        """Whether it is gone for good."""
+    def open(self) -> bool:
+        """Whether there is a connection now."""
+
+    @property
+    def cuts(self) -> int:
+        """How often the connection was cut."""
 
     def begin(self, make: Callable[[int], Request], outlet: Outlet) -> int:
         """Send a request; all that comes of it goes to the outlet, its end last. Raises RequestRefused."""
 
     def send(self, message: messages.ClientMessage) -> None:
-        """What has no answer; lost where there is no connection. Safe in a signal handler."""
+        """What has no answer; that it was not sent is told. Safe in a signal handler."""
 
     def listen(self, outlet: Outlet) -> None:
         """Have all that belongs to no request told."""
@@ -89,6 +92,7 @@ class RemoteSeat:
         self._later: deque[ServerMessage] = deque()  # for when the user has no question before him
         self._status, self._told_at = Status(), 0.0
         self._waits = self._asks = False
+        self._cuts = far.cuts  # when the last line was taken
         self._withdrawn: set[int] = set()
         self._question = 0  # that is before the user
         self._wake: Callable[[], object] = int  # nobody waits
@@ -108,6 +112,7 @@ class RemoteSeat:
     def take(self, text: str) -> None:
         """A line for the robot; one that begins with a slash is about who drives it."""
         self.interrupted = False
+        self._cuts = self._far.cuts
         if text.startswith(SLASH):
             self._drive(text[1:].split())
             return
@@ -120,8 +125,15 @@ class RemoteSeat:
     def answer(self) -> None:
         self._act(Attend())
 
+    def was_cut(self) -> bool:
+        return not self._far.open or self._far.cuts != self._cuts
+
+    def drop(self, what: str) -> None:
+        self._lost(f"not given, for the connection was cut meanwhile: {what}")
+
     def leave_entry(self, why: str = "") -> None:
-        self._act(LeaveEntry(why))
+        if self._far.open:  # else the server forgets it by itself
+            self._act(LeaveEntry(why))
 
     def leave(self) -> None:
         """The robot goes on for others: nothing is lost."""
@@ -163,7 +175,7 @@ class RemoteSeat:
         self.noted = ""
         self._waits = True
         try:
-            id = self._begin(make)
+            id = self._far.begin(make, self._come)
             while True:
                 message = self._next()
                 if isinstance(message, Done | Refused) and message.id == id:
@@ -178,20 +190,6 @@ class RemoteSeat:
         finally:
             self._waits = False
         return False
-
-    def _begin(self, make: Callable[[int], Request]) -> int:
-        """A pipe waits for a connection that was cut; people are told. Raises RequestRefused."""
-        waited = 0.0
-        while True:
-            try:
-                return self._far.begin(make, self._come)
-            except RequestRefused:
-                if self._terminal.attended or self._far.lost or waited >= COMING_BACK:
-                    raise
-            waited += LOOKING
-            message = self._heard.take(LOOKING)
-            if message is not None:
-                self._hear(message)
 
     def _next(self) -> ServerMessage:
         if self._later:

@@ -64,6 +64,14 @@ class Seat(Screens, Protocol):
     def answer(self) -> None:
         """Put the questions that programs have."""
 
+    def was_cut(self) -> bool:
+        """Whether the connection to the robot is cut, or was since the last line was taken: what was typed meanwhile
+        is not to be taken, for it would be done later than whoever typed it expects.
+        """
+
+    def drop(self, what: str) -> None:
+        """Tell that this was typed and is not taken."""
+
     def leave_entry(self, why: str = "") -> None:
         """What is typed of a program is forgotten, unless whoever is there wants to go on with it."""
 
