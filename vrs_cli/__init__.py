@@ -25,6 +25,7 @@ _HOMES = {  # where each public name is
     "Picture": "vrs_cli.api.answers",
     "Scene": "vrs_cli.api.scene",
     "Run": "vrs_cli.api.answers",
+    "Limits": "vrs_cli.interfaces.tasks.limits",
     "ProgramFailed": "vrs_cli.api.answers",
     "Change": "vrs_cli.api.changes",
     "Preview": "vrs_cli.api.preview",

@@ -148,8 +148,10 @@ def test_help_says_what_limits_hold(vrs: Vrs) -> None:
     assert (usual.max_steps, own.max_steps) == (10_000_000, 100_000_000)
     assert "(default: 100M, in real time any number; or 10M)" in told
     assert usual.max_elements == own.max_elements == 10_000_000
-    assert (usual.max_output, own.max_output) == (10_000_000, 100_000_000)
-    assert (usual.max_disk, own.max_disk) == (100_000_000, 1_000_000_000)
+    assert (usual.max_output, own.max_output) == (1_000_000, 100_000_000)
+    assert "what is typed (default: 100M; or 1M)" in told
+    assert (usual.max_disk, own.max_disk) == (10_000_000, 1_000_000_000)
+    assert "written to files (default: 1G; or 10M)" in told
 
 
 def test_a_folder_run_of_one_file_is_apart_too(vrs: Vrs, logs: Path) -> None:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from vrs_cli.api import kinematics
 from vrs_cli.api.answers import Picture, ProgramFailed, Replies, Run
 from vrs_cli.api.changes import Change, hear
+from vrs_cli.api.conditions import ProgramFolders, Signals, conditions_of, session_of
 from vrs_cli.api.kinematics import Ways
 from vrs_cli.api.location import Location
 from vrs_cli.api.numbers import Floats, Units, number, numbers
@@ -25,6 +26,7 @@ from vrs_cli.api.scene import Scene
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, Clock, VirtualClock, WallClock
 from vrs_cli.errors import JointOutOfRange, UsageError
 from vrs_cli.files.continuing import bookmark_of
+from vrs_cli.files.program_file import find_program_file
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.monitor.files import TORN
 from vrs_cli.interfaces.monitor.plotting import plotted, selected
@@ -32,11 +34,13 @@ from vrs_cli.interfaces.roles.held import Answers, Held, no_answer
 from vrs_cli.interfaces.roles.local import LocalRobot, Notes
 from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.interfaces.roles.viewer import Audience
-from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.station import Conditions
+from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import Ends, load_robot
 from vrs_cli.kinematics.transform import Transform
+from vrs_cli.language.run.cell import Cell
 from vrs_cli.language.words.values import numbers_of, plain
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.motion import JointTarget, NamedTarget, PoseTarget, Target
@@ -54,6 +58,11 @@ class Robot:
     and metres. Times are seconds, speeds percent of nominal. `realtime`: motions take their time; True, or how many
     seconds of the robot pass in one. `base`, `tip`: the links of a URDF file that the arm is between.
 
+    `limits`: how much a run of programs, or a line, may take. `folder`: where programs and lines have their files, and
+    in no other folder; a program usually has those of the folder of its own file, a line those of the current folder.
+    `cell`: a file of what stands around the robot; `signals`: when inputs change, a file or a list of (time [s],
+    signal, state). `run`, `execute` and `do` take the same four for one call.
+
     What is no number, or has another shape than a method says, raises TypeError or ValueError; what the robot refuses
     raises VrsError, with VAL-II's message. (N, ...) means: also for arrays, with any number of rows.
     """
@@ -67,13 +76,19 @@ class Robot:
         realtime: bool | float = False,
         base: str | None = None,
         tip: str | None = None,
+        limits: Limits | None = None,
+        folder: str | Path | None = None,
+        cell: str | Path | Cell | None = None,
+        signals: Signals | None = None,
     ) -> None:
         self.units = Units.of(units)
         self._model = robot if isinstance(robot, RobotModel) else load_robot(robot, Ends(base, tip))
         joints = None if start is None else self._joints(start, "start")
         notes = Notes()
-        session = Session(notes, self._model, start=joints, clock=_clock(realtime))
+        conditions = conditions_of(limits, folder, cell, signals)
+        session = session_of(notes, self._model, conditions, joints, _clock(realtime))
         self._robot = Supervisor(LocalRobot(session, notes))
+        self._folders = ProgramFolders(fixed=folder is not None)
 
     @classmethod
     def of(cls, held: Held, units: str | Units = Units.VAL) -> Robot:
@@ -81,6 +96,7 @@ class Robot:
         robot = cls.__new__(cls)
         robot.units, robot._model = Units.of(units), held.arm.model
         robot._robot = Supervisor(held)
+        robot._folders = ProgramFolders(fixed=not isinstance(held, LocalRobot))
         return robot
 
     def in_units(self, units: str | Units) -> Robot:
@@ -251,13 +267,25 @@ class Robot:
 
     # --- programs and words ---
 
-    def do(self, line: str, answers: Iterable[str] = ()) -> Replies:
-        """A line as at the prompt of the shell: `do("SPEED 50")`. `answers`: to what it asks. Raises VrsError."""
+    def do(
+        self,
+        line: str,
+        answers: Iterable[str] = (),
+        *,
+        limits: Limits | None = None,
+        folder: str | Path | None = None,
+        cell: str | Path | Cell | None = None,
+        signals: Signals | None = None,
+    ) -> Replies:
+        """A line as at the prompt of the shell: `do("SPEED 50")`. `answers`: to what it asks. `limits` and the others:
+        for this line, times of `signals` from its beginning. Raises VrsError.
+        """
         if not isinstance(line, str):
             raise TypeError(f"line: a text is wanted, not {line!r}")
         if "\n" in line.strip():
             raise ValueError("line: one line is wanted; `define` takes the text of programs")
-        return Replies(self._robot.say(line.strip(), _in_order(answers)))
+        robot = self._under(conditions_of(limits, folder, cell, signals))
+        return Replies(robot.say(line.strip(), _in_order(answers)))
 
     def prompt(self, text: str, answer: Answers = no_answer) -> Replies:
         """Several lines as if they were typed at the prompt, programs among them. Mistakes are among the replies."""
@@ -268,7 +296,9 @@ class Robot:
 
         Raises ProgramNotExecutable for a text with mistakes.
         """
-        return self._robot.define(text)
+        names = self._robot.define(text)
+        self._folders.put(names, None)
+        return names
 
     def run(
         self,
@@ -278,26 +308,60 @@ class Robot:
         cycles: int = 1,
         answers: Iterable[str] = (),
         check: bool = True,
+        limits: Limits | None = None,
+        folder: str | Path | None = None,
+        cell: str | Path | Cell | None = None,
+        signals: Signals | None = None,
     ) -> Run:
         """Load a file of programs and execute one of them, the first unless it is named. As `execute` otherwise.
 
         Raises NonexistentFile, FileError, and ProgramNotExecutable for a file with mistakes.
         """
-        names = self._robot.load(file)
+        conditions = conditions_of(limits, folder, cell, signals)
+        names = self._under(conditions).load(file)
+        self._folders.put(names, find_program_file(Path(file)).parent)
         if program is None and not names:
             raise UsageError(f"{file} holds no program", "a program begins with .PROGRAM name")
-        return self.execute(program or names[0], cycles=cycles, answers=answers, check=check)
+        return self._execute(program or names[0], cycles, answers, check, conditions)
 
-    def execute(self, program: str, *, cycles: int = 1, answers: Iterable[str] = (), check: bool = True) -> Run:
-        """Execute a program that is in memory, and wait for its end. `answers`: to its PROMPTs.
+    def execute(
+        self,
+        program: str,
+        *,
+        cycles: int = 1,
+        answers: Iterable[str] = (),
+        check: bool = True,
+        limits: Limits | None = None,
+        folder: str | Path | None = None,
+        cell: str | Path | Cell | None = None,
+        signals: Signals | None = None,
+    ) -> Run:
+        """Execute a program that is in memory, and wait for its end. `answers`: to its PROMPTs. `limits` and the
+        others: for this run, times of `signals` from its beginning.
 
         Raises UndefinedName, and ProgramFailed where it stops with an error, unless `check` is false: then the result
         tells of it.
         """
-        run = Run(*structs.astuple(self._robot.execute(program, cycles, _in_order(answers))))
+        return self._execute(program, cycles, answers, check, conditions_of(limits, folder, cell, signals))
+
+    def _execute(
+        self, program: str, cycles: int, answers: Iterable[str], check: bool, conditions: Conditions | None
+    ) -> Run:
+        robot = self._under(self._folders.conditions(program, conditions))
+        run = Run(*structs.astuple(robot.execute(program, cycles, _in_order(answers))))
         if check and run.fault is not None:
             raise ProgramFailed(run)
         return run
+
+    def _under(self, conditions: Conditions | None) -> Supervisor:
+        """The robot, with conditions of its own for one call. Raises UsageError for a robot that is served."""
+        if conditions is None:
+            return self._robot
+        held = self._robot.held
+        if not isinstance(held, LocalRobot):
+            what = "limits, folder, cell and signals are for a robot of this process"
+            raise UsageError(what, "a robot that is served has those of its server")
+        return Supervisor(held.under(conditions))
 
     def __getitem__(self, expression: str) -> float | str | Location | Floats:
         """The value of a variable or an expression of VAL-II: a number, a text, a Location, or joints (n,)."""
@@ -435,8 +499,17 @@ class Robot:
         return self._joints(given, name) if name.startswith("#") else number(given, name)  # type: ignore[arg-type]
 
 
-def load(path: str | Path, *, units: str | Units = Units.VAL) -> Robot:
-    """The robot of a trajectory file (.vrst), at the end of its timeline: to look at it, or to go on with it.
+def load(
+    path: str | Path,
+    *,
+    units: str | Units = Units.VAL,
+    limits: Limits | None = None,
+    folder: str | Path | None = None,
+    cell: str | Path | Cell | None = None,
+    signals: Signals | None = None,
+) -> Robot:
+    """The robot of a trajectory file (.vrst), at the end of its timeline: to look at it, or to go on with it. `limits`
+    and the others: as for `Robot`.
 
     Raises NonexistentFile, FileDamaged, FileError. Warns of what a file of before has in it that a robot cannot do, and
     of a last line that was not written to its end.
@@ -445,9 +518,11 @@ def load(path: str | Path, *, units: str | Units = Units.VAL) -> Robot:
     for warning in (*recording.warnings, *[TORN] * recording.dropped_tail):
         warnings.warn(f"{path}: {warning}", stacklevel=2)
     notes = Notes()
-    session = Session(notes, recording.model)
+    session = session_of(notes, recording.model, conditions_of(limits, folder, cell, signals))
     session.engine.take_up(bookmark_of(path, recording, session.engine))
-    return Robot.of(LocalRobot(session, notes), units)
+    robot = Robot.of(LocalRobot(session, notes), units)
+    robot._folders.fixed = folder is not None
+    return robot
 
 
 def _in_order(answers: Iterable[str]) -> Answers:

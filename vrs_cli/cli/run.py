@@ -147,8 +147,8 @@ def _add_limits(parser: Parser) -> None:
         ("--max-time", "S", positive, "seconds of the robot's time (default: a day, 86400; or an hour, 3600)"),
         ("--max-steps", "N", size, "steps of all programs together (default: 100M, in real time any number; or 10M)"),
         ("--max-elements", "N", size, "what arrays and strings hold: elements and characters (default: 10M)"),
-        ("--max-output", "BYTES", size, "what is typed (default: 100M; or 10M)"),
-        ("--max-disk", "BYTES", size, "what is written to files (default: 1G; or 100M)"),
+        ("--max-output", "BYTES", size, "what is typed (default: 100M; or 1M)"),
+        ("--max-disk", "BYTES", size, "what is written to files (default: 1G; or 10M)"),
         (
             "--max-wall",
             "SECONDS",

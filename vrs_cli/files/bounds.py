@@ -30,10 +30,11 @@ PINNED = os.open in os.supports_dir_fd and hasattr(os, "O_NOFOLLOW")
 
 class Folder(Struct, frozen=True):
     """The folder that names are relative to. `closed`: there are no files outside it, and no links, devices and pipes
-    in it."""
+    in it. `disclosed`: whoever uses a closed folder may know where it is, and names of files in it may be absolute."""
 
     root: Path = Path()
     closed: bool = False
+    disclosed: bool = False
 
     def path(self, name: str, *, pattern: bool = False) -> Path:
         """What is typed at the prompt; `pattern`: the name may end in one, as *.v2. Raises FileError, FileOutside."""
@@ -45,6 +46,8 @@ class Folder(Struct, frozen=True):
 
     def inside(self, name: str, *, pattern: bool = False) -> Path:
         """What a program names, which stays in the folder in any case. Raises FileOutside."""
+        if self.disclosed and Path(name.strip()).is_relative_to(here := os.path.abspath(self.root)):
+            name = Path(name.strip()).relative_to(here).as_posix()
         parts = [part for part in name.strip().split("/") if part not in ("", ".")]
         if not parts:
             raise FileOutside(repr(name), "give a name: data/log.txt")
@@ -53,7 +56,7 @@ class Folder(Struct, frozen=True):
             if part != ".." and (wrong := wrong_name(part)):
                 raise FileOutside(repr(name), f"{wrong}: {GOOD}")
         if Path(name.strip()).is_absolute():
-            raise FileOutside(name, ONLY_INSIDE)
+            raise self.outside(name)
         path = self._without_links(name, parts) if self.closed else self._contained(name)
         if last.startswith(".") and last.endswith(AUXILIARY):
             raise FileOutside(name, "it belongs to a file that is being written")
@@ -65,12 +68,12 @@ class Folder(Struct, frozen=True):
         check_length(path)
         path = Path(os.path.realpath(path))
         if folder not in path.parents:
-            raise FileOutside(name, ONLY_INSIDE)
+            raise self.outside(name)
         return path
 
     def _without_links(self, name: str, parts: list[str]) -> Path:
         if ".." in parts:
-            raise FileOutside(name, ONLY_INSIDE)
+            raise self.outside(name)
         path = self.root
         for part in parts:
             path /= part
@@ -78,6 +81,10 @@ class Folder(Struct, frozen=True):
             if what := _strange(path):
                 raise FileOutside(name, f"{path} is {what}")
         return path
+
+    def outside(self, name: str) -> FileOutside:
+        """The error for a name that leads out of the folder."""
+        return FileOutside(name, f"{ONLY_INSIDE}; folder= names another" if self.disclosed else ONLY_INSIDE)
 
     # --- open files ---
 

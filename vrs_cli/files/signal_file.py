@@ -10,14 +10,14 @@ or FALSE; times may stand in any order.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from vrs_cli.errors import FileDamaged
 from vrs_cli.files.opening import text_at
 from vrs_cli.files.target_file import fields_of
 from vrs_cli.language.run.signals import InputChange, Inputs
 from vrs_cli.language.words.signals import INPUTS, INTERNAL
-from vrs_cli.language.words.values import read_number
+from vrs_cli.language.words.values import plain, read_number
 from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values.numbers import count
 
@@ -46,6 +46,12 @@ def parse_signals(text: str, path: str = "signals") -> Inputs:
     if wrong:
         raise FileDamaged("\n".join(wrong), f"a line is {FORM}")
     return Inputs.of(changes)
+
+
+def listed_signals(rows: Iterable[tuple[float, int, bool]]) -> Inputs:
+    """The changes of a list of (time [s], signal, state). Raises FileDamaged with all that are wrong."""
+    lines = (f"{plain(time)}, {signal}, {int(bool(state))}" for time, signal, state in rows)
+    return parse_signals("\n".join(lines))
 
 
 def _change(fields: list[str]) -> InputChange | str:

@@ -119,7 +119,7 @@ class Conversation:
         if isinstance(error, KeyboardInterrupt):
             self.desk.interrupted = True
             return Message("interrupted", Tone.ERROR)
-        return internal_error(error, afar=self.session.folder.closed)
+        return internal_error(error, afar=self.session.folder.closed and not self.session.folder.disclosed)
 
     def _line(self, line: str, *, goes_on: bool) -> Talk[None]:
         asked = self._asked(line)

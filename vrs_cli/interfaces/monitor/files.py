@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import zip_longest
 from pathlib import Path
 
+from msgspec import structs
+
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import FileError, ProgramExists, UsageError
 from vrs_cli.files import store as files
@@ -259,7 +261,7 @@ def _cd(station: Station, it: Instruction) -> Talk[None]:
         path = _closed_path(station, word(asked)) if home.closed else station.folder.path(word(asked))
         if not path.is_dir():
             raise FileError(f"{word(asked)} is no folder", "FDIRECTORY lists what there is")
-        station.change_folder(Folder(Path(os.path.normpath(path)), closed=home.closed))
+        station.change_folder(structs.replace(home, root=Path(os.path.normpath(path))))
     yield from _pwd(station, it)
 
 
@@ -272,9 +274,10 @@ def _closed_path(station: Station, name: str) -> Path:
 
 
 def _pwd(station: Station, _it: Instruction) -> Talk[None]:
-    """A closed folder does not tell where it is."""
+    """A closed folder does not tell where it is, unless it is disclosed."""
     root, home = station.folder.root, station.home
-    yield Message(f"/{root.relative_to(home.root).as_posix().strip('.')}" if home.closed else os.path.abspath(root))
+    hidden = home.closed and not home.disclosed
+    yield Message(f"/{root.relative_to(home.root).as_posix().strip('.')}" if hidden else os.path.abspath(root))
 
 
 def _log(station: Station, it: Instruction) -> Talk[None]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from copy import copy
 from math import inf
 from pathlib import Path
 from threading import Lock
@@ -22,7 +23,8 @@ from vrs_cli.interfaces.roles.held import Answers, no_answer
 from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.talk import Reading, Running
+from vrs_cli.interfaces.station.station import Conditions
+from vrs_cli.interfaces.talk import Reading, Running, Talk
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.delta_log import DeltaLog
 from vrs_cli.trajectory.timeline import Timeline
@@ -91,6 +93,16 @@ class LocalRobot:
         self._holder.desk = session.desk
         self._driving = Lock()
         self._talking = Lock()  # what is typed has one place
+        self._conditions: Conditions | None = None  # of all that is asked for here
+
+    def under(self, conditions: Conditions) -> LocalRobot:
+        """The same robot; what is asked for here is held to these conditions."""
+        other = copy(self)
+        other._conditions = conditions
+        return other
+
+    def _held_to(self, talk: Talk[T]) -> Talk[T]:
+        return talk if self._conditions is None else self._session.under(self._conditions, talk)
 
     # --- reading ---
 
@@ -121,7 +133,7 @@ class LocalRobot:
     # --- asking ---
 
     def act(self, act: Act[T], answer: Answers | None = None, issued: float | None = None) -> T:
-        talk = self._holder.desk.given(issued, act_on(self._session, act))
+        talk = self._held_to(self._holder.desk.given(issued, act_on(self._session, act)))
         if answer is None:
             return self._end(self._holder.submit(talk))
         with self._conversing(answer):
@@ -146,7 +158,7 @@ class LocalRobot:
 
     def say(self, line: str, answer: Answers) -> tuple[Reply, ...]:
         with self._conversing(answer):
-            self._end(self._holder.ask(line))
+            self._end(self._holder.submit(self._held_to(self._session.answers(line)), urgent=self._holder.stops(line)))
             return self._notes.taken()
 
     def type(self, text: str, answer: Answers) -> tuple[Reply, ...]:

@@ -483,17 +483,20 @@ class Driver:
     @contextmanager
     def surrounded(self, cell: Cell | None, inputs: Inputs) -> Iterator[None]:
         """Meanwhile another cell is around the robot (None: the same), and inputs change, at times [s] from now. What
-        has not happened by the end does not happen."""
+        these have not done by the end does not happen.
+        """
         before = (self.cell, self._living, self.environment.signals.names)
-        own = {id(change) for change in self.inputs.left}
+        own, given = self.inputs.left, inputs.later(self.engine.now).left
         if cell is not None:
             self.surround(cell)
-        self.inputs = self.inputs.with_more(inputs.later(self.engine.now).left)
+        self.inputs = self.inputs.with_more(given)
         try:
             yield
         finally:
             self.cell, self._living, self.environment.signals.names = before
-            self.inputs = Inputs.of(change for change in self.inputs.left if id(change) in own)
+            kept, dropped = {id(change) for change in own}, {id(change) for change in given}
+            left = (change for change in self.inputs.left if id(change) not in dropped)
+            self.inputs = Inputs.of(change for change in left if cell is None or id(change) in kept)
 
     def _turn(self, track: Track, budget: int) -> None:
         """One task goes on, until it wants something that takes time or another task may have its turn."""

@@ -29,8 +29,8 @@ class Limits(Struct, frozen=True, kw_only=True):
     max_time: float | None = 3600.0
     max_steps: int | None = 10_000_000
     max_elements: int | None = 10_000_000
-    max_output: int | None = 10_000_000
-    max_disk: int | None = 100_000_000
+    max_output: int | None = 1_000_000
+    max_disk: int | None = 10_000_000
 
     def __post_init__(self) -> None:
         for name, most in structs.asdict(self).items():
