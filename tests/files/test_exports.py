@@ -4,21 +4,28 @@ import csv
 import io
 import json
 import tracemalloc
+from contextlib import suppress
 from itertools import pairwise
 from math import degrees, radians
 from pathlib import Path
+from random import Random
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from msgspec import structs
 
+from tests.files.joint_trajectory import Point, sampled, time_of
 from tests.files.trajectories import initial, planned, puma
-from vrs_cli.engine.position import position_at
-from vrs_cli.errors import FileError
+from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.engine.position import joints_over, position_at
+from vrs_cli.errors import FileError, VrsError
 from vrs_cli.files.exports import EXPORTERS, export, write_csv
 from vrs_cli.files.samples import CHUNK, sample_times
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import from_oat, to_oat
 from vrs_cli.trajectory.segment import CartesianPath
 from vrs_cli.trajectory.timeline import Timeline
@@ -157,32 +164,95 @@ def test_the_segments_are_there_with_their_polynomials() -> None:
 # --- ROS 2 ---------------------------------------------------------------------------------------------------
 
 
-def test_a_joint_trajectory_has_every_boundary_and_every_sample() -> None:
-    timeline, _ = planned(12)
+def ros(arm: RobotArm, timeline: Timeline, rate: float) -> list[Point]:
     stream = io.BytesIO()
-    EXPORTERS["ros"].write(stream, ARM, timeline, 9.0)
+    EXPORTERS["ros"].write(stream, arm, timeline, rate)
     told = json.loads(stream.getvalue())
     assert set(told) == {"header", "joint_names", "points"}
-    assert told["joint_names"] == ["jt1", "jt2", "jt3", "jt4", "jt5", "jt6"]
-    stamps = [point["time_from_start"] for point in told["points"]]
-    ns = [stamp["sec"] * 10**9 + stamp["nanosec"] for stamp in stamps]
-    assert all(0 <= stamp["nanosec"] < 10**9 for stamp in stamps)
+    assert told["joint_names"] == [f"jt{i}" for i in range(1, arm.model.joint_count + 1)]
+    points: list[Point] = told["points"]
+    return points
+
+
+def test_a_joint_trajectory_has_every_boundary_and_every_sample() -> None:
+    timeline, _ = planned(12)
+    points = ros(ARM, timeline, 9.0)
+    ns = [round(time_of(point) * 1e9) for point in points]
+    assert all(0 <= point["time_from_start"]["nanosec"] < 10**9 for point in points)
     assert all(a < b for a, b in pairwise(ns))
     edges = {edge for s in timeline for edge in (s.start, s.finish)}
     samples = {t for times in sample_times(timeline, 9.0) for t in times.tolist()}
-    assert set(ns) == {round((t - timeline.start) * 10**9) for t in edges | samples}
-    for point, stamp in zip(told["points"], ns, strict=True):
-        t = min(edges | samples, key=lambda t: abs((t - timeline.start) * 1e9 - stamp))
-        position = position_at(ARM, timeline, t)
-        assert point["positions"] == pytest.approx(position.joints, abs=1e-9)
-        assert point["velocities"] == pytest.approx(position.velocity, abs=1e-9, rel=1e-9)
-        assert len(point["accelerations"]) == 6
+    assert set(ns) >= {round((t - timeline.start) * 10**9) for t in edges | samples}
+    for point in points:
+        position = position_at(ARM, timeline, timeline.start + time_of(point))
+        assert point["positions"] == pytest.approx(position.joints, abs=1e-8)
+        assert point["velocities"] == pytest.approx(position.velocity, abs=1e-6, rel=1e-6)
+
+
+def moved(profile: str, seed: int, *, robot: str = "puma560", lines: bool) -> Session:
+    """A robot that was sent to random places; some motions round the corners between them."""
+    random, session = Random(seed), Session(RecordingTerminal(), load_robot(robot))
+    model = session.engine.model
+    session.perform(f"PARAMETER PROFILE = {profile}")
+    for _ in range(6):
+        session.perform(f"SPEED {random.uniform(10.0, 100.0)}")
+        if random.random() < 0.3:
+            session.perform("BREAK")
+        joints = (random.uniform(0.7 * low, 0.7 * high) for low, high in zip(model.lower, model.upper, strict=True))
+        place = ", ".join(map(str, model.units.shown(tuple(joints))))
+        shift = ", ".join(str(random.uniform(-250.0, 250.0)) for _ in range(3))
+        with suppress(VrsError):  # many lines lead out of reach
+            line = lines and random.random() < 0.75
+            session.perform(f"DO MOVES SHIFT(HERE BY {shift})" if line else f"DO MOVE #PPOINT({place})")
+    return session
+
+
+@pytest.mark.parametrize("rate", [0.0, 1.0])
+@pytest.mark.parametrize("lines", [False, True])
+@pytest.mark.parametrize("profile", ["LSPB", "SCURVE", "QUINTIC"])
+def test_a_controller_interpolates_our_motions(profile: str, lines: bool, rate: float) -> None:
+    """Only the nanoseconds of ROS are coarser: 4 rad/s of the fastest joint in half of one are 1e-7 deg."""
+    for seed in range(3):
+        engine = moved(profile, seed, lines=lines).engine
+        timeline = engine.timeline
+        points = ros(engine.arm, timeline, rate)
+        times = np.arange(0.0, timeline.end - timeline.start, 0.0037)
+        off = np.abs(sampled(points, times) - joints_over(engine.arm, timeline, timeline.start + times))
+        assert degrees(off.max()) < (2e-6 if lines else 2e-7)
+        if not lines and not rate and profile == "LSPB":  # nothing between the boundaries
+            edges = {round(edge * 1e9) for s in timeline for edge in (s.start, s.finish)}
+            assert {round(time_of(point) * 1e9) for point in points} == edges
+
+
+@pytest.mark.parametrize("robot", ["cobra600", "iiwa14", "ur5e"])
+def test_a_controller_interpolates_lines_of_other_arms(robot: str) -> None:
+    engine = moved("LSPB", 0, robot=robot, lines=True).engine
+    times = np.arange(0.0, engine.timeline.end, 0.0037)
+    off = np.abs(
+        sampled(ros(engine.arm, engine.timeline, 0.0), times) - joints_over(engine.arm, engine.timeline, times)
+    )
+    assert degrees(off.max()) < 2e-6
+
+
+@pytest.mark.parametrize("profile", ["LSPB", "SCURVE", "QUINTIC"])
+def test_accelerations_are_told_where_they_are_continuous(profile: str) -> None:
+    engine = moved(profile, 1, lines=True).engine
+    told = set()
+    for point in ros(engine.arm, engine.timeline, 0.0):
+        t, d = engine.timeline.start + time_of(point), 1e-6
+        before, at, after = (position_at(engine.arm, engine.timeline, t + s * d) for s in (-1, 0, 1))
+        jump = max(abs(x - y) for x, y in zip(before.acceleration, after.acceleration, strict=True))
+        if jump > 0.1:
+            assert point["accelerations"] == []
+        elif point["accelerations"]:
+            assert point["accelerations"] == pytest.approx(at.acceleration, abs=0.02, rel=1e-3)
+        told.add(bool(point["accelerations"]))
+    assert told == ({True} if profile != "LSPB" else {True, False})
 
 
 def test_a_robot_that_never_moved_is_one_point() -> None:
-    stream = io.BytesIO()
-    EXPORTERS["ros"].write(stream, ARM, Timeline([initial()]), 9.0)
-    assert len(json.loads(stream.getvalue())["points"]) == 1
+    (point,) = ros(ARM, Timeline([initial()]), 9.0)
+    assert point["accelerations"] == [0.0] * 6
 
 
 # --- MCAP ----------------------------------------------------------------------------------------------------

@@ -108,6 +108,15 @@ def _rates(arm: RobotArm, segment: Segment, s: float, joints: Joints) -> tuple[J
         return velocity, still
 
 
+def accelerations_at_ends(arm: RobotArm, segment: Segment) -> tuple[Joints, Joints]:
+    """The joint accelerations [rad/s2] with which a segment begins and ends."""
+    if isinstance(segment.path, JointPath):
+        return segment.path.acceleration(0.0), segment.path.acceleration(segment.duration)
+    ends = ((s, segment_joints(arm, segment, s)) for s in (0.0, segment.duration))
+    begin, end = (_rates(arm, segment, s, joints)[1] for s, joints in ends)
+    return begin, end
+
+
 # --- many times ------------------------------------------------------------------------------------------------
 
 

@@ -3,22 +3,31 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, nullcontext
+from itertools import pairwise
+from math import ceil
 from shutil import copyfileobj
 from tempfile import TemporaryFile
-from typing import IO, TYPE_CHECKING, BinaryIO
+from typing import IO, TYPE_CHECKING, BinaryIO, NamedTuple
 from zipfile import ZipFile
 
 import numpy as np
 from msgspec import Struct
 
-from vrs_cli.engine.position import Places, Positions, places_at, positions_at
+from vrs_cli.engine.position import (
+    Places,
+    Positions,
+    accelerations_at_ends,
+    joints_over,
+    places_at,
+    positions_at,
+)
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.mcap_log import check_mcap, write_mcap
 from vrs_cli.files.samples import CHUNK, NANOSECONDS, joint_names, nanoseconds, sample_times
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.joints import JointUnits
+from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.transform_batch import to_oat_batch
 from vrs_cli.trajectory.polynomial import Polynomial
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Segment
@@ -27,12 +36,13 @@ from vrs_cli.trajectory.timeline import Timeline
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from vrs_cli.kinematics.arrays import Floats
+    from vrs_cli.kinematics.arrays import Flags, Floats
 
 
 DECIMALS = 9  # of degrees and millimetres
 STANDARD_OUTPUT = "-"
 
+CUBIC = 3  # the degree of a polynomial that positions and velocities at its ends determine
 TOOL_COLUMNS = ("x", "y", "z", "o", "a", "t_angle")
 
 
@@ -199,32 +209,147 @@ def _polynomials(rows: list[tuple[Polynomial, ...]], size: int) -> Floats:
 # --- ROS 2 trajectory_msgs/JointTrajectory, as JSON ------------------------------------------------------------
 
 
+LINE_RATE = 50.0  # [Hz] points on straight lines, at least
+EXACT = 3e-8  # [rad, m] what an interpolation between two points may be off
+HALVINGS = 20  # of an interval in which it is off by more
+SAME = 1e-9  # accelerations [rad/s2] that differ by less, or by this part of them, are the same
+
+
+class _Points(NamedTuple):
+    """Times (N,) [s], sorted, and whether the accelerations are continuous there."""
+
+    times: Floats
+    smooth: Flags
+
+
 def write_ros(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
-    """One JointTrajectory: a point at each boundary of a segment and at each sample between. Radians and seconds."""
+    """One JointTrajectory in radians and seconds, of such points that a JointTrajectoryController's interpolation gives
+    our motions: cubic between points with velocities, quintic where both have accelerations too (ros2_controllers,
+    trajectory.cpp). A point stands at each boundary of a segment, has accelerations where these are continuous, and
+    others stand between as they are needed. `rate`: further points [Hz]; 0 for none.
+    """
     header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "world"}
     names = json.dumps(joint_names(arm))
     stream.write(f'{{\n"header": {json.dumps(header)},\n"joint_names": {names},\n"points": ['.encode("ascii"))
-    edges = [edge for segment in timeline for edge in (segment.start, segment.finish)]
-    times = np.unique(np.concatenate((*sample_times(timeline, rate), np.array(edges))))
-    times = times[np.unique(np.round(times * NANOSECONDS), return_index=True)[1]]  # none twice to the nanosecond
-    for first in range(0, len(times), CHUNK):
-        positions = positions_at(arm, timeline, times[first : first + CHUNK])
-        points = ",\n  ".join(_ros_points(positions, timeline.start))
-        stream.write(f"{',' if first else ''}\n  {points}".encode("ascii"))
+    before = "\n  "
+    for points in _in_chunks(_ros_times(arm, timeline, rate), timeline.start):
+        told = ",\n  ".join(_ros_points(positions_at(arm, timeline, points.times), points.smooth, timeline.start))
+        stream.write(f"{before}{told}".encode("ascii"))
+        before = ",\n  "
     stream.write(b"\n]\n}\n")
 
 
-def _ros_points(positions: Positions, start: float) -> Iterator[str]:
+class _Span(NamedTuple):
+    """A segment, or the time in which the robot stands; the accelerations [rad/s2] with which it begins and ends."""
+
+    begin: float
+    end: float
+    first: Joints
+    last: Joints
+    segment: Segment | None = None
+
+
+def _spans(arm: RobotArm, timeline: Timeline) -> Iterator[_Span]:
+    """All of the timeline; at its end a span without length."""
+    still, at = (0.0,) * arm.model.joint_count, timeline.start
+    for segment in timeline:
+        if segment.start > at:
+            yield _Span(at, segment.start, still, still)
+        if segment.finish > segment.start:
+            yield _Span(segment.start, segment.finish, *accelerations_at_ends(arm, segment), segment)
+        at = segment.finish
+    yield _Span(at, at, still, still)
+
+
+def _ros_times(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[_Points]:
+    """The points of each span, and that of the end."""
+    before = still = (0.0,) * arm.model.joint_count
+    for span, following in pairwise(_spans(arm, timeline)):
+        points = _between(timeline, rate, span, smooth=_same(before, span.first))
+        yield _refined(arm, timeline, span, points, smooth_end=_same(span.last, following.first))
+        before = span.last
+    yield _Points(np.array([timeline.end]), np.array([_same(before, still)]))
+
+
+def _same(a: Joints, b: Joints) -> bool:
+    return all(abs(x - y) <= SAME * max(1.0, abs(x)) for x, y in zip(a, b, strict=True))
+
+
+def _between(timeline: Timeline, rate: float, span: _Span, *, smooth: bool) -> _Points:
+    """The beginning of a span, and the samples in it."""
+    first, last = (ceil((t - timeline.start) * rate) for t in (span.begin, span.end))
+    samples = timeline.start + np.arange(first, last) / (rate or 1.0)
+    times = np.concatenate(([span.begin], samples[(samples > span.begin) & (samples < span.end)]))
+    return _Points(times, np.concatenate(([smooth], np.ones(len(times) - 1, dtype=np.bool_))))
+
+
+def _refined(arm: RobotArm, timeline: Timeline, span: _Span, points: _Points, *, smooth_end: bool) -> _Points:
+    """The points with more between them, until the interpolation is exact. It is for polynomials up to cubic ones."""
+    segment = span.segment
+    if segment is None or (isinstance(segment.path, JointPath) and segment.path.degree <= CUBIC):
+        return points
+    times, smooth = np.append(points.times, segment.finish), np.append(points.smooth, smooth_end)
+    if not isinstance(segment.path, JointPath):
+        count = ceil(segment.duration * LINE_RATE)
+        grid = segment.start + segment.duration * np.arange(1, count) / count
+        times, smooth = _with(times, smooth, np.setdiff1d(grid, times))
+    for _ in range(HALVINGS):
+        middles = 0.5 * (times[:-1] + times[1:])
+        off = np.abs(_interpolated(positions_at(arm, timeline, times), smooth) - joints_over(arm, timeline, middles))
+        wrong = off.max(axis=1) > EXACT
+        if not wrong.any():
+            break
+        times, smooth = _with(times, smooth, middles[wrong])
+    return _Points(times[:-1], smooth[:-1])
+
+
+def _with(times: Floats, smooth: Flags, more: Floats) -> tuple[Floats, Flags]:
+    at = np.searchsorted(times, more)
+    return np.insert(times, at, more), np.insert(smooth, at, True)
+
+
+def _interpolated(at: Positions, smooth: Flags) -> Floats:
+    """The joints halfway between points (N,), as a controller has them: (N - 1, n)."""
+    h = np.diff(at.times)[:, None]
+    middle = 0.5 * (at.joints[:-1] + at.joints[1:])
+    slower = h * (at.velocity[:-1] - at.velocity[1:])
+    quintic = (smooth[:-1] & smooth[1:])[:, None]
+    bent = 0.15625 * slower + h * h / 64.0 * (at.acceleration[:-1] + at.acceleration[1:])
+    return middle + np.where(quintic, bent, 0.125 * slower)
+
+
+def _in_chunks(parts: Iterator[_Points], start: float) -> Iterator[_Points]:
+    """Points that are no two at one nanosecond, many at a time."""
+    waiting, count, last = list[_Points](), 0, -1
+    for part in parts:
+        ns = np.array(nanoseconds(part.times - start))
+        fresh = np.diff(ns, prepend=last) > 0
+        waiting.append(_Points(part.times[fresh], part.smooth[fresh]))
+        count, last = count + int(fresh.sum()), max(last, int(ns[-1]))
+        if count >= CHUNK:
+            yield _joined(waiting)
+            waiting, count = [], 0
+    if count:
+        yield _joined(waiting)
+
+
+def _joined(parts: Sequence[_Points]) -> _Points:
+    return _Points(np.concatenate([part.times for part in parts]), np.concatenate([part.smooth for part in parts]))
+
+
+def _ros_points(positions: Positions, smooth: Flags, start: float) -> Iterator[str]:
     rows = zip(
         nanoseconds(positions.times - start),
         positions.joints.tolist(),
         positions.velocity.tolist(),
         positions.acceleration.tolist(),
+        smooth.tolist(),
         strict=True,
     )
-    for ns, joints, velocities, accelerations in rows:
+    for ns, joints, velocities, accelerations, given in rows:
         sec, nanosec = divmod(ns, NANOSECONDS)
-        point = {"positions": joints, "velocities": velocities, "accelerations": accelerations, "effort": []}
+        rates = {"velocities": velocities, "accelerations": accelerations if given else []}
+        point = {"positions": joints, **rates, "effort": []}
         yield json.dumps({**point, "time_from_start": {"sec": sec, "nanosec": nanosec}})
 
 
@@ -238,6 +363,12 @@ EXPORTERS: Mapping[str, Exporter] = {
         Exporter("json", ".json", "a list of positions, one object a sample", write_json),
         Exporter("npz", ".npz", "NumPy arrays of samples, and of the segments with their polynomials", write_npz),
         Exporter("mcap", ".mcap", "messages of ROS 2 in a log for Foxglove and rosbag2", write_mcap, check_mcap),
-        Exporter("ros", ".json", "a JointTrajectory of ROS 2 as JSON, boundaries of segments included", write_ros),
+        Exporter(
+            "ros",
+            ".json",
+            "a JointTrajectory of ROS 2 as JSON: its controllers interpolate it exactly; --rate adds points",
+            write_ros,
+            usual=lambda _timeline: 0.0,
+        ),
     )
 }
