@@ -137,9 +137,13 @@ def _programs(environment: Memory) -> Mapping[str, Program]:
 
 def with_called(environment: Memory, names: Iterable[str]) -> tuple[Program, ...]:
     """The programs of these names and all that they call, each once, callers first. Raises UndefinedName."""
-    known = _programs(environment)
+    return called_from([environment.program(name).program for name in names], _programs(environment))
+
+
+def called_from(programs: Iterable[Program], known: Mapping[str, Program]) -> tuple[Program, ...]:
+    """Programs and all of the `known` ones that they call, each once, callers first."""
     found: dict[str, Program] = {}
-    waiting = [environment.program(name).program for name in names]
+    waiting = list(programs)
     while waiting:
         program = waiting.pop(0)
         if program.key not in found:

@@ -78,6 +78,11 @@ def beside(work: Callable[[], W]) -> Talk[W]:
     return cast(W, it.done)
 
 
+def beside_if(long: bool, work: Callable[[], W]) -> Talk[W]:
+    """What comes of work on values that do not change, which only takes another thread where it is `long`."""
+    return (yield from beside(work)) if long else work()
+
+
 def within(context: Callable[[], AbstractContextManager[object]], talk: Talk[W]) -> Talk[W]:
     """A talk, each part of it done within a context."""
     reaction: Answer | BaseException = None

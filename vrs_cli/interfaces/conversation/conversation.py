@@ -191,9 +191,10 @@ class Conversation:
     def _store(self) -> Talk[None]:
         """`.END`: check the whole and keep it. A bare EXECUTE runs the first program of it."""
         text, self._pasted = self._pasted, ""
+        brought = yield from self.session.brought(text)
         before = dict(self.session.programs)
-        diagnostics = self.session.load_text(text)
-        yield report(diagnostics, text)
+        self.session.take(brought)
+        yield report(brought.diagnostics, text)
         new = [(key, stored) for key, stored in self.session.programs.items() if before.get(key) is not stored]
         for number, (key, stored) in enumerate(new):
             if not number and not self.session.running:

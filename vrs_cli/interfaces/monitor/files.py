@@ -30,7 +30,6 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.text.ast import Instruction, Program, Section
-from vrs_cli.language.text.parser import parse_file
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.numbers import Value, count, seconds
@@ -54,9 +53,8 @@ def load(station: Station, named: Path) -> Talk[None]:
     if path.suffix.lower() == EXTENSION:
         yield from _load_trajectory(station, path)
         return
-    text = read_program_file(path, station.folder)
-    file, diagnostics = yield from beside(lambda: parse_file(text, station.dialect))
-    ready = yield from station.ready(file, text)
+    text = yield from beside(lambda: read_program_file(path, station.folder))
+    ready = yield from station.brought(text)
     values = yield from beside(ready.variables.values)
     kept = yield from _kept(station, values)
     programs = station.programs
@@ -65,9 +63,8 @@ def load(station: Station, named: Path) -> Talk[None]:
     station.unstored.values_loaded(values)
     for item, value in kept.items():
         station.environment.put_back(item, value)
-    diagnostics = (*diagnostics, *ready.diagnostics)
-    if diagnostics:
-        yield report(diagnostics, text, str(path))
+    if ready.diagnostics:
+        yield report(ready.diagnostics, text, str(path))
     brought = [stored for key, stored in programs.items() if before.get(key) is not stored]
     old: list[StoredProgram] = []
     for stored in brought:
@@ -90,7 +87,7 @@ def load(station: Station, named: Path) -> Talk[None]:
     stay = (
         f"; {', '.join(stored.name for stored in old)} {'stays' if len(old) == 1 else 'stay'} as before" if old else ""
     )
-    if diagnostics and not brought and not values:
+    if ready.diagnostics and not brought and not values:
         yield Message(f"nothing of {path} is loaded", Tone.ERROR)
         return
     yield Message(f"{path} loaded" + (f": {', '.join(names)}" if names else "") + stay)
@@ -243,7 +240,8 @@ def _last_of_motions(segments: Sequence[Segment]) -> Iterator[Segment]:
 
 
 def _flist(station: Station, it: Instruction) -> Talk[None]:
-    yield FileText(tuple(read_program_file(path_of(station, it), station.folder).splitlines()))
+    path, folder = path_of(station, it), station.folder
+    yield FileText((yield from beside(lambda: tuple(read_program_file(path, folder).splitlines()))))
 
 
 def _fdirectory(station: Station, it: Instruction) -> Talk[None]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from fnmatch import fnmatchcase
+from functools import partial
 
 from msgspec.structs import replace
 
@@ -14,14 +15,16 @@ from vrs_cli.interfaces.editor.lines import Editor, asked_program, listed, named
 from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.monitor.consent import agreed
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
-from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.talk import Talk
+from vrs_cli.interfaces.station.station import LONG_PROGRAM, Station
+from vrs_cli.interfaces.talk import Talk, beside_if
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.text.ast import Instruction, Program
 from vrs_cli.language.text.printer import program_header
 from vrs_cli.language.words.values import key_of, whole
 from vrs_cli.values.questions import Editing
 from vrs_cli.values.replies import ProgramName, ProgramNames, ProgramText
+
+MANY = 100  # programs
 
 
 def _listp(station: Station, it: Instruction) -> Talk[None]:
@@ -31,7 +34,8 @@ def _listp(station: Station, it: Instruction) -> Talk[None]:
     if not stored:
         yield ProgramNames(())
     for program in stored:
-        yield listing(program)
+        long = len(program.program.steps) > LONG_PROGRAM
+        yield (yield from beside_if(long, partial(listing, program)))
 
 
 def listing(stored: StoredProgram) -> ProgramText:
@@ -41,12 +45,17 @@ def listing(stored: StoredProgram) -> ProgramText:
 
 def _directory(station: Station, it: Instruction) -> Talk[None]:
     pattern = word(it.arguments[0]).lower() if operand(it, 0) is not None else "*"
-    yield ProgramNames(tuple(row for row in directory(station) if fnmatchcase(row.name.lower(), pattern)))
+    programs = dict(station.programs)
+
+    def rows() -> tuple[ProgramName, ...]:
+        return tuple(row for row in directory(programs) if fnmatchcase(row.name.lower(), pattern))
+
+    yield ProgramNames((yield from beside_if(len(programs) > MANY, rows)))
 
 
-def directory(station: Station) -> Iterator[ProgramName]:
-    """The programs in memory, in the order of names."""
-    for _, stored in sorted(station.programs.items()):
+def directory(programs: Mapping[str, StoredProgram]) -> Iterator[ProgramName]:
+    """The programs of a memory, in the order of names."""
+    for _, stored in sorted(programs.items()):
         comment = f"; {stored.program.comment.strip()}" if stored.program.comment else ""
         yield ProgramName(stored.name, stored.analysis.executable, len(stored.program.steps), comment)
 

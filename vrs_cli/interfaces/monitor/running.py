@@ -19,37 +19,43 @@ from vrs_cli.values.replies import Message, ProgramStopped, Reply, Tone
 from vrs_cli.values.results import Outcome, RunResult
 
 
-def _execute(station: Station, it: Instruction) -> Talk[None] | None:
+def _execute(station: Station, it: Instruction) -> Talk[None]:
     number = whole(real_or(station, it, 3, 0.0))
     if not number:
-        return run(station, station.begin(*asked_program(station, it)))
-    _start(station, it, checked_task(number))
-    return None
+        asked = yield from asked_program(station, it)
+        yield from run(station, station.begin(*asked))
+    else:
+        yield from _start(station, it, checked_task(number))
 
 
-def asked_program(station: Station, it: Instruction) -> tuple[str | None, tuple[Reference | None, ...], int, int]:
-    """Program, arguments, cycles and first step of EXECUTE and its like. Raises UndefinedName."""
+def asked_program(station: Station, it: Instruction) -> Talk[tuple[str | None, tuple[Reference | None, ...], int, int]]:
+    """Program (which is compiled), arguments, cycles and first step of EXECUTE and its like. Raises UndefinedName."""
     asked = operand(it, 0)
     name = None if asked is None else station.environment.meant(word(asked)).name
+    step = whole(real_or(station, it, 2, 1.0))
+    yield from station.compiled(name, everywhere=step > 1)
     given = asked.arguments if isinstance(asked, ProgramCall) else ()
     arguments = arguments_of(station.environment, station.robot, given)
-    return name, arguments, whole(real_or(station, it, 1, 1.0)), whole(real_or(station, it, 2, 1.0))
+    return name, arguments, whole(real_or(station, it, 1, 1.0)), step
 
 
-def _start(station: Station, it: Instruction, number: int) -> None:
-    """A task beside the robot program."""
-    name, arguments, cycles, step = asked_program(station, it)
+def _start(station: Station, it: Instruction, number: int) -> Talk[None]:
+    """Start a task beside the robot program."""
+    name, arguments, cycles, step = yield from asked_program(station, it)
     if name is None:
         raise NoProgramSpecified(f"task {number} needs a program", "name it")
     station.start(number, name, arguments, cycles, step)
 
 
-def _go_on(station: Station, number: int, retry: bool = False) -> Talk[None] | None:
+def _go_on(station: Station, number: int, retry: bool = False) -> Talk[None]:
+    track = station.tasks.get(number)
+    if track is not None and (retry or track.task.fault is not None):  # it is entered beside the step that failed
+        yield from station.compiled(track.task.program, everywhere=True)
     if not number:
-        return run(station, station.resume(retry=retry))
-    station.tasks.proceed(number, retry=retry)
-    station.settle()
-    return None
+        yield from run(station, station.resume(retry=retry))
+    else:
+        station.tasks.proceed(number, retry=retry)
+        station.settle()
 
 
 def _end_cycles(station: Station, number: int) -> Iterable[Reply]:

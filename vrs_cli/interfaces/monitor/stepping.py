@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.monitor.running import asked_program, run
@@ -16,19 +16,19 @@ from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.values import numbers_of, plain, whole
 from vrs_cli.values.numbers import Value
-from vrs_cli.values.replies import Message, ProgramStopped, Reply
+from vrs_cli.values.replies import Message, ProgramStopped
 
 
-def _prime(station: Station, it: Instruction) -> Iterable[Reply]:
-    task = station.prime(*asked_program(station, it)).task
+def _prime(station: Station, it: Instruction) -> Talk[None]:
+    task = station.prime(*(yield from asked_program(station, it))).task
     yield ProgramStopped("(PRIMED)", task.program, task.step)
 
 
 def _step(station: Station, it: Instruction) -> Talk[None]:
     """SSTEP, XSTEP: of a program that is named, or of the one that has stopped."""
     if operand(it, 0) is not None:
-        station.prime(*asked_program(station, it))
-    return run(station, station.resume(stepping=Stepping(over=it.word != "XSTEP")))
+        station.prime(*(yield from asked_program(station, it)))
+    yield from run(station, station.resume(stepping=Stepping(over=it.word != "XSTEP")))
 
 
 def _bpt(station: Station, it: Instruction) -> Talk[None]:
@@ -36,6 +36,7 @@ def _bpt(station: Station, it: Instruction) -> Talk[None]:
     if asked is not None:
         stored = station.environment.program(word(asked))
         key, last = stored.program.key, len(stored.program.steps)
+        yield from station.compiled(stored.name)
         if abs(step) > last:
             raise IllegalValue(f"step {abs(step)}", f"{stored.name} has the steps 1 to {last}")
         if step > 0:

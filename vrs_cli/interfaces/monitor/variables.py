@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from itertools import chain
-from typing import TypeVar, cast
+from typing import cast
 
 from vrs_cli.errors import TypeMismatch, UndefinedValue
 from vrs_cli.interfaces.monitor.consent import agreed
 from vrs_cli.interfaces.station.operands import Handler, own, real, shown, sight
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.talk import Talk, beside
+from vrs_cli.interfaces.talk import Talk, beside, beside_if
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.cells import Index, Reference, subscript
@@ -21,7 +21,6 @@ from vrs_cli.values.numbers import Value
 from vrs_cli.values.replies import LocationTable, Message, NamedLocation, RealTable, Reply, StringTable
 
 MANY = 100  # variables
-W = TypeVar("W")
 Rows = tuple[tuple[str, Value], ...]
 
 PLACES, REALS, STRINGS = (Kind.LOCATION, Kind.PRECISION), (Kind.REAL,), (Kind.STRING,)
@@ -47,13 +46,9 @@ def _strings(_station: Station, rows: Rows) -> Reply:
 def _list(kinds: tuple[Kind, ...], table: Callable[[Station, Rows], Reply], otherwise: str) -> Handler:
     def listed(station: Station, it: Instruction) -> Talk[None]:
         rows = yield from _rows(station, it, kinds, otherwise)
-        yield (yield from _beside_if_many(len(rows), lambda: table(station, rows)))
+        yield (yield from beside_if(len(rows) >= MANY, lambda: table(station, rows)))
 
     return listed
-
-
-def _beside_if_many(count: int, work: Callable[[], W]) -> Talk[W]:
-    return work() if count < MANY else (yield from beside(work))
 
 
 def shown_value(station: Station, expression: Expression) -> Talk[None]:
@@ -94,7 +89,7 @@ def _values(station: Station, expression: Expression) -> Talk[Rows]:
             rows = tuple(_own_elements(station, expression, reference))
         else:
             found = station.environment.alone(key)
-            rows = yield from _beside_if_many(found.count(), lambda: tuple(found.values_named(key)))
+            rows = yield from beside_if(found.count() >= MANY, lambda: tuple(found.values_named(key)))
     return rows or ((shown(expression), sight(station, expression)()),)
 
 

@@ -52,6 +52,7 @@ from vrs_cli.values.motion import (
     PoseTarget,
 )
 from vrs_cli.values.replies import ReachReport
+from vrs_cli.values.results import RunResult
 from vrs_cli.values.tagged import Act
 from vrs_cli.wire.snapshots import ShowBranch
 
@@ -140,13 +141,20 @@ def _expression(session: Session, text: str) -> Expression:
     return arguments[0]
 
 
-def _define(session: Session, act: Define) -> Defined:
+def _define(session: Session, act: Define) -> Talk[Defined]:
+    brought = yield from session.brought(act.text)
     before = dict(session.programs)
-    wrong = [one for one in session.load_text(act.text) if one.severity is Severity.ERROR]
+    session.take(brought)
+    wrong = [one for one in brought.diagnostics if one.severity is Severity.ERROR]
     if wrong:
         more = f", and {len(wrong) - 1} more mistakes" if len(wrong) > 1 else ""
         raise ProgramNotExecutable(f"{act.where}{wrong[0].span.line}: {wrong[0].message}{more}")
     return Defined(tuple(stored.name for key, stored in session.programs.items() if before.get(key) is not stored))
+
+
+def _execute(session: Session, act: Execute) -> Talk[RunResult]:
+    yield from session.compiled(act.program)
+    return (yield from session.wait(session.begin(act.program, cycles=act.cycles)))
 
 
 def _record(session: Session, _act: Record) -> Talk[Recorded]:
@@ -182,7 +190,7 @@ ACTS: Mapping[type[Act[Any]], _Row] = {
     Evaluate: _Row("a look at a value", Role.OBSERVER, _evaluate),
     Assign: _Row(CHANGE, Role.SUPERVISOR, _assign),
     Define: _as("LOAD", _define),
-    Execute: _as("EXECUTE", lambda session, act: session.wait(session.begin(act.program, cycles=act.cycles))),
+    Execute: _as("EXECUTE", _execute),
     ListCommands: _as("TIMELINE", lambda session, _act: CommandList(session.engine.records())),
     ListBranches: _Row("a look at the branches", Role.OBSERVER, lambda session, _act: branch_table(session)),
     ListMotions: _as("TIMELINE", lambda session, _act: motions(session)),

@@ -85,7 +85,7 @@ def _places(session: Session) -> Places:
 
 
 def _programs(session: Session) -> Programs:
-    rows = tuple(islice(directory(session), MOST_PROGRAMS))
+    rows = tuple(islice(directory(session.programs), MOST_PROGRAMS))
     return Programs(len(session.programs) - len(rows), rows=rows)
 
 

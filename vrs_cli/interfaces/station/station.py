@@ -26,13 +26,14 @@ from vrs_cli.errors import (
 )
 from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.layout import Layout
+from vrs_cli.files.store import called_from
 from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.rights import check_may, may_all
 from vrs_cli.interfaces.station.brought import Brought
 from vrs_cli.interfaces.station.desk import Desk
 from vrs_cli.interfaces.station.lease import Lease
 from vrs_cli.interfaces.station.unstored import Unstored
-from vrs_cli.interfaces.talk import Slice, Talk, Terminal, at_once, beside, within
+from vrs_cli.interfaces.talk import Slice, Talk, Terminal, at_once, beside, beside_if, within
 from vrs_cli.interfaces.tasks.debugging import Stepping
 from vrs_cli.interfaces.tasks.driver import Driver
 from vrs_cli.interfaces.tasks.limits import ATTENDED, Advice, Limits, at_prompt
@@ -56,12 +57,15 @@ from vrs_cli.language.text.ast import (
 )
 from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.language.text.parser import parse_file
+from vrs_cli.language.words.values import key_of
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.diagnostics import Diagnostic, first_error
 from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.replies import Message, Plot, ProgramStopped, Tone
 from vrs_cli.values.results import Beside, Outcome, RunResult
 
+LONG_TEXT = 1000  # characters that are parsed in some milliseconds
+LONG_PROGRAM = 100  # steps that are compiled in some milliseconds
 R = TypeVar("R")
 
 
@@ -184,16 +188,22 @@ class Station:
         A program with errors is kept, and not executable. Programs of the same name are replaced. Raises
         ProgramInterlocked where one of these is on the stack of a task.
         """
-        file, diagnostics = parse_file(text, self.dialect)
-        brought = at_once(self.ready(file, text))
-        self.take(brought)
-        return tuple(diagnostics) + brought.diagnostics
+        return at_once(self.loading(text))
 
-    def ready(self, file: File, text: str) -> Talk[Brought]:
-        """A file that has been parsed, ready for `take`. Raises as that does."""
+    def loading(self, text: str) -> Talk[tuple[Diagnostic, ...]]:
+        """Do what `load_text` does; another thread parses and analyses a long text."""
+        brought = yield from self.brought(text)
+        self.take(brought)
+        return brought.diagnostics
+
+    def brought(self, text: str) -> Talk[Brought]:
+        """Parse a file and analyse it among what is in memory, ready for `take`. Raises ProgramInterlocked."""
+        long, dialect = len(text) > LONG_TEXT, self.dialect
+        file, unreadable = yield from beside_if(long, lambda: parse_file(text, dialect))
         self._check_free(file)
         memory, vplus = self._memory(), self.robot.switch("VPLUS")
-        return (yield from beside(lambda: Brought.of(file, text, memory, vplus=vplus)))
+        found = yield from beside_if(long, lambda: Brought.of(file, text, memory, vplus=vplus))
+        return found._replace(diagnostics=(*unreadable, *found.diagnostics))
 
     def _memory(self) -> Memory:
         """A copy of what is there, and what the cell will bring: other programs are checked among these."""
@@ -257,6 +267,24 @@ class Station:
         """
         track = self.begin(program, arguments, cycles, step)
         return self.converse(self.wait(track, limits, all_tasks=all_tasks))
+
+    def compiled(self, program: str | None, *, everywhere: bool = False) -> Talk[None]:
+        """Compile a program, the last one where none is named, and those that it calls; another thread does that where
+        it is long. `everywhere`: the program is to be entered at any step. What is wrong is told when it begins.
+        """
+        programs = dict(self.programs)
+        first = programs.get(key_of(program or self.last_program or ""))
+        if first is None or sum(len(one.program.steps) for one in programs.values()) <= LONG_PROGRAM:
+            return
+        main, known = first.program, {key: stored.program for key, stored in programs.items()}
+        called = yield from beside(lambda: called_from([main], known))
+        executables = [self.environment.executable(programs[one.key]) for one in called]
+
+        def compile_all() -> None:
+            for one in executables:
+                one.compile_ahead(everywhere=everywhere and one.program is main)
+
+        yield from beside(compile_all)
 
     def begin(self, program: str | None = None, arguments: Arguments = (), cycles: int = 1, step: int = 1) -> Track:
         """Start a program, the last one when none is named; `wait` or `let_run` comes next. Raises NoProgramSpecified,

@@ -61,7 +61,7 @@ from vrs_cli.values.numbers import LIMIT
 
 Steps = Generator[Any, str | None, int | None]
 
-OPS_A_FUNCTION = 2048  # operations in one function
+OPS_A_FUNCTION = 512  # operations in one function: Python compiles it at once, in which no other thread has a turn
 
 
 # --- programs ----------------------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ and what it interrupted."""
 from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property
 from itertools import chain
 
@@ -36,6 +37,7 @@ class Executable:
         self.stored = stored
         self.program = stored.program
         self.analysis = stored.analysis
+        self._ahead: Compiled | None = None
 
     @property
     def name(self) -> str:
@@ -44,10 +46,20 @@ class Executable:
     @cached_property
     def compiled(self) -> Compiled:
         """Raises ProgramNotExecutable for one that has errors."""
-        compiled = compile_program(LIBRARY, self.analysis)
+        compiled, self._ahead = self._ahead or compile_program(LIBRARY, self.analysis), None
         for key, name in compiled.spelling.items():
             self._memory.spell(key, name)
         return compiled
+
+    def compile_ahead(self, *, everywhere: bool) -> None:
+        """Compile it in any thread, so that `compiled` takes no time; `everywhere`: to be entered at any step too.
+        A program with errors is left as it is.
+        """
+        known: Compiled | None = self.__dict__.get("compiled") or self._ahead
+        with suppress(ProgramNotExecutable):
+            known = self._ahead = known or compile_program(LIBRARY, self.analysis)
+            if everywhere:
+                known.variant(op=-1)  # no operation: the variant that has every entry
 
     def start(self, context: Context, arguments: Sequence[Reference], slots: list[object], op: int = 0) -> Steps:
         """An activation, from an operation on; one argument for each parameter, and the variables of the program's own.
