@@ -32,6 +32,7 @@ from vrs_cli.net.messages import (
     ServerMessage,
     Typed,
     Welcome,
+    Who,
 )
 from vrs_cli.net.pace import MUCH
 from vrs_cli.net.pace import PATIENCE as PACE
@@ -145,12 +146,12 @@ def test_who_looks_too_much_waits_and_who_drives_does_not(tmp_path: Path, monkey
 
         driver, looker = server.hub.rooms["cell1"].guests.values()
         asked(4)
-        assert looker.wait() == 0.0, "nobody drives: nobody waits for her"
+        assert looker.wait(Who(1)) == 0.0, "nobody drives: nobody waits for her"
         ada.lines("DRIVE 1, 5", "DRIVE 1, -5")
         assert asked(4) > 0.3
         eve.send(lambda id: Line(id, "WHERE"))
         ada.lines(*(f"x = {number}" for number in range(10)))
-        assert driver.wait() == 0.0
+        assert driver.wait(Who(1)) == 0.0
         assert eve.ask(Abort).ok  # type: ignore[attr-defined]
 
 

@@ -85,8 +85,8 @@ def test_who_looks_has_a_share_of_the_machine() -> None:
     share = Bucket(0.1, 2.0, 0.0)
     for t in range(1000):
         assert share.wait(float(t)) == 0.0
-        share.spend(0.1)
+        share.spend(0.1, float(t))
     assert share.wait(2000.0) == 0.0
-    share.spend(2.5)
+    share.spend(2.5, 2000.0)
     assert share.wait(2000.0) == pytest.approx(5.0)
     assert share.wait(2005.0) == pytest.approx(0.0)

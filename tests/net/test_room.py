@@ -19,8 +19,11 @@ from vrs_cli.net.driving import WhenGone
 from vrs_cli.net.guest import MOST_LOOKS, Guest
 from vrs_cli.net.limits import Allowance
 from vrs_cli.net.messages import (
+    Abort,
     Answer,
     Asked,
+    Check,
+    ClientMessage,
     Complete,
     Completed,
     Done,
@@ -32,6 +35,7 @@ from vrs_cli.net.messages import (
     Refused,
     ServerMessage,
     Status,
+    Who,
 )
 from vrs_cli.net.packets import Form, Packet
 from vrs_cli.net.protocol import ServerConnection
@@ -153,6 +157,11 @@ def served(folder: Path, **plan: Any) -> Iterator[Served]:
         assert it.told == []
 
 
+def waits(wire: Wire, message: ClientMessage | None = None) -> float:
+    """How long a request of its is to wait [s]."""
+    return wire.guest.wait(message or Who(1))
+
+
 # --- who drives ---
 
 
@@ -190,14 +199,50 @@ def test_many_who_look_have_one_share_together_and_who_drives_does_not_wait(tmp_
     with served(tmp_path) as it:
         ada, lookers = it.call("ada"), [it.call(f"eve{k}") for k in range(30)]
         assert ada.line("x = 1").ok
+        assert lookers[0].line("WHERE").ok
         ada.guest.spend(9.0)
-        assert all(wire.guest.wait() == 0.0 for wire in (ada, *lookers))
-        for wire in lookers:
+        assert all(waits(wire) == 0.0 for wire in (ada, *lookers))
+        for wire in lookers[1:]:
             wire.guest.spend(0.05)  # [s] of CPU: less than each may have
-        assert all(wire.guest.wait() > 1.0 for wire in lookers), "1.5 s, at 0.4 of a core, of which 0.8 at once"
-        assert ada.guest.wait() == 0.0
+        assert all(waits(wire) > 1.0 for wire in lookers[1:]), "1.5 s, at 0.4 of a core, of which 0.8 at once"
+        assert waits(ada) == waits(lookers[0]) == 0.0, "who has asked for little does not wait for those who have"
         it.now += 2.0
-        assert all(wire.guest.wait() == 0.0 for wire in lookers)
+        assert all(waits(wire) == 0.0 for wire in lookers)
+
+
+def test_who_looks_at_an_idle_robot_does_not_wait_nor_for_what_was_asked_while_he_typed(tmp_path: Path) -> None:
+    with served(tmp_path) as it:
+        ada, eve = it.call("ada"), it.call("eve")
+        assert ada.line("x = 1").ok
+        it.now += 5.0
+        eve.guest.spend(9.0)
+        assert waits(eve) == 0.0, "ada asks for nothing"
+        it.now += 200.0
+        assert ada.line("x = 1").ok
+        eve.guest.spend(9.0, typing=True)
+        assert waits(eve, Complete(1, "MO")) > 10.0
+        assert waits(eve) == 0.0
+
+
+def test_the_newest_completion_alone_waits_and_abort_never(tmp_path: Path) -> None:
+    with served(tmp_path) as it:
+        ada, eve = it.call("ada"), it.call("eve")
+        assert ada.line("x = 1").ok
+        eve.guest.spend(9.0, typing=True)
+        assert eve.guest.park(Complete(1, "MO"), 50)
+        assert eve.guest.park(Check(2, "MO"), 50)
+        assert eve.guest.park(Complete(3, "MOV"), 50)
+        assert eve.guest.parked_bytes == 100
+        eve.flush()
+        assert Completed(1) in eve.heard
+        assert not eve.guest.park(Abort(4), 20)
+        assert not eve.guest.park(Line(5, "abort"), 20)
+        assert eve.guest.park(Line(6, "WHERE"), 20), "in the order in which they came"
+        assert (eve.guest.unpark() or 0.0) > 1.0
+        it.now += 100.0
+        assert eve.guest.unpark() is None
+        eve.until(lambda: any(isinstance(one, Completed) and one.id == 3 for one in eve.heard))
+        assert not any(isinstance(one, Completed) and one.id == 1 and one.choices for one in eve.heard)
 
 
 def test_a_connection_that_is_half_open_does_not_keep_the_lease(tmp_path: Path) -> None:

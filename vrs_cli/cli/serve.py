@@ -28,6 +28,10 @@ from vrs_cli.cli.main import OK
 from vrs_cli.errors import FileError
 from vrs_cli.extras import how_to_install
 
+# [s] after which a thread that computes lets another one go on; by default it is 5 ms, which a line of the prompt waits
+# for several times in a row where several threads work beside the robot
+SWITCHED = 0.001
+
 if TYPE_CHECKING:
     import ssl
     from collections.abc import Callable
@@ -75,6 +79,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     from vrs_cli.net.server import Server
 
     collect_in_small_parts()
+    sys.setswitchinterval(SWITCHED)
     tell = teller(prog)
     with _audit(options, tell) as audit, _folder(options) as folder:
         tokens = _tokens(options)

@@ -6,8 +6,9 @@ robot said it. Nothing here waits.
 
 from __future__ import annotations
 
+import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any, NamedTuple, Protocol
 
@@ -31,10 +32,11 @@ from vrs_cli.net import locker, messages
 from vrs_cli.net.broadcast import Broadcast, Listener, Sink
 from vrs_cli.net.driving import Driving
 from vrs_cli.net.ledger import Ledger
-from vrs_cli.net.limits import Allowance, Bucket
+from vrs_cli.net.limits import Allowance, Bucket, Share
 from vrs_cli.net.messages import RobotAct
 from vrs_cli.net.pace import Pace
 from vrs_cli.net.packets import Form
+from vrs_cli.net.parts import is_long, parts_of
 from vrs_cli.net.places import without
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.tokens import Grant
@@ -47,6 +49,8 @@ from vrs_cli.wire.codec import Encoding
 from vrs_cli.wire.refusal import Refusal
 from vrs_cli.wire.snapshots import snapshot_record
 
+TYPING = messages.Complete | messages.Check  # asked while a line is typed
+AT_ONCE = messages.Interrupt | messages.Ping | messages.Bye  # what waits for nobody's share
 CHANGING: Mapping[type, str] = {KeepDraft: "a program", Press: "JOG", StopProgram: "ABORT"}  # of whoever types
 LONGEST_LINE = 4000  # characters
 MOST_LOOKS = 200  # of one holder that wait for an answer
@@ -83,6 +87,7 @@ class Hall(Protocol):
     prefixes: tuple[str, ...]
     allowance: Allowance
     lookers: Bucket
+    guests: dict[str, Guest]
 
     def ask(self, guest: Guest, talk: Talk[Any], pending: Pending, *, urgent: bool = False) -> None:
         """Have something done, and tell the guest of it."""
@@ -98,6 +103,9 @@ class Hall(Protocol):
     def awaited(self, guest: Guest) -> tuple[Ticket[Any], ...]:
         """The commands of a holder that have not ended."""
 
+    def others_ask(self, guest: Guest) -> bool:
+        """Whether anybody else has asked for something lately."""
+
     def stops(self, guest: Guest) -> None:
         """A holder stops the robot: the others are told who it was."""
 
@@ -112,11 +120,14 @@ class Hall(Protocol):
 
 
 class Pending(NamedTuple):
-    """Something that a guest has asked for, and the message that answers it: a command has Done."""
+    """Something that a guest has asked for, and the message that answers it: a command has Done. `what`: for the
+    audit, empty for what that leaves out. `typing`: it was asked for while a line was typed.
+    """
 
     id: int
-    what: str  # for the audit; empty where that is none of its business
+    what: str
     answer: Callable[[Any], messages.ServerMessage | None] | None = None
+    typing: bool = False
 
 
 class _Ended(NamedTuple):
@@ -143,7 +154,9 @@ class Guest:
         self.conversation = Conversation(hall.session, desk)
         self.link: Link | None = None
         self.pace = Pace()
-        self._share = hall.allowance.of_looking(hall.allowance.looking, wall())
+        self._share = Share(hall.allowance, hall.lookers, wall())
+        self._parked: deque[tuple[messages.ClientMessage, int]] = deque()  # waits for its share; bytes of each
+        self.parked_bytes = 0
         self.address = ""
         self.console = False
         self.heard_at = wall()
@@ -154,6 +167,7 @@ class Guest:
         self._pulling: Pending | None = None  # a wish that the robot has not taken
         self._drag_refused = False  # which is told once
         self._looks = 0  # that wait for an answer
+        self._to_tell: deque[Iterator[messages.Numbered]] = deque()  # a long reply, and what comes after it
         self._failed: dict[int, str] = {}  # commands of which an error was told, and the first of these
         self._status: Status | None = None  # as it was told last, the ends of requests aside: not all look at these
 
@@ -181,8 +195,31 @@ class Guest:
         self._hall.driving.beat(self.name)
 
     def tell(self, message: messages.Numbered) -> None:
-        """What it hears exactly once, now or when it is connected again."""
-        self.ledger.tell(without(self._hall.prefixes, message), self._wall())
+        """Tell it what it hears exactly once: now, when it is connected again, or after the long reply before it."""
+        message = without(self._hall.prefixes, message)
+        if isinstance(message, messages.Told) and is_long(message.reply):
+            self._to_tell.append(parts_of(message))
+        elif self._to_tell:
+            self._to_tell.append(iter((message,)))
+        else:
+            self.ledger.tell(message, self._wall())
+
+    @property
+    def has_more(self) -> bool:
+        """Whether it is in the middle of a long reply."""
+        return bool(self._to_tell)
+
+    def tell_more(self) -> None:
+        """Tell the next part of a long reply, and all that comes after its last part."""
+        while self._to_tell:
+            message = next(self._to_tell[0], None)
+            if message is not None:
+                self.ledger.tell(message, self._wall())
+                if isinstance(message, messages.Told) and message.goes_on:
+                    return
+            else:
+                self._to_tell.popleft()
+        self._hall.session.actor.let_go_on(self.holder.desk)
 
     def say(self, message: messages.ServerMessage) -> None:
         """What it hears if it is connected."""
@@ -196,11 +233,12 @@ class Guest:
 
     # --- what comes ---
 
-    def take(self, message: messages.ClientMessage) -> None:
-        """Do what a client asks for. What cannot be done is told."""
+    def take(self, message: messages.ClientMessage, *, waited: bool = False) -> None:
+        """Do what a client asks for; `waited`: it came in time, and has waited here. What cannot be done is told."""
         self.beat()
         try:
-            self._check_in_time(message)
+            if not waited:
+                self._check_in_time(message)
             _TAKEN[type(message)](self, message)
         except Exception as error:
             if what := _deed(message):
@@ -226,18 +264,49 @@ class Guest:
                 return self.holder.stops(text)
         return False
 
-    def wait(self) -> float:
-        """How long what it asks for next is to wait [s], so that who drives does not wait for all that others want."""
-        if self._hall.driving.lease.holder in ("", self.name):
+    def wait(self, message: messages.ClientMessage) -> float:
+        """How long a request is to wait [s], so that others do not wait for all that one wants: who drives never, nor
+        who is alone.
+        """
+        hall = self._hall
+        if hall.driving.lease.holder in ("", self.name) or not hall.others_ask(self):
             return 0.0
-        now = self._wall()
-        return max(self._share.wait(now), self._hall.lookers.wait(now))
+        return self._share.wait(self._wall(), len(hall.guests), typing=isinstance(message, TYPING))
 
-    def spend(self, seconds: float) -> None:
+    def spend(self, seconds: float, *, typing: bool = False) -> None:
         """It has cost CPU time [s]. In any thread."""
-        self._share.spend(seconds)
         if self._hall.driving.lease.holder != self.name:
-            self._hall.lookers.spend(seconds)
+            self._share.spend(seconds, self._wall(), typing=typing)
+
+    def park(self, message: messages.ClientMessage, size: int) -> bool:
+        """Keep a request, of so many bytes, that is to wait; false for one that goes first, or need not wait. Of what
+        is asked while a line is typed the newest alone waits: those before it are answered with nothing.
+        """
+        if isinstance(message, AT_ONCE) or (isinstance(message, messages.Command) and self._is_stop(message)):
+            return False
+        if not self._parked and not self.wait(message):
+            return False
+        if isinstance(message, TYPING):
+            for old, its in [one for one in self._parked if type(one[0]) is type(message)]:
+                self._parked.remove((old, its))
+                self.parked_bytes -= its
+                self.say(_nothing_found(old))
+        self._parked.append((message, size))
+        self.parked_bytes += size
+        return True
+
+    def unpark(self) -> float | None:
+        """Do what need not wait any more; how long the next is to wait [s], None where nothing waits."""
+        while self._parked:
+            message, size = self._parked[0]
+            if wait := self.wait(message):
+                return wait
+            self._parked.popleft()
+            self.parked_bytes -= size
+            begun = time.thread_time()
+            self.take(message, waited=True)
+            self.spend(time.thread_time() - begun, typing=isinstance(message, TYPING))
+        return None
 
     def refuse(self, message: messages.ClientMessage, error: Exception) -> None:
         """It is not done."""
@@ -258,13 +327,8 @@ class Guest:
     ) -> None:
         if self._looks >= MOST_LOOKS:
             raise LimitReached(f"{MOST_LOOKS} questions wait already", "wait for some answers first")
-        self._looked(request.id, talk, answer, _deed(request))
-
-    def _looked(
-        self, id: int, talk: Talk[Any], answer: Callable[[Any], messages.ServerMessage | None], what: str = ""
-    ) -> None:
         self._looks += 1
-        self._hall.ask(self, talk, Pending(id, what, answer))
+        self._hall.ask(self, talk, Pending(request.id, _deed(request), answer, isinstance(request, TYPING)))
 
     def _line(self, message: messages.Line) -> None:
         self._typed(message, message.text, self.conversation.lines(message.text, message.more))
@@ -531,11 +595,18 @@ class Guest:
 
     def look(self) -> None:
         """Ask what stands around the prompt; it is told where that is something else than before."""
-        self._looked(0, quietly(self._around), self._changed)
+        self._looks += 1
+        self._hall.ask(self, quietly(self._around), Pending(0, "", self._changed, typing=True))
 
     def _changed(self, status: Status) -> messages.ServerMessage | None:
         before, self._status = self._status, status
         return None if status == before else messages.Status(status)
+
+
+def _nothing_found(message: messages.ClientMessage) -> messages.ServerMessage:
+    """The answer to what was asked about a line that has changed since."""
+    assert isinstance(message, TYPING)
+    return messages.Completed(message.id) if isinstance(message, messages.Complete) else messages.Checked(message.id)
 
 
 def short(text: str) -> str:

@@ -73,27 +73,50 @@ class Bucket:
     """
 
     def __init__(self, rate: float, most: float, now: float) -> None:
-        self._rate, self._most = rate, most
+        self._rate, self.most = rate, most
         self._left, self._since = most, now
 
     def left(self, now: float) -> float:
         """How much there is; below 0 what is owed."""
-        self._left = min(self._most, self._left + (now - self._since) * self._rate)
+        self._left = min(self.most, self._left + (now - self._since) * self._rate)
         self._since = now
         return self._left
 
-    def spend(self, amount: float) -> None:
-        self._left -= amount
+    def spend(self, amount: float, now: float) -> None:
+        self._left = self.left(now) - amount
 
     def take(self, now: float) -> bool:
         """One is spent, where there is one."""
         there = self.left(now) >= 1.0
-        self.spend(there)
+        self.spend(there, now)
         return there
 
     def wait(self, now: float) -> float:
         """How long it is until nothing is owed [s]."""
         return max(0.0, -self.left(now) / self._rate)
+
+
+class Share:
+    """The CPU time of one who looks while another one drives. What is asked for while a line is typed (completion,
+    mistakes) has a share of its own, so that the line itself need not wait for it. `all`: of all who look together,
+    which only those wait for who have used more of it than others may.
+    """
+
+    def __init__(self, allowance: Allowance, all: Bucket, now: float) -> None:
+        self._lines = allowance.of_looking(allowance.looking, now)
+        self._typing = allowance.of_looking(allowance.looking, now)
+        self._all = all
+
+    def spend(self, seconds: float, now: float, *, typing: bool) -> None:
+        """In any thread."""
+        (self._typing if typing else self._lines).spend(seconds, now)
+        self._all.spend(seconds, now)
+
+    def wait(self, now: float, holders: int, *, typing: bool) -> float:
+        """How long the next request is to wait [s]; `holders`: of the robot, who look with this one."""
+        own = self._typing if typing else self._lines
+        fair = own.most - own.left(now) <= self._all.most / holders
+        return own.wait(now) if fair else max(own.wait(now), self._all.wait(now))
 
 
 class Crowd:
@@ -139,7 +162,7 @@ class Meter:
     """The CPU time of one robot's programs: at most a share of a core on average over a while."""
 
     def __init__(self, allowance: Allowance, now: float) -> None:
-        self._allowance, self._used = allowance, 0.0
+        self._allowance, self._used, self._looked = allowance, 0.0, now
         self._begin(now)
 
     def _begin(self, now: float) -> None:
@@ -148,8 +171,8 @@ class Meter:
 
     def look(self, used: float, now: float) -> LimitReached | None:
         """`used` is CPU time so far [s]; why what runs is to be stopped, None where it may go on."""
-        self._bucket.spend(used - self._used)
-        self._used = used
+        self._bucket.spend(used - self._used, self._looked)  # before what has flowed in meanwhile
+        self._used, self._looked = used, now
         if self._bucket.left(now) >= 0.0:
             return None
         self._begin(now)

@@ -471,10 +471,13 @@ class Typed(Numbered, frozen=True):
 
 
 class Told(Numbered, frozen=True):
-    """A reply; `id`: to which command, None for what the robot says by itself."""
+    """A reply; `id`: to which command, None for what the robot says by itself. `goes_on`: the next `told` has more of
+    this long reply; each list of it goes on where it ended here.
+    """
 
     reply: Reply
     id: Count | None = None
+    goes_on: bool = False
 
 
 class Asked(Numbered, frozen=True):

@@ -49,10 +49,12 @@ from vrs_cli.net.messages import (
     ServerMessage,
     Steered,
     Subscribe,
+    Told,
     Welcome,
     Withdrawn,
 )
 from vrs_cli.net.outbox import Outbox
+from vrs_cli.net.parts import joined
 from vrs_cli.wire.codec import Frame, Reader, UnknownType, encode, marks_of
 from vrs_cli.wire.records import RecordError
 from vrs_cli.wire.refusal import Refusal
@@ -262,6 +264,7 @@ class ClientConnection:
         self._heard = 0  # the number of the last message of those that are numbered
         self._unanswered: dict[int, Request] = {}
         self._questions: dict[int, bool] = {}  # by number: whether its answer was given
+        self._told: list[Told] = []  # the parts that have come of a long reply
         self._followed: Subscribe | None = None
         self._change: int | None = None  # the number of the last change; None: a snapshot is to come
 
@@ -365,6 +368,7 @@ class ClientConnection:
         if not welcome.resumed:
             self._heard = welcome.seq
             self._questions.clear()
+            self._told.clear()
         if before is not None and before.life != welcome.life:
             self._change = None
         lost = self._settled(welcome)
@@ -407,6 +411,11 @@ class ClientConnection:
             self._heard = message.seq
         if isinstance(message, Change) and not self._fits(message):
             return []
+        if isinstance(message, Told) and (message.goes_on or self._told):
+            self._told.append(message)
+            if message.goes_on:
+                return []
+            message, self._told = joined(self._told), []
         match message:
             case Done(id) | Refused(id=int(id)) | Result(id):
                 self._unanswered.pop(id, None)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 from math import inf
 from pathlib import Path
 from secrets import token_hex, token_urlsafe
@@ -52,6 +53,7 @@ from vrs_cli.net.locker import check_room
 from vrs_cli.net.memory import Memory
 from vrs_cli.net.outbox import BESIDE
 from vrs_cli.net.pace import MUCH
+from vrs_cli.net.parts import is_long
 from vrs_cli.net.places import prefixes_of
 from vrs_cli.net.tokens import TEACHER, Grant
 from vrs_cli.trajectory.timeline import TimelineDelta
@@ -61,8 +63,9 @@ from vrs_cli.values.questions import Answer, Question
 from vrs_cli.values.replies import Message, Reply, Tone, refusal
 from vrs_cli.version import __version__
 
-TOGETHER = 200  # things that are said that are given on at once, which takes 5 ms
+TOGETHER = 0.005  # [s] of CPU time for which things that are said are given on at once
 MEASURED = 0.1  # [s] between two looks at what a robot has, which take a while where that is much
+LATELY = 1.0  # [s] in which somebody has asked for something
 MOST_AWAY = 200  # holders whose connection is cut, and who may come again
 PULLED_EVERY = 0.1  # [s] that is told how far a tool that is dragged is from its wish
 ALIVE = 3.0  # [s] after which who drives and says nothing is asked whether it is there
@@ -156,6 +159,7 @@ class Room:
         self._hears: Guest | None = None  # what was TYPEd last
         self._typed_bytes = self._given_bytes = 0  # counted in the robot's thread, and in that of the connections
         self._seated: dict[Guest, None] = {}  # at a prompt
+        self._asked_at: dict[Guest, float] = {}  # [s] when each asked for something last
         self._away: dict[Guest, None] = {}  # whose connection is cut, in the order in which it was
         self.driving = Driving(wall, self._driven, by_asking=plan.one_user)
         self.folder = Folder(plan.folder, closed=True)
@@ -323,6 +327,7 @@ class Room:
         if self.guests.pop(guest.name, None) is None:
             return
         del self._ledgers[guest.ledger.key], self._desks[guest.holder.desk]
+        self._asked_at.pop(guest, None)
         drove = self.driving.lease.drives(guest.name)
         guest.holder.desk.left = self.plan.when_gone is not WhenGone.ABORT
         guest.leave()
@@ -335,9 +340,15 @@ class Room:
 
     # --- what is asked of it ---
 
+    def others_ask(self, guest: Guest) -> bool:
+        earliest = self._wall() - LATELY
+        return any(at > earliest for other, at in self._asked_at.items() if other is not guest)
+
     def ask(self, guest: Guest, talk: Talk[Any], pending: Pending, *, urgent: bool = False) -> None:
+        if pending.id:
+            self._asked_at[guest] = self._wall()
         self.broadcast.hold()
-        ticket = guest.holder.submit(talk, urgent=urgent, outlet=self._hear)
+        ticket = guest.holder.submit(talk, urgent=urgent, outlet=partial(self._hear, guest))
         self._pending[ticket] = guest, pending
 
     def awaited(self, guest: Guest) -> tuple[Ticket[Any], ...]:
@@ -401,7 +412,10 @@ class Room:
 
     # --- what it says: in its own thread ---
 
-    def _hear(self, ticket: Ticket[Any], said: Reply | Question | None) -> None:
+    def _hear(self, guest: Guest, ticket: Ticket[Any], said: Reply | Question | None) -> None:
+        """In the robot's thread. Who is told a long reply has the next request carried out when he has taken it."""
+        if said is not None and not isinstance(said, Question) and is_long(said):
+            self.session.actor.let_wait(guest.holder.desk)
         self._put(lambda: self._tell_of(ticket, said))
 
     def _by_itself(self, desk: object, reply: Reply) -> None:
@@ -418,11 +432,11 @@ class Room:
             return True
         return self._hears is not None and not self.session.engine.realtime and self._hears.pace.lags(self._wall())
 
-    def _spent(self, desk: object, seconds: float) -> None:
-        """Somebody has cost CPU time [s]. In any thread."""
-        guest = self._desks.get(desk)
+    def _spent(self, desk: object, ticket: Ticket[Any], seconds: float) -> None:
+        """A request of somebody has cost CPU time [s]. In any thread."""
+        guest, asked = self._desks.get(desk), self._pending.get(ticket)
         if guest is not None:
-            guest.spend(seconds)
+            guest.spend(seconds, typing=asked is not None and asked[1].typing)
 
     def _driven(self, lease: Lease, notice: Notice | None) -> None:
         self.session.lease = self._binding(lease)
@@ -448,7 +462,8 @@ class Room:
         """Give what was said to those whom it concerns."""
         self._woken = False
         touched: dict[Guest, None] = {}
-        for _ in range(min(len(self._said), TOGETHER)):
+        until = time.thread_time() + TOGETHER
+        while self._said and time.thread_time() < until:
             for guest in self._give(self._said.popleft()):
                 touched[guest] = None
         for guest in touched:

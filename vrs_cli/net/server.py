@@ -26,7 +26,7 @@ from vrs_cli.errors import LimitReached, RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.net import messages
 from vrs_cli.net.audit import Audit
-from vrs_cli.net.guest import Guest
+from vrs_cli.net.guest import TYPING, Guest
 from vrs_cli.net.hub import Hub
 from vrs_cli.net.limits import Allowance, Bucket, Crowd
 from vrs_cli.net.protocol import ServerConnection
@@ -35,6 +35,7 @@ from vrs_cli.net.sockets import SharedDeflate, SocketSink
 from vrs_cli.net.tokens import OPEN, Grant, TokenFile
 from vrs_cli.wire.refusal import Refusal
 
+LONGEST_WAIT = 0.1  # [s] after which a client's share is looked at again: others may be gone
 TICK = 0.1  # [s] between two looks at what time has changed
 LOOK = 0.25  # [s] between two looks at the file of tokens; two find that it has changed
 HIGH_WATER = 64 * 1024  # bytes that a socket holds before it is given no more
@@ -46,7 +47,7 @@ PINGS, PATIENCE = 20.0, 20.0  # [s] between two questions whether a client is th
 MISHAPS = 20  # errors of vrs itself that are told, each with a file
 PAUSE = 1.0  # [s] after one, where it might come again at once
 FLOOD = 10.0  # [s] of messages that come too fast, after which a connection is closed
-LONGEST_WAIT = 0.25  # [s] that what comes next is not read of who asks for too much: it may be ABORT
+MOST_PARKED = 4_000_000  # bytes of requests of one client that wait for its share: after these nothing is read of it
 SHORT = 2.0  # [s] in which a client takes leave
 ROBOTS = "/robots/"
 
@@ -90,9 +91,14 @@ class _Link:
         self._count()
         if self.connection.closing:
             self._spawn(self._close())
-        elif self.sink.waiting > HIGH_WATER and not self._drains:
+        elif not self._drains and (self.sink.waiting > HIGH_WATER or self._has_more):
             self._drains = True
             self._spawn(self._drain())
+
+    @property
+    def _has_more(self) -> bool:
+        """Whether a long reply goes on here."""
+        return self.guest is not None and self.guest.link is self and self.guest.has_more
 
     def _count(self) -> None:
         """Say how far it is behind."""
@@ -100,13 +106,19 @@ class _Link:
             self.guest.pace.waiting = self.connection.waiting + self.sink.waiting
 
     async def _drain(self) -> None:
-        """Go on when the socket has taken what it holds."""
+        """Go on, a part of a long reply after the other, whenever the socket has taken what it holds."""
         with suppress(OSError):
-            while self.sink.waiting > HIGH_WATER and not self.socket.transport.is_closing():
-                with suppress(TimeoutError):
-                    async with asyncio.timeout(TICK):
-                        await self.socket.drain()
-                self._count()
+            while (self.sink.waiting > HIGH_WATER or self._has_more) and not self.socket.transport.is_closing():
+                if self.sink.waiting > HIGH_WATER:
+                    with suppress(TimeoutError):
+                        async with asyncio.timeout(TICK):
+                            await self.socket.drain()
+                    self._count()
+                else:
+                    assert self.guest is not None
+                    self.guest.tell_more()
+                    self.flush()
+                    await asyncio.sleep(0)  # others have their turns
         self._drains = False
         self.flush()
 
@@ -151,6 +163,7 @@ class Server:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._hub: Hub | None = None
         self._broadcasts: set[asyncio.Task[None]] = set()
+        self._waiting: dict[Guest, asyncio.Task[None]] = {}  # whose requests wait for their share
         self.opened: list[Callable[[Room], None]] = []  # they are told of every robot that is served
         self._too_fast = LimitReached(f"more than {allowance.rate:g} messages a second", "send fewer, or wait")
 
@@ -227,16 +240,19 @@ class Server:
             async for frame in socket:
                 now, begun = time.monotonic(), time.thread_time()
                 link.fast = 0 if link.rate.take(now) else link.fast + 1
+                typing = False
                 for message in link.connection.receive(frame, now):
-                    await self._taken(link, message)
+                    typing = isinstance(message, TYPING)
+                    await self._taken(link, message, len(frame))
                 if link.fast > FLOOD * self._allowance.rate:
                     link.connection.close(self._too_fast.detail, Refusal.of(self._too_fast))
                 link.flush()
                 if link.connection.closing:
                     break
                 if link.guest is not None:
-                    link.guest.spend(time.thread_time() - begun)
-                    await asyncio.sleep(min(link.guest.wait(), LONGEST_WAIT))
+                    link.guest.spend(time.thread_time() - begun, typing=typing)
+                    while link.guest.parked_bytes > MOST_PARKED:
+                        await asyncio.sleep(TICK)
         except ConnectionClosed:
             pass
         finally:
@@ -244,7 +260,7 @@ class Server:
             self._strangers.discard(link)
             self._gone(link)
 
-    async def _taken(self, link: _Link, message: messages.ClientMessage) -> None:
+    async def _taken(self, link: _Link, message: messages.ClientMessage, size: int) -> None:
         guest, room = link.guest, link.room
         if isinstance(message, messages.Hello):
             await self._enter(link, message)
@@ -252,10 +268,27 @@ class Server:
             if link.fast and not isinstance(message, messages.Abort | messages.Interrupt):
                 guest.refuse(message, self._too_fast)
                 return
-            guest.take(message)
+            if guest.park(message, size):
+                self._unpark(guest)
+            else:
+                guest.take(message)
             if isinstance(message, messages.Bye):
                 link.connection.why = "left"
                 room.leave(guest)
+
+    def _unpark(self, guest: Guest) -> None:
+        """Have what waits for a client's share done in its time, whether it is still connected or not."""
+        if guest not in self._waiting:
+            self._waiting[guest] = asyncio.get_running_loop().create_task(self._wait_for_share(guest))
+
+    async def _wait_for_share(self, guest: Guest) -> None:
+        try:
+            while (left := guest.unpark()) is not None:
+                if guest.link is not None:
+                    guest.link.flush()
+                await asyncio.sleep(min(left, LONGEST_WAIT))
+        finally:
+            del self._waiting[guest]
 
     async def _enter(self, link: _Link, hello: messages.Hello) -> None:
         """Let somebody in, or say why not."""

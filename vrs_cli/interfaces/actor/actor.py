@@ -74,6 +74,7 @@ class Actor:
         self._running: list[_Request] = []  # until a program has stopped
         self._asking: list[_Request] = []
         self._beside: list[_Request] = []  # another thread works for them
+        self._behind: frozenset[object] = frozenset()  # who has not taken what he was told
         self._questions = count(1)
         self._time_first = False  # time goes on before the next request begins
         self._look = False  # what was done may have stopped a program that others wait for
@@ -84,8 +85,8 @@ class Actor:
         self._since = inf  # [s] of real time: when the first of them was made
         self.mishaps: list[Exception] = []  # errors of the program itself, while it was served
         self.worked = 0.0  # [s] of CPU, while it was served
-        # told of the CPU time [s] that somebody has cost, where many are served; from any thread
-        self.spent: Callable[[object, float], None] = lambda _by, _seconds: None
+        # told of the CPU time [s] that a request of somebody has cost, where many are served; from any thread
+        self.spent: Callable[[object, Ticket[Any], float], None] = lambda _by, _ticket, _seconds: None
         self._stepping = Lock()
         self._works: SimpleQueue[tuple[_Request, Work] | None] = SimpleQueue()  # to be done beside; None ends it
         self._workers = 0
@@ -123,6 +124,15 @@ class Actor:
         in one of its steps.
         """
         self._answers.append(_Answer(None, give))
+
+    def let_wait(self, by: object) -> None:
+        """What somebody asks for next waits until `let_go_on`: he has not taken what he was told. In any thread."""
+        self._behind = self._behind | {by}
+
+    def let_go_on(self, by: object) -> None:
+        if by in self._behind:
+            self._behind = self._behind - {by}
+            self._inbox.put(lambda: None)
 
     def repeat(self, beat: Callable[[], float | None]) -> None:
         """In real time: from now on it is done, in the place of what was before, whenever it is due. It says when that
@@ -257,8 +267,11 @@ class Actor:
 
     @property
     def _ready(self) -> _Request | None:
-        """Who begins next: whose turn it is, of those whose former request no other thread still works for."""
-        return self._waiting.next([request.by for request in self._beside if request.by is not None])
+        """Who begins next: whose turn it is, of those whose former request no other thread still works for, and who
+        have taken what they were told.
+        """
+        busy = {request.by for request in self._beside if request.by is not None}
+        return self._waiting.next(busy | self._behind)
 
     def _line_runs(self) -> bool:
         """Whether a line of the prompt is being carried out, which others wait for."""
@@ -309,7 +322,7 @@ class Actor:
             return
         begun = time.thread_time()
         self._go_on(request)
-        self.spent(request.by, time.thread_time() - begun)
+        self.spent(request.by, request.ticket, time.thread_time() - begun)
 
     def _go_on(self, request: _Request) -> None:
         """Let a request do its next part."""
@@ -362,7 +375,7 @@ class Actor:
     def _do_beside(self, request: _Request, it: Work) -> None:
         begun = time.thread_time()
         it.run()
-        self.spent(request.by, time.thread_time() - begun)
+        self.spent(request.by, request.ticket, time.thread_time() - begun)
         self._inbox.put(partial(self._worked, request.ticket))
 
     def _give_answers(self) -> None:
