@@ -300,7 +300,7 @@ async def _in_and_out(port: int, seconds: float) -> None:
 async def _ask_on(load: Load, one: Client, seconds: float) -> None:
     """Send what a load sends, as fast as answers come."""
     waiting, messages, ends = set[int](), cycle(load.sent), time.monotonic() + seconds
-    while waiting or time.monotonic() < ends:
+    while time.monotonic() < ends or (waiting and load.at_once == 1):  # what is long is seen to its end
         while len(waiting) < load.at_once and time.monotonic() < ends:
             waiting.add(await one.send(next(messages)()))
         if waiting:
