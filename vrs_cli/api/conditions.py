@@ -13,9 +13,9 @@ from vrs_cli.errors import FileError
 from vrs_cli.files.bounds import Folder
 from vrs_cli.files.cell_file import read_cell
 from vrs_cli.files.signal_file import listed_signals, read_signals
-from vrs_cli.interfaces.roles.local import Notes
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.station import Conditions
+from vrs_cli.interfaces.talk import Notes
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel

@@ -30,11 +30,12 @@ from vrs_cli.files.program_file import find_program_file
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.monitor.files import TORN
 from vrs_cli.interfaces.monitor.plotting import plotted, selected
-from vrs_cli.interfaces.roles.held import Answers, Held, no_answer
-from vrs_cli.interfaces.roles.local import LocalRobot, Notes
+from vrs_cli.interfaces.roles.held import Held
+from vrs_cli.interfaces.roles.local import LocalRobot
 from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.interfaces.roles.viewer import Audience
 from vrs_cli.interfaces.station.station import Conditions
+from vrs_cli.interfaces.talk import Answers, Notes, no_answer
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel

@@ -357,8 +357,8 @@ def _made(folder: Path, option: str) -> Path:
 
 def _warm() -> None:
     """The first line of whoever comes first is not to wait for what is loaded late."""
-    from vrs_cli.interfaces.roles.local import Notes
     from vrs_cli.interfaces.session.session import Session
+    from vrs_cli.interfaces.talk import Notes
 
     session = Session(Notes())
     for line in WARM:

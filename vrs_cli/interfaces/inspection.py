@@ -14,8 +14,9 @@ from vrs_cli.interfaces.station.brought import variables_of
 from vrs_cli.interfaces.tasks.readings import Readings
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, translation
-from vrs_cli.language.analysis.analyzer import Analysis, analyze_among
+from vrs_cli.language.analysis.analyzer import analyze_among
 from vrs_cli.language.analysis.confusions import delays
+from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.analysis.structure import unreachable
 from vrs_cli.language.analysis.surroundings import Surroundings, names_given_in
 from vrs_cli.language.run.cell import NO_CELL, Cell

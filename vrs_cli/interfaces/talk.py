@@ -11,8 +11,9 @@ from typing import Protocol, TypeVar, cast
 
 from msgspec import Struct
 
-from vrs_cli.values.questions import Answer, Question
-from vrs_cli.values.replies import Reply
+from vrs_cli.errors import EndOfInput
+from vrs_cli.values.questions import Answer, Confirmation, LineWanted, Parting, Question
+from vrs_cli.values.replies import Message, Reply
 
 
 class Slice(Enum):
@@ -137,3 +138,55 @@ class Terminal(Protocol):
 
     def progress(self, doing: Running | Reading) -> None:
         """What takes its time has come so far."""
+
+
+class Notes:
+    """A terminal that keeps what is said."""
+
+    attended = False
+
+    def __init__(self) -> None:
+        self.begin(no_answer)
+
+    def begin(self, answer: Answers) -> None:
+        self._said: list[Reply] = []
+        self._answer, self._line = answer, ""
+
+    def taken(self) -> tuple[Reply, ...]:
+        """All that was said since."""
+        if self._line:
+            self.type("", newline=True)
+        return tuple(self._said)
+
+    def show(self, reply: Reply) -> None:
+        self._said.append(reply)
+
+    def type(self, text: str, newline: bool) -> None:
+        self._line += text
+        if newline:
+            self._said.append(Message(self._line))
+            self._line = ""
+
+    def progress(self, doing: Running | Reading) -> None:
+        """Nobody watches."""
+
+    def ask(self, question: Question) -> Answer:
+        """Raises EndOfInput where a program is not answered."""
+        return answer_of(question, self._answer)
+
+
+def answer_of(question: Question, answer: Answers) -> Answer:
+    """What a typed answer means. Raises EndOfInput where a program is not answered."""
+    typed = answer(question)
+    if isinstance(question, Confirmation | Parting):
+        return None if typed is None else typed.strip().upper().startswith("Y")
+    if typed is None and isinstance(question, LineWanted):
+        raise EndOfInput(f"PROMPT {question.text!r} has nothing more to read", "give it one more answer")
+    return typed
+
+
+Answers = Callable[[Question], str | None]  # what is typed after a question; None where nobody answers
+
+
+def no_answer(_question: Question) -> None:
+    """Nobody is there to be asked."""

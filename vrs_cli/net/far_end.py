@@ -19,8 +19,7 @@ from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import FileDamaged, RequestRefused, VrsError
 from vrs_cli.interfaces.dragging import DRAG
 from vrs_cli.interfaces.roles.preview import Expected, Previewed
-from vrs_cli.interfaces.session.acts import move_of
-from vrs_cli.interfaces.tasks.holder_times import HolderTimes
+from vrs_cli.interfaces.tasks.holder_times import HolderTimes, move_of
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model_data import from_dict

@@ -23,7 +23,8 @@ from vrs_cli.errors import (
     UndefinedValue,
     VrsError,
 )
-from vrs_cli.language.analysis.analyzer import Analysis, analyze
+from vrs_cli.language.analysis.analyzer import analyze
+from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.compile.compiler import compile_program
 from vrs_cli.language.run.effects import Budget, Completed, Failed
 from vrs_cli.language.run.environment import Environment

@@ -92,7 +92,7 @@ def test_what_is_supported_is_carried_out() -> None:
 
 @pytest.mark.parametrize("shape", Shape)
 def test_every_shape_of_a_function_can_be_checked(shape: Shape) -> None:
-    from vrs_cli.language.analysis.kinds import _SHAPES
+    from vrs_cli.language.analysis.expressions import _SHAPES
 
     used = {argument.shape for row in FUNCTIONS.values() for argument in row.arguments}
     used |= {argument.shape for row in INSTRUCTIONS.values() for argument in row.arguments}

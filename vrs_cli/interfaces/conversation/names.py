@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.interfaces.conversation.complete import Names
-from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.words.values import Kind, numbers_of, plain
 from vrs_cli.values.numbers import Value, count, fixed
@@ -12,21 +12,21 @@ from vrs_cli.values.numbers import Value, count, fixed
 MOST = 500  # names of a kind that are offered: a menu is for reading
 
 
-def names_of(session: Session) -> Names:
+def names_of(station: Station) -> Names:
     """All programs, variables (elements of arrays too), switches and parameters."""
-    environment = session.environment
+    environment = station.environment
     return Names(
         programs={stored.name: count(len(stored.program.steps), "step") for stored in environment.programs.values()},
-        variables={kind: _variables(session, kind) for kind in Kind},
+        variables={kind: _variables(station, kind) for kind in Kind},
         switches={row.name: row.summary for row in SWITCHES.values()},
-        branches=dict.fromkeys(session.branches.names, "branch"),
+        branches=dict.fromkeys(station.branches.names, "branch"),
         parameters={row.name: row.summary for row in PARAMETERS.values()},
     )
 
 
-def _variables(session: Session, kind: Kind) -> dict[str, str]:
-    rows = session.environment.variables(kind)
-    units = session.environment.units
+def _variables(station: Station, kind: Kind) -> dict[str, str]:
+    rows = station.environment.variables(kind)
+    units = station.environment.units
     return {name: _noted(value, units) for (name, value), _ in zip(rows, range(MOST), strict=False)}
 
 

@@ -19,7 +19,8 @@ from msgspec.structs import replace
 
 from vrs_cli.errors import IllegalValue, NotAvailable, ProgramNotExecutable, UsageError
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.language.analysis.analyzer import Analysis, analyze, check_line
+from vrs_cli.language.analysis.analyzer import analyze, check_line
+from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.text.ast import BadLine, Expression, Program, ProgramCall, ProgramHeader, Step, Variable
 from vrs_cli.language.text.meaning import resolve_line, resolve_program, variables_named_like_functions
 from vrs_cli.language.text.parser import parse_prompt, parse_step

@@ -10,18 +10,12 @@ from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Subscription
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.roles.preview import Previewed
-from vrs_cli.values.questions import Question
+from vrs_cli.interfaces.talk import Answers
 from vrs_cli.values.replies import Reply
 from vrs_cli.values.results import Position
 from vrs_cli.values.tagged import Act
 
 T = TypeVar("T")
-
-Answers = Callable[[Question], str | None]  # what is typed after a question; None where nobody answers
-
-
-def no_answer(_question: Question) -> None:
-    """Nobody is there to be asked."""
 
 
 class Held(Watched, Protocol):

@@ -14,72 +14,25 @@ from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Subscription
 from vrs_cli.engine.position import position_at
-from vrs_cli.errors import EndOfInput, VrsError
+from vrs_cli.errors import VrsError
 from vrs_cli.files.trajectory_file import write_trajectory
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.holders.holder import Holder
-from vrs_cli.interfaces.roles.held import Answers, no_answer
 from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.station import Conditions
-from vrs_cli.interfaces.talk import Reading, Running, Talk
+from vrs_cli.interfaces.talk import Answers, Notes, Talk
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.delta_log import DeltaLog
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.questions import Answer, Confirmation, LineWanted, Parting, Question
-from vrs_cli.values.replies import Message, Reply
+from vrs_cli.values.replies import Reply
 from vrs_cli.values.results import Position
 from vrs_cli.values.tagged import Act
 
 PATIENCE = 0.005  # [s] between two looks whether another thread, which drives the robot, has done what was asked for
 T = TypeVar("T")
-
-
-class Notes:
-    """A terminal that keeps what is said."""
-
-    attended = False
-
-    def __init__(self) -> None:
-        self.begin(no_answer)
-
-    def begin(self, answer: Answers) -> None:
-        self._said: list[Reply] = []
-        self._answer, self._line = answer, ""
-
-    def taken(self) -> tuple[Reply, ...]:
-        """All that was said since."""
-        if self._line:
-            self.type("", newline=True)
-        return tuple(self._said)
-
-    def show(self, reply: Reply) -> None:
-        self._said.append(reply)
-
-    def type(self, text: str, newline: bool) -> None:
-        self._line += text
-        if newline:
-            self._said.append(Message(self._line))
-            self._line = ""
-
-    def progress(self, doing: Running | Reading) -> None:
-        """Nobody watches."""
-
-    def ask(self, question: Question) -> Answer:
-        """Raises EndOfInput where a program is not answered."""
-        return answer_of(question, self._answer)
-
-
-def answer_of(question: Question, answer: Answers) -> Answer:
-    """What a typed answer means. Raises EndOfInput where a program is not answered."""
-    typed = answer(question)
-    if isinstance(question, Confirmation | Parting):
-        return None if typed is None else typed.strip().upper().startswith("Y")
-    if typed is None and isinstance(question, LineWanted):
-        raise EndOfInput(f"PROMPT {question.text!r} has nothing more to read", "give it one more answer")
-    return typed
 
 
 class LocalRobot:

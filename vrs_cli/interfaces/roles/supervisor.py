@@ -16,8 +16,9 @@ from vrs_cli.engine.position import Positions, fill
 from vrs_cli.errors import VrsError
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.roles.designer import Designer
-from vrs_cli.interfaces.roles.held import Answers, Held
+from vrs_cli.interfaces.roles.held import Held
 from vrs_cli.interfaces.roles.observer import Observer
+from vrs_cli.interfaces.talk import Answers
 from vrs_cli.values.acts import (
     Assign,
     Compare,

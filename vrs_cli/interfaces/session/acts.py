@@ -17,7 +17,7 @@ from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, role_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.session.survey import show_branch, survey
 from vrs_cli.interfaces.talk import Talk, beside, in_parts
-from vrs_cli.interfaces.tasks.holder_times import HolderTimes
+from vrs_cli.interfaces.tasks.holder_times import move_of
 from vrs_cli.language.run.prompt import arguments_of, evaluate
 from vrs_cli.language.text.ast import DoInstruction, Expression, Instruction, Variable
 from vrs_cli.language.text.parser import parse_prompt
@@ -45,7 +45,7 @@ from vrs_cli.values.acts import (
     Valued,
     _finite,
 )
-from vrs_cli.values.commands import Break, Move, Stamp
+from vrs_cli.values.commands import Break
 from vrs_cli.values.diagnostics import Severity
 from vrs_cli.values.motion import (
     JointTarget,
@@ -80,12 +80,6 @@ def act_on(session: Session, act: Act[T]) -> Talk[T]:
     if session.running or session.elsewhere:
         check_goes_beside(row.said, row.role, elsewhere=session.elsewhere)
     return cast(T, (yield from session.on_branch(row.role, row.talk(session, act))))
-
-
-def move_of(act: Go, times: HolderTimes) -> Move:
-    """What is asked of the robot, in its own time."""
-    stamp = None if act.executed is None else Stamp(times.executed(act.executed))
-    return Move(act.goal.target, act.straight, speed=act.speed, stamp=stamp, text=act.text)
 
 
 def _go(session: Session, act: Go) -> None:

@@ -8,8 +8,9 @@ from typing import NamedTuple, Self
 from vrs_cli.errors import FileDamaged, IllegalValue, VrsError
 from vrs_cli.files.layout import Layout
 from vrs_cli.kinematics.joints import JointUnits
-from vrs_cli.language.analysis.analyzer import Analysis, analyze_among
+from vrs_cli.language.analysis.analyzer import analyze_among
 from vrs_cli.language.analysis.lineage import program_beyond_val2
+from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.analysis.surroundings import Surroundings
 from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.run.variables import Variables

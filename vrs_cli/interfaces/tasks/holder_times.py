@@ -12,6 +12,9 @@ from __future__ import annotations
 
 from msgspec import Struct
 
+from vrs_cli.values.acts import Go
+from vrs_cli.values.commands import Move, Stamp
+
 USUAL_ALLOWED = 10.0  # [s] that a command may have been on its way
 
 
@@ -35,3 +38,9 @@ class HolderTimes(Struct, frozen=True):
 
 
 THE_ROBOTS = HolderTimes()
+
+
+def move_of(act: Go, times: HolderTimes) -> Move:
+    """What is asked of the robot, in its own time."""
+    stamp = None if act.executed is None else Stamp(times.executed(act.executed))
+    return Move(act.goal.target, act.straight, speed=act.speed, stamp=stamp, text=act.text)

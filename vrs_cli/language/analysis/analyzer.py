@@ -10,8 +10,6 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
 
-from msgspec import Struct
-
 from vrs_cli.engine.parameters import SETTINGS, idle_of, row_of
 from vrs_cli.errors import (
     ArgumentMismatch,
@@ -27,11 +25,13 @@ from vrs_cli.errors import (
 )
 from vrs_cli.language.analysis.channels import channel
 from vrs_cli.language.analysis.confusions import first_assignment
-from vrs_cli.language.analysis.declarations import Declarations, Own, own_variables
-from vrs_cli.language.analysis.kinds import Expressions, miscounted
+from vrs_cli.language.analysis.declarations import Declarations, own_variables
+from vrs_cli.language.analysis.expressions import Expressions, miscounted
+from vrs_cli.language.analysis.kinds import ANY_KIND, BARE, PLACE, REAL, STRING
 from vrs_cli.language.analysis.lineage import beyond
-from vrs_cli.language.analysis.names import ANY_KIND, BARE, PLACE, REAL, STRING, with_article
-from vrs_cli.language.analysis.structure import Block, BlockKind, structure_of
+from vrs_cli.language.analysis.names import with_article
+from vrs_cli.language.analysis.result import Analysis
+from vrs_cli.language.analysis.structure import structure_of
 from vrs_cli.language.analysis.surroundings import Candidates, Surroundings
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program, ProgramHeader, Statement
@@ -39,42 +39,14 @@ from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.values import SIGIL_KINDS, Kind
 from vrs_cli.language.words.word import Argument, Shape, State, Word, argument_at
-from vrs_cli.values.diagnostics import Diagnostic, Severity, Span, counted, ordered
+from vrs_cli.values.diagnostics import Diagnostic, Span, counted, ordered
 
 # names of a program that are compared with others: one without its locations has hundreds that it lacks
 MOST_HINTS = 10
 
-__all__ = ["Analysis", "Block", "BlockKind", "analyze", "analyze_among", "check_line"]
-
 
 # instructions that make no sense at the prompt, whose program is over when they are done
 _IN_PROGRAMS = LOOP_JUMPS | DECLARATIONS | {"REACT", "REACTI", "REACTE", "RETURNE", "IGNORE", "LOCK", "RUNSIG"}
-
-
-class Analysis(Struct, frozen=True):
-    """A program with what its text decides.
-
-    `kinds`: REAL or LOCATION for each bare name (`Variable.key`) whose use decides it, parameters included.
-    `labels`: step index of each label. `needs`: the keys of names that other programs must give a value, `calls`: those
-    of the programs that are called, `functions`: those of variables that other programs could have, and that are
-    functions here: what else in memory the findings depend on. `own`: the variables of AUTO and LOCAL.
-    """
-
-    program: Program
-    kinds: Mapping[str, Kind]
-    blocks: tuple[Block, ...]
-    labels: Mapping[int, int]
-    diagnostics: tuple[Diagnostic, ...]
-    needs: frozenset[str] = frozenset()
-    calls: frozenset[str] = frozenset()
-    functions: frozenset[str] = frozenset()
-    own: tuple[Own, ...] = ()
-
-    @property
-    def executable(self) -> bool:
-        return not any(diagnostic.severity is Severity.ERROR for diagnostic in self.diagnostics) and not any(
-            isinstance(step.statement, ast.BadLine) for step in self.program.steps
-        )
 
 
 def analyze(

@@ -7,31 +7,18 @@ between calls. All other variables are global, and GLOBAL says so. Declarations 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import cached_property
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.errors import ArgumentMismatch, CannotInterpret, InvalidName, MisplacedDeclaration, TypeMismatch
 from vrs_cli.language.analysis.names import Names
+from vrs_cli.language.analysis.result import Own
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program
 from vrs_cli.language.words.instructions import DECLARATIONS
 from vrs_cli.language.words.values import SIGIL_KINDS, Kind
 
 SORTS: Mapping[str, Kind] = {"REAL": Kind.REAL, "DOUBLE": Kind.REAL, "LOC": Kind.LOCATION}
-
-
-class Own(Struct, frozen=True, dict=True):
-    """A variable of a program's own; `automatic`: of AUTO; `array`: declared as one, or first used as one."""
-
-    variable: ast.Variable
-    automatic: bool
-    array: bool
-
-    @cached_property
-    def key(self) -> str:
-        return self.variable.key
 
 
 def own_variables(program: Program) -> tuple[Own, ...]:

@@ -1,44 +1,37 @@
-"""Expressions: of what kind they are, and whether they can be what is wanted where they stand."""
+"""The kinds that values can have where they stand, and the kind of an expression where it is certain."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from functools import partial
-from typing import Any
+from collections.abc import Callable, Mapping
 
-from msgspec.structs import replace
-
-from vrs_cli.errors import (
-    AmbiguousGrouping,
-    CannotInterpret,
-    IllegalArrayIndex,
-    IllegalAssignment,
-    IllegalExpression,
-    NotAvailable,
-    UnknownKeyword,
-)
-from vrs_cli.language.analysis.confusions import Confusions
-from vrs_cli.language.analysis.grouping import val_grouping
-from vrs_cli.language.analysis.names import (
-    ANY_KIND,
-    LOCATION,
-    PLACE,
-    PRINTED,
-    REAL,
-    STRING,
-    Kinds,
-    Names,
-)
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression
-from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
-from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.values import Kind
-from vrs_cli.language.words.word import Row, Shape, State, argument_at, usable_names
-from vrs_cli.values.diagnostics import Span, did_you_mean
+from vrs_cli.language.words.word import Shape
 
-FORMAT_CODES = "BCDEFGHINOSUX"
+Kinds = frozenset[Kind]
+
+
+ANY_KIND: Kinds = frozenset(Kind)
+
+
+REAL: Kinds = frozenset({Kind.REAL})
+
+
+STRING: Kinds = frozenset({Kind.STRING})
+
+
+LOCATION: Kinds = frozenset({Kind.LOCATION})
+
+
+PLACE: Kinds = frozenset({Kind.LOCATION, Kind.PRECISION})
+
+
+PRINTED: Kinds = frozenset({Kind.REAL, Kind.STRING})
+
+
+BARE: Kinds = frozenset({Kind.REAL, Kind.LOCATION})  # what a name without a sigil can be
 
 
 # The arguments that are variables to be given a value.
@@ -49,198 +42,6 @@ VARIABLES: Mapping[Shape, Kinds] = {
 }
 
 
-class Expressions(Names):
-    """Checks expressions, each by itself."""
-
-    def __init__(self, known: Mapping[str, Kind], parameters: Collection[str], *, at_prompt: bool) -> None:
-        super().__init__(known, parameters, at_prompt=at_prompt)
-        self.confusions = Confusions()
-        self._logical = False  # whether NOT, AND, OR or XOR has been met in the expression
-
-    # --- arguments, by their shape ---
-
-    def argument(self, expression: Expression, shape: Shape) -> None:
-        """Check the expression that stands where the table wants an argument of this shape."""
-        _SHAPES[shape](self, expression)
-
-    def _item(self, expression: Expression) -> None:
-        if not isinstance(expression, ast.Format):
-            self.value(expression, ANY_KIND)
-        elif expression.code not in FORMAT_CODES:
-            hint = "the format codes are /" + " /".join(FORMAT_CODES)
-            self.fault(IllegalExpression, expression.span, f"/{expression.code}", hint)
-
-    def _unit(self, expression: Expression) -> None:
-        """The number of a unit. ATTACH may choose a unit and put its number in a variable."""
-        if isinstance(expression, ast.Variable):
-            self._define(expression, REAL)
-        else:
-            self.value(expression, REAL)
-
-    def _location_variable(self, expression: Expression) -> None:
-        """The instruction defines the last name of a compound and reads the others."""
-        if isinstance(expression, ast.Binary) and expression.operator == ":":
-            self.value(expression.left, LOCATION)
-            self._define(expression.right, LOCATION)
-        else:
-            self._define(expression, PLACE)
-
-    def _define(self, expression: Expression, wanted: Kinds) -> None:
-        if self.is_variable(expression):
-            assert isinstance(expression, ast.Variable)
-            self.define(expression, wanted)
-
-    def is_variable(self, expression: Expression) -> bool:
-        """Check that an expression is a variable, which can be given a value."""
-        if isinstance(expression, ast.Variable):
-            self.reference(expression)
-            return True
-        self.fault(IllegalAssignment, expression.span, "a variable is wanted here")
-        return False
-
-    def reference(self, variable: ast.Variable) -> None:
-        """Check the name and the indexes of a variable."""
-        self.check(variable)
-        for index in variable.indexes or ():
-            self.value(index, REAL)
-
-    def _elements(self, expression: Expression) -> None:
-        """The first element of an array of reals, or the whole of it."""
-        if self.is_variable(expression):
-            assert isinstance(expression, ast.Variable)
-            if expression.indexes is None:
-                hint = f"{expression.name}[1], or {expression.name}[]"
-                self.fault(IllegalArrayIndex, expression.span, f"{expression.name} is no array", hint)
-            self.read(expression, REAL)
-
-    def _label(self, expression: Expression) -> None:
-        if not isinstance(expression, ast.Number):
-            self.fault(CannotInterpret, expression.span, "a label is a number")
-
-    def _word(self, expression: Expression) -> None:
-        if not isinstance(expression, ast.Word):
-            self.fault(CannotInterpret, expression.span, "a name is wanted here")
-
-    def _setting(self, expression: Expression) -> None:
-        """A bare name may be a word of the parameter (SCURVE)."""
-        bare = isinstance(expression, ast.Variable) and expression.indexes is None and not expression.sigil
-        if not bare and not isinstance(expression, ast.Word):
-            self.value(expression, PRINTED)
-
-    # --- values ---
-
-    def value(self, expression: Expression, wanted: Kinds) -> None:
-        """Check the kind of a whole expression, and warn where VAL-II would group it otherwise."""
-        outer, self._logical = self._logical, False
-        self._kind(expression, wanted)
-        if self._logical:
-            for other in val_grouping(expression):
-                detail = f"it is taken as {other.ours}, VAL-II takes {other.theirs}"
-                self.warn(AmbiguousGrouping, other.span, detail, "add parentheses", other.ours)
-        self._logical = outer
-
-    def _kind(self, expression: Expression, wanted: Kinds) -> Kind | None:
-        if isinstance(expression, ast.Variable):
-            return self._variable(expression, wanted)
-        check = _KINDS.get(type(expression))
-        kind = _CERTAIN[type(expression)] if check is None else check(self, expression)
-        if kind is not None and kind not in wanted:
-            self.mismatch(expression, kind, wanted)
-        return kind
-
-    def _variable(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
-        self.check(variable)
-        for index in variable.indexes or ():
-            self._kind(index, REAL)
-        if variable.many:
-            detail = f"{variable.name}[] is an array"
-            self.fault(IllegalExpression, variable.span, detail, "give an index")
-        return self.read(variable, wanted)
-
-    def _no_value(self, expression: ast.Format | ast.Applied) -> None:
-        detail, hint = "a value with arguments", "CALLS $name(a, b) has them"
-        if isinstance(expression, ast.Format):
-            detail, hint = f"/{expression.code} is no value", "format codes are items of TYPE and $ENCODE"
-        self.fault(IllegalExpression, expression.span, detail, hint)
-
-    def _unary(self, expression: ast.Unary) -> Kind:
-        self._logical |= expression.operator in LOGICAL
-        self._kind(expression.operand, REAL)
-        return Kind.REAL
-
-    def _binary(self, expression: ast.Binary) -> Kind | None:
-        operator = expression.operator
-        self._logical |= operator in LOGICAL
-        if operator == ":":
-            return self._operands(expression, LOCATION, Kind.LOCATION)
-        if operator in RELATIONS:
-            return self._operands(expression, self._of_both(expression), Kind.REAL)
-        if operator == "+":
-            wanted = self._of_both(expression)
-            return self._operands(expression, wanted, next(iter(wanted)))
-        if operator == "**":
-            self._check_power(expression)
-        return self._operands(expression, REAL, Kind.REAL)
-
-    def _operands(self, expression: ast.Binary, wanted: Kinds, result: Kind) -> Kind | None:
-        """Check both operands. Return the kind of the result, or None where an operand is of the wrong kind."""
-        found = len(self.diagnostics)
-        self._kind(expression.left, wanted)
-        self._kind(expression.right, wanted)
-        return result if len(self.diagnostics) == found else None
-
-    def _of_both(self, expression: ast.Binary) -> Kinds:
-        """+ and the relations take two reals or two strings."""
-        return STRING if Kind.STRING in (self.kind_of(expression.left), self.kind_of(expression.right)) else REAL
-
-    def _check_power(self, expression: ast.Binary) -> None:
-        left = expression.left
-        if isinstance(left, ast.Unary) and left.operator == "-" and not left.grouped:
-            detail, clear = "the sign binds before **", replace(expression, left=replace(left, grouped=True))
-            self.warn(AmbiguousGrouping, expression.span, detail, "add parentheses", expression_text(clear))
-
-    # --- functions ---
-
-    def _call(self, call: ast.Call) -> Kind | None:
-        function = FUNCTIONS.get(call.name)
-        if function is None:
-            self._unknown_function(call)
-            return None
-        if function.state is not State.SUPPORTED:
-            detail = f"{function.name}: {function.summary}"
-            self.fault(NotAvailable, call.span, detail, function.note)
-            return function.result
-        self.confusions.function(call)
-        end = Span(call.span.line, call.span.end - 1, call.span.end)
-        for span, detail in miscounted(call.name, call.arguments, function, end, call.span)[:1]:
-            self.fault(IllegalExpression, span, detail, f"the form is {function.form}")
-        for place, expression in enumerate(call.arguments):
-            if expression is not None and function.arguments:
-                self._argument_of_call(expression, function.arguments[min(place, len(function.arguments) - 1)].shape)
-        return function.result
-
-    def _unknown_function(self, call: ast.Call) -> None:
-        hint = did_you_mean(call.name, usable_names(FUNCTIONS))
-        if not hint and len(call.arguments) == 1:
-            hint = f"an element of an array is {call.name}[index]"
-        self.fault(UnknownKeyword, call.span, f"there is no function {call.name}", hint)
-
-    def _argument_of_call(self, expression: Expression, shape: Shape) -> None:
-        """Check an argument as that of an instruction. DEFINED and LAST only look at a variable of any kind."""
-        if shape is Shape.VARIABLE:
-            if isinstance(expression, ast.Variable):
-                self.given.add(expression.key)
-            self.is_variable(expression)
-        else:
-            self.argument(expression, shape)
-
-    # --- kinds that are certain ---
-
-    def kind_of(self, expression: Expression) -> Kind | None:
-        """Return the kind of an expression as far as it is certain. Decide nothing and report nothing."""
-        return kind_of(expression, self.certain_kind)
-
-
 def kind_of(expression: Expression, of_variable: Callable[[ast.Variable], Kind | None]) -> Kind | None:
     """Return the kind of an expression, or None where `of_variable` knows none."""
     if isinstance(expression, ast.Variable):
@@ -249,53 +50,11 @@ def kind_of(expression: Expression, of_variable: Callable[[ast.Variable], Kind |
         function = FUNCTIONS.get(expression.name)
         return function.result if function is not None else None
     if not isinstance(expression, ast.Binary):
-        return _CERTAIN.get(type(expression))
+        return CERTAIN.get(type(expression))
     if expression.operator == ":":
         return Kind.LOCATION
     sides = (kind_of(expression.left, of_variable), kind_of(expression.right, of_variable))
     return Kind.STRING if expression.operator == "+" and Kind.STRING in sides else Kind.REAL
 
 
-def miscounted(
-    name: str, given: Sequence[Expression | None], row: Row, end: Span, whole: Span
-) -> list[tuple[Span, str]]:
-    """The first argument that is missing, to be seen at the `end`, and the first that is too many."""
-    found = []
-    for at, argument in enumerate(row.arguments):
-        if not argument.optional and (at >= len(given) or given[at] is None):
-            found.append((end, f"{name}: {argument.name} is missing"))
-            break
-    if row.repeats and not row.arguments[0].optional and None in given[max(len(row.arguments) - 1, 1) :]:
-        found.append((whole, f"{name}: a value is missing between two commas"))
-    if len(given) > len(row.arguments) and argument_at(row, len(given) - 1) is None:
-        extra = given[len(row.arguments)]
-        found.append((whole if extra is None else extra.span, f"{name}: too many arguments"))
-    return found
-
-
-_CERTAIN: Mapping[type, Kind] = {ast.Number: Kind.REAL, ast.Text: Kind.STRING, ast.Unary: Kind.REAL}
-
-_KINDS: Mapping[type, Callable[[Expressions, Any], Kind | None]] = {
-    ast.Unary: Expressions._unary,
-    ast.Binary: Expressions._binary,
-    ast.Call: Expressions._call,
-    ast.Applied: Expressions._no_value,
-    ast.Format: Expressions._no_value,
-}
-
-_SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
-    **dict.fromkeys((Shape.REAL, Shape.SIGNALS, Shape.GROUP, Shape.TASK), partial(Expressions.value, wanted=REAL)),
-    Shape.STRING: partial(Expressions.value, wanted=STRING),
-    Shape.VALUE: partial(Expressions.value, wanted=ANY_KIND),
-    Shape.LOCATION: partial(Expressions.value, wanted=LOCATION),
-    Shape.PLACE: partial(Expressions.value, wanted=PLACE),
-    **{shape: partial(Expressions._define, wanted=kinds) for shape, kinds in VARIABLES.items()},
-    Shape.ITEM: Expressions._item,
-    Shape.UNIT: Expressions._unit,
-    Shape.LOCATION_VARIABLE: Expressions._location_variable,
-    Shape.ELEMENTS: Expressions._elements,
-    Shape.LABEL: Expressions._label,
-    Shape.SETTING: Expressions._setting,
-    **dict.fromkeys((Shape.FILE, Shape.WORD, Shape.BRANCH, Shape.SWITCH), Expressions._word),
-    **dict.fromkeys((Shape.PARAMETER_NAME, Shape.INSTRUCTION), Expressions._word),
-}
+CERTAIN: Mapping[type, Kind] = {ast.Number: Kind.REAL, ast.Text: Kind.STRING, ast.Unary: Kind.REAL}

@@ -6,22 +6,13 @@ from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 from vrs_cli.errors import IllegalArrayIndex, InvalidName, TypeMismatch
+from vrs_cli.language.analysis.kinds import BARE, Kinds
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.instructions import RESERVED, why_reserved
 from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind
 from vrs_cli.values.diagnostics import Findings
-
-Kinds = frozenset[Kind]
-
-ANY_KIND: Kinds = frozenset(Kind)
-REAL: Kinds = frozenset({Kind.REAL})
-STRING: Kinds = frozenset({Kind.STRING})
-LOCATION: Kinds = frozenset({Kind.LOCATION})
-PLACE: Kinds = frozenset({Kind.LOCATION, Kind.PRECISION})
-PRINTED: Kinds = frozenset({Kind.REAL, Kind.STRING})
-BARE: Kinds = frozenset({Kind.REAL, Kind.LOCATION})  # what a name without a sigil can be
 
 LONGEST_SHOWN = 40  # characters of an expression in a message
 

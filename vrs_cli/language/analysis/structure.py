@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from enum import Enum
 from functools import partial
 from typing import Any
 
 from msgspec import Struct, field
 
 from vrs_cli.errors import ControlStructure, DuplicateLabel, UndefinedLabel, UnreachableCode
+from vrs_cli.language.analysis.result import Block, BlockKind
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Statement, Step
 from vrs_cli.language.text.parser import parse_file
@@ -19,15 +19,6 @@ from vrs_cli.language.text.printer import print_file
 from vrs_cli.language.words.instructions import INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.values.diagnostics import Diagnostic, Findings, Severity, Span, warning
 from vrs_cli.values.dialect import Dialect
-
-
-class BlockKind(Enum):
-    IF = "IF"
-    WHILE = "WHILE"
-    DO = "DO"
-    FOR = "FOR"
-    CASE = "CASE"
-
 
 LABELLED: Mapping[str, int] = {
     row.name: len(row.arguments) for row in INSTRUCTIONS.values() if row.form.endswith(" label")
@@ -42,15 +33,6 @@ def loops_of(statement: ast.Instruction) -> int:
         return 1
     whole = isinstance(given, ast.Number) and given.value >= 1 and given.value == int(given.value)
     return int(given.value) if whole and isinstance(given, ast.Number) else 0
-
-
-class Block(Struct, frozen=True):
-    """A control structure, as step indexes from 0. `middles`: ELSE, or VALUE and ANY; `closer`: END or UNTIL."""
-
-    kind: BlockKind
-    opener: int
-    middles: tuple[int, ...]
-    closer: int
 
 
 class Structure(Struct, frozen=True):

@@ -32,8 +32,8 @@ from typing import Any, cast
 from msgspec import Struct
 
 from vrs_cli.errors import ProgramNotExecutable
-from vrs_cli.language.analysis.analyzer import Analysis
 from vrs_cli.language.analysis.channels import channel, signals_on
+from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.compile import python_tree as tree
 from vrs_cli.language.compile.expressions import CELLS, Array, ExpressionCompiler, Library, Place
 from vrs_cli.language.compile.lowering import (

@@ -12,8 +12,8 @@ from msgspec import Struct
 
 from vrs_cli.errors import ArgumentMismatch, ProgramNotExecutable
 from vrs_cli.kinematics.joints import TURNING, JointUnits
-from vrs_cli.language.analysis.declarations import Own
 from vrs_cli.language.analysis.lineage import program_beyond_val2
+from vrs_cli.language.analysis.result import Own
 from vrs_cli.language.compile.compiler import Compiled, compile_program
 from vrs_cli.language.compile.expressions import CELLS
 from vrs_cli.language.run.cells import Reference, new_variable

@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from vrs_cli.errors import IllegalValue, UndefinedName
 from vrs_cli.kinematics.joints import TURNING, JointUnits
-from vrs_cli.language.analysis.analyzer import Analysis
+from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.run.cells import closest
 from vrs_cli.language.run.robot import RobotReadings, System
 from vrs_cli.language.run.signals import Signals
