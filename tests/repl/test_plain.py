@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.repl import shell
 from vrs_cli.repl.interrupt import Ended, ending
@@ -222,3 +223,18 @@ def test_a_signal_in_a_line_is_obeyed_after_it() -> None:
     with pytest.raises(Ended), ending():
         run(Local(load_robot("puma560"), None), source, sink)
     assert "JT1" not in sink.getvalue()
+
+
+def test_a_task_that_ends_with_the_shell_is_told() -> None:
+    program = (".PROGRAM ever", "10 WAIT.EVENT 0, 1", "GOTO 10", ".END", "EXECUTE 5 ever()")
+    told = "task 5, ever, ends with the shell at step 1"
+    assert pipe(*program)[1][1:] == [told]
+    assert pipe(*program, "EXIT")[1][1:] == [told]
+    assert told not in pipe(*program, "ABORT 5")[1]
+
+
+def test_an_endless_program_on_a_pipe_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vrs_cli.repl.local_seat.OWN", Limits(max_steps=1000))
+    status, written = pipe(".PROGRAM ever", "10 GOTO 10", ".END", "EXECUTE ever")
+    assert status == 1
+    assert "still running after 1000 steps" in written[1]

@@ -4,7 +4,7 @@ and what is told of it: one JSON object, or the error of a program in words."""
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -32,10 +32,11 @@ NO_NUMBERS: Mapping[str, object] = MappingProxyType({})
 
 
 class BatchTerminal(Struct, frozen=True):
-    """Writes to `output`; `quiet` leaves out all but what programs TYPE."""
+    """Writes to `output`; `quiet` leaves out all but what programs TYPE. `lines`: what PROMPT reads."""
 
     output: TextIO
     alive: RunProgress
+    lines: Iterator[str]
     quiet: bool = False
     attended: bool = False
 
@@ -61,7 +62,7 @@ class BatchTerminal(Struct, frozen=True):
             return None
         self._write(f"{question.wrong}\n" if question.wrong else "")
         self._write(question.text)
-        line = sys.stdin.readline()
+        line = next(self.lines, "")
         if not sys.stdin.isatty():
             self._write("\n")  # no terminal has shown the end of the line
         if not line:

@@ -206,14 +206,19 @@ class _Batch(Struct, frozen=True):
         from vrs_cli.cli.batch import BatchTerminal, error_object
         from vrs_cli.render.progress import RunProgress
         from vrs_cli.repl.interrupt import Stoppable
+        from vrs_cli.repl.piped import piped
 
         options = self.options
         alone = Alone() if options.sandbox is not None else nullcontext()
         running = RunProgress(self.source.path, options.max_time)
         aside = options.json or self.outputs.takes_standard_output  # where TYPE and PROMPT write
         with memory(options.max_memory) as enough, running as progress, alone, self._folder() as folder:
-            terminal = BatchTerminal(sys.stderr if aside else sys.stdout, progress, options.quiet)
+            lines = piped(sys.stdin) if options.realtime is not None else None
+            output = sys.stderr if aside else sys.stdout
+            terminal = BatchTerminal(output, progress, lines or iter(_typed, ""), options.quiet)
             station = self._station(terminal, folder)
+            if lines is not None:
+                lines.robot = station.actor
             try:
                 with enough(), wall(options.max_wall, station.driver.end_by):
                     diagnostics = station.load_text(self.source.text)
@@ -365,6 +370,11 @@ class _Batch(Struct, frozen=True):
             print(json.dumps(found, indent=2))
         else:
             self.heard.printed(found)
+
+
+def _typed() -> str:
+    """The next line of standard input; nothing at its end."""
+    return sys.stdin.readline()
 
 
 def _say(progress: RunProgress, text: str) -> None:

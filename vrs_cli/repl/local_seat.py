@@ -16,14 +16,15 @@ from vrs_cli.interfaces.jog.jogger import Hand, Jogger
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.talk import Talk, Terminal
+from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.repl.keeping import Keeper
 from vrs_cli.repl.logged import LoggedTerminal
 from vrs_cli.repl.recorder import Recorder
-from vrs_cli.repl.seat import KEEPING_UP, RESTING, SHORTEST
+from vrs_cli.repl.seat import KEEPING_UP, RESTING, SHORTEST, Driven
 from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.questions import Editing, Jogging, Playing
-from vrs_cli.values.replies import Plot
+from vrs_cli.values.replies import Message, Plot, Tone
 
 
 class LocalSeat:
@@ -42,7 +43,8 @@ class LocalSeat:
         cell: str | None = None,
     ) -> None:
         self._log = LoggedTerminal(terminal)
-        self.session = Session(self._log, model, clock=clock, outside=outside)
+        limits = OWN if clock is None and not terminal.attended else ATTENDED
+        self.session = Session(self._log, model, clock=clock, limits=limits, outside=outside)
         self.session.log = self._log
         self.session.dialect = dialect or self.session.dialect
         if cell is not None:
@@ -98,12 +100,28 @@ class LocalSeat:
         self._keep()
 
     def end(self) -> None:
+        for track in [] if self.session.terminal.attended else self.session.tasks.running:
+            text = f"task {track.number}, {track.task.program}, ends with the shell at step {track.task.step}"
+            self.session.terminal.show(Message(text, Tone.WARNING))
         self._log.end()
         if self._keeper is not None:
             self._keeper.forget()
 
     def note(self, error: Exception) -> None:
         self.noted = internal_error(error).text
+
+    @property
+    def driven(self) -> Driven:
+        return self
+
+    def step(self) -> None:
+        try:
+            self.session.actor.step()
+        except Exception as error:  # of a task that nobody waits for, which has ended with it
+            self.session.terminal.show(internal_error(error))
+
+    def wake(self) -> None:
+        self.session.actor.wake()
 
     @property
     def withdrawn(self) -> bool:

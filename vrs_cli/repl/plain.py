@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import TextIO
 
 from vrs_cli.repl.interrupt import stoppable
+from vrs_cli.repl.piped import piped
 from vrs_cli.repl.place import Place
 from vrs_cli.repl.terminal import PlainTerminal
 
@@ -19,8 +20,11 @@ def run(place: Place, source: Iterable[str], sink: TextIO) -> int:
     A wrong line does not stop the lines after it; EXIT does, and so do Ctrl-C and a connection that is cut. Raises
     KeyboardInterrupt for a Ctrl-C while the next line is waited for.
     """
-    terminal = PlainTerminal(sink, _unmarked(source))
+    lines = piped(source) if place.lives and not place.afar else None
+    terminal = PlainTerminal(sink, _unmarked(lines or source))
     seat = place.seat(terminal)
+    if lines is not None:
+        lines.robot, lines.after = seat.driven, sink.flush
     with stoppable(seat.interrupt):
         seat.begin()
     for line in terminal.lines:

@@ -325,6 +325,10 @@ class RemoteSeat:
         return end if isinstance(end, kind) else None
 
     @property
+    def driven(self) -> None:
+        """The robot is driven at the server."""
+
+    @property
     def withdrawn(self) -> bool:
         return self._question in self._withdrawn
 

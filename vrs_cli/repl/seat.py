@@ -19,6 +19,16 @@ KEEPING_UP, RESTING = 0.1, 1.0  # [s] between two looks at a clock on the wall: 
 SHORTEST = 0.01  # [s] however soon the next thing is due
 
 
+class Driven(Protocol):
+    """A robot in whose time somebody waits for something else."""
+
+    def step(self) -> None:
+        """Do the next thing that is due; where none is, wait for it, or until `wake` is called."""
+
+    def wake(self) -> None:
+        """End the wait; from any thread."""
+
+
 class Typing(Protocol):
     """What helps while a line is typed, here or on a screen."""
 
@@ -80,6 +90,10 @@ class Seat(Screens, Protocol):
 
     def end(self) -> None:
         """The user has left."""
+
+    @property
+    def driven(self) -> Driven | None:
+        """What goes on here while a line is waited for; None where that goes on elsewhere."""
 
     # --- Ctrl-C ---
 

@@ -95,7 +95,7 @@ class Actor:
         clock = driver.engine.clock
         if isinstance(clock, WallClock) and clock.sleep is time.sleep:
             clock.sleep = self._inbox.wait  # to wait for the time is to wait for the inbox
-        driver.devices.outside.wake = lambda: self._inbox.put(lambda: None)
+        driver.devices.outside.wake = self.wake
 
     # --- asking, from any thread ---
 
@@ -151,6 +151,10 @@ class Actor:
         if isinstance(clock, WallClock) and (self._stopped if not rests else not clock.paused):
             clock.change(paused=rests)
             self._stopped = rests
+
+    def wake(self) -> None:
+        """End a wait of `step`."""
+        self._inbox.put(lambda: None)
 
     def _put_reaction(self, ticket: Ticket[Any], reaction: Reaction, question: int) -> None:
         self._inbox.put(partial(self._react, ticket, reaction, question))

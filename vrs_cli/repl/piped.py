@@ -1,0 +1,81 @@
+"""Lines that come while time goes on: a thread reads a pipe, so that whoever waits for a line drives the robot."""
+
+from __future__ import annotations
+
+import codecs
+import os
+from collections.abc import Callable, Iterator
+from io import IncrementalNewlineDecoder, TextIOBase
+from queue import Empty, Queue
+from threading import Thread
+
+from vrs_cli.repl.seat import Driven
+
+AHEAD = 1000  # lines that are read before somebody wants them
+CHUNK = 65536  # bytes that are read at once
+
+
+class PipedLines:
+    """The lines of a stream with a file descriptor. While one is waited for, `robot` is driven, once it is given."""
+
+    def __init__(self, stream: TextIOBase) -> None:
+        """Raises OSError for a stream without a descriptor."""
+        self.robot: Driven | None = None
+        self.after: Callable[[], object] = lambda: None  # is called after each step
+        self._descriptor = stream.fileno()
+        made = codecs.getincrementaldecoder(stream.encoding or "utf-8")(stream.errors or "strict")
+        self._decoder = IncrementalNewlineDecoder(made, translate=True)
+        self._lines: Queue[str | Exception | None] = Queue(AHEAD)  # None: the end
+        self._reader: Thread | None = None
+
+    def __iter__(self) -> Iterator[str]:
+        return self
+
+    def __next__(self) -> str:
+        """Raises UnicodeDecodeError."""
+        if self._reader is None:  # a raw read holds no lock of the stream: the process may end in the middle of it
+            self._reader = Thread(target=self._read, name="input", daemon=True)
+            self._reader.start()
+        line = self._next()
+        if isinstance(line, str):
+            return line
+        self._lines.put(None)  # whoever asks again
+        raise StopIteration if line is None else line
+
+    def _next(self) -> str | Exception | None:
+        while self.robot is not None:
+            try:
+                return self._lines.get_nowait()
+            except Empty:
+                self.robot.step()
+                self.after()
+        return self._lines.get()
+
+    def _read(self) -> None:
+        left = ""
+        try:
+            while chunk := os.read(self._descriptor, CHUNK):
+                *lines, left = (left + self._decoder.decode(chunk)).split("\n")
+                for line in lines:
+                    self._put(f"{line}\n")
+            left += self._decoder.decode(b"", final=True)
+        except OSError:
+            pass  # the terminal is gone: the end
+        except UnicodeError as error:
+            self._put(error)
+        if left:
+            self._put(left)
+        self._put(None)
+
+    def _put(self, line: str | Exception | None) -> None:
+        self._lines.put(line)
+        if self.robot is not None:
+            self.robot.wake()
+
+
+def piped(stream: object) -> PipedLines | None:
+    """None for a stream that no thread can read by itself (a text in memory)."""
+    try:
+        return PipedLines(stream) if isinstance(stream, TextIOBase) else None
+    except OSError:
+        return None
