@@ -8,11 +8,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import BinaryIO
 
 from msgspec import field
 
 from vrs_cli.errors import FileError, FileOutside
 from vrs_cli.files.bounds import Folder
+
+MAX_COPY_BYTES = 100_000_000
 
 
 class WorkingFolder(Folder, frozen=True, kw_only=True):
@@ -43,14 +46,16 @@ class WorkingFolder(Folder, frozen=True, kw_only=True):
             if original.parent.is_dir():
                 path.parent.mkdir(parents=True, exist_ok=True)
             with given.open_to_read(original) as stream:
-                return self._copy(stream.fileno(), path)
-        except (OSError, FileOutside):
+                if (size := os.fstat(stream.fileno()).st_size) > MAX_COPY_BYTES:
+                    raise FileError(f"{path.name} has {size} bytes", f"a folder run reads {MAX_COPY_BYTES} at most")
+                return self._copy(stream, path)
+        except (OSError, FileOutside):  # it is not there, or cannot be read
             return None
 
     @staticmethod
-    def _copy(original: int, path: Path) -> os.stat_result:
+    def _copy(stream: BinaryIO, path: Path) -> os.stat_result:
         try:
-            with open(original, "rb", closefd=False) as stream, path.open("xb") as copy:
+            with path.open("xb") as copy:
                 shutil.copyfileobj(stream, copy)
         except OSError as error:
             raise FileError(f"{path.name}: {error.strerror}", "the folder of the run has no room for a copy") from None
