@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options, and fields of Limits
 FENCE: Mapping[str, float] = {  # round a program that nobody watches, where the system has such
-    "max_wall": 60.0,
+    "max_wall": 300.0,  # what is counted ends a program first, but on a very slow machine
     "max_memory": 4_000_000_000,  # of address space, of which numpy takes some for each core
 }
 MOST_TOLD = 20  # diagnostics of a file that is not executed
@@ -153,7 +153,7 @@ def _add_limits(parser: Parser) -> None:
             "--max-wall",
             "SECONDS",
             positive,
-            "time on the wall; the machine decides where that ends a run (default: any; or 60)",
+            "time on the wall; the machine decides where that ends a run (default: any; or 300)",
         ),
         (
             "--max-memory",
