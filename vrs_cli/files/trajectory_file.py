@@ -77,7 +77,8 @@ class Recording(Struct, frozen=True):
 
     `warnings`: what is wrong in a file of before, or in one that is read leniently, with the lines. `dropped_tail`: a
     last line that had not been written to its end was left out. `size`: the bytes of all others; `checksum`: that of
-    the last, None where the file has none. These two are what writing on needs.
+    the last, None where the file has none. These two are what writing on needs. `laws`: the version of the motion laws
+    of the vrs that began the file; all motions are kept as they were planned.
     """
 
     model: RobotModel
@@ -88,6 +89,7 @@ class Recording(Struct, frozen=True):
     warnings: tuple[str, ...]
     size: int
     checksum: int | None
+    laws: int
 
 
 @pause_collector()
@@ -116,6 +118,7 @@ class _Reader:
     def __init__(self, path: Path, first: bytes, lenient: bool) -> None:
         self._path, self._lenient, self._faults = path, lenient, list[Fault]()
         record = _header_record(path, first)
+        self._laws = record.laws
         self._checksums = Checksums(None if record.crc is None else START)
         self._motions, self._deltas = Motions(), list[TimelineDelta]()
         try:
@@ -171,6 +174,7 @@ class _Reader:
             warnings=tuple(map(str, self._faults)),
             size=lines.whole,
             checksum=self._checksums.last,
+            laws=self._laws,
         )
 
 
