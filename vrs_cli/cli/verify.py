@@ -28,7 +28,9 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     from vrs_cli.files.trajectory_file import MOST_FAULTS
     from vrs_cli.kinematics.forms import arm_for
 
-    along = in_lines(on_lines(arm_for(recording.model), recording.timeline), recording.timeline, recording.deltas)
+    along = in_lines(
+        on_lines(arm_for(recording.model), recording.timeline), recording.timeline, recording.deltas, recording.lines
+    )
     wrong = [*recording.warnings, *map(str, islice(along, MOST_FAULTS))]
     checksums = recording.checksum is not None
     if options.json:

@@ -10,10 +10,11 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from functools import reduce
 from typing import Protocol, TypeVar
 
-from vrs_cli.engine.history import History, Step, records
+from vrs_cli.engine.history import History, Step, held, records
+from vrs_cli.engine.window import ROW, Window
 from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.trajectory.delta_log import DeltaLog
+from vrs_cli.trajectory.delta_log import PART, DeltaLog
 from vrs_cli.trajectory.segment import rest
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.motion import Kind, Motion, Start
@@ -56,7 +57,8 @@ def silent(_deltas: Sequence[TimelineDelta]) -> None:
 class Book:
     """`timeline`: `initial` after all `deltas`. `number`: of the last motion.
 
-    `stream`: the motion of the last command, while more targets of it may come (`prolong`).
+    `stream`: the motion of the last command, while more targets of it may come (`prolong`). `window`: what keeps the
+    book short in memory; None: all of it is there.
     """
 
     def __init__(
@@ -73,6 +75,7 @@ class Book:
         self.number = number
         self.stream: Motion | None = None
         self.journal: Journal | None = None
+        self.window: Window | None = None
         self.told: Callable[[Sequence[TimelineDelta]], None] = silent
 
     @classmethod
@@ -91,11 +94,17 @@ class Book:
     @property
     def commands(self) -> int:
         """How many motion commands hold."""
-        return len(self.history.done)
+        return self.history.commands
 
     def records(self) -> tuple[CommandRecord, ...]:
-        """All motion commands that hold, in the order in which they were issued."""
-        return records(self.timeline, self.history.done)
+        """The motion commands that hold and can be taken back, in the order in which they were issued."""
+        return records(self.timeline, [step.delta for step in self.history.done])
+
+    def all_records(self) -> Callable[[], tuple[CommandRecord, ...]]:
+        """What gives all motion commands that hold now: any thread may call it, for it may take long."""
+        timeline, deltas, done = self.timeline, self.deltas.copy(), [step.delta for step in self.history.done]
+        forgotten = self.history.forgotten
+        return lambda: records(timeline, held(deltas) if forgotten else done)
 
     def deltas_since(self, version: int) -> Sequence[TimelineDelta]:
         """What has changed since the timeline of that version."""
@@ -113,6 +122,7 @@ class Book:
             self.history.add(step)
             self.number = step.delta.motion.number
             self.stream = step.delta.motion if step.delta.motion.kind is Kind.STEERED else None
+        self._let_go(deltas)
         self.told(deltas)
         if wrong is not None:
             raise wrong
@@ -123,10 +133,12 @@ class Book:
         Of the target before it `deltas` keeps only what the robot did.
         """
         self._change([delta], goes_on=True)
-        before = self.deltas[-2]
-        kept = before.segments[: delta.keep - before.keep]
-        shorter = delta._replace(drop=delta.drop - len(before.segments) + len(kept))
-        self.deltas[-2], self.deltas[-1] = before._replace(segments=kept), shorter
+        if len(self.deltas) % PART != 1:  # where a part begins, both stay as they are written down
+            before = self.deltas[-2]
+            kept = before.segments[: delta.keep - before.keep]
+            shorter = delta._replace(drop=delta.drop - len(before.segments) + len(kept))
+            self.deltas[-2], self.deltas[-1] = before._replace(segments=kept), shorter
+        self._let_go([delta])
         self.told([delta])
 
     def end_stream(self) -> None:
@@ -139,9 +151,10 @@ class Book:
         """Become what another course of events has become, which has all that has happened here. Raises FileError."""
         other.end_stream()
         deltas = other.deltas[len(self.deltas) :]
-        self._change(deltas, other.timeline)
+        self._change(deltas, other.timeline if self.window is None else other.timeline.in_rows(ROW))
         self.deltas = other.deltas.copy()  # shared, as far as they are packed
         self.history, self.number = other.history.copy(), other.number
+        self._let_go(deltas)
         self.told(deltas)
 
     def undo(self, count: int, clock: Callable[[], float]) -> Parts[float]:
@@ -157,6 +170,7 @@ class Book:
         for step in steps:
             self.history.take_back(before)
             before = step.clock
+        self._let_go(deltas)
         self.told(deltas)
         return before
 
@@ -169,8 +183,24 @@ class Book:
         self._change(deltas, timeline)
         for _ in undone:
             self.history.do_again()
+        self._let_go(deltas)
         self.told(deltas)
         return undone[-1].clock
+
+    def keep_short(self, window: Window) -> None:
+        """Keep only the end of the book in memory from now on."""
+        self.timeline, self.window = self.timeline.in_rows(ROW), window
+        for _ in list(self.timeline.parts()):
+            self._let_go(())
+
+    def _let_go(self, deltas: Sequence[TimelineDelta]) -> None:
+        """Let what has become too old with these changes leave memory."""
+        window = self.window
+        if window is not None:
+            old = len(self.deltas) - window.reach.changes
+            self.history.forget(self.initial.version + old)
+            self.deltas.put_away(old, window.store)
+            window.let_go(self.timeline, deltas, self.history.commands, self.number)
 
     def _planned(self, deltas: Iterable[TimelineDelta]) -> Parts[tuple[list[TimelineDelta], Timeline]]:
         """Changes that come one after the other, and the timeline after them, which nobody has yet. Raises

@@ -108,6 +108,7 @@ class Branches:
 
     def make(self, name: str) -> None:
         """Make a branch of the present course of events, and change over to it. Raises UsageError for a name in use."""
+        self.engine.book.end_stream()  # its command changes there
         here = self.engine.bookmark()
         fork = self._present.fork or Fork(here.book.timeline, tuple(here.book.history.done))
         self._add(_Branch(name, fork, structs.replace(here, book=here.book.copy())))

@@ -1,7 +1,7 @@
 """What can be taken back and done again: the motion commands of one robot, and the list of those that were undone.
 
 A step holds the delta that took place and the one that takes it back, not the timelines between them: a day of
-commands costs what its deltas cost.
+commands costs what its deltas cost. Where even that is too much, the steps of old changes are forgotten.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from vrs_cli.engine.settings import Altered
 from vrs_cli.errors import UsageError
 from vrs_cli.trajectory.instant import shown
 from vrs_cli.trajectory.row import Row
-from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.motion import Start
 from vrs_cli.values.results import CommandRecord
 
@@ -65,14 +65,33 @@ class Undone(Struct, frozen=True):
 
 
 class History:
-    """`done`: the steps that hold, oldest first. `undone`: those that were taken back, the next to redo last."""
+    """`done`: the steps that hold, oldest first, but for `forgotten` ones before them. `undone`: those that were taken
+    back, the next to redo last; None for one that is not known.
+    """
 
-    def __init__(self, done: Iterable[Step] = (), undone: Iterable[Undone] = ()) -> None:
+    def __init__(self, done: Iterable[Step] = (), undone: Iterable[Undone | None] = (), forgotten: int = 0) -> None:
         self.done = list(done)
         self.undone = list(undone)
+        self.forgotten = forgotten
+
+    @property
+    def commands(self) -> int:
+        """How many commands hold."""
+        return self.forgotten + len(self.done)
 
     def copy(self) -> History:
-        return History(self.done, self.undone)
+        return History(self.done, self.undone, self.forgotten)
+
+    def forget(self, version: int) -> None:
+        """Forget the commands that were given before that version: they cannot be taken back or done again any more."""
+        old = 0
+        while old < len(self.done) and self.done[old].delta.version < version:
+            old += 1
+        if old:
+            del self.done[:old]
+            self.forgotten += old
+        if self.undone and ((last := self.undone[-1]) is None or last.step.delta.version < version):
+            self.undone.clear()
 
     def add(self, step: Step) -> None:
         """Add a new command: what was undone before it cannot be done again."""
@@ -81,25 +100,38 @@ class History:
 
     def last_done(self, count: int) -> Sequence[Step]:
         """The steps that UNDO takes back, the last one first. Raises UsageError where there are not so many."""
-        return _last(self.done, count, "undo")
+        older = "what is older cannot be taken back any more" if self.forgotten else ""
+        return _last(self.done, count, "undo", older)
 
     def last_undone(self, count: int) -> Sequence[Undone]:
         """The steps that REDO does again, the next one first. Raises UsageError where there are not so many."""
-        return _last(self.undone, count, "redo", "REDO follows UNDO; a new motion ends it")
+        known = [one for one in self.undone if one is not None]
+        return _last(known, count, "redo", "REDO follows UNDO; a new motion ends it")
 
     def take_back(self, clock: float) -> None:
-        """Undo the last step; `clock` is the time now [s]. Raises UsageError where there is none."""
+        """Undo the last step, which may be forgotten; `clock` is the time now [s]. Raises UsageError for none."""
+        if self.forgotten and not self.done:
+            self.forgotten -= 1
+            self.undone.append(None)
+            return
         self.last_done(1)
         self.undone.append(Undone(self.done.pop(), clock))
 
     def do_again(self) -> None:
         """Let the step that was taken back last hold again. Raises UsageError where there is none."""
+        if self.undone and self.undone[-1] is None:
+            self.undone.pop()
+            self.forgotten += 1
+            return
         self.last_undone(1)
-        self.done.append(self.undone.pop().step)
+        last = self.undone.pop()
+        assert last is not None
+        self.done.append(last.step)
 
     def lengthen_last(self, timeline: Timeline) -> None:
         """End the stream of targets that is the last command: UNDO takes back all that came of it."""
-        self.done[-1] = self.done[-1].lengthened(timeline)
+        if self.done:  # else it is forgotten: it began too long ago
+            self.done[-1] = self.done[-1].lengthened(timeline)
 
 
 def _last(steps: Sequence[_S], count: int, what: str, hint: str = "") -> Sequence[_S]:
@@ -110,18 +142,33 @@ def _last(steps: Sequence[_S], count: int, what: str, hint: str = "") -> Sequenc
     return steps[: -count - 1 : -1]
 
 
-def records(timeline: Timeline, steps: Sequence[Step]) -> tuple[CommandRecord, ...]:
-    """The commands of steps, with the times of their motions on a timeline."""
+def held(deltas: Iterable[TimelineDelta]) -> Sequence[TimelineDelta]:
+    """The deltas of the commands that hold after a row of deltas, without their segments."""
+    done: list[TimelineDelta] = []
+    undone: list[TimelineDelta] = []
+    for delta in deltas:
+        if delta.cause is Cause.UNDO:
+            undone.append(done.pop())
+        elif delta.cause is Cause.REDO:
+            done.append(undone.pop())
+        elif not done or delta.motion.number != done[-1].motion.number:  # else one more target of a stream
+            done.append(delta._replace(segments=()))
+            undone.clear()
+    return done
+
+
+def records(timeline: Timeline, commands: Sequence[TimelineDelta]) -> tuple[CommandRecord, ...]:
+    """The commands that deltas are of, with the times of their motions on a timeline."""
     begins: dict[int, float] = {}
     ends: dict[int, float] = {}
-    for block in timeline.blocks(-inf, inf) if steps else ():
+    for block in timeline.blocks(-inf, inf) if commands else ():
         numbers = [motion.number for motion in block.row.motions[block.first : block.last]]
         starts, finishes = block.times()
         for number, start in zip(numbers, starts, strict=True):
             begins.setdefault(number, start)
         ends.update(zip(numbers, finishes, strict=True))
     found = []
-    for delta in (step.delta for step in steps):
+    for delta in commands:
         motion, executed = delta.motion, shown(delta.executed)
         begin, end = begins.get(motion.number), ends.get(motion.number)
         times = executed if begin is None else shown(begin), None if end is None else shown(end)

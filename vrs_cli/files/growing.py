@@ -6,6 +6,7 @@ from __future__ import annotations
 import os
 from contextlib import suppress
 from pathlib import Path
+from threading import Lock
 
 from vrs_cli.errors import FileOpened
 from vrs_cli.files.atomic import sync_handle
@@ -27,6 +28,7 @@ class GrowingFile:
         self.size = os.fstat(self._handle).st_size
         self._special = is_special(path)
         self._torn = False  # a line that failed could not be taken away
+        self._reading = Lock()
         if not self._special and not claim(self._handle):
             self.close()
             raise FileOpened(f"{path} is being written by another vrs", "end that one, or name another file")
@@ -66,6 +68,12 @@ class GrowingFile:
                 self.cut(self.size)
             raise
 
+    def read(self, place: int, size: int) -> bytes:
+        """So many bytes from a place on, fewer at the end. In any thread."""
+        with self._reading:
+            os.lseek(self._handle, place, os.SEEK_SET)  # what is added goes to the end all the same
+            return os.read(self._handle, size)
+
     def sync(self) -> None:
         """All that was added is on the disk."""
         sync_handle(self._handle)
@@ -80,8 +88,7 @@ class GrowingFile:
         self.size, self._torn = size, False
 
     def ends_line(self) -> bool:
-        os.lseek(self._handle, self.size - 1, os.SEEK_SET)
-        return os.read(self._handle, 1) == b"\n"
+        return self.read(self.size - 1, 1) == b"\n"
 
     def close(self) -> None:
         """Closing twice is closing once."""

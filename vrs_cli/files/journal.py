@@ -20,12 +20,16 @@ from vrs_cli.files.atomic import create_beside, writing
 from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.lock import Hold, hold, is_special
 from vrs_cli.files.opening import reason
+from vrs_cli.files.past import KeptRow, Past, Resumed, part_record, resumed
 from vrs_cli.files.trajectory_file import Recording, read_trajectory, trajectory_lines
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.trajectory.delta_log import PART
+from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import Segment
-from vrs_cli.trajectory.timeline import TimelineDelta
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.motion import Motion
-from vrs_cli.wire.lines import LineEncoder
+from vrs_cli.wire.lines import CheckpointRecord, LineEncoder
+from vrs_cli.wire.records import Form
 
 CHUNK = 1 << 16  # bytes that a journal which is not durable writes at once
 TRIES = 3  # files for one change
@@ -41,21 +45,31 @@ class Course(Struct, frozen=True):
     deltas: Sequence[TimelineDelta]
 
     def motions(self) -> dict[int, Motion]:
-        """What the lines describe, by its number."""
-        known = {segment.motion.number: segment.motion for segment in self.initial}
-        for delta in self.deltas:
+        """What the lines of the last part describe, by its number."""
+        known = {} if self.deltas else {segment.motion.number: segment.motion for segment in self.initial}
+        for delta in self.deltas[len(self.deltas) // PART * PART :]:
             for motion in (delta.motion, *(segment.motion for segment in delta.segments)):
                 known[motion.number] = motion
         return known
 
 
 class Taken(Struct, frozen=True):
-    """A file that is ours to write, until `close`. `file` and `recording`: a trajectory that is to go on."""
+    """A file that is ours to write, until `close`. `file` and `recording`: a trajectory that is to go on; or `resumed`,
+    where it was read from a checkpoint.
+    """
 
     path: Path
     held: Hold
     file: GrowingFile | None = None
     recording: Recording | None = None
+    resumed: Resumed | None = None
+
+    @property
+    def torn(self) -> bool:
+        """Whether a last line is left out, which was not written to its end."""
+        if self.resumed is not None:
+            return self.resumed.past.file.size > self.resumed.size
+        return self.recording is not None and self.recording.dropped_tail
 
     def close(self) -> None:
         if self.file is not None:
@@ -69,8 +83,9 @@ def take(path: Path) -> Taken:
         return Taken(path, hold(path))
 
 
-def take_up(path: Path, progress: Callable[[float], None] | None = None) -> Taken:
-    """Take a file for a journal that goes on with it, or begins it. It is read when nobody else may write it any more.
+def take_up(path: Path, progress: Callable[[float], None] | None = None, changes: int | None = None) -> Taken:
+    """Take a file for a journal that goes on with it, or begins it. It is read when nobody else may write it any more:
+    all of it, or where it has checkpoints so many `changes` at least.
 
     Raises FileError, and what `read_trajectory` does.
     """
@@ -80,7 +95,7 @@ def take_up(path: Path, progress: Callable[[float], None] | None = None) -> Take
     try:
         with writing(path):
             if path.exists():
-                return _read(path, it.held, progress)
+                return _read(path, it.held, progress, changes)
             create_beside(path, it.held).close()  # so that it can be made
             return it
     except BaseException:
@@ -88,9 +103,11 @@ def take_up(path: Path, progress: Callable[[float], None] | None = None) -> Take
         raise
 
 
-def _read(path: Path, held: Hold, progress: Callable[[float], None] | None) -> Taken:
+def _read(path: Path, held: Hold, progress: Callable[[float], None] | None, changes: int | None) -> Taken:
     file = GrowingFile(path)
     try:
+        if changes is not None and (found := resumed(file, changes)) is not None:
+            return Taken(path, held, file, resumed=found)
         recording = read_trajectory(path, progress)
         if what := file.changed():
             raise FileError(f"{path} {what} while it was read", "try again")
@@ -108,6 +125,7 @@ class _Before(Struct, frozen=True):
     size: int
     owed: bytes
     checksum: int | None
+    parts: int  # how many places of deltas were known
 
 
 class Journal:
@@ -116,7 +134,7 @@ class Journal:
     `path`: the file that it is in now; `sound`: it is the one that was asked for, and nothing is missing. `course`
     gives all that has happened, `tell` takes what the user has to know before the next answer. `durable=False` (batch)
     writes when there is enough, and at the end. `together`: what is written goes to the disk when `settle` says so, and
-    nobody is answered before. Raises FileError.
+    nobody is answered before. `past`: what reads it back, where it is to be kept so. Raises FileError.
     """
 
     def __init__(
@@ -127,6 +145,7 @@ class Journal:
         *,
         durable: bool = True,
         together: bool = False,
+        read_back: Form | None = None,
     ) -> None:
         self.sound = True
         self.unsettled, self._together = False, together
@@ -135,11 +154,18 @@ class Journal:
         self._owed = b""  # lines of what has happened that are to be written yet
         self._before: _Before | None = None
         self._held, self._closed = it.held, False
+        self._places: list[int] = []  # where the line of each PART-th delta begins
+        self.past = it.resumed.past if it.resumed is not None else None
         with writing(it.path):
-            if it.file is None or it.recording is None:
+            if it.file is None:
                 self._file, self._lines = self._begun(it.path, it.held)
             else:
-                self._file, self._lines = self._gone_on(it.file, it.recording)
+                self._file, self._lines = self._gone_on(it.file, it.resumed or it.recording)
+        if self.past is not None:
+            self._places = self.past.places
+        elif read_back is not None and self._lines.checksum is not None:
+            self.past = Past(self._file, read_back, ())
+            self.past.places = self._places
 
     @property
     def path(self) -> Path:
@@ -148,20 +174,29 @@ class Journal:
     def _begun(self, path: Path, held: Hold) -> tuple[GrowingFile, LineEncoder]:
         """A new file with all that has happened, in the place of an older one at once."""
         beside, lines, course = create_beside(path, held), LineEncoder(), self._course()
+        self._places.clear()
         try:
-            beside.stream.writelines(trajectory_lines(course.model, course.initial, course.deltas, lines))
+            size = 0
+            for number, line in enumerate(trajectory_lines(course.model, course.initial, course.deltas, lines), -1):
+                if not number % PART and number >= 0:
+                    self._places.append(size)
+                beside.stream.write(line)
+                size += len(line)
             beside.commit()
         finally:
             beside.close()
         return GrowingFile(path), lines
 
-    def _gone_on(self, file: GrowingFile, recording: Recording) -> tuple[GrowingFile, LineEncoder]:
+    def _gone_on(self, file: GrowingFile, read: Resumed | Recording | None) -> tuple[GrowingFile, LineEncoder]:
         """What was read, without a last line that was torn."""
-        if file.size > recording.size:
-            file.cut(recording.size)
+        assert read is not None, "the file was read"
+        if file.size > read.size:
+            file.cut(read.size)
         if not file.ends_line():
             file.add(b"\n", durable=True)
-        return file, LineEncoder(self._course().motions(), recording.checksum)
+        if isinstance(read, Recording):
+            self._places.extend(read.places)
+        return file, LineEncoder(self._course().motions(), read.checksum)
 
     # --- writing ---
 
@@ -176,7 +211,7 @@ class Journal:
             if not happens:
                 raise
             self._take_back()
-            self._owed += b"".join(map(self._lines.delta, deltas))
+            self._owed += self._encoded(deltas)
             self._tell(f"{error}; {ANYWAY}")
 
     def settle(self) -> None:
@@ -196,16 +231,27 @@ class Journal:
             self._move("has not kept what was written")
             self.unsettled = self._doubtful = False
         for _ in range(TRIES):
-            self._before = _Before(deltas[0].version, self._file.size, self._owed, self._lines.checksum)
-            data = self._owed + b"".join(map(self._lines.delta, deltas))
+            before = self._before = _Before(
+                deltas[0].version, self._file.size, self._owed, self._lines.checksum, len(self._places)
+            )
+            data = self._owed + self._encoded(deltas)
             if not self._durable and len(data) < CHUNK:
                 self._owed = data
                 return
-            if not self._moved():
+            if not self._moved(before):
                 self._add(data)
-                if not self._moved():
+                if not self._moved(before):
                     return
         raise FileError(f"{self.path} is changed by others again and again", "name another place")
+
+    def _encoded(self, deltas: Sequence[TimelineDelta]) -> bytes:
+        """The next lines, behind those that are owed."""
+        data, place = b"", self._file.size + len(self._owed)
+        for delta in deltas:
+            if not delta.version % PART:
+                self._places.append(place + len(data))
+            data += self._lines.delta(delta)
+        return data
 
     def _add(self, data: bytes) -> None:
         with writing(self.path, NOT_DONE):
@@ -218,6 +264,7 @@ class Journal:
         if before is None:
             return
         self._owed = before.owed
+        del self._places[before.parts :]
         self._lines = LineEncoder(self._course().motions(), before.checksum)
         if self._file.size > before.size:
             with suppress(OSError):  # the file knows then that it is torn, and is left
@@ -229,7 +276,7 @@ class Journal:
             return
         self._closed = True
         try:
-            if not self._moved():
+            if not self._moved() or self._owed:
                 with writing(self.path):
                     for line in self._owed.splitlines(keepends=True):  # as many as there is room for
                         self._file.add(line, durable=False)
@@ -243,31 +290,91 @@ class Journal:
             self._file.close()
             self._held.release()
 
+    # --- what leaves memory ---
+
+    def read_deltas(self, first: int, last: int) -> Sequence[TimelineDelta]:
+        assert self.past is not None, "it is kept to be read back"
+        return self.past.read_deltas(first, last)
+
+    def keep_row(self, row: Row) -> KeptRow | None:
+        """Write a row; None where that is not possible now."""
+        assert self.past is not None, "it is kept to be read back"
+        place = self._repeat(lambda: self._lines.row(row))
+        return None if place is None else KeptRow(self.past, place)
+
+    def keep_checkpoint(self, timeline: Timeline, commands: int, number: int) -> bool:
+        """Write where all rows of a timeline are, which are in the file; whether that was possible."""
+        assert self.past is not None, "it is kept to be read back"
+        parts = tuple(part_record(part) for _, part in timeline.parts())
+        record = CheckpointRecord(timeline.version, number, commands, parts, tuple(self._places), self.past.checkpoint)
+        place = self._repeat(lambda: self._lines.checkpoint(record))
+        if place is not None:
+            self.past.checkpoint = place
+        return place is not None
+
+    def _repeat(self, line: Callable[[], bytes]) -> int | None:
+        """Add a line that says again what those above say. Where it begins; None where it cannot be written now."""
+        if self._owed or self._doubtful or self._file.changed():
+            return None
+        place, checksum = self._file.size, self._lines.checksum
+        try:
+            self._file.add(line(), durable=False)
+        except OSError:
+            self._lines = LineEncoder(self._course().motions(), checksum)
+            return None
+        self._before = None
+        return place
+
     # --- a fresh file ---
 
-    def _moved(self) -> bool:
-        """Whether the file is not ours any more; all that has happened is in a fresh one then."""
+    def _moved(self, before: _Before | None = None) -> bool:
+        """Whether the file is not ours any more; all that has happened is in a fresh one then, all `before` a change
+        that is being written.
+        """
         what = self._file.changed()
         if what:
-            self._move(what)
+            self._move(what, before)
         return bool(what)
 
-    def _move(self, what: str) -> None:
+    def _move(self, what: str, before: _Before | None = None) -> None:
         old, path = self._file, self._free()
         self.sound = False
         try:
             with ExitStack() as failed:
                 held = hold(path)
                 failed.callback(held.release)
-                self._file, self._lines = self._begun(path, held)
+                if self.past is None:
+                    self._file, self._lines = self._begun(path, held)
+                    self._owed = b""
+                else:
+                    self.past.file = self._file = self._copied(path, held, before)
                 failed.pop_all()
         except OSError as error:
             raise FileError(f"{old.path} {what}, and {path} cannot be written: {reason(error)}", NOT_DONE) from error
         old.close()
         self._held.release()
         self._held = held
-        self._owed, self._before = b"", None
+        self._before = None
         self._tell(f"*File error* {old.path} {what}: all of it goes on in {path}")
+
+    def _copied(self, path: Path, held: Hold, before: _Before | None) -> GrowingFile:
+        """A new file with the lines of the present one, which has what is not in memory any more. Raises OSError."""
+        old, size = self._file, self._file.size if before is None else before.size
+        beside = create_beside(path, held)
+        try:
+            for place in range(0, size, CHUNK):
+                data = old.read(place, min(CHUNK, size - place))
+                if not data:
+                    raise OSError(0, "what it has lost is nowhere else")
+                beside.stream.write(data)
+            beside.commit()
+        finally:
+            beside.close()
+        if before is not None:
+            self._owed = before.owed
+            del self._places[before.parts :]
+            self._lines = LineEncoder(self._course().motions(), before.checksum)
+        return GrowingFile(path)
 
     def _free(self) -> Path:
         """A name beside the first one that nothing has, or had just now: day-2.vrst."""

@@ -54,9 +54,15 @@ def history_of(initial: Iterable[Segment], deltas: Iterable[TimelineDelta]) -> H
     The targets of a stream, which are of one motion, are one command. A file does not tell the clock: UNDO goes back to
     the issue time of a command, REDO to the end of the timeline.
     """
-    history, timeline, streaming = History(), Timeline(initial), False
+    history = History()
+    brought_forward(history, Timeline(initial), deltas, 0)
+    return history
+
+
+def brought_forward(history: History, timeline: Timeline, deltas: Iterable[TimelineDelta], number: int) -> Timeline:
+    """The timeline after more deltas; the history of what was before learns of them. `number`: of the last motion."""
+    streaming = False
     for delta in deltas:
-        number = history.done[-1].delta.motion.number if history.done else None
         goes_on = delta.cause is Cause.COMMAND and delta.motion.number == number  # one more target of the stream
         if streaming and not goes_on:
             history.lengthen_last(timeline)
@@ -66,11 +72,12 @@ def history_of(initial: Iterable[Segment], deltas: Iterable[TimelineDelta]) -> H
         elif delta.cause is Cause.REDO:
             history.do_again()
         elif not goes_on:
+            number = delta.motion.number
             history.add(Step.of(timeline, delta, delta.issued, insert=not _overrides(timeline, delta)))
         timeline = apply(timeline, delta)
     if streaming:
         history.lengthen_last(timeline)
-    return history
+    return timeline
 
 
 def _overrides(before: Timeline, delta: TimelineDelta) -> bool:

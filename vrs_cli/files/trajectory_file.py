@@ -7,7 +7,8 @@ the file is read, and left out.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+from array import array
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
@@ -24,6 +25,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.language.text.collector import pause_collector
+from vrs_cli.trajectory.delta_log import PART
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.version import __version__
@@ -37,6 +39,7 @@ from vrs_cli.wire.lines import (
     decode,
     decode_delta,
     is_object,
+    is_repeated,
 )
 from vrs_cli.wire.records import Form, Motions, RecordError, segments_of
 
@@ -77,8 +80,8 @@ class Recording(Struct, frozen=True):
 
     `warnings`: what is wrong in a file of before, or in one that is read leniently, with the lines. `dropped_tail`: a
     last line that had not been written to its end was left out. `size`: the bytes of all others; `checksum`: that of
-    the last, None where the file has none. These two are what writing on needs. `laws`: the version of the motion laws
-    of the vrs that began the file; all motions are kept as they were planned.
+    the last, None where the file has none. These two are what writing on needs. `lines`: of the deltas; `places`: where
+    the line of each PART-th delta begins.
     """
 
     model: RobotModel
@@ -89,7 +92,8 @@ class Recording(Struct, frozen=True):
     warnings: tuple[str, ...]
     size: int
     checksum: int | None
-    laws: int
+    lines: Sequence[int]
+    places: tuple[int, ...]
 
 
 @pause_collector()
@@ -107,7 +111,7 @@ def read_trajectory(
         lines = _Lines(stream, progress)
         reader = _Reader(file, lines.first(file), lenient)
         for number, line in enumerate(lines, 2):
-            if not reader.take(number, line):
+            if not reader.take(number, line, lines.whole - len(line)):
                 break
     return reader.recording(lines)
 
@@ -118,9 +122,9 @@ class _Reader:
     def __init__(self, path: Path, first: bytes, lenient: bool) -> None:
         self._path, self._lenient, self._faults = path, lenient, list[Fault]()
         record = _header_record(path, first)
-        self._laws = record.laws
         self._checksums = Checksums(None if record.crc is None else START)
         self._motions, self._deltas = Motions(), list[TimelineDelta]()
+        self._numbers, self._places = array("L"), list[int]()
         try:
             self._opened(1, first)
             self._model = from_dict(record.robot, f"{path}, line 1: robot")
@@ -134,17 +138,25 @@ class _Reader:
             raise _damaged(path, 1, "the initial timeline has no segment")
         self._timeline = Timeline(self._initial)
 
-    def take(self, number: int, line: bytes) -> bool:
-        """Read the next line; False where it and all after it are left out. Raises FileDamaged."""
+    def take(self, number: int, line: bytes, place: int) -> bool:
+        """Read the next line, which begins at a place; False where it and all after it are left out. Raises
+        FileDamaged.
+        """
         try:
-            delta = decode_delta(self._opened(number, line), self._motions, self._form)
+            record = self._opened(number, line)
+            if is_repeated(record):
+                return True
+            delta = decode_delta(record, self._motions, self._form)
             self._timeline = apply(self._timeline, delta)
         except RecordError as error:
             if not self._lenient:
                 raise _damaged(self._path, number, str(error)) from None
             self._faults.append(Fault(number, f"{error}; it is left out, and all after it"))
             return False
+        if not len(self._deltas) % PART:
+            self._places.append(place)
         self._deltas.append(delta)
+        self._numbers.append(number)
         return True
 
     def _opened(self, number: int, line: bytes) -> bytes:
@@ -161,7 +173,7 @@ class _Reader:
         from vrs_cli.files.soundness import faults  # here: who only writes a file needs no numpy
 
         sealed = self._checksums.last is not None and not self._lenient
-        for fault in islice(faults(self._arm, self._timeline, self._deltas), MOST_FAULTS):
+        for fault in islice(faults(self._arm, self._timeline, self._deltas, self._numbers), MOST_FAULTS):
             if sealed:
                 raise _damaged(self._path, fault.line, fault.what)
             self._faults.append(fault)
@@ -174,7 +186,8 @@ class _Reader:
             warnings=tuple(map(str, self._faults)),
             size=lines.whole,
             checksum=self._checksums.last,
-            laws=self._laws,
+            lines=self._numbers,
+            places=tuple(self._places),
         )
 
 

@@ -22,6 +22,7 @@ from msgspec.structs import replace
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.feed import Missed
 from vrs_cli.engine.snapshot import Replaced
+from vrs_cli.engine.window import Reach
 from vrs_cli.errors import LimitReached, VrsError
 from vrs_cli.files.bounds import Folder
 from vrs_cli.files.continuing import keep_journal
@@ -29,7 +30,7 @@ from vrs_cli.files.journal import Journal, take_up
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.interfaces.holders.holder import Holder
-from vrs_cli.interfaces.rights import check_may, may_all, must_drive, needed
+from vrs_cli.interfaces.rights import check_may, may_all, needed
 from vrs_cli.interfaces.session.grip import Grip
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.lease import Lease, Notice
@@ -76,6 +77,7 @@ class Plan(Struct, frozen=True):
     """How a robot is served. `journal`, `folder`: where what it does, and its files, are; None: nowhere, and in a
     folder of its own that goes with the server. `one_user`: all who hold it are the same one, so that the lease is
     taken by who asks for it alone. `idle`: a robot that nobody has held or watched for so long [s] is paused.
+    `reach`: how much of what is in the journal stays in memory, too.
     """
 
     model: RobotModel
@@ -87,6 +89,7 @@ class Plan(Struct, frozen=True):
     allowance: Allowance = USUAL
     one_user: bool = False
     idle: float = inf
+    reach: Reach = Reach()
 
 
 class _Console:
@@ -126,7 +129,7 @@ class _Served(Session):
 
     def check_may(self, said: str, wanted: Role) -> None:
         check_may(said, wanted, self.desk.role)
-        if must_drive(said, wanted, self.desk.role):
+        if not may_all(said, wanted):
             self.driving.may(self.desk.name)
 
 
@@ -209,10 +212,10 @@ class Room:
         """What was written down before goes on."""
         engine, path = self.session.engine, self.plan.journal
         if path is not None:
-            taken = take_up(path)
-            if taken.recording is not None and taken.recording.dropped_tail:
+            taken = take_up(path, changes=self.plan.reach.changes)
+            if taken.torn:
                 self._tell(f"{path}: its last line was not written to its end, and is left out")
-            self._journal = keep_journal(taken, engine, self._lost, together=True)
+            self._journal = keep_journal(taken, engine, self._lost, together=True, reach=self.plan.reach)
             try:
                 self._memory = Memory(self.session, path.with_suffix(".v2"))
                 for wrong in self._memory.bring_back():
@@ -419,8 +422,7 @@ class Room:
         self._put(lambda: self._tell_of(ticket, said))
 
     def _by_itself(self, desk: object, reply: Reply) -> None:
-        ticket = self.session.actor.at_work
-        self.session.actor.tell(lambda: self._put(lambda: self._show(desk, reply, ticket)))
+        self.session.actor.tell(lambda: self._put(lambda: self._show(desk, reply)))
 
     def _typed(self, desk: object, text: str, newline: bool) -> None:
         size = len(text) + BESIDE
@@ -506,15 +508,12 @@ class Room:
             guest.type(text, newline)
         return hearing
 
-    def _show(self, desk: object, reply: Reply, ticket: Ticket[Any] | None = None) -> list[Guest]:
-        """Tell who is at a desk, all where nobody is, what the robot says by itself; with the id of the command of that
-        ticket, to who has given it.
-        """
+    def _show(self, desk: object, reply: Reply) -> list[Guest]:
+        """What the robot says by itself, to who is at a desk; to all where nobody is."""
         everybody = list(self.guests.values())
         hearing = [guest for guest in everybody if guest.holder.desk is desk] or everybody
-        asker, asked = self._pending.get(ticket, (None, None)) if ticket is not None else (None, None)
         for guest in hearing:
-            guest.show(reply, asked.id or None if asked is not None and guest is asker else None)
+            guest.show(reply)
         return hearing
 
     def _tell_lease(self, notice: Notice | None) -> list[Guest]:

@@ -1,17 +1,24 @@
-"""All deltas of a timeline, one for each version: old ones as columns of plain numbers."""
+"""All deltas of a timeline, one for each version: old ones as columns of plain numbers, or written down elsewhere."""
 
 from __future__ import annotations
 
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import accumulate, chain
-from typing import overload
+from typing import Protocol, overload
 
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.timeline import TimelineDelta
 
 PART = 128  # deltas
 YOUNG = 2  # parts that are as they came: the last one, which grows, and the one before it
+
+
+class KeptDeltas(Protocol):
+    """Where deltas are written down."""
+
+    def read_deltas(self, first: int, last: int) -> Sequence[TimelineDelta]:
+        """The deltas from number `first` to before `last`. Raises FileError."""
 
 
 class DeltaLog(Sequence[TimelineDelta]):
@@ -21,14 +28,31 @@ class DeltaLog(Sequence[TimelineDelta]):
     """
 
     def __init__(self, deltas: Iterable[TimelineDelta] = ()) -> None:
-        self._parts: list[list[TimelineDelta] | DeltaColumns] = [[]]
+        self._parts: list[list[TimelineDelta] | DeltaColumns | AwayDeltas] = [[]]
+        self._away = 0  # parts that have left memory
         self.extend(deltas)
+
+    @classmethod
+    def after(cls, kept: KeptDeltas, parts: int, deltas: Iterable[TimelineDelta]) -> DeltaLog:
+        """So many parts that are written down, and the deltas after them."""
+        log = cls()
+        log._parts, log._away = [*(AwayDeltas(kept, number) for number in range(parts)), []], parts
+        log.extend(deltas)
+        return log
 
     def copy(self) -> DeltaLog:
         """The same deltas; what is compact is shared."""
         again = DeltaLog()
         again._parts = [part.copy() if isinstance(part, list) else part for part in self._parts]
+        again._away = self._away
         return again
+
+    def put_away(self, number: int, kept: KeptDeltas) -> None:
+        """Let the parts wholly before delta `number` leave memory, but for the last two, which are as they came."""
+        last = min(number // PART, len(self._parts) - YOUNG)
+        for place in range(self._away, last):
+            self._parts[place] = AwayDeltas(kept, place)
+        self._away = max(self._away, last)
 
     # --- reading ---
 
@@ -129,6 +153,27 @@ class DeltaColumns:
             shift,
             tuple(self._segments.between(first, last)),
         )
+
+
+class AwayDeltas:
+    """A part that is written down, and not in memory."""
+
+    __slots__ = ("_kept", "_number")
+
+    def __init__(self, kept: KeptDeltas, number: int) -> None:
+        self._kept, self._number = kept, number
+
+    def _read(self) -> Sequence[TimelineDelta]:
+        return self._kept.read_deltas(self._number * PART, (self._number + 1) * PART)
+
+    def __len__(self) -> int:
+        return PART
+
+    def __iter__(self) -> Iterator[TimelineDelta]:
+        return iter(self._read())
+
+    def __getitem__(self, index: int) -> TimelineDelta:
+        return self._read()[index]
 
 
 def _as(known: array[float], column: array[float]) -> array[float]:

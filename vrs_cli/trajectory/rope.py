@@ -133,7 +133,8 @@ def _grown(leaf: Leaf) -> Leaf:
 
 
 def _ends_row(node: Node) -> bool:
-    return isinstance(node, Leaf) and node.last == len(node.row)
+    """Whether what is put behind a leaf may go into its row."""
+    return isinstance(node, Leaf) and not node.row.closed and node.last == len(node.row)
 
 
 def _branch(children: Sequence[Held]) -> Held:
@@ -167,6 +168,55 @@ def _root(level: list[Held]) -> Held | None:
 def rope_of(segments: Sequence[Segment]) -> Held | None:
     """A rope of segments in time order; None of none."""
     return Held(0.0, _leaf(segments)) if segments else None
+
+
+class Part(NamedTuple):
+    """A leaf as numbers: the segments of a row from `first` to before `last`, which begin and end at these times [s] of
+    that row; the timeline has them `offset` later."""
+
+    row: Row
+    first: int
+    last: int
+    begin: float
+    end: float
+    offset: float
+
+
+def parts(held: Held, index: int = 0) -> Iterator[tuple[int, Part]]:
+    """The leaves from the one that has segment number `index` on, each with the number of its first segment."""
+    yield from _parts(held, 0, index)
+
+
+def _parts(held: Held, before: int, index: int) -> Iterator[tuple[int, Part]]:
+    offset, node = held
+    if isinstance(node, Leaf):
+        yield before, Part(node.row, node.first, node.last, node.begin, node.end, offset)
+        return
+    place = max(bisect_right(node.counts, index - before) - 1, 0)
+    for number in range(place, len(node.nodes)):
+        yield from _parts(_child(node, number).shifted(offset), before + node.counts[number], index)
+
+
+def rope_of_parts(row: Iterable[Part]) -> Held | None:
+    """The rope that has these leaves; None of none."""
+    return _root([Held(it.offset, Leaf(it.row, it.first, it.last, it.last - it.first, it.begin, it.end)) for it in row])
+
+
+def in_rows(held: Held, most: int) -> Held:
+    """The same rope, of which no row in memory is longer than `most` segments."""
+    pieces: list[Part] = []
+    for _, part in parts(held):
+        if part.row.away or len(part.row) <= most:
+            pieces.append(part)
+            continue
+        for first in range(part.first, part.last, most):
+            row = Row()
+            row.take(part.row, first, min(first + most, part.last), 0.0)
+            count = len(row)
+            pieces.append(Part(row, 0, count, row.starts[0], row.finishes[count - 1], part.offset))
+    made = rope_of_parts(pieces)
+    assert made is not None
+    return made
 
 
 # --- editing -----------------------------------------------------------------------------------------------------
@@ -257,6 +307,8 @@ def _replace_end(leaf: Leaf, first: int, new: Sequence[Segment]) -> list[Leaf]:
     if first == leaf.count and _ends_row(leaf):
         leaf.row.grow(new)
         return [_grown(leaf)]
+    if first == leaf.count > SMALL // 2:
+        return [leaf, _leaf(new)]
     if first + len(new) <= SMALL:
         row = _copy(leaf, first)
         row.grow(new)

@@ -2,14 +2,15 @@
 
 A segment is made when somebody asks for one; g reads the columns as they are. A row grows at its end and nowhere else.
 The paths are shared with whoever else knows them (other rows, deltas, UNDO); those that are far from the end of a row
-are packed, for they are seldom read: an hour of steering has 180,000.
+are packed, for they are seldom read: an hour of steering has 180,000. A row that is written down elsewhere may leave
+memory: it is read back when somebody asks for it, in every timeline that has a part of it.
 """
 
 from __future__ import annotations
 
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any, overload
+from typing import Any, Protocol, overload
 
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment
 from vrs_cli.values.motion import Motion
@@ -19,12 +20,23 @@ PHASES = tuple(Phase)
 CODES = {phase: code for code, phase in enumerate(PHASES)}
 
 
+COLUMNS = ("finishes", "motions", "paths", "phases", "starts", "tables")
+
+
+class Kept(Protocol):
+    """Where a row is written down."""
+
+    def read(self) -> Row:
+        """The same row, to the bit. Raises FileError."""
+
+
 class Row(Sequence[Segment]):
     """Segments with the times they were made with, in order. `phases`: their places in PHASES. `tables`: what others
-    have made of blocks of them, to keep as long as the row.
+    have made of blocks of them, to keep as long as the row. `closed`: it does not grow any more. `kept`: where it is
+    written down; `away`: there alone.
     """
 
-    __slots__ = ("_packed", "finishes", "motions", "paths", "phases", "starts", "tables")
+    __slots__ = (*COLUMNS, "_count", "_packed", "away", "closed", "kept")
 
     def __init__(self, segments: Iterable[Segment] = ()) -> None:
         self.starts, self.finishes = array("d"), array("d")
@@ -32,13 +44,43 @@ class Row(Sequence[Segment]):
         self.phases = bytearray()
         self.motions: list[Motion] = []
         self.tables: dict[int, Any] = {}
-        self._packed = 0
+        self._packed = self._count = 0
+        self.closed = self.away = False
+        self.kept: Kept | None = None
         self.grow(segments)
+
+    # --- leaving memory ---
+
+    @classmethod
+    def kept_at(cls, kept: Kept, count: int) -> Row:
+        """A row of so many segments that is written down, and not in memory."""
+        row = cls()
+        row.closed, row.kept, row._count = True, kept, count
+        row.put_away()
+        return row
+
+    def close(self) -> None:
+        """Let it grow no more; its paths are packed."""
+        self.closed = True
+        self.pack(len(self))
+
+    def put_away(self) -> None:
+        """Let a row that is written down leave memory. Readers in other threads may be in the middle of it."""
+        self._count = len(self) or self._count
+        self.away = True
+        for column in COLUMNS:
+            delattr(self, column)
+
+    def __getattr__(self, name: str) -> Any:
+        """A column that is not in memory."""
+        if name not in COLUMNS or self.kept is None:
+            raise AttributeError(name)
+        return getattr(self.kept.read(), name)
 
     # --- reading ---
 
     def __len__(self) -> int:
-        return len(self.motions)
+        return self._count if self.away else len(self.motions)
 
     @overload
     def __getitem__(self, index: int) -> Segment: ...

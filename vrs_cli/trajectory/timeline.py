@@ -14,7 +14,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from vrs_cli.trajectory import rope
-from vrs_cli.trajectory.rope import Block, Held
+from vrs_cli.trajectory.rope import Block, Held, Part
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import Path, Segment
 from vrs_cli.values.motion import Motion
@@ -115,6 +115,30 @@ class Timeline:
         """What is in force from time `first` to `last` in order, as parts of the rows that versions share."""
         return rope.blocks(self._rope, first, last)
 
+    # --- in which rows it is ---
+
+    @classmethod
+    def of_parts(cls, parts: Iterable[Part], version: int) -> Timeline:
+        """The timeline whose rope has these leaves. Raises ValueError for none."""
+        made = rope.rope_of_parts(parts)
+        if made is None:
+            raise ValueError("a timeline has at least one segment")
+        return cls._made(made, version)
+
+    @classmethod
+    def _made(cls, held: Held, version: int) -> Timeline:
+        timeline = cls.__new__(cls)
+        timeline._rope, timeline.version = held, version
+        return timeline
+
+    def parts(self, index: int = 0) -> Iterator[tuple[int, Part]]:
+        """Its leaves, from the one that has segment number `index` on, each with the number of its first segment."""
+        return rope.parts(self._rope, index)
+
+    def in_rows(self, most: int) -> Timeline:
+        """The same timeline, with no more than so many segments in each row that is in memory."""
+        return self._made(rope.in_rows(self._rope, most), self.version)
+
     # --- changing: a new version ---
 
     def apply(self, delta: TimelineDelta) -> Timeline:
@@ -128,10 +152,7 @@ class Timeline:
         made = rope.splice(self._rope, keep, delta.keep + delta.drop, new, delta.shift)
         if made is None:
             raise ValueError("the delta leaves a timeline without segments")
-        timeline = Timeline.__new__(Timeline)
-        timeline._rope = made
-        timeline.version = self.version + 1
-        return timeline
+        return self._made(made, self.version + 1)
 
     def inverse(self, delta: TimelineDelta) -> TimelineDelta:
         """The delta that takes `delta` back: self is the timeline before it, the result fits the one after it."""

@@ -1,4 +1,8 @@
-"""The lines of a trajectory file: JSON, a header and then one record per timeline delta, each with its checksum."""
+"""The lines of a trajectory file: JSON, a header and then one record per timeline delta, each with its checksum.
+
+Between them a journal may have lines that repeat what those above say, so that not all of it has to be read: rows of
+the timeline's segments, and checkpoints.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,7 @@ import msgspec
 
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import to_dict
-from vrs_cli.trajectory.laws.law import VERSION
+from vrs_cli.trajectory.delta_log import PART
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.motion import Motion
@@ -22,11 +26,14 @@ from vrs_cli.wire.records import (
     DeltaRecord,
     Form,
     Motions,
+    Record,
     RecordError,
     SegmentRecord,
+    Time,
     delta_of,
     delta_record,
     segment_records,
+    segments_of,
 )
 
 FORMAT = 1
@@ -68,6 +75,14 @@ class Checksums:
         self.last = due
         return body + b"}"
 
+    @classmethod
+    def after(cls, line: bytes) -> Checksums:
+        """Those of the lines after this one. Raises RecordError where it has none."""
+        said = _SAID.search(line.removesuffix(b"\n"))
+        if said is None:
+            raise RecordError("a line without a checksum")
+        return cls(int(said[1], 16))
+
     def skip(self, line: bytes) -> bytes:
         """The record of a line whose checksum does not fit; the next line is held against what this one says."""
         line = line.removesuffix(b"\n")
@@ -79,18 +94,51 @@ class Checksums:
 
 
 class HeaderRecord(msgspec.Struct, frozen=True, omit_defaults=True):
-    """The first line; keys that a later version may add are passed over. `laws`: the version of the motion laws of the
-    vrs that began the file, 1 in files of before. `crc` says that every line has its checksum, which `Checksums`
-    puts there and takes away.
-    """
+    """The first line; keys that a later version may add are passed over. `crc` says that every line has its checksum,
+    which `Checksums` puts there and takes away."""
 
     vrst: Count
     vrs: str
     units: dict[str, str]
     robot: dict[str, Any]
     initial: tuple[SegmentRecord, ...]
-    laws: Count = 1
     crc: str | None = None
+
+
+class RowRecord(Record, frozen=True):
+    """Segments that follow each other in a timeline; all their motions are described."""
+
+    row: Annotated[tuple[SegmentRecord, ...], msgspec.Meta(min_length=1)]
+
+
+class PartRecord(Record, frozen=True, array_like=True):
+    """A part of a row: where the line of the row begins in the file, how many segments it has, and those from `first`
+    to before `last`; when they begin and end as the row says; the timeline has them `offset` later.
+    """
+
+    place: Count
+    count: Count
+    first: Count
+    last: Count
+    begin: Time
+    end: Time
+    offset: Time
+
+
+class CheckpointRecord(Record, frozen=True):
+    """What the lines above make. `checkpoint`: the version of the timeline; `number`: of the last motion; `commands`:
+    how many hold; `deltas`: where the lines of each PART-th delta begin; `before`: the checkpoint before this one.
+    """
+
+    checkpoint: Count
+    number: Count
+    commands: Count
+    parts: Annotated[tuple[PartRecord, ...], msgspec.Meta(min_length=1)]
+    deltas: tuple[Count, ...]
+    before: Count | None = None
+
+
+ROW, CHECKPOINT = b'{"row":', b'{"checkpoint":'  # how these lines begin
 
 
 class Marks(msgspec.Struct):
@@ -100,7 +148,7 @@ class Marks(msgspec.Struct):
     vrs: Annotated[str, msgspec.Meta(max_length=40)] = ""
 
 
-_Record = TypeVar("_Record", Marks, HeaderRecord)
+_Record = TypeVar("_Record", Marks, HeaderRecord, RowRecord, CheckpointRecord)
 
 _encoder = msgspec.json.Encoder()
 
@@ -128,11 +176,21 @@ class LineEncoder:
     def header(self, model: RobotModel, initial: Iterable[Segment]) -> bytes:
         """The first line. `initial`: the timeline of version 0 (s_0: where the robot stands at first)."""
         segments = segment_records(initial, self._motions, None)
-        return self._line(HeaderRecord(FORMAT, __version__, UNITS, to_dict(model), segments, VERSION))
+        return self._line(HeaderRecord(FORMAT, __version__, UNITS, to_dict(model), segments))
 
     def delta(self, delta: TimelineDelta) -> bytes:
-        """The next line."""
+        """The next line. Each PART-th one describes motions anew: the lines from there on can be read alone."""
+        if not delta.version % PART:
+            self._motions.clear()
         return self._line(delta_record(delta, self._motions))
+
+    def row(self, segments: Iterable[Segment]) -> bytes:
+        """The next line, which is of segments."""
+        return self._line(RowRecord(segment_records(segments, Motions(), None)))
+
+    def checkpoint(self, record: CheckpointRecord) -> bytes:
+        """The next line, which is a checkpoint."""
+        return self._line(record)
 
     def _line(self, record: msgspec.Struct) -> bytes:
         return self._checksums.seal(_encoder.encode(record)) + b"\n"
@@ -155,6 +213,16 @@ def decode_delta(line: bytes, motions: Motions, form: Form) -> TimelineDelta:
         return delta_of(_delta_decoder.decode(line), motions, form)
     except UNREADABLE as error:
         raise RecordError(str(error)) from None
+
+
+def decode_row(line: bytes, form: Form) -> tuple[Segment, ...]:
+    """The segments of a line without its checksum. Raises RecordError."""
+    return segments_of(decode(line, RowRecord).row, Motions(), None, form)
+
+
+def is_repeated(line: bytes) -> bool:
+    """Whether a line says again what those above say."""
+    return line.startswith((ROW, CHECKPOINT))
 
 
 def is_object(line: bytes) -> bool:

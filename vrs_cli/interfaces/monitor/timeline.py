@@ -8,7 +8,6 @@ from vrs_cli.engine.book import Parts
 from vrs_cli.engine.branches import MAIN
 from vrs_cli.engine.comparison import compare
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.history import Step, records
 from vrs_cli.errors import IllegalValue, InvalidName, UsageError
 from vrs_cli.interfaces.monitor.consent import agreed, may_write
 from vrs_cli.interfaces.monitor.plotting import in_file, plotted, selected
@@ -21,6 +20,7 @@ from vrs_cli.language.words.values import whole
 from vrs_cli.trajectory.segment import Segment, stops_on_the_way
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.replies import BranchRow, BranchTable, ComparisonTable, Message, Plot, SegmentRow, TimelineTable
+from vrs_cli.values.results import CommandRecord
 
 
 def _through_history(work: Callable[[Engine, int], Parts[tuple[str, ...]]], done: str) -> Handler:
@@ -126,15 +126,15 @@ def _timeline(station: Station, _it: Instruction) -> Talk[None]:
 def motions(station: Station) -> Talk[TimelineTable]:
     """The timeline as it is now."""
     engine = station.engine
-    timeline, done, now = engine.timeline, tuple(engine.book.history.done), engine.now
-    return beside(lambda: timeline_table(timeline, done, now))
+    timeline, commands, now = engine.timeline, engine.book.all_records(), engine.now
+    return beside(lambda: timeline_table(timeline, commands(), now))
 
 
-def timeline_table(timeline: Timeline, done: Sequence[Step], now: float) -> TimelineTable:
+def timeline_table(timeline: Timeline, commands: tuple[CommandRecord, ...], now: float) -> TimelineTable:
     """A timeline, and the commands that hold on it."""
     segments = [segment for segment in timeline if segment.motion.number > 0]
     stops = tuple(map(_segment_row, stops_on_the_way(segments)))
-    return TimelineTable(records(timeline, done), tuple(map(_segment_row, segments)), stops, now)
+    return TimelineTable(commands, tuple(map(_segment_row, segments)), stops, now)
 
 
 def _segment_row(segment: Segment) -> SegmentRow:

@@ -157,6 +157,10 @@ def _record(session: Session, _act: Record) -> Talk[Recorded]:
     return Recorded((yield from beside(lambda: b"".join(trajectory_lines(*course)))))
 
 
+def _list_commands(session: Session, _act: ListCommands) -> Talk[CommandList]:
+    return CommandList((yield from beside(session.engine.book.all_records())))
+
+
 class _Row(NamedTuple):
     """How an act is called, the role that it needs, and how it is done: what comes of it, or a talk that tells that."""
 
@@ -185,7 +189,7 @@ ACTS: Mapping[type[Act[Any]], _Row] = {
     Assign: _Row(CHANGE, Role.SUPERVISOR, _assign),
     Define: _as("LOAD", _define),
     Execute: _as("EXECUTE", _execute),
-    ListCommands: _as("TIMELINE", lambda session, _act: CommandList(session.engine.records())),
+    ListCommands: _as("TIMELINE", _list_commands),
     ListBranches: _Row("a look at the branches", Role.OBSERVER, lambda session, _act: branch_table(session)),
     ListMotions: _as("TIMELINE", lambda session, _act: motions(session)),
     Record: _Row("a look at the trajectory", Role.OBSERVER, _record),

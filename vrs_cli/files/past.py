@@ -1,0 +1,290 @@
+"""The part of a course of events that is in its journal alone.
+
+Rows and deltas are read back when somebody asks for them; a journal that goes on is read from a checkpoint near its
+end.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from threading import Lock
+from typing import Generic, NamedTuple, TypeVar
+
+from msgspec import Struct
+
+from vrs_cli.engine.history import History
+from vrs_cli.errors import FileError
+from vrs_cli.files.growing import GrowingFile
+from vrs_cli.files.rebuild import brought_forward
+from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model_data import from_dict
+from vrs_cli.trajectory.delta_log import PART, DeltaLog
+from vrs_cli.trajectory.rope import Part
+from vrs_cli.trajectory.row import Row
+from vrs_cli.trajectory.segment import Segment
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.wire.lines import (
+    CHECKPOINT,
+    CheckpointRecord,
+    Checksums,
+    HeaderRecord,
+    PartRecord,
+    decode,
+    decode_delta,
+    decode_row,
+    is_object,
+    is_repeated,
+)
+from vrs_cli.wire.records import Form, Motions, RecordError, segments_of
+
+CHUNK = 1 << 16  # bytes that are read at once
+NEAR = 32  # rows, and parts of deltas, that were read last are kept, for all robots of a process
+TAIL = 64  # bytes at the end of a line that have its checksum
+V = TypeVar("V")
+
+
+class _Near(Generic[V]):
+    """What was read last."""
+
+    def __init__(self) -> None:
+        self._found: OrderedDict[object, V] = OrderedDict()
+        self._lock = Lock()
+
+    def get(self, key: object, read: Callable[[], V]) -> V:
+        with self._lock:
+            found = self._found.get(key)
+        if found is None:
+            found = read()
+        with self._lock:
+            self._found[key] = found
+            self._found.move_to_end(key)
+            if len(self._found) > NEAR:
+                self._found.popitem(last=False)
+        return found
+
+
+_rows: _Near[Row] = _Near()
+_deltas: _Near[Sequence[TimelineDelta]] = _Near()
+
+
+class Line(NamedTuple):
+    """A whole line without its checksum, and where it begins and ends in the file."""
+
+    record: bytes
+    place: int
+    end: int
+
+
+class Past:
+    """What a journal has. `places`: where the line of each PART-th delta begins; `checkpoint`: where that of the last
+    checkpoint does. `file` may be another with the same lines, when a journal has moved.
+    """
+
+    def __init__(
+        self, file: GrowingFile, form: Form, places: Iterable[int] = (), checkpoint: int | None = None
+    ) -> None:
+        self.file, self.form, self.places, self.checkpoint = file, form, list(places), checkpoint
+        self._read_to, self._motions = 0, Motions()  # deltas that were read in order, and what these describe
+
+    def row(self, place: int) -> Row:
+        """The row whose line begins there. Raises FileError."""
+        return _rows.get(
+            (self, place), lambda: self._read(lambda: Row(decode_row(self._line(place).record, self.form)))
+        )
+
+    def read_deltas(self, first: int, last: int) -> Sequence[TimelineDelta]:
+        """The deltas from number `first`, which begins a part, to before `last`. Raises FileError."""
+        return _deltas.get((self, first, last), lambda: self._read(lambda: self._read_deltas(first, last)))
+
+    def _read(self, read: Callable[[], V]) -> V:
+        file = self.file
+        try:
+            return read()
+        except (OSError, RecordError) as error:
+            if self.file is not file:  # the journal has moved meanwhile
+                return self._read(read)
+            what = f"{self.file.path}: what it has of earlier times cannot be read ({error})"
+            raise FileError(what, "a copy of the file helps, if there is one") from error
+
+    def _read_deltas(self, first: int, last: int) -> Sequence[TimelineDelta]:
+        try:
+            return list(self._deltas(first, last, Motions()))
+        except RecordError:  # an older vrs wrote it, and its lines refer to motions described before the part
+            if self._read_to != first:
+                self._read_to, self._motions = 0, Motions()
+                for _ in self._deltas(0, first, self._motions):
+                    pass
+            found = list(self._deltas(first, last, self._motions))
+            self._read_to = last
+            return found
+
+    def _deltas(self, first: int, last: int, motions: Motions) -> Iterator[TimelineDelta]:
+        """Raises RecordError."""
+        number = first
+        for line in lines(self.file, self.places[first // PART]) if first < last else ():
+            if not is_repeated(line.record):
+                yield decode_delta(line.record, motions, self.form)
+                number += 1
+                if number == last:
+                    return
+        if number < last:
+            raise RecordError("it is cut short")
+
+    def _line(self, place: int) -> Line:
+        """Raises RecordError."""
+        line = next(lines(self.file, place), None)
+        if line is None:
+            raise RecordError("it is cut short")
+        return line
+
+
+class KeptRow(Struct, frozen=True):
+    """A row in a journal."""
+
+    past: Past
+    place: int
+
+    def read(self) -> Row:
+        return self.past.row(self.place)
+
+
+def lines(file: GrowingFile, place: int) -> Iterator[Line]:
+    """The lines from a place on, which follows on a line with a checksum; a last one that is torn is left out. Raises
+    RecordError for one that is not as it was written.
+    """
+    checksums = _checksums(file, place)
+    data, begin = b"", place
+    while chunk := file.read(begin + len(data), CHUNK):
+        *whole, data = (data + chunk).split(b"\n")
+        for line in whole:
+            end = begin + len(line) + 1
+            yield Line(checksums.open(line), begin, end)
+            begin = end
+    if data and is_object(data):
+        yield Line(checksums.open(data), begin, begin + len(data))
+
+
+def _checksums(file: GrowingFile, place: int) -> Checksums:
+    """Those of the lines from a place on. Raises RecordError where the line before has none."""
+    return Checksums.after(file.read(max(place - TAIL, 0), min(place, TAIL)))
+
+
+# --- going on ----------------------------------------------------------------------------------------------------
+
+
+class Resumed(Struct, frozen=True):
+    """A course of events as its journal has it. `number`: of the last motion. `size`: the bytes of whole lines;
+    `checksum`: of the last. `version`: of the checkpoint that it was read from.
+    """
+
+    model: RobotModel
+    initial: tuple[Segment, ...]
+    timeline: Timeline
+    deltas: DeltaLog
+    history: History
+    number: int
+    past: Past
+    size: int
+    checksum: int | None
+    version: int
+
+
+def resumed(file: GrowingFile, changes: int) -> Resumed | None:
+    """What a journal has, read from the last checkpoint that has so many changes after it; None where there is none,
+    or something is wrong with what was read: all of it is to be read then.
+    """
+    try:
+        place = _last_checkpoint(file)
+        after = 0 if place is None else sum(not is_repeated(line.record) for line in lines(file, place))
+        while place is not None:
+            record = _checkpoint(file, place)
+            if after >= changes:
+                return _resumed(file, place, record)
+            place = record.before
+            after += 0 if place is None else record.checkpoint - _checkpoint(file, place).checkpoint
+    except (OSError, RecordError, ValueError, KeyError):
+        pass
+    return None
+
+
+def _last_checkpoint(file: GrowingFile) -> int | None:
+    """Where the line of the last checkpoint begins that was written to its end."""
+    mark, begin, overlap, last_end = b"\n" + CHECKPOINT, file.size, b"", -1
+    while begin:
+        size = min(begin, CHUNK)
+        begin -= size
+        data = file.read(begin, size) + overlap
+        if last_end < 0 and (at := data.rfind(b"\n")) >= 0:
+            last_end = begin + at
+        found = data.rfind(mark)
+        if begin + found == last_end:  # its own end is missing
+            found = data.rfind(mark, 0, found)
+        if found >= 0:
+            return begin + found + 1
+        overlap = data[: len(mark)]
+    return None
+
+
+def _checkpoint(file: GrowingFile, place: int) -> CheckpointRecord:
+    """Raises RecordError."""
+    line = next(lines(file, place), None)
+    if line is None:
+        raise RecordError("a checkpoint is missing")
+    return decode(line.record, CheckpointRecord)
+
+
+def _header(file: GrowingFile) -> HeaderRecord:
+    """Raises RecordError."""
+    data = b""
+    while b"\n" not in data and (chunk := file.read(len(data), CHUNK)):
+        data += chunk
+    return decode(data[: data.index(b"\n")], HeaderRecord)
+
+
+def _resumed(file: GrowingFile, place: int, record: CheckpointRecord) -> Resumed:
+    header = _header(file)
+    model = from_dict(header.robot, f"{file.path}, line 1: robot")
+    form = Form.of(arm_for(model))
+    past, motions = Past(file, form, record.deltas, place), Motions()
+    known, new, size = list[TimelineDelta](), list[TimelineDelta](), 0
+    parts, more = divmod(record.checkpoint, PART)
+    for line in lines(file, past.places[parts] if more else place):
+        size = line.end
+        if line.record.startswith(CHECKPOINT):
+            past.checkpoint = line.place
+        elif not is_repeated(line.record):
+            delta = decode_delta(line.record, motions, form)
+            (known if line.place < place else new).append(delta)
+            if line.place > place and not delta.version % PART:
+                past.places.append(line.place)
+    history, timeline = History(forgotten=record.commands), Timeline.of_parts(_parts(record, past), record.checkpoint)
+    return Resumed(
+        model=model,
+        initial=segments_of(header.initial, Motions(), None, form),
+        timeline=brought_forward(history, timeline, new, record.number),
+        deltas=DeltaLog.after(past, parts, [*known, *new]),
+        history=history,
+        number=max([record.number, *(delta.motion.number for delta in new)]),
+        past=past,
+        size=size,
+        checksum=_checksums(file, size).last,
+        version=record.checkpoint,
+    )
+
+
+def _parts(record: CheckpointRecord, past: Past) -> Iterator[Part]:
+    rows: dict[int, Row] = {}
+    for it in record.parts:
+        row = rows.get(it.place)
+        if row is None:
+            row = rows[it.place] = Row.kept_at(KeptRow(past, it.place), it.count)
+        yield Part(row, it.first, it.last, it.begin, it.end, it.offset)
+
+
+def part_record(part: Part) -> PartRecord:
+    """A part of a row that is in a journal."""
+    kept = part.row.kept
+    assert isinstance(kept, KeptRow), "the row is in a journal"
+    return PartRecord(kept.place, len(part.row), *part[1:])
