@@ -149,6 +149,17 @@ def test_forward_and_back() -> None:
         ways["up"]
 
 
+def test_a_second_way_of_the_same_configuration_is_numbered() -> None:
+    r = vrs.Robot("xarm6")
+    joints = (161.117, -2.187, -172.653, -126.240, 96.781, -240.430)
+    ways = r.ik(r.fk(joints))
+    assert len({*ways.configurations}) == len(ways.configurations) == len(ways.joints) > 8
+    numbered = next(name for name in ways if name.endswith(" 2") and not np.isnan(ways[name]).any())
+    assert not np.isnan(ways[numbered.removesuffix(" 2")]).any()
+    off = np.abs((ways.joints - joints + 180.0) % 360.0 - 180.0).max(axis=1)
+    assert np.nanmin(off) < 1e-6
+
+
 def test_kinematics_of_arrays() -> None:
     r = vrs.Robot()
     places = vrs.trans(np.linspace(200, 3000, 7), 450, -200, 90, 90, 0)

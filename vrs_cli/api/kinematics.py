@@ -21,8 +21,8 @@ from vrs_cli.values.motion import Frames
 class Ways(Struct, frozen=True, eq=False, dict=True):
     """All ways to reach a location, or N locations: k configurations.
 
-    `configurations`: their names. `joints` (..., k, n): nan where a way does not reach. `usable` (..., k): it reaches,
-    with every joint in its range.
+    `configurations`: their names, with a number from the second way of the same configuration on. `joints` (..., k, n):
+    nan where a way does not reach. `usable` (..., k): it reaches, with every joint in its range.
     """
 
     configurations: tuple[str, ...]
@@ -89,11 +89,13 @@ def ways(arm: RobotArm, frames: Frames, location: Location, units: Units) -> Way
     """All branches of the inverse."""
     T_robot_world, T_tool_flange = stack([frames.base, inverse(frames.tool)])
     T = compose_batch(compose_batch(T_robot_world, location.rows.reshape(-1, 3, 4)), T_tool_flange)
-    joints, usable = arm.inverse_batch(T)
+    configurations, joints, usable = arm.every_inverse_batch(T)
     n, shape = arm.model.joint_count, location.shape
     joints = joints * units.scales(arm.model.units, n)
-    names = tuple(map(str, arm.ways))
-    return Ways(names, freeze(joints.reshape(*shape, -1, n)), usable.reshape(*shape, -1), units)
+    names = [str(one) for one in configurations]
+    counts = [names[: i + 1].count(name) for i, name in enumerate(names)]
+    numbered = tuple(f"{name} {count}" if count > 1 else name for name, count in zip(names, counts, strict=True))
+    return Ways(numbered, freeze(joints.reshape(*shape, -1, n)), usable.reshape(*shape, -1), units)
 
 
 def jacobian(arm: RobotArm, frames: Frames, q: Floats, units: Units) -> Floats:

@@ -483,6 +483,12 @@ class RobotArm:
         """(N, 3, 4) -> joints (N, k, n) of the k ways, NaN where out of reach, and whether inside the limits (N, k)."""
         return self._batch.inverse(T)
 
+    def every_inverse_batch(self, T: Floats) -> tuple[tuple[Configuration, ...], Floats, Flags]:
+        """`inverse_batch` with all that is found: where an arm reaches a pose in several ways of the same words their
+        configuration is there as often.
+        """
+        return self.ways, *self.inverse_batch(T)
+
     def inverse_branch_batch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:
         """(N, 3, 4) and near (N, n) or (n,) -> (N, n): `branch_joints` by rows, NaN where out of reach."""
         return self._batch.inverse_branch(T, configuration, near)

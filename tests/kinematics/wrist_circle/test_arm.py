@@ -18,6 +18,7 @@ from vrs_cli.errors import JointOutOfRange, LocationOutOfRange
 from vrs_cli.kinematics.configuration import ALL, NONE, Configuration, Elbow
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints, nearest_turn
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.kinematics.wrist_circle import batch
 from vrs_cli.kinematics.wrist_circle.arm import WristCircleArm
@@ -142,6 +143,21 @@ def test_many_poses_are_solved_as_one_is(drawn: DrawnArm, tmp_path: Path, monkey
             assert joints[k, i] == pytest.approx(one.joints, abs=1e-6)
             if way in rows:
                 assert rows[way][k] == pytest.approx(arm.branch_joints(poses[k], way, near), abs=1e-6)
+
+
+def test_the_own_joints_are_among_the_solutions_of_a_pose() -> None:
+    """Two solutions may have the same words: a sixth of the poses of an xArm 6 has such."""
+    arm, source = arm_for(load_robot("xarm6")), Random(2)
+    q = np.array(
+        [[source.uniform(*ends) for ends in zip(arm.model.lower, arm.model.upper, strict=True)] for _ in range(60)]
+    )
+    configurations, joints, inside = arm.every_inverse_batch(arm.forward_batch(q))
+    assert len(configurations) == joints.shape[1] > len(ALL)
+    off = np.abs(np.sin(0.5 * (joints - q[:, None]))).max(axis=2)
+    assert (np.nanmin(off, axis=1) < 1e-6).all()
+    best, usable = arm.inverse_batch(arm.forward_batch(q))
+    assert np.array_equal(best, joints[:, : len(ALL)], equal_nan=True)
+    assert np.array_equal(usable, inside[:, : len(ALL)])
 
 
 def test_a_move_takes_the_nearest(drawn: DrawnArm, tmp_path: Path) -> None:

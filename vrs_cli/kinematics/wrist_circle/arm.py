@@ -17,6 +17,7 @@ from vrs_cli.kinematics.transform import Transform
 from vrs_cli.kinematics.wrist_circle.circle import Circle
 
 if TYPE_CHECKING:
+    from vrs_cli.kinematics.arrays import Flags, Floats
     from vrs_cli.kinematics.wrist_circle.batch import WristCircleBatch
 
 REMEMBERED = 64  # poses whose solutions are
@@ -82,6 +83,10 @@ class WristCircleArm(NumericArm):
         if tries:
             return self._joint_refusal(min(tries, key=lambda q: len(self._outside(q))), hint)
         return self._out_of_reach(T, wanted[0], hint) if hint else self._nowhere(T, near)
+
+    def every_inverse_batch(self, T: Floats) -> tuple[tuple[Configuration, ...], Floats, Flags]:
+        every, inside = self._batch.every_inverse(T)
+        return self.ways * (every.shape[1] // len(self.ways)), every, inside
 
     @cached_property
     def _batch(self) -> WristCircleBatch:

@@ -66,11 +66,20 @@ class WristCircleBatch(NumericBatch):
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
         """Of the solutions with the same words one inside the limits, and the nearest to the middle of the ranges."""
+        every, inside = self.every_inverse(T)
+        return every[:, : len(self.ways)], inside[:, : len(self.ways)]
+
+    def every_inverse(self, T: Floats) -> tuple[Floats, Flags]:
+        """All solutions (N, m 8, 6), NaN where there are fewer: the best of each words, then the second best, ..."""
         q, rows = self.all_solutions(T)
-        order = np.lexsort((self._duration(q, self.middle), ~self.inside(q)))[::-1]  # the best is written last
-        best = np.full((len(T), len(self.ways), self.joints), np.nan)
-        best[rows[order], self._indices(q)[order]] = q[order]
-        return best, self.inside(best)
+        words = rows * len(self.ways) + self._indices(q)
+        order = np.lexsort((self._duration(q, self.middle), ~self.inside(q), words))
+        q, words = q[order], words[order]
+        better = np.arange(len(q)) - np.searchsorted(words, words)  # solutions of the same pose and words
+        every = np.full((len(T), max(better, default=0) + 1, len(self.ways), self.joints), np.nan)
+        every[words // len(self.ways), better, words % len(self.ways)] = q
+        every = every.reshape(len(T), -1, self.joints)
+        return every, self.inside(every)
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:
         if configuration == NONE:
