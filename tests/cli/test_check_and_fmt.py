@@ -137,6 +137,30 @@ def test_a_control_character_is_told_with_its_place(vrs: Vrs, tmp_path: Path, co
     assert "nul.v2:2:7: V503 *File is not what it should be* character 0 in a text" in getattr(ended, output)
 
 
+@pytest.mark.parametrize(
+    "step",
+    [
+        "ENABLE COLOR.SPEED",
+        "DISABLE FOO",
+        "SWITCH FOO = ON",
+        "PARAMETER FOO = 3",
+        "IF x = = 3 THEN\nEND",
+        "JMOVE a\nJMOVE b",
+        "DRIVE 7, 10, 10",  # a warning: no run need come to it
+        "ENABLE BELT",
+        "CALL nowhere",
+    ],
+)
+def test_run_executes_what_check_finds_no_error_in(vrs: Vrs, tmp_path: Path, step: str) -> None:
+    (tmp_path / "a.v2").write_text(f'.PROGRAM a()\nTYPE "begun"\n{step}\n.END\n')
+    checked, ran = vrs("check", "--format", "json", "a.v2"), vrs("run", "a.v2")
+    (file,) = json.loads(checked.out)["files"]
+    wrong = [one for one in file["diagnostics"] if one["severity"] == "error"]
+    assert checked.status == (1 if wrong else 0)
+    assert ran.out.startswith("begun") is not bool(wrong)
+    assert all(f"a.v2:{one['line']}:{one['column']}: {one['label']}" in ran.err for one in wrong)
+
+
 @pytest.mark.parametrize(("name", "line", "code"), [("nul.v2", 2, -503), ("none.v2", 1, -501)])
 def test_json_tells_what_is_wrong_with_every_file(vrs: Vrs, tmp_path: Path, name: str, line: int, code: int) -> None:
     (tmp_path / "nul.v2").write_bytes(b'.PROGRAM a()\nTYPE "\x00"\n.END\n')
