@@ -82,6 +82,8 @@ def test_a_comment_before_the_first_value_is_fine() -> None:
         "IF x THEN\nELIF y THEN\nEND",
         "IF x THEN\nELSE IF y THEN\nEND",
         "DO MOVE a\nx = 1",
+        "IF x THEN\nDO MOVE a\nELSE\nEND",
+        "CASE x OF\nVALUE 1:\nIF y = = 1\nVALUE 2:\nEND",
         "IF x THEN\nend = = 3\nEND",
         'IF x THEN\nTYPE "THEN" ; DO\nMOVEE a ; THEN\nEND',
     ],

@@ -152,9 +152,10 @@ class _Pairing(Findings):
         """A line that cannot be read begins, divides or ends a block all the same: its own mistake is enough."""
         words = _words(line.text)
         first, last = words[0], words[-1]
-        block = self._open[-1] if self._open else None
         if first in _UNREAD_MIDDLES:
-            if block is not None and block.kind is _UNREAD_MIDDLES[first] and not block.complete:
+            kind = _UNREAD_MIDDLES[first]
+            block = None if kind is None else self._divided(kind)
+            if block is not None and block.kind is kind and not block.complete:
                 block.middles.append(index)
         elif first in ("END", "UNTIL"):
             if any(one.closing == first for one in self._open):
@@ -165,8 +166,14 @@ class _Pairing(Findings):
                 sure = kind is BlockKind.FOR or last in _UNREAD_LAST
                 self._open.append(_Open(kind, index, line.span, vague=not sure))
 
+    def _divided(self, kind: BlockKind) -> _Open | None:
+        """The innermost block; not one that a line may have begun, where it is no block of this kind."""
+        while self._open and self._open[-1].vague and self._open[-1].kind is not kind:
+            self._open.pop()
+        return self._open[-1] if self._open else None
+
     def _middle(self, index: int, statement: Statement, word: str, kind: BlockKind, completes: bool) -> None:
-        block = self._open[-1] if self._open else None
+        block = self._divided(kind)
         if block is None or block.kind is not kind:
             inside = f", inside {block.name}" if block else ""
             self._fault(statement.span, f"{word} without {kind.value}{inside}")
