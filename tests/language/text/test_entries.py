@@ -64,6 +64,34 @@ def test_these_are_usual(text: str) -> None:
     assert usual_entry(text, 7) is not None
 
 
+@pytest.mark.parametrize("text", ["1 2,3 , -.5e1", "\t0", "1. ; a;b", "0 ;", "1,2"])
+def test_numbers_alone_are_read(text: str) -> None:
+    line, _, comment = text.partition(";")
+    found = tuple(float(number) for number in line.replace(",", " ").split())
+    assert _PARSER.numbers(text) == (found, comment if ";" in text else None)
+
+
+@pytest.mark.parametrize("text", ["", "; 1", "x 1", "1,,2", "1 2,", ",1", "1e999", "1-2", "^H1", "1x"])
+def test_other_lines_are_no_numbers_alone(text: str) -> None:
+    assert _PARSER.numbers(text) is None
+
+
+LONG = {
+    "one number": "1" * 100_000 + "x",
+    "numbers": "1 " * 20_000 + "x",
+    "a value": "x " + "1" * 100_000 + "x",
+    "commas": "1, " * 20_000,
+}
+
+
+@pytest.mark.parametrize("line", LONG.values(), ids=LONG)
+def test_a_long_line_is_refused_at_once(line: str) -> None:
+    """No pattern tries the ways to divide it one by one: that would take longer than tests may."""
+    assert _PARSER.numbers(line) is None
+    with pytest.raises(LineRefused):
+        _PARSER.entry(line, 1)
+
+
 @pytest.mark.parametrize("text", ["x", "x ^HFF", "$s 1", "and 1", "x 1e999", "x 1 ; one", "x[1,2] 3", "", "; x 1"])
 def test_the_grammar_reads_all_others(text: str) -> None:
     assert usual_entry(text, 7) is None

@@ -181,7 +181,7 @@ def _parsers(ours: bool) -> LineParser:
 # --- usual lines of a section of variables -------------------------------------------------------------------
 
 
-_NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?(?![^ \t,])"
+_NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?(?![^ \t,])"
 _USUAL = (
     rf"[ \t]*(?P<sigil>#?)(?P<name>[A-Za-z][A-Za-z0-9._]*)(?:\[(?P<index>[0-9]{{1,9}})\])?"
     rf"[ \t]+(?P<numbers>{_NUMBER}(?:[ \t]+{_NUMBER})*)[ \t]*"
@@ -213,7 +213,7 @@ def _index(match: re.Match[str], line: int) -> tuple[Expression, ...] | None:
 
 @cache
 def _numbers() -> re.Pattern[str]:
-    return re.compile(rf"[ \t]*{_NUMBER}(?:[ \t]*,?[ \t]*{_NUMBER})*[ \t]*")
+    return re.compile(rf"[ \t]*{_NUMBER}(?:(?:[ \t]+|[ \t]*,[ \t]*){_NUMBER})*[ \t]*")
 
 
 @cache

@@ -239,6 +239,7 @@ class FileReader(Findings):
                 more = self._parser.numbers(inner.text) if goes_on else None
                 if more is not None:
                     entries[-1] = _longer(entries[-1], *more)
+                    goes_on = len(entries[-1].numbers) < AXES
                     continue
                 entry = self._parser.entry(inner.text, inner.number)
             except LineRefused as refused:
