@@ -32,8 +32,9 @@ def test_an_observer_sees(line: str) -> None:
     [
         ("MOVE part", "MOVE", "a designer"),
         ("DO MOVE part", "MOVE", "a designer"),
-        ("ABORT", "ABORT", "a supervisor"),
-        ("SPEED 50", "SPEED", "a supervisor"),
+        ("ABORT", "ABORT", "a designer"),
+        ("SPEED 50", "SPEED", "a designer"),
+        ("ENABLE CP", "ENABLE", "a supervisor"),
         ("EXECUTE pick", "EXECUTE", "a supervisor"),
         ("x = 3", "a change of a variable", "a supervisor"),
     ],
@@ -44,7 +45,7 @@ def test_an_observer_is_refused_by_name(line: str, word: str, role: str) -> None
 
 
 def test_a_designer_moves_and_does_not_see() -> None:
-    for line in ("MOVES part AT 2", "READY", "OPENI", "JOG Z, 10", "DELAY 1"):
+    for line in ("MOVES part AT 2", "READY", "OPENI", "JOG Z, 10", "DELAY 1", "ABORT", "SPEED 50", "DO SPEED 30"):
         check(line, Role.DESIGNER)
     with pytest.raises(RoleWanted, match="WHERE is for an observer"):
         check("WHERE", Role.DESIGNER)
@@ -66,9 +67,8 @@ def test_a_session_refuses_what_is_not_for_the_role() -> None:
         session.perform("READY")
     session.desk.role = Role.DESIGNER
     session.perform("READY")
-    with pytest.raises(RoleWanted, match="SPEED is for a supervisor"):
-        session.perform("SPEED 50")
-    assert session.engine.settings.monitor_speed == 100.0
+    with pytest.raises(RoleWanted, match="EXECUTE is for a supervisor"):
+        session.perform("EXECUTE pick")
 
 
 def test_every_motion_is_a_designers() -> None:

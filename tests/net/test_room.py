@@ -14,6 +14,7 @@ from tests.live import until
 from tests.net.serving import said_in
 from vrs_cli.errors import DeviceNotReady
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.language.words.word import Role
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.driving import WhenGone
 from vrs_cli.net.guest import MOST_LOOKS, Guest
@@ -22,11 +23,13 @@ from vrs_cli.net.messages import (
     Abort,
     Answer,
     Asked,
+    At,
     Check,
     ClientMessage,
     Complete,
     Completed,
     Done,
+    Drag,
     FromServer,
     Hello,
     Line,
@@ -34,13 +37,18 @@ from vrs_cli.net.messages import (
     Positions,
     Refused,
     ServerMessage,
+    Shown,
     Status,
+    Told,
     Who,
+    Window,
 )
 from vrs_cli.net.packets import Form, Packet
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.room import Plan, Room
-from vrs_cli.net.tokens import OPEN
+from vrs_cli.net.tokens import OPEN, Grant
+from vrs_cli.values.acts import Go, Goal, StopProgram
+from vrs_cli.values.hand import Brake
 from vrs_cli.wire.codec import Encoding, Reader, encode
 
 _reader: Reader[FromServer] = Reader(FromServer)
@@ -51,14 +59,23 @@ class Wire:
 
     deflates, address, waiting = False, "10.0.0.7:1", 0
 
-    def __init__(self, room: Room, name: str, wall: Callable[[], float], *, attended: bool = False) -> None:
+    def __init__(
+        self,
+        room: Room,
+        name: str,
+        wall: Callable[[], float],
+        *,
+        attended: bool = False,
+        answers: bool = False,
+        grant: Grant = OPEN,
+    ) -> None:
         self.connection = ServerConnection(wall())
         self.heard: list[ServerMessage] = []
         self.pings, self.alive = 0, True
         self.room, self.ids = room, 0
-        hello = Hello((1,), name=name, attended=attended)
+        hello = Hello((1,), name=name, attended=attended, answers=answers)
         self.connection.receive(encode(hello, Encoding.JSON), wall())
-        self.guest: Guest = room.enter(OPEN, hello, self)
+        self.guest: Guest = room.enter(grant, hello, self)
 
     @property
     def sink(self) -> Wire:
@@ -116,8 +133,8 @@ class Served:
         full = Plan(load_robot("puma560"), folder / "files", folder / "cell1.vrst", **plan)
         self.room = Room("cell1", full, lambda: None, audit, self.told.append, lambda _: ("cell1",), lambda: self.now)
 
-    def call(self, name: str, *, attended: bool = False) -> Wire:
-        return Wire(self.room, name, lambda: self.now, attended=attended)
+    def call(self, name: str, **options: Any) -> Wire:
+        return Wire(self.room, name, lambda: self.now, **options)
 
     @property
     def version(self) -> int:
@@ -160,6 +177,94 @@ def served(folder: Path, **plan: Any) -> Iterator[Served]:
 def waits(wire: Wire, message: ClientMessage | None = None) -> float:
     """How long a request of its is to wait [s]."""
     return wire.guest.wait(message or Who(1))
+
+
+# --- what is refused, and to whom what is said belongs ---
+
+
+def test_every_line_of_a_program_that_was_refused_is_refused(tmp_path: Path) -> None:
+    with served(tmp_path) as it:
+        ada, bob = it.call("ada"), it.call("bob")
+        assert ada.line("x = 1").ok
+        for line in (".PROGRAM zz()", "x = 2", "TYPE x", ".END"):
+            assert not bob.line(line).ok
+        assert any("1 line of zz dropped" in said for said in bob.said)
+        assert bob.line("WHERE").ok, ".END has ended it"
+        assert not it.room.session.programs
+        for line in (".PROGRAM mine()", "x = 2", ".END"):
+            assert ada.line(line).ok
+
+
+def test_what_is_said_while_a_line_is_carried_out_bears_its_id(tmp_path: Path) -> None:
+    with served(tmp_path, realtime=1.0, causality="POSTPONE") as it:
+        ada = it.call("ada")
+        assert ada.line("DRIVE 1, 90, 10").ok
+        for line in ("DRIVE 1, 5, 100 AT 0", "SPEED 50"):
+            ada.line(line)
+        (late,) = (one for one in ada.heard if isinstance(one, Told) and "postponed" in str(one.reply))
+        assert late.id == ada.ids - 1
+        ada.guest.take(At(90, Go(Goal(joint=1, change=0.1), executed=0.0)))
+        ada.until(lambda: any(isinstance(one, Done) and one.id == 90 for one in ada.heard))
+        assert [one.id for one in ada.heard if isinstance(one, Told) and "postponed" in str(one.reply)][1:] == [90]
+
+
+def test_letting_go_of_a_key_is_for_who_drives(tmp_path: Path) -> None:
+    with served(tmp_path) as it:
+        ada, bob = it.call("ada"), it.call("bob")
+        assert ada.line("x = 1").ok
+        bob.guest.take(At(1, Brake()))
+        bob.until(lambda: any(isinstance(one, Done) for one in bob.heard))
+        (done,) = (one for one in bob.heard if isinstance(one, Done))
+        assert not done.ok
+        assert done.refusal is not None
+        assert "ada" in done.refusal.message
+
+
+def test_a_designer_stops_drags_and_slows_his_own_motions(tmp_path: Path) -> None:
+    designer = Grant("", Role.DESIGNER)
+    with served(tmp_path, realtime=1.0) as it:
+        ada, bob = it.call("ada", grant=designer), it.call("bob", grant=designer)
+        for line in ("SPEED 50", "DO SPEED 30 ALWAYS", "DRIVE 1, 90", "ABORT", "DRIVE 1, 90"):
+            assert ada.line(line).ok, line
+        pose = it.room.session.engine.position().T_world_tool
+        ada.guest.take(Drag(pose))
+        ada.until(lambda: it.room.grip.pulled.by == "ada")
+        ada.guest.take(Drag())
+        for line in ("ABORT", "SPEED 50"):
+            assert not bob.line(line).ok, "ada drives"
+        for message in (Abort(90), At(91, StopProgram())):
+            bob.guest.take(message)
+        bob.until(lambda: {90, 91} <= {one.id for one in bob.heard if isinstance(one, Done)})
+        assert not any(one.ok for one in bob.heard if isinstance(one, Done))
+        assert it.room.session.engine.end > it.room.session.engine.now, "her motion goes on"
+        ada.guest.take(Abort(90))
+        ada.until(lambda: any(isinstance(one, Done) and one.id == 90 for one in ada.heard))
+
+
+def test_a_client_that_answers_nothing_is_refused_what_asks(tmp_path: Path) -> None:
+    with served(tmp_path) as it:
+        ada = it.call("ada")
+        assert ada.line("x = 1").ok
+        done = ada.line("DELETER x")
+        assert not done.ok
+        assert any("Are you sure (Y/N)? is asked" in said for said in ada.said)
+        assert not any(isinstance(one, Asked) for one in ada.heard)
+        assert ada.line("TYPE x").ok
+
+
+def test_a_part_of_a_long_timeline_says_where_it_begins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vrs_cli.net.stream.SEGMENTS", 5)
+    with served(tmp_path) as it:
+        ada = it.call("ada")
+        for k in range(5):
+            assert ada.line(f"DRIVE 1, {(-1) ** k}").ok
+        for begin in (0.0, 1e6):
+            ada.guest.take(Window(90, begin))
+            ada.flush()
+            (shown,) = (one for one in ada.heard if isinstance(one, Shown))
+            ada.heard.remove(shown)
+            assert shown.begin == it.room.session.engine.timeline[shown.snapshot.first].start
+            assert begin > 0.0 or shown.begin > 0.0
 
 
 # --- who drives ---
@@ -439,7 +544,7 @@ def test_who_drives_a_program_hears_it(tmp_path: Path) -> None:
 
 def test_a_robot_with_too_many_names_takes_no_more_and_gives_some_back(tmp_path: Path) -> None:
     with served(tmp_path, allowance=Allowance(names=20)) as it:
-        ada = it.call("ada")
+        ada = it.call("ada", answers=True)
         done = []
         for n in range(30):
             it.now += 1.0

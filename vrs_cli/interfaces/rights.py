@@ -23,6 +23,11 @@ def may_all(said: str, wanted: Role) -> bool:
     return wanted is Role.OBSERVER or said in STOPPING
 
 
+def must_drive(said: str, wanted: Role, role: Role) -> bool:
+    """Whether it is for who drives alone. Everybody may look, and a supervisor may stop whoever drives."""
+    return not may_all(said, wanted) or (said in STOPPING and Role.SUPERVISOR not in role)
+
+
 def check_beside(statement: Statement, *, elsewhere: bool) -> None:
     """Raises UsageError for a line that waits until the program has stopped, which runs elsewhere: on another branch
     than that of who says it.

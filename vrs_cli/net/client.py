@@ -80,7 +80,13 @@ def hello_of(token: str = "", name: str = "", behind: float = 0.0, *, attended: 
     a person is there, who can be asked.
     """
     return messages.Hello(
-        (messages.VERSION,), token, format=Encoding.MSGPACK, name=name, attended=attended, offset=-behind
+        (messages.VERSION,),
+        token,
+        format=Encoding.MSGPACK,
+        name=name,
+        attended=attended,
+        answers=True,
+        offset=-behind,
     )
 
 

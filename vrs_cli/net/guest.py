@@ -21,7 +21,7 @@ from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.interfaces.holders.holder import Holder
-from vrs_cli.interfaces.rights import STOPPING, check_may
+from vrs_cli.interfaces.rights import check_may
 from vrs_cli.interfaces.session.acts import ACTS, act_on
 from vrs_cli.interfaces.session.grip import Grip
 from vrs_cli.interfaces.session.session import Session
@@ -43,7 +43,7 @@ from vrs_cli.net.tokens import Grant
 from vrs_cli.values.acts import DeskAct, KeepDraft, Say, StopProgram, Survey, Undo
 from vrs_cli.values.hand import Brake, Press
 from vrs_cli.values.prompt import Status
-from vrs_cli.values.questions import LineWanted, Question, ended
+from vrs_cli.values.questions import Amendment, Confirmation, LineWanted, Parting, Question, ended
 from vrs_cli.values.replies import DiagnosticsReport, Message, Reply, is_error, refusal
 from vrs_cli.wire.codec import Encoding
 from vrs_cli.wire.refusal import Refusal
@@ -51,7 +51,13 @@ from vrs_cli.wire.snapshots import snapshot_record
 
 TYPING = messages.Complete | messages.Check  # asked while a line is typed
 AT_ONCE = messages.Interrupt | messages.Ping | messages.Bye  # what waits for nobody's share
-CHANGING: Mapping[type, str] = {KeepDraft: "a program", Press: "JOG", StopProgram: "ABORT"}  # of whoever types
+# what whoever types moves or changes by acts: what that is called, and the role that it needs
+CHANGING: Mapping[type, tuple[str, Role]] = {
+    KeepDraft: ("a program", Role.SUPERVISOR),
+    Press: ("JOG", Role.DESIGNER),
+    Brake: ("JOG", Role.DESIGNER),
+    StopProgram: ("ABORT", Role.DESIGNER),
+}
 LONGEST_LINE = 4000  # characters
 MOST_LOOKS = 200  # of one holder that wait for an answer
 
@@ -146,7 +152,7 @@ class Guest:
         self.name, self.grant, self.ledger = name, grant, ledger
         self.holder = Holder(hall.session, grant.role, name)
         desk = self.holder.desk
-        desk.attended = hello.attended
+        desk.attended, self._answers = hello.attended, hello.attended or hello.answers
         desk.lives = hello.attended and hall.session.engine.realtime
         desk.times = HolderTimes(
             hello.offset, USUAL_ALLOWED if hello.delay is None else min(hello.delay, USUAL_ALLOWED)
@@ -354,21 +360,22 @@ class Guest:
 
     def _at_desk(self, act: DeskAct) -> Talk[Any]:
         """What moves the arm, or changes a program, is checked anew: the lease may be in other hands."""
-        session, said = self._hall.session, CHANGING.get(type(act))
+        session, needs = self._hall.session, CHANGING.get(type(act))
 
         def work() -> Talk[Any]:
-            if said is not None:
-                session.check_may(said, Role.SUPERVISOR)
+            if needs is not None:
+                session.check_may(*needs)
             return (yield from self.conversation.act(act))
 
-        return self._hall.checked(work(), lambda: said in (None, *STOPPING))
+        stops = isinstance(act, Brake | StopProgram)
+        return self._hall.checked(work(), lambda: stops or needs is None)
 
     def _on_robot(self, act: RobotAct) -> Talk[Any]:
         always = isinstance(act, Undo) or ACTS[type(act)].role is Role.OBSERVER
         return self._hall.checked(act_on(self._hall.session, act), lambda: always)
 
     def _abort(self, message: messages.Abort) -> None:
-        check_may("ABORT", Role.SUPERVISOR, self.grant.role)
+        self._hall.session.check_may_stop(self.holder.desk)
         talk = self._with_status(quietly(self._hall.session.stop))
         self._ask(message, talk, urgent=True)
 
@@ -438,7 +445,7 @@ class Guest:
     def _window(self, message: messages.Window) -> None:
         stream = self._hall.broadcast.stream
         part = stream.part(message.begin, message.end)  # at once: later it would be out of date
-        self.say(messages.Shown(message.id, snapshot_record(part), stream.number))
+        self.say(messages.Shown(message.id, snapshot_record(part), stream.number, part.segments[0].start))
 
     def _who(self, message: messages.Who) -> None:
         robots, holders = self._hall.present(self)
@@ -524,6 +531,10 @@ class Guest:
 
     def heard(self, pending: Pending, ticket: Ticket[Any], said: Reply | Question) -> None:
         """Something was said of what it asked for."""
+        if isinstance(said, Confirmation | Parting | Amendment) and not self._answers:
+            what = f"{said.text} is asked, and this client answers no questions"
+            ticket.throw(RequestRefused(what, "DISABLE INTERACTIVE asks none; hello says who answers"), said.id)
+            return
         if isinstance(said, Question):
             self._withdraw_question(ticket)
             self._questions[said.id] = said, ticket
@@ -585,9 +596,9 @@ class Guest:
             if found is not None:
                 self.say(found)
 
-    def show(self, reply: Reply) -> None:
-        """What the robot says by itself."""
-        self.tell(messages.Told(reply))
+    def show(self, reply: Reply, id: int | None = None) -> None:
+        """Tell it what the robot says by itself; `id`: during which of its commands."""
+        self.tell(messages.Told(reply, id))
 
     def type(self, text: str, newline: bool) -> None:
         """What a program TYPEs."""

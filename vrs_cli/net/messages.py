@@ -153,7 +153,8 @@ class Hello(ClientMessage, frozen=True, forbid_unknown_fields=False):
     """The first message, always JSON: the versions that the client speaks, and the form that it wants to hear.
 
     `robot`: the one it is about, empty for the only one. `name`: what others call this holder. `full`: deltas hold all
-    that a client cannot compute by itself. `attended`: a person is there, who can be asked. `delay`: the longest way of
+    that a client cannot compute by itself. `attended`: a person is there, who can be asked. `answers`: a
+    program is, which answers questions; where neither is, a command that asks one ends. `delay`: the longest way of
     a command [s] that it claims. `offset`: the clock by which it says when motions begin is so far ahead of the robot's
     [s]; -D_f for one who is D_f away, and wants none of them to come too late.
     """
@@ -165,6 +166,7 @@ class Hello(ClientMessage, frozen=True, forbid_unknown_fields=False):
     name: Name = ""
     full: bool = False
     attended: bool = False
+    answers: bool = False
     delay: Length | None = None
     offset: Number = 0.0
     resume: Resume | None = None
@@ -584,10 +586,13 @@ class Located(Result, frozen=True):
 
 
 class Shown(Result, frozen=True):
-    """For `Window`. `number`: of the last change that is in it; who knows a later one asks again."""
+    """For `Window`. `number`: of the last change that is in it; who knows a later one asks again. `begin`: where it
+    begins [s], which is later than was asked for where that is too much at once.
+    """
 
     snapshot: SnapshotRecord
     number: Count = 0
+    begin: float = 0.0
 
 
 class Completed(Result, frozen=True):

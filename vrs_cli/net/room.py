@@ -30,7 +30,7 @@ from vrs_cli.files.journal import Journal, take_up
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.interfaces.holders.holder import Holder
-from vrs_cli.interfaces.rights import check_may, may_all, needed
+from vrs_cli.interfaces.rights import check_may, may_all, must_drive, needed
 from vrs_cli.interfaces.session.grip import Grip
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.lease import Lease, Notice
@@ -129,7 +129,7 @@ class _Served(Session):
 
     def check_may(self, said: str, wanted: Role) -> None:
         check_may(said, wanted, self.desk.role)
-        if not may_all(said, wanted):
+        if must_drive(said, wanted, self.desk.role):
             self.driving.may(self.desk.name)
 
 
@@ -422,7 +422,8 @@ class Room:
         self._put(lambda: self._tell_of(ticket, said))
 
     def _by_itself(self, desk: object, reply: Reply) -> None:
-        self.session.actor.tell(lambda: self._put(lambda: self._show(desk, reply)))
+        ticket = self.session.actor.at_work
+        self.session.actor.tell(lambda: self._put(lambda: self._show(desk, reply, ticket)))
 
     def _typed(self, desk: object, text: str, newline: bool) -> None:
         size = len(text) + BESIDE
@@ -508,12 +509,15 @@ class Room:
             guest.type(text, newline)
         return hearing
 
-    def _show(self, desk: object, reply: Reply) -> list[Guest]:
-        """What the robot says by itself, to who is at a desk; to all where nobody is."""
+    def _show(self, desk: object, reply: Reply, ticket: Ticket[Any] | None = None) -> list[Guest]:
+        """Tell who is at a desk, all where nobody is, what the robot says by itself; with the id of the command of that
+        ticket, to who has given it.
+        """
         everybody = list(self.guests.values())
         hearing = [guest for guest in everybody if guest.holder.desk is desk] or everybody
+        asker, asked = self._pending.get(ticket, (None, None)) if ticket is not None else (None, None)
         for guest in hearing:
-            guest.show(reply)
+            guest.show(reply, asked.id or None if asked is not None and guest is asker else None)
         return hearing
 
     def _tell_lease(self, notice: Notice | None) -> list[Guest]:

@@ -74,6 +74,7 @@ class Actor:
         self._running: list[_Request] = []  # until a program has stopped
         self._asking: list[_Request] = []
         self._beside: list[_Request] = []  # another thread works for them
+        self._at_work: _Request | None = None  # the one that does its part now
         self._behind: frozenset[object] = frozenset()  # who has not taken what he was told
         self._questions = count(1)
         self._time_first = False  # time goes on before the next request begins
@@ -330,7 +331,7 @@ class Actor:
 
     def _go_on(self, request: _Request) -> None:
         """Let a request do its next part."""
-        ticket = request.ticket
+        ticket, self._at_work = request.ticket, request
         try:
             said = request.go_on()
         except StopIteration as over:
@@ -339,6 +340,18 @@ class Actor:
             self._answers.append(_Answer(ticket, partial(ticket.refuse, error)))
         else:
             self._said(request, said)
+        finally:
+            self._at_work = None
+
+    @property
+    def at_work(self) -> Ticket[Any] | None:
+        """The request that what happens now belongs to: it does its part, or a line of the prompt does it for it."""
+        if self._at_work is not None:
+            return self._at_work.ticket
+        line = self._driver.tasks.get(PROMPT_LINE)
+        if line is None or self._driver.tasks.current != PROMPT_LINE:
+            return None
+        return next((one.ticket for one in self._running if one.by is line.driven_by), None)
 
     def _said(self, request: _Request, said: Said) -> None:
         if said is Slice.RUNNING:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from vrs_cli.engine.clock import WallClock
-from vrs_cli.errors import ProgramExists, UsageError, VrsError
+from vrs_cli.errors import ProgramExists, RequestRefused, UsageError, VrsError
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.complete import suggestions
 from vrs_cli.interfaces.conversation.entry import Entry, closes_entry, opens_entry
@@ -54,7 +54,8 @@ class Conversation:
     def __init__(self, session: Session, desk: Desk | None = None) -> None:
         self.session, self.desk = session, desk or session.desk
         self.entry: Entry | None = None
-        self._refused = False
+        self._refused: str = ""  # the program whose heading was refused: its steps are dropped
+        self._dropped = 0  # steps of it among the lines that are carried out now
         self._pasted = ""  # programs and sections that were pasted with what follows them
         self._held = HeldDown(self.session)
 
@@ -77,7 +78,7 @@ class Conversation:
         """One line, or several that were pasted together; Ctrl-C in one of them forgets those after it. `more` of them
         come.
         """
-        self.desk.interrupted = False
+        self.desk.interrupted, self._dropped, refused = False, 0, self._refused
         lines = text.splitlines() or [""]
         for number, line in enumerate(lines, 1):
             if line.strip():
@@ -88,8 +89,11 @@ class Conversation:
                 break
         if self._pasted:
             yield from self._guarded(self._store(), "")
+        if refused and self._dropped and not self.session.ends_with_desk:  # at a shell of his own it has been said
+            what = f"{count(self._dropped, 'line')} of {refused} dropped: that program was refused"
+            yield self._told(RequestRefused(what, ".END ends it"), "")
         if self._refused and self.desk.attended and not more:
-            self.entry, self._refused = None, False  # somebody is there, and knows that it was refused
+            self.entry, self._refused = None, ""  # somebody is there, and knows that it was refused
 
     def load(self, path: str) -> Talk[None]:
         """The file named on the command line."""
@@ -155,22 +159,23 @@ class Conversation:
 
     def _open(self, header: str) -> Talk[None]:
         """`.PROGRAM`: the lines after it are its steps, also when it is refused (they are dropped then)."""
-        self.entry, self._refused = Entry(header), True
-        self._check_may()
         name = _named(header)
+        self.entry, self._refused = Entry(header), name or "the program"
+        self._check_may()
         if name and not (yield from may_replace(self.session, name)):
             raise ProgramExists(name, f"DELETEP {name} deletes it, DISABLE INTERACTIVE lets it be replaced")
-        self._refused = False
+        self._refused = ""
 
     def _step(self, entry: Entry, line: str, *, goes_on: bool) -> Talk[None]:
         """A line of a program, or `.END`. `goes_on`: another program or section was pasted with it, for which it
         waits: the places of a program may stand behind it.
         """
+        self._dropped += bool(self._refused)
         if not closes_entry(line):
             entry.add(line)
             return
         self.entry = None
-        refused, self._refused = self._refused, False
+        refused, self._refused = self._refused, ""
         if not refused:
             self._check_may_store(entry)
             self._pasted += entry.text

@@ -9,7 +9,7 @@ from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import MOST, Subscription
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.actor.ticket import Outlet, Ticket
-from vrs_cli.interfaces.rights import STOPPING, check_may, needed
+from vrs_cli.interfaces.rights import STOPPING
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.desk import Desk
 from vrs_cli.interfaces.talk import Talk, quietly
@@ -86,7 +86,7 @@ class Holder:
             statement = parse_prompt(line, ())
             if not isinstance(statement, Instruction) or statement.word not in STOPPING:
                 return False
-            check_may(*needed(statement), self.desk.role)
+            self._session.check_may_stop(self.desk)
         except VrsError:
             return False
         return True

@@ -60,14 +60,14 @@ class Grip:
         if self._spent is session.desk:
             return
         try:
-            session.check_may(SAID, Role.SUPERVISOR)
+            session.check_may(SAID, Role.DESIGNER)
         except VrsError as error:
             if self._desk is session.desk:
                 self._break_off(str(error))
             raise
         self._wish, self._issued, self._heard = rotating(wish), issued, self._wall()
         if self._dragging is None or self._desk is not session.desk:
-            yield from session.on_branch(Role.SUPERVISOR, self._take())
+            yield from session.on_branch(Role.DESIGNER, self._take())
         elif not session.engine.realtime:
             self._follow()
 
@@ -76,7 +76,7 @@ class Grip:
         session = self._session
         session.settle()
         if session.running or session.elsewhere:
-            check_goes_beside(SAID, Role.SUPERVISOR, elsewhere=session.elsewhere)
+            check_goes_beside(SAID, Role.DESIGNER, elsewhere=session.elsewhere)
         session.tasks.check_robot_free()
         self._dragging, self._desk = Dragging(session.engine), session.desk
         self._version, self._stops = session.engine.timeline.version, session.stops

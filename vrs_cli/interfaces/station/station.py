@@ -28,7 +28,7 @@ from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.layout import Layout
 from vrs_cli.files.store import called_from
 from vrs_cli.interfaces.actor.actor import Actor
-from vrs_cli.interfaces.rights import check_may, may_all
+from vrs_cli.interfaces.rights import check_may, must_drive
 from vrs_cli.interfaces.station.brought import Brought
 from vrs_cli.interfaces.station.desk import Desk
 from vrs_cli.interfaces.station.lease import Lease
@@ -471,8 +471,17 @@ class Station:
     def check_may(self, said: str, wanted: Role) -> None:
         """Raises RoleWanted and LeaseHeld for what is not for who is served: said so, of that role."""
         check_may(said, wanted, self.desk.role)
-        if self.lease is not None and not may_all(said, wanted):
+        if self.lease is not None and must_drive(said, wanted, self.desk.role):
             self.lease.check(self.desk.name)
+
+    def check_may_stop(self, desk: Desk) -> None:
+        """In any thread. Raises RoleWanted and LeaseHeld for who may not stop the robot now: a designer stops his own
+        motions, a supervisor all.
+        """
+        check_may("ABORT", Role.DESIGNER, desk.role)
+        lease = self.lease
+        if lease is not None and lease.holder and must_drive("ABORT", Role.DESIGNER, desk.role):
+            lease.check(desk.name)
 
     def _answers(self, track: Track) -> bool:
         """Whether what a task asks is for who is served: who drives, or who let it go on last, and is there."""

@@ -62,7 +62,8 @@ _MOTIONS = (
 
 _SETTINGS = (
     _setting("SPEED speed[, rotation] [MMPS | IPS | MONITOR] [ALWAYS]", "1 2 +",
-        "program speed, in percent or as the speed of the tool tip, for the next motion or always", "SPEED 30 ALWAYS"),
+        "program speed, in percent or as the speed of the tool tip, for the next motion or always", "SPEED 30 ALWAYS",
+        role=Role.DESIGNER),
     _setting("DURATION seconds [ALWAYS]", "2 +", "the least time that a motion takes", "DURATION 2 ALWAYS"),
     _setting("ACCEL [(profile)] [acceleration][, deceleration]", "+",
         "acceleration and deceleration in percent; profile 0 is LSPB, 1 SCURVE, 2 QUINTIC, another one 0",
