@@ -20,8 +20,10 @@ from vrs_cli.engine.targets import retarget
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import largest_change
-from vrs_cli.trajectory.laws.law import Pieces
+from vrs_cli.trajectory.instant import TICKS_PER_SECOND
+from vrs_cli.trajectory.laws.law import Row
 from vrs_cli.trajectory.laws.table import LAWS
+from vrs_cli.trajectory.polynomial import shifted
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.state import JointState, Target
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
@@ -71,11 +73,11 @@ def plan_steering(
     return edit.delta(motion, executed, executed)
 
 
-def _coming(timeline: Timeline, keep: int, t: float) -> list[Pieces] | None:
+def _coming(timeline: Timeline, keep: int, t: float) -> list[list[Row]] | None:
     """What each joint was to do from t [s] on until the robot rests; None where it stands already, or where that is not
     jerk-limited, or not in joint space.
     """
-    rows: list[Pieces] = []
+    ways: list[list[Row]] = []
     for index in range(keep - 1, len(timeline)):
         segment = timeline[index]
         begin, path = max(segment.start, t), segment.path
@@ -83,11 +85,18 @@ def _coming(timeline: Timeline, keep: int, t: float) -> list[Pieces] | None:
             continue
         if not (LAWS[segment.motion.profile].smooth and isinstance(path, JointPath) and path.degree <= CUBIC):
             return None
-        lasting, end = segment.finish - begin, segment.duration
-        rows.append(tuple((lasting, 6.0 * a[3] if len(a) > 3 else 0.0) for a in path.coefficients))
-        if JointState(path.joints(end), path.velocity(end), path.acceleration(end)).at_rest:
+        ways = ways or [[] for _ in path.coefficients]
+        for way, row in zip(ways, path.coefficients, strict=True):
+            q, v, half, sixth = shifted((*row, 0.0, 0.0, 0.0)[: CUBIC + 1], begin - segment.start)
+            way.append((round((begin - t) * TICKS_PER_SECOND), begin - t, q, v, half, sixth))
+        end = JointState(
+            path.joints(segment.duration), path.velocity(segment.duration), path.acceleration(segment.duration)
+        )
+        if end.at_rest:
+            for way, q in zip(ways, end.joints, strict=True):
+                way.append((round((segment.finish - t) * TICKS_PER_SECOND), segment.finish - t, q, 0.0, 0.0, 0.0))
             break
-    return list(zip(*rows, strict=True)) or None
+    return ways or None
 
 
 class Place(Struct, frozen=True):

@@ -81,7 +81,8 @@ class Recording(Struct, frozen=True):
     `warnings`: what is wrong in a file of before, or in one that is read leniently, with the lines. `dropped_tail`: a
     last line that had not been written to its end was left out. `size`: the bytes of all others; `checksum`: that of
     the last, None where the file has none. These two are what writing on needs. `lines`: of the deltas; `places`: where
-    the line of each PART-th delta begins.
+    the line of each PART-th delta begins. `laws`: the version of the motion laws of the vrs that began the file; all
+    motions are kept as they were planned.
     """
 
     model: RobotModel
@@ -94,6 +95,7 @@ class Recording(Struct, frozen=True):
     checksum: int | None
     lines: Sequence[int]
     places: tuple[int, ...]
+    laws: int
 
 
 @pause_collector()
@@ -122,6 +124,7 @@ class _Reader:
     def __init__(self, path: Path, first: bytes, lenient: bool) -> None:
         self._path, self._lenient, self._faults = path, lenient, list[Fault]()
         record = _header_record(path, first)
+        self._laws = record.laws
         self._checksums = Checksums(None if record.crc is None else START)
         self._motions, self._deltas = Motions(), list[TimelineDelta]()
         self._numbers, self._places = array("L"), list[int]()
@@ -188,6 +191,7 @@ class _Reader:
             checksum=self._checksums.last,
             lines=self._numbers,
             places=tuple(self._places),
+            laws=self._laws,
         )
 
 

@@ -17,6 +17,7 @@ import msgspec
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.trajectory.delta_log import PART
+from vrs_cli.trajectory.laws.law import VERSION
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.motion import Motion
@@ -94,14 +95,17 @@ class Checksums:
 
 
 class HeaderRecord(msgspec.Struct, frozen=True, omit_defaults=True):
-    """The first line; keys that a later version may add are passed over. `crc` says that every line has its checksum,
-    which `Checksums` puts there and takes away."""
+    """The first line; keys that a later version may add are passed over. `laws`: the version of the motion laws of the
+    vrs that began the file, 1 in files of before. `crc` says that every line has its checksum, which `Checksums`
+    puts there and takes away.
+    """
 
     vrst: Count
     vrs: str
     units: dict[str, str]
     robot: dict[str, Any]
     initial: tuple[SegmentRecord, ...]
+    laws: Count = 1
     crc: str | None = None
 
 
@@ -176,7 +180,7 @@ class LineEncoder:
     def header(self, model: RobotModel, initial: Iterable[Segment]) -> bytes:
         """The first line. `initial`: the timeline of version 0 (s_0: where the robot stands at first)."""
         segments = segment_records(initial, self._motions, None)
-        return self._line(HeaderRecord(FORMAT, __version__, UNITS, to_dict(model), segments))
+        return self._line(HeaderRecord(FORMAT, __version__, UNITS, to_dict(model), segments, VERSION))
 
     def delta(self, delta: TimelineDelta) -> bytes:
         """The next line. Each PART-th one describes motions anew: the lines from there on can be read alone."""

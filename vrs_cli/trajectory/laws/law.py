@@ -12,8 +12,14 @@ from vrs_cli.trajectory.segment import Segment, ToolStretch
 from vrs_cli.trajectory.state import JointState, Target, ToolState
 from vrs_cli.values.motion import Motion
 
+VERSION = (
+    2  # of the laws: what they plan from the same state to the same target. 1: SCURVE had common times out of motion
+)
 Pieces = tuple[tuple[float, float], ...]  # (duration, jerk) of one joint, one after the other
-Coming = Callable[[], Sequence[Pieces] | None]  # what each joint was to do from now on, where its jerks are constant
+Row = tuple[
+    int, float, float, float, float, float
+]  # an instant of the time grid, the same in seconds, a cubic from there
+Coming = Callable[[], Sequence[Sequence[Row]] | None]  # what each joint was to do from now on, where that is cubics
 
 
 class NoTimes(ValueError):

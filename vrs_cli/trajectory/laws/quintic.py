@@ -38,7 +38,6 @@ from vrs_cli.trajectory.laws.lspb_times import MARGIN
 from vrs_cli.trajectory.laws.scurve import spin_turns, straight_stop
 from vrs_cli.trajectory.laws.scurve_pieces import joint_stops
 from vrs_cli.trajectory.laws.scurve_steering import steer, steered, steering_of
-from vrs_cli.trajectory.laws.scurve_times import PEAK
 from vrs_cli.trajectory.limits import JointLimits, ToolLimits
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, extremes, shifted, value
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment, ToolStretch, segments_of
@@ -49,6 +48,7 @@ FASTEST, STEEPEST, SHARPEST = 15.0 / 8.0, 10.0 / sqrt(3.0), 60.0  # of D/T, D/T^
 LONGER = 1.06  # times are tried that are each so much longer than the one before
 TRIES = 160
 SHORTEST = 1e-3  # [s] of a motion that begins in motion
+PEAK = 1.0 + 1e-6  # a velocity that is this little above its limit is at it
 HALVINGS = 5  # of the step from a time that is too short to one that is not
 
 Part = tuple[float, float, float]  # displacement to go, velocity and acceleration now

@@ -5,8 +5,7 @@ Position, velocity and acceleration are continuous from the state that the motio
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Iterator
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import (
@@ -27,8 +26,8 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import Law, NoTimes
 from vrs_cli.trajectory.laws.lspb_times import MARGIN
-from vrs_cli.trajectory.laws.scurve_pieces import joint_pieces, joint_stops
-from vrs_cli.trajectory.laws.scurve_separate import course_pieces, fastest, together
+from vrs_cli.trajectory.laws.scurve_joints import stretches
+from vrs_cli.trajectory.laws.scurve_pieces import joint_stops
 from vrs_cli.trajectory.laws.scurve_steering import steer, steered, steering_of
 from vrs_cli.trajectory.laws.scurve_times import (
     NONE,
@@ -38,7 +37,6 @@ from vrs_cli.trajectory.laws.scurve_times import (
     Part,
     VectorLimits,
     both,
-    from_motion,
     from_rest,
     keeps,
     search,
@@ -54,9 +52,6 @@ from vrs_cli.values.motion import Motion
 STRETCH = 1.02  # powers of it are factors by which the likely times of a stop are tried
 STRETCHES = (-150, 150)  # the powers, from short to long
 RISES = (0.01, 0.1, 0.3, 0.6, 1.0)  # of a ramp
-ROUNDING = 1e-6  # [s] of the least time
-NEARLY = 1.005  # of the least time that joints need by themselves: no need to look for times that are better
-WORTH = 1.05  # how much longer common times may take than times of their own
 
 
 # --- joint space -----------------------------------------------------------------------------------------------
@@ -66,77 +61,22 @@ def joint_motion(
     state: JointState, goal: Joints, limits: JointLimits, start: float, motion: Motion, least: float = 0.0
 ) -> tuple[Segment, ...]:
     """The joint-interpolated motion to rest at `goal`; `least`: the least duration [s]."""
-    parts = _parts(state, goal, limits)
-    if state.at_rest:
-        return segments_of(start, motion, _joint_stretches(state, goal, from_rest(parts, least), Phase.ACCELERATE))
-    course = _common_times(parts, least)
-    if isinstance(course, Course):
-        return segments_of(start, motion, _joint_stretches(state, goal, course, Phase.BLEND))
-    return segments_of(start, motion, _separate_stretches(state, parts, course))
+    if not state.at_rest:
+        return segments_of(start, motion, stretches(state, goal, limits, least))
+    rows = zip(state.joints, goal, limits.velocity, limits.acceleration, limits.jerk, strict=True)
+    parts = [Part(to - at, v_max, a_max, j_max) for at, to, v_max, a_max, j_max in rows]
+    return segments_of(start, motion, _from_rest(state.joints, goal, from_rest(parts, least)))
 
 
-def _common_times(parts: Sequence[Part], least: float) -> Course | Sequence[Course]:
-    """Times that are those of all joints, where that costs next to nothing; else the times of each."""
-    likely, *others = sorted(parts, key=_likely_time, reverse=True)
-    slowest = fastest(likely)
-    course = None
-    with suppress(NoTimes):  # joints near their greatest velocity need different times to lose their accelerations
-        course = from_motion(parts, slowest.change, least, NEARLY * max(least, slowest.lasting))
-    if course is not None and course.total < least - ROUNDING:  # its change leaves no slower cruise
-        course = None
-    if course is not None:
-        enough = course.total / WORTH
-        if least >= enough or slowest.lasting >= enough or any(fastest(part).lasting >= enough for part in others):
-            return course
-    separate = together(parts, least)
-    return course if course is not None and course.total <= separate[0].total else separate
-
-
-def _likely_time(part: Part) -> float:
-    return abs(part.displacement) / part.max_velocity + abs(part.velocity) / part.max_acceleration
-
-
-def _separate_stretches(
-    state: JointState, parts: Sequence[Part], courses: Sequence[Course]
-) -> Iterator[tuple[float, Phase, Path]]:
-    """Joints that each have times of their own; it slows down from when the first of them does for good."""
-    whole = max(course.total for course in courses)
-    slows = whole - max(course.slow.lasts for course in courses)
-    pieces = [course_pieces(part, course) for part, course in zip(parts, courses, strict=True)]
-    return joint_pieces(state, pieces, slows)
-
-
-def _parts(state: JointState, goal: Joints, limits: JointLimits) -> list[Part]:
-    rows = zip(
-        state.joints,
-        state.velocity,
-        state.present_acceleration,
-        goal,
-        limits.velocity,
-        limits.acceleration,
-        limits.jerk,
-        limits.peak,
-        strict=True,
-    )
-    return [Part(to - at, v, a, v_max, a_max, j_max, peak) for at, v, a, to, v_max, a_max, j_max, peak in rows]
-
-
-def _joint_stretches(
-    state: JointState, goal: Joints, course: Course, blending: Phase
-) -> Iterator[tuple[float, Phase, Path]]:
+def _from_rest(joints: Joints, goal: Joints, course: Course) -> Iterator[tuple[float, Phase, Path]]:
     reach = course.reach
     if reach <= 0.0:
         return
     change, cruise, slow = course
-    (k0, _), lag, lasts, half = change.ways, change.lag, change.lasts, 0.5 * change.rise
-    going = not course.stops_at_once
-    cruising, ways = [], []
-    for at, v, a, to in zip(state.joints, state.velocity, state.present_acceleration, goal, strict=True):
-        v1 = (to - at - v * lasts - a * k0 + lag * (v + half * a)) / reach if going else 0.0
-        cruising.append(v1)
-        ways.append(change.polynomials(at, v, a, v1))
+    cruising = [(to - at) / reach for at, to in zip(joints, goal, strict=True)]
+    ways = [change.polynomials(at, 0.0, 0.0, v1) for at, v1 in zip(joints, cruising, strict=True)]
     for duration, path in zip(change.durations, zip(*ways, strict=True), strict=True):
-        yield duration, blending, JointPath(path)
+        yield duration, Phase.ACCELERATE, JointPath(path)
     q = tuple(value(way[-1], change.durations[-1]) for way in ways)
     if cruise:
         path = tuple(zip(q, cruising, strict=True))
@@ -188,8 +128,8 @@ class _ToolMotion:
         if self.state.at_rest:
             _, angle = self.turn(NONE)
             way = length(self.displacement)
-            tip = Part(way, 0.0, 0.0, limits.speed, limits.acceleration, limits.jerk, limits.speed)
-            turning = Part(angle, 0.0, 0.0, limits.spin, limits.spin_acceleration, limits.spin_jerk, limits.spin)
+            tip = Part(way, limits.speed, limits.acceleration, limits.jerk)
+            turning = Part(angle, limits.spin, limits.spin_acceleration, limits.spin_jerk)
             return from_rest([tip, turning, *map(self._guided, self.state.guides)], least)
         slowest = max(
             length(self.state.velocity) / limits.acceleration, length(self.spin) / limits.spin_acceleration, 0.01
@@ -204,7 +144,7 @@ class _ToolMotion:
 
     def _guided(self, guide: GuideState) -> Part:
         a = self.limits
-        return Part(guide.end - guide.value, 0.0, 0.0, a.guide, a.guide_acceleration, a.guide_jerk, a.guide)
+        return Part(guide.end - guide.value, a.guide, a.guide_acceleration, a.guide_jerk)
 
     def stop(self) -> Change:
         """The shortest times found in which velocity and spin end, with their accelerations. Raises NoTimes."""

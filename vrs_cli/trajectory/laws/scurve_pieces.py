@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import accumulate, pairwise
+from itertools import pairwise
 from math import sqrt
 
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE
 from vrs_cli.kinematics.profile import Profile
-from vrs_cli.trajectory.instant import up_to_grid
+from vrs_cli.trajectory.instant import TICK, TICKS_PER_SECOND, up_to_grid
 from vrs_cli.trajectory.laws import lspb_stops
-from vrs_cli.trajectory.laws.law import Pieces
+from vrs_cli.trajectory.laws.law import Pieces, Row
 from vrs_cli.trajectory.laws.lspb_times import ROOM
 from vrs_cli.trajectory.laws.scurve_times import CAREFUL, MOMENT, Change
 from vrs_cli.trajectory.limits import JointLimits
@@ -127,20 +127,43 @@ def _pieces_to_rest(
 def joint_pieces(
     state: JointState, pieces: Sequence[Pieces], slows: float = 0.0
 ) -> Iterator[tuple[float, Phase, Path]]:
-    """Joints that each go through pieces of their own to rest, as common stretches: one from each instant to the next.
+    """Joints that each go through pieces of their own to rest, as `common_stretches`."""
+    rows = zip(state.joints, state.velocity, state.present_acceleration, pieces, strict=True)
+    return common_stretches([list(rows_through(*row)) for row in rows], slows)
 
-    What begins before `slows` [s] is no slowing down yet.
+
+def rows_through(q: float, v: float, a: float, pieces: Pieces) -> Iterator[Row]:
+    """The cubics of a joint that goes through pieces to rest."""
+    t = 0.0
+    for duration, jerk in pieces:
+        yield round(t * TICKS_PER_SECOND), t, q, v, 0.5 * a, jerk / 6.0
+        q, v, a = state_after(q, v, a, duration, jerk)
+        t += duration
+    yield round(t * TICKS_PER_SECOND), t, q, 0.0, 0.0, 0.0  # at rest, whatever rounding has left
+
+
+def common_stretches(ways: Sequence[Sequence[Row]], slows: float) -> Iterator[tuple[float, Phase, Path]]:
+    """Joints that each have rows of their own: a stretch from each of their instants to the next. What begins before
+    `slows` [s] is no slowing down yet.
     """
-    begins = [list(accumulate((duration for duration, _ in row), initial=0.0)) for row in pieces]
-    instants = sorted({instant for row in begins for instant in row})
-    states = list(zip(state.joints, state.velocity, state.present_acceleration, strict=True))
-    for begin, end in pairwise(instants):
-        path, after = [], []
-        for (q, v, a), row, times in zip(states, pieces, begins, strict=True):
-            at = sum(1 for time in times[1:] if time <= begin)
-            jerk = row[at][1] if at < len(row) else 0.0
-            path.append((q, v, 0.5 * a, jerk / 6.0))
-            there = state_after(q, v, a, end - begin, jerk)
-            after.append((there[0], 0.0, 0.0) if end >= times[-1] else there)  # at rest, whatever rounding has left
-        states = after
-        yield end - begin, Phase.BLEND if begin < slows else Phase.DECELERATE, JointPath(tuple(path))
+    instants = sorted({row[0] for way in ways for row in way})
+    paths, slowing = zip(*[_column(way, instants) for way in ways], strict=True), round(slows * TICKS_PER_SECOND)
+    for (begin, end), path in zip(pairwise(instants), paths, strict=True):
+        yield (end - begin) * TICK, Phase.BLEND if begin < slowing else Phase.DECELERATE, JointPath(path)
+
+
+def _column(way: Sequence[Row], instants: Sequence[int]) -> list[tuple[float, float, float, float]]:
+    """The cubics of one joint from each instant to the next."""
+    column, rest = [], iter(way)
+    (_, t, q, v, h, c), after = next(rest), next(rest, None)
+    for instant in instants[:-1]:
+        while after is not None and after[0] <= instant:
+            (_, t, q, v, h, c), after = after, next(rest, None)
+        s = instant * TICK - t
+        if s:
+            x = s * c
+            y = h + 3.0 * x
+            column.append((q + s * (v + s * (h + x)), v + s * (h + y), y, c))
+        else:
+            column.append((q, v, h, c))
+    return column

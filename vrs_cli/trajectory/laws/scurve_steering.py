@@ -20,7 +20,14 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import Coming, Pieces
 from vrs_cli.trajectory.laws.lspb_steering import COASTING, SPARE
-from vrs_cli.trajectory.laws.scurve_pieces import farthest, joint_pieces, state_after, stop
+from vrs_cli.trajectory.laws.scurve_pieces import (
+    common_stretches,
+    farthest,
+    joint_pieces,
+    rows_through,
+    state_after,
+    stop,
+)
 from vrs_cli.trajectory.laws.scurve_times import MOMENT, Change, ramps
 from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.polynomial import Polynomial
@@ -63,7 +70,7 @@ def steer(
 ) -> tuple[Segment, ...]:
     """A tick [s] towards the target, on the time grid, then a stop.
 
-    `coming`: what each joint was to do from now on, where that is jerk-limited; nothing is returned where that would be
+    `coming`: what each joint was to do from now on, where that is cubics; nothing is returned where that would be
     needed, and is not.
     """
     joints = _joints(state, target, limits)
@@ -74,11 +81,11 @@ def steer(
     before = coming()
     if before is None:
         return ()
-    pieces = [
-        planned if jerk is None else _pieces(one, jerk, tick)
+    ways = [
+        planned if jerk is None else list(rows_through(one.q, one.v, one.a, _pieces(one, jerk, tick)))
         for one, jerk, planned in zip(joints, jerks, before, strict=True)
     ]
-    return segments_of(start, motion, joint_pieces(state, pieces, tick))
+    return segments_of(start, motion, common_stretches(ways, tick))
 
 
 def steered(

@@ -30,7 +30,6 @@ from vrs_cli.trajectory.laws.lspb_times import MARGIN, ROOM, SAME, SLIVER
 from vrs_cli.trajectory.polynomial import Polynomial, value
 from vrs_cli.trajectory.state import NEGLIGIBLE
 
-PEAK = 1.0 + 1e-6  # a velocity that is this little above its limit is at it
 CAREFUL = 1.0 + 2e-5  # stops stay so much inside the limits: rounding of times and short pieces may cost a little
 MOMENT = 1e-3  # [s] the shortest ramp of a stop
 FIRST_STEP = 0.25
@@ -141,18 +140,12 @@ IMPOSSIBLE = Bounds(1.0, 0.0, 0.0, 0.0)
 
 
 class Part(NamedTuple):
-    """A scalar part of a motion: what is to go, the state now, and its limits.
-
-    `peak`: the velocity never to exceed; the acceleration at the start may carry the part above `max_velocity`.
-    """
+    """A scalar part of a motion from rest: what is to go, and its limits."""
 
     displacement: float
-    velocity: float
-    acceleration: float
     max_velocity: float
     max_acceleration: float
     max_jerk: float
-    peak: float
 
 
 # --- from rest -------------------------------------------------------------------------------------------------
@@ -251,91 +244,6 @@ def _slower(total: Callable[[float], float], low: float, high: float, least: flo
 # --- from motion -----------------------------------------------------------------------------------------------
 
 
-def from_motion(parts: Sequence[Part], guess: Change, least: float = 0.0, good: float = 0.0) -> Course:
-    """The times of a motion of scalar parts from their velocities and accelerations; `good`: a whole time [s] that is
-    short enough. Raises NoTimes.
-    """
-    settling = max(abs(part.acceleration) / part.max_jerk for part in parts)
-    return search(scalar_demands(parts), guess, settling, least, good)
-
-
-def scalar_demands(parts: Sequence[Part]) -> Demands:
-    """The bounds on u of parts that each have their own limits."""
-    rows = tuple(
-        (
-            part.displacement,
-            part.velocity,
-            part.acceleration,
-            part.max_velocity,
-            part.max_acceleration,
-            part.max_jerk,
-            part.peak * PEAK,
-        )
-        for part in parts
-    )
-
-    def demands(change: Change) -> Bounds:
-        rise, hold, fall = change
-        lasts = rise + hold + fall
-        half = 0.5 * rise
-        reach = half + hold + 0.5 * fall
-        k0, k1 = change.ways
-        lag = k1 / reach
-        low, high, by_acceleration, by_jerk = 0.0, inf, 0.0, 0.0
-        for way, v, a, fastest, acceleration, jerk, peak in rows:
-            carried, most = v, jerk * fall
-            if acceleration < most:
-                most = acceleration
-            up = jerk * rise
-            if not a:
-                if up < most:
-                    most = up
-                least = -most
-            else:
-                carried += half * a
-                least = a - up if a - up > -most else -most
-                if a + up < most:
-                    most = a + up
-                if abs(carried) > peak and carried * a > 0.0:
-                    turned = _turned_before(a, peak - v if a > 0.0 else peak + v, rise)
-                    most, least = (min(most, turned), least) if a > 0.0 else (most, max(least, turned))
-            most = carried + reach * most
-            if most > fastest:
-                most = fastest
-            least = carried + reach * least
-            if least < -fastest:
-                least = -fastest
-            if least > most:
-                return IMPOSSIBLE
-            ahead = way - v * lasts - a * k0 + lag * carried
-            if ahead < 0.0:
-                ahead, most, least = -ahead, -least, -most
-            if ahead <= NEGLIGIBLE:
-                if least > 0.0 or most < 0.0:
-                    return IMPOSSIBLE
-                continue
-            if most < high * ahead:
-                high = most / ahead
-            if least > low * ahead:
-                low = least / ahead
-            bound = ahead / acceleration
-            if bound > by_acceleration:
-                by_acceleration = bound
-            bound = ahead / jerk
-            if bound > by_jerk:
-                by_jerk = bound
-        return Bounds(low, high, by_acceleration, by_jerk, lag)
-
-    return demands
-
-
-def _turned_before(a: float, room: float, rise: float) -> float:
-    """The level that the acceleration `a` must be on its way to, so that the velocity grows by no more than `room`."""
-    if room <= 0.0:
-        return -inf if a > 0.0 else inf
-    return a - a * abs(a) * rise / (2.0 * room)
-
-
 class VectorLimits(NamedTuple):
     """Of the length of a vector: those of the change are the blending ones, those of slowing down the others."""
 
@@ -420,11 +328,10 @@ def both(a: Bounds, b: Bounds) -> Bounds:
 # --- the search ------------------------------------------------------------------------------------------------
 
 
-def search(demands: Demands, guess: Change, shortest: float, least: float = 0.0, good: float = 0.0) -> Course:
+def search(demands: Demands, guess: Change, shortest: float, least: float = 0.0) -> Course:
     """The times of (nearly) the shortest motion that the demands allow. Raises NoTimes.
 
-    `guess`: about what the change may be; `shortest`: its rise takes at least so long; `least`: the least total time;
-    `good`: one that is short enough.
+    `guess`: about what the change may be; `shortest`: its rise takes at least so long; `least`: the least total time.
     """
 
     def total(change: Change) -> float:
@@ -432,7 +339,7 @@ def search(demands: Demands, guess: Change, shortest: float, least: float = 0.0,
         u = _quickest(bounds)
         return inf if u is None else _total(bounds, change, u)
 
-    return _times_on_grid(demands, _downhill(total, _possible(total, guess, shortest), shortest, good), least)
+    return _times_on_grid(demands, _downhill(total, _possible(total, guess, shortest), shortest), least)
 
 
 def _total(bounds: Bounds, change: Change, u: float) -> float:
@@ -467,11 +374,11 @@ def _possible(total: Callable[[Change], float], guess: Change, shortest: float) 
 _DIRECTIONS = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (-1, 1, -1), (1, -1, 1), (0, 1, -1), (1, -1, 0), (1, 0, -1))
 
 
-def _downhill(total: Callable[[Change], float], start: Change, shortest: float, good: float) -> Change:
+def _downhill(total: Callable[[Change], float], start: Change, shortest: float) -> Change:
     """From a possible change downhill to (nearly) the least total time: steps in each direction, ever smaller."""
     best, best_total, tries = start, total(start), 0
     step = FIRST_STEP * max(start.lasts, 0.05)
-    while best_total > good and step > LAST_STEP * max(best.lasts, 0.05) and tries < MOST_TRIES:
+    while step > LAST_STEP * max(best.lasts, 0.05) and tries < MOST_TRIES:
         before = best_total
         for longer, held, shorter in _DIRECTIONS:
             for way in (step, -step):

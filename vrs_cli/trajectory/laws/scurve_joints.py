@@ -1,0 +1,377 @@
+"""Jerk-limited joint motion out of a motion: each joint has its own phases, and all joints arrive together.
+
+A joint changes its velocity to v1, cruises, and slows down to rest, at constant jerks. How far it gets in a time T,
+
+    x(v1) = way of both changes + v1 (T - time of both changes),    dx/dv1 = cruise + (fall + ramp) / 2 > 0,
+
+grows with v1, so Newton's rule finds the v1 with the right way. `fall` is the end of the first change, in which the
+acceleration goes to zero, `ramp` the begin of the second. So a joint never has more velocity than its limit, unless
+its state at the start forces it. Where a joint slows down already, and is to come to rest a little farther than it
+could, a cruise without acceleration takes too long; it brakes less instead, in one change. (All cases, in closed form:
+Berscheid and Kroeger, Jerk-limited Real-time Trajectory Generation with Arbitrary Target States, 2021.)
+
+The instants between phases are real numbers, those between segments lie on the time grid. Each segment goes on from the
+nearest instant of the grid, on the very cubic of its phase. So jerks stay what they are, position and velocity are
+continuous to rounding, and the acceleration to the jerk times 0.5 ns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from math import inf, sqrt
+from typing import NamedTuple
+
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.trajectory.instant import TICK, TICKS_PER_SECOND, up_to_grid
+from vrs_cli.trajectory.laws.law import NoTimes, Row
+from vrs_cli.trajectory.laws.scurve_pieces import common_stretches
+from vrs_cli.trajectory.limits import JointLimits
+from vrs_cli.trajectory.segment import Path, Phase
+from vrs_cli.trajectory.state import NEGLIGIBLE, JointState
+
+CLOSE = 1e-12  # [rad, m] of a way: what is left of it is no jump
+IN_TIME = 0.4 * TICK  # [s] by which phases may last longer than the time that there is: none of the grid
+SHORTEST = 1e-10  # [s] of a phase: a shorter one changes nothing
+NEWTON = 15  # steps; five are usual
+STEPS = 60  # of another search
+LEAST = 1e-3  # of the acceleration limit, to brake with
+RAISES = 20  # of the time in which all joints arrive
+
+_new = tuple.__new__
+
+
+class Joint(NamedTuple):
+    """What is to go, the state now, and the limits of one joint."""
+
+    way: float
+    velocity: float
+    acceleration: float
+    max_velocity: float
+    max_acceleration: float
+    max_jerk: float
+
+
+class Phases(NamedTuple):
+    """The acceleration goes to `level` in `rise` seconds, stays there for `hold`, and is gone after `fall`. Then the
+    joint has the velocity `cruising`, until its deceleration grows for `ramp`, stays for `keep`, and is gone after
+    another `ramp`. `lasts`, `way`: of all but the cruise.
+    """
+
+    rise: float
+    hold: float
+    fall: float
+    level: float
+    cruising: float
+    ramp: float
+    keep: float
+    lasts: float
+    way: float
+
+
+def together(joints: Sequence[Joint], least: float = 0.0) -> tuple[float, list[Phases]]:
+    """How long it takes until all joints arrive, `least` [s] or as little more as they can, and the phases of each.
+
+    A joint has the instants of the slowest one if it can, which makes fewer segments. Raises NoTimes.
+    """
+    slowest = max(joints, key=_likely_time)
+    whole = up_to_grid(max(least, _soonest(slowest)))
+    for _ in range(RAISES):
+        pace = _arriving(slowest, whole)
+        if not isinstance(pace, float):
+            found = [pace if one is slowest else _at_pace(one, pace, whole) or _arriving(one, whole) for one in joints]
+            late = {time: one for one, time in zip(joints, found, strict=True) if isinstance(time, float)}
+            if not late:
+                return whole, [one for one in found if not isinstance(one, float)]
+            pace = max(late)
+            slowest = late[pace]
+        whole = up_to_grid(max(pace, whole + TICK))
+    raise NoTimes("joints that can arrive at different times only")
+
+
+def _likely_time(joint: Joint) -> float:
+    """About how long a joint takes alone [s]: it stops, and goes on from there."""
+    way, v, _, v_max, a_max, jerk = joint
+    stop = abs(v) / a_max
+    left = abs(way - 0.5 * v * stop)
+    going = 2.0 * sqrt(left / a_max) if left * a_max < v_max * v_max else left / v_max + v_max / a_max
+    return stop + a_max / jerk + going
+
+
+# --- one joint -----------------------------------------------------------------------------------------------------
+
+
+def phases(joint: Joint, v1: float, a_max: float) -> Phases:
+    """The quickest changes to velocity v1 and from there to rest, with accelerations up to a_max."""
+    _, v0, a0, _, _, jerk = joint
+    dv, a, sign = v0 - v1, a0, -1.0
+    if dv + 0.5 * a * abs(a) / jerk < 0.0:  # it has to become faster than its acceleration makes it
+        dv, a, sign = -dv, -a, 1.0
+    square = jerk * dv + 0.5 * a * a
+    size, hold = sqrt(square) if square > 0.0 else 0.0, 0.0
+    if size > a_max:
+        size, rise = a_max, abs(a + a_max) / jerk  # down to it where ACCEL is lower now
+        hold = (dv + 0.5 * (a - size) * rise) / size - 0.5 * size / jerk
+        hold = hold if hold > 0.0 else 0.0
+    else:
+        rise = abs(a + size) / jerk
+    fall, level = size / jerk, sign * size
+    later = hold + fall
+    lasts, half = rise + later, 0.5 * later
+    by_level = rise * (rise / 6.0 + half) + hold * (0.5 * hold + fall) + fall * fall / 3.0
+    way = v0 * lasts + a0 * rise * (rise / 3.0 + half) + level * by_level
+    speed = abs(v1)
+    if speed < NEGLIGIBLE:
+        return _new(Phases, (rise, hold, fall, level, 0.0, 0.0, 0.0, lasts, way))
+    slow = sqrt(jerk * speed)
+    if slow > a_max:
+        slow = a_max
+    ramp, reach = slow / jerk, speed / slow
+    slowing = reach + ramp
+    return _new(Phases, (rise, hold, fall, level, v1, ramp, reach - ramp, lasts + slowing, way + 0.5 * v1 * slowing))
+
+
+def _arriving(joint: Joint, whole: float) -> Phases | float:
+    """The phases with which a joint arrives in a given time [s]; where it cannot, the next time in which it can."""
+    found = _in_two(joint, whole, joint.max_velocity)
+    if _arrives(joint, found, whole):
+        return found
+    alone, quick = _soonest_in_two(joint)
+    if alone <= whole:
+        found = _in_two(joint, whole, abs(quick.cruising))
+        if _arrives(joint, found, whole):
+            return found
+        quick = _later_in_two(joint, found)
+        alone = quick.lasts
+    return _in_one(joint, whole, alone, quick)
+
+
+def _arrives(joint: Joint, found: Phases, whole: float) -> bool:
+    cruise = whole - found.lasts
+    return cruise >= -IN_TIME and abs(found.way + found.cruising * cruise - joint.way) <= CLOSE
+
+
+def _soonest(joint: Joint) -> float:
+    """In which time a joint alone arrives soonest [s]."""
+    alone, quick = _soonest_in_two(joint)
+    weak = _weakest(joint, alone, quick)
+    return phases(joint, 0.0, weak).lasts if weak else alone
+
+
+# --- in two changes, with a cruise between them --------------------------------------------------------------------
+
+
+def _in_two(joint: Joint, whole: float, fastest: float) -> Phases:
+    """The phases, with a velocity up to `fastest`, that have the right way in a given time [s], or nearly."""
+    way, _, _, _, a_max, _ = joint
+    found = phases(joint, 0.0, a_max)
+    sign = 1.0 if way > found.way else -1.0
+    low, high, speed = 0.0, fastest, 0.0
+    if found.lasts > whole:  # and all others last longer
+        return found
+    for _ in range(NEWTON):
+        cruise = whole - found.lasts
+        error = sign * (found.way + found.cruising * cruise - way)
+        if abs(error) <= CLOSE:
+            break
+        if error < 0.0:
+            low = speed
+        else:
+            high = speed
+        slope = cruise + 0.5 * (found.fall + found.ramp)
+        if slope <= 0.0:
+            break
+        better = speed - error / slope
+        if better >= fastest > speed:
+            better = fastest
+        elif not low < better < high:
+            better = 0.5 * (low + high)
+        if better == speed:
+            break
+        speed = better
+        found = phases(joint, sign * speed, a_max)
+    return found
+
+
+def _soonest_in_two(joint: Joint) -> tuple[float, Phases]:
+    """In which time a joint arrives soonest so [s], and with which phases."""
+    way, v, a, v_max, a_max, jerk = joint
+    stop = phases(joint, 0.0, a_max)
+    left = way - stop.way
+    if abs(left) <= CLOSE:
+        return stop.lasts, stop
+    sign = 1.0 if left > 0.0 else -1.0
+    top = phases(joint, sign * v_max, a_max)
+    if sign * (way - top.way) >= 0.0:
+        return top.lasts + (way - top.way) / top.cruising, top
+    low, high, free = 0.0, v_max, sign * (v + 0.5 * a * abs(a) / jerk)
+    if 0.0 < free < v_max:  # with less velocity than is left once the acceleration is gone the way jumps
+        low, high = (free, high) if sign * _past(joint, sign * free) <= 0.0 else (low, free)
+    found = phases(joint, sign * _root(lambda speed: sign * _past(joint, sign * speed), low, high), a_max)
+    return found.lasts, found
+
+
+def _later_in_two(joint: Joint, quick: Phases) -> Phases:
+    """The phases, slower than some that take too long, with which a joint arrives without a cruise."""
+    sign = 1.0 if quick.cruising > 0.0 else -1.0
+    speed = _root(lambda speed: sign * _past(joint, sign * speed), 0.0, abs(quick.cruising))
+    return phases(joint, sign * speed, joint.max_acceleration)
+
+
+def _root(f: Callable[[float], float], low: float, high: float) -> float:
+    """Where f, which is not above 0 at `low` and not below it at `high`, is 0 (regula falsi, Illinois)."""
+    below, above, side = f(low), f(high), 0
+    x = low
+    for _ in range(STEPS):
+        if above <= below or high == low:
+            break
+        x, before = high - above * (high - low) / (above - below), x
+        y = f(x)
+        if y > 0.0:
+            high, above, below, side = x, y, 0.5 * below if side > 0 else below, 1
+        elif y < 0.0:
+            low, below, above, side = x, y, 0.5 * above if side < 0 else above, -1
+        if y == 0.0 or abs(x - before) <= SHORTEST * abs(x):
+            break
+    return x
+
+
+def _past(joint: Joint, v1: float) -> float:
+    """How far a joint goes past its target when it changes to velocity v1 and then slows down at once."""
+    return phases(joint, v1, joint.max_acceleration).way - joint.way
+
+
+# --- in one change, that brakes less than the joint could ----------------------------------------------------------
+
+
+def _in_one(joint: Joint, whole: float, otherwise: float, quick: Phases) -> Phases | float:
+    """The phases of one change that lasts so long [s]; else its least time, if that is less than `otherwise`, which is
+    how long the joint takes with the phases `quick`.
+    """
+    weak = _weakest(joint, otherwise, quick)
+    if not weak:
+        return otherwise
+    quickest = phases(joint, 0.0, weak)
+    if quickest.lasts >= whole:
+        return quickest if quickest.lasts <= whole + IN_TIME else quickest.lasts
+    sign, strong = 1.0 if quick.cruising > 0.0 else -1.0, joint.max_acceleration
+    for _ in range(STEPS):  # the more a joint brakes at first, the longer it takes to the end
+        level = 0.5 * (weak + strong)
+        found = _change(joint, -sign * level)
+        if abs(found.lasts - whole) <= SHORTEST:
+            return found
+        weak, strong = (level, strong) if found.lasts < whole else (weak, level)
+    return otherwise
+
+
+def _weakest(joint: Joint, otherwise: float, quick: Phases) -> float:
+    """The deceleration with which the quickest stop ends on the target; 0 where it is not sooner than `otherwise`."""
+    way, v, a, _, a_max, jerk = joint
+    sign = 1.0 if quick.cruising > 0.0 else -1.0
+    if sign * (v + 0.5 * a * abs(a) / jerk) <= abs(quick.cruising):  # it need not brake on its way there
+        return 0.0
+    weak = strong = a_max
+    while sign * (phases(joint, 0.0, weak).way - way) < 0.0:
+        weak, strong = 0.5 * weak, weak
+        if weak < LEAST * a_max or phases(joint, 0.0, strong).lasts >= otherwise:
+            return 0.0
+    weak = _root(lambda level: sign * (way - phases(joint, 0.0, level).way), weak, strong)
+    return weak if phases(joint, 0.0, weak).lasts < otherwise else 0.0
+
+
+def _change(joint: Joint, level: float) -> Phases:
+    """The phases of one change to rest on the target that holds a deceleration; it lasts for ever if there is none.
+
+    With w the velocity and D the way that are left after the rise, W = w / level:  hold = W - s,  fall = 2 s,
+    s^2 = 6 D / level - 3 W^2.
+    """
+    way, v, a, _, _, jerk = joint
+    rise = abs(level - a) / jerk
+    after = -(v + 0.5 * (a + level) * rise) / level
+    ahead = -(way - rise * (v + rise * (2.0 * a + level) / 6.0)) / level
+    square = 6.0 * ahead - 3.0 * after * after
+    half = sqrt(square) if square > 0.0 else 0.0
+    lasts = rise + after + half if 0.0 < half < after else inf
+    return Phases(rise, after - half, 2.0 * half, level, 0.0, 0.0, 0.0, lasts, way)
+
+
+# --- joints beside each other --------------------------------------------------------------------------------------
+
+
+def _at_pace(joint: Joint, pace: Phases, whole: float) -> Phases | None:
+    """The phases of a joint at the instants of another one; None where they do not keep its limits."""
+    way, v0, a0, v_max, a_max, jerk = joint
+    rise, hold, fall, _, _, ramp, keep, lasts, _ = pace
+    reach, held, slowing = 0.5 * rise + hold + 0.5 * fall, ramp + keep, 2.0 * ramp + keep
+    if reach < SHORTEST or held < SHORTEST:
+        return None
+    later = hold + fall
+    by_start = rise * (rise / 3.0 + 0.5 * later)
+    by_level = rise * (rise / 6.0 + 0.5 * later) + hold * (0.5 * hold + fall) + fall * fall / 3.0
+    carried, lag = v0 + 0.5 * rise * a0, by_level / reach
+    ahead = way - v0 * (rise + later) - a0 * by_start + lag * carried
+    v1 = ahead / (lag + max(whole - lasts, 0.0) + 0.5 * slowing)
+    level, slow = (v1 - carried) / reach, v1 / held
+    turned = v0 + 0.5 * a0 * a0 * rise / (a0 - level) if a0 * level < 0.0 else v0  # where the acceleration is zero
+    if (
+        max(abs(v1), abs(turned)) > v_max
+        or max(abs(level), abs(slow)) > a_max
+        or abs(level - a0) > jerk * rise
+        or abs(level) > jerk * fall
+        or abs(slow) > jerk * ramp
+    ):
+        return None
+    return _new(Phases, (rise, hold, fall, level, v1, ramp, keep, lasts, way))
+
+
+def stretches(
+    state: JointState, goal: Joints, limits: JointLimits, least: float = 0.0
+) -> Iterator[tuple[float, Phase, Path]]:
+    """The stretches of a motion to rest at `goal`, which lasts at least so long [s]. Raises NoTimes."""
+    joints = [
+        Joint(to - q, v, a, v_max, a_max, jerk)
+        for q, v, a, to, v_max, a_max, jerk in zip(
+            state.joints,
+            state.velocity,
+            state.present_acceleration,
+            goal,
+            limits.velocity,
+            limits.acceleration,
+            limits.jerk,
+            strict=True,
+        )
+    ]
+    whole, found = together(joints, least)
+    ways = [
+        list(_rows(q, to, joint, one, whole))
+        for q, to, joint, one in zip(state.joints, goal, joints, found, strict=True)
+    ]
+    return common_stretches(ways, whole - max([2.0 * one.ramp + one.keep for one in found]))
+
+
+def _rows(q: float, goal: float, joint: Joint, found: Phases, whole: float) -> Iterator[Row]:
+    """The cubics of a joint; the second change ends on the goal, whatever rounding has left."""
+    rise, hold, fall, level, v1, ramp, keep, _, _ = found
+    _, v, a, _, _, _ = joint
+    t = 0.0
+    for duration, after in ((rise, level), (hold, level), (fall, 0.0)):
+        if duration > SHORTEST:
+            jerk = (after - a) / duration
+            yield round(t * TICKS_PER_SECOND), t, q, v, 0.5 * a, jerk / 6.0
+            q += duration * (v + duration * (0.5 * a + duration * jerk / 6.0))
+            v += 0.5 * duration * (a + after)
+            t += duration
+        a = after
+    if v1:
+        slowing, level = 2.0 * ramp + keep, -v1 / (ramp + keep)
+        begin = whole - slowing
+        if begin > t:
+            yield round(t * TICKS_PER_SECOND), t, q, v1, 0.0, 0.0
+        t, q, v, sixth = begin, goal - 0.5 * v1 * slowing, v1, level / (6.0 * ramp)
+        yield round(t * TICKS_PER_SECOND), t, q, v, 0.0, sixth
+        t, q, v = t + ramp, q + ramp * (v + ramp * ramp * sixth), v + 0.5 * ramp * level
+        if keep > SHORTEST:
+            yield round(t * TICKS_PER_SECOND), t, q, v, 0.5 * level, 0.0
+            t, q, v = t + keep, q + keep * (v + 0.5 * keep * level), v + keep * level
+        yield round(t * TICKS_PER_SECOND), t, q, v, 0.5 * level, -sixth
+        t = whole
+    yield round(t * TICKS_PER_SECOND), t, goal, 0.0, 0.0, 0.0
