@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from math import pi
 from pathlib import Path
 from random import Random
 
@@ -9,11 +11,31 @@ import numpy as np
 import pytest
 
 from tests.kinematics.random_arms import draw_arm
+from tests.laws.motion_laws import check_lines
 from tests.laws.taught_places import check_way_back, refused
 from tests.robots import KINDS
+from vrs_cli.engine.engine import Engine
+from vrs_cli.errors import LocationOutOfRange
+from vrs_cli.kinematics.axes import axis_of, frame
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.transform import (
+    IDENTITY,
+    along,
+    angle_between,
+    at_position,
+    compose,
+    distance,
+    from_oat,
+    position,
+    rotation_x,
+    subtracted,
+    translation,
+)
+from vrs_cli.values.commands import Move
+from vrs_cli.values.motion import PoseTarget
 
 SHORT = Path(__file__).parents[1] / "kinematics" / "urdf" / "short.urdf"
 CAUGHT = ((-70.8, 20.2, 146.4, 103.9, 2.9), (-18.7, 35.0, 54.9, 132.3, -59.1), (-66.2, 92.8, 116.3, 122.2, 183.9))
@@ -32,6 +54,51 @@ def test_a_robot_goes_back_to_taught_places(robot: str) -> None:
     model = load_robot(robot)
     forward = arm_for(model).forward
     assert not list(refused(model, lambda q: np.reshape(forward(q), (3, 4)), 10, Random(560)))
+
+
+PLANES = {  # T_base_plane: the plane Y Z, the plane Z X, and one that lies along no axis
+    "YZ": frame((0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.1, 0.2, 0.3)),
+    "ZX": frame((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (0.0, -0.2, 0.0)),
+    "oblique": from_oat(0.1, 0.2, 0.3, 0.5, 1.1, -0.4),
+}
+HANDS = (IDENTITY, rotation_x(pi / 2), from_oat(0.0, 0.0, 0.0, 0.3, 0.8, 0.2))  # T_last_flange
+
+
+@pytest.mark.parametrize("hand", range(len(HANDS)))
+@pytest.mark.parametrize("plane", PLANES)
+@pytest.mark.parametrize("robot", ["planar2", "planar3"])
+def test_a_planar_arm_goes_back_in_the_plane_in_which_it_moves(robot: str, plane: str, hand: int) -> None:
+    model = replace(load_robot(robot), base=PLANES[plane], flange=HANDS[hand])
+    arm, random = arm_for(model), Random(7)
+    for _ in range(10):
+        q = tuple(map(random.uniform, model.lower, model.upper))
+        T = arm.forward(q)
+        found = arm.forward(arm.select(T, model.poses["ready"], arm.configuration(q)))
+        assert distance(found, T) < 1e-9
+        if model.task is Task.PLANE:
+            assert angle_between(found, T) < 1e-7
+        with pytest.raises(LocationOutOfRange, match="plane"):
+            arm.check_task(at_position(T, *along(position(T), axis_of(PLANES[plane]).direction, 0.01)))
+
+
+@pytest.mark.parametrize("plane", PLANES)
+@pytest.mark.parametrize("robot", ["planar2", "planar3"])
+def test_a_line_of_a_planar_arm_stays_in_its_plane(robot: str, plane: str) -> None:
+    model = replace(load_robot(robot), base=PLANES[plane])
+    engine = Engine(model, start=tuple(x + 0.5 for x in model.poses["ready"]))
+    here, there = engine.position().T_world_tool, compose(PLANES[plane], translation(0.02, 0.05, 0.0))
+    goal = at_position(here, *along(position(here), subtracted(position(there), position(PLANES[plane])), 1.0))
+    engine.perform(Move(PoseTarget(goal), straight=True))
+    assert distance(engine.position(engine.end).T_world_tool, goal) < 1e-8
+    check_lines(engine, list(engine.timeline))
+
+
+def test_an_arm_of_which_one_joint_does_not_move_the_flange_goes_back() -> None:
+    """The file ends at the axis of joint 2, whose turn does not count."""
+    two = load_robot("planar2")
+    links = (two.links[0], two.links[1]._replace(a=0.0))
+    model = replace(two, links=links, base=PLANES["YZ"], lower=(-6.0, -6.0), upper=(6.0, 6.0))
+    assert not list(refused(model, lambda q: np.reshape(arm_for(model).forward(q), (3, 4)), 20, Random(1)))
 
 
 @pytest.mark.parametrize("degrees", [*CAUGHT, NEARLY])

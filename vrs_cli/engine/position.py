@@ -279,7 +279,7 @@ def _fill_rates(
 
 def _solved_at_once(arm: RobotArm) -> bool:
     """Whether the rates of a line are the one solution of six equations, at many times at once."""
-    return arm.steady is None and arm.model.joint_count == TWIST and all(arm.model.task.counts)
+    return arm.steady is None and arm.model.joint_count == TWIST and all(arm.model.counts)
 
 
 def _rates_on_line(arm: RobotArm, segment: Segment, s: Floats, q: Floats) -> tuple[Floats, Floats, Flags]:

@@ -344,7 +344,7 @@ class RobotArm:
 
     def check_tool(self, T_flange_tool: Transform) -> None:
         """Raises IllegalValue for a tool whose tip a turn would move that does not count."""
-        free = [not counts for counts in self.model.task.counts[3:]]
+        free = [not counts for counts in self.model.counts[3:]]
         x, y, z = position(T_flange_tool)
         levers = ((y, z), (z, x), (x, y))  # of a turn about X, Y, Z
         steady = self.unchanging.approach is not None  # then only turns about it happen at all
@@ -426,7 +426,7 @@ class RobotArm:
 
     def rows_that_count(self, q: Joints, J: Sequence[Joints], twist: Twist) -> tuple[list[Joints], list[float]]:
         """The rows of J and of the twist that count; turns are those about the axes of the flange."""
-        counts = self.model.task.counts
+        counts = self.model.counts
         if all(counts):
             return list(J), list(twist)
         T = self.forward(q)

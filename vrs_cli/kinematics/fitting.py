@@ -9,7 +9,7 @@ from math import hypot
 from vrs_cli.kinematics.compiled import formulas
 from vrs_cli.kinematics.elimination import volume
 from vrs_cli.kinematics.joints import JointKind
-from vrs_cli.kinematics.model import RobotModel, axes_parallel, flange_steady, joint_axes, levers
+from vrs_cli.kinematics.model import RobotModel, axes_parallel, flange_steady, joint_axes, levers, plane_normal
 from vrs_cli.kinematics.numeric.search import MEASURED, some_joints
 from vrs_cli.kinematics.task import ALL_PARTS, FEWEST, Task
 from vrs_cli.kinematics.transform import Vector, cross, dot
@@ -46,7 +46,9 @@ def misfit_of(task: Task, model: RobotModel) -> tuple[str, str] | None:
     if not task.suits(model.joint_count):
         joints = f"{FEWEST} or {ALL_PARTS - 1}" if task is Task.STEADY else str(task.size)
         return f"{task.value!r} takes {joints} joints", f"the robot has {model.joint_count}"
-    if task in (Task.UPRIGHT, Task.PLANE) and not flange_steady(model):
+    if task is Task.PLANE and plane_normal(model) is None:
+        return f"{task.value!r} is for arms that move in one plane", f"give {Task.POSITION.value!r}"
+    if task is Task.UPRIGHT and not flange_steady(model):
         what = f"{task.value!r} is for arms whose flange keeps its direction, and this one tilts it"
         return what, f"give {Task.POSITION.value!r}"
     return None

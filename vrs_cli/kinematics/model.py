@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import accumulate
+from itertools import accumulate, combinations
 from math import dist
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -14,12 +14,24 @@ from vrs_cli.kinematics.axes import EXACT, Line, Link, axis_of, link_transform
 from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.task import Task
-from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, along, compose, cross, dot, position, subtracted
+from vrs_cli.kinematics.transform import (
+    IDENTITY,
+    Transform,
+    Vector,
+    along,
+    compose,
+    cross,
+    dot,
+    position,
+    subtracted,
+    unit,
+)
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.shapes import Shape
 
 PROFILES = tuple(Profile.__members__)  # the first is that of a robot that names none
+STILL = (0.0, 0.0, 0.0)
 SAMPLES = (0.05, 0.3, 0.45, 0.7, 0.9)  # of a joint's range: poses that show what an arm cannot change
 
 
@@ -75,6 +87,19 @@ class RobotModel:
         return len(self.links)
 
     @cached_property
+    def counts(self) -> tuple[bool, ...]:
+        """`Task.counts`. Of `Task.POINT` and `PLANE` it is the plane in which the arm moves that counts: the two
+        coordinates that tell a place in it, and the turn about the axis of the flange that is nearest its normal.
+        """
+        counts, normal = self.task.counts, plane_normal(self)
+        if self.task not in (Task.POINT, Task.PLANE) or normal is None:
+            return counts
+        flange = link_frames(self, (0.0,) * self.joint_count)[-1]
+        across = max(range(3), key=lambda i: abs(normal[i]))
+        about = max(range(3), key=lambda i: abs(dot((flange[i], flange[4 + i], flange[8 + i]), normal)))
+        return (*(i != across for i in range(3)), *(self.task.turns and i == about for i in range(3)))
+
+    @cached_property
     def units(self) -> JointUnits:
         """How people see the joints: degrees and millimetres."""
         return JointUnits(tuple(link.kind for link in self.links))
@@ -104,6 +129,19 @@ def axes_parallel(model: RobotModel) -> bool:
     """Whether all axes are, as those of a SCARA are."""
     first, *others = joint_axes(model)
     return all(max(map(abs, cross(first.direction, other.direction))) < EXACT for other in others)
+
+
+def plane_normal(model: RobotModel) -> Vector | None:
+    """The normal of the plane in which an arm moves, whose joints turn about it or slide across it; None for others."""
+    axes = list(zip(joint_axes(model), model.units.kinds, strict=True))
+    turning = [axis.direction for axis, kind in axes if kind is JointKind.REVOLUTE]
+    sliding = [axis.direction for axis, kind in axes if kind is JointKind.PRISMATIC]
+    normals = [*turning, *(cross(a, b) for a, b in combinations(sliding, 2) if dist(cross(a, b), STILL) > EXACT)]
+    if not normals:
+        return None
+    normal = unit(normals[0])
+    leans = [dist(cross(normal, other), STILL) for other in turning] + [abs(dot(normal, way)) for way in sliding]
+    return normal if max(leans) < EXACT else None
 
 
 def flange_steady(model: RobotModel) -> bool:

@@ -77,7 +77,7 @@ class Aim:
         self.arm, self.flange, self.tool, self.side = arm, T_base_flange, T_flange_tool, side
         self.pose = compose(T_base_flange, T_flange_tool)
         self.task = arm.model.task
-        self.places = sum(self.task.counts[:3])
+        self.places = sum(arm.model.counts[:3])
         self.lever = LEVER * arm.length * (SLIGHT if self.task is Task.STEADY else 1.0)
 
     def miss(self, q: Joints) -> Miss:

@@ -115,8 +115,8 @@ class SerialBatch:
         """(N, 3, 4) -> (N,): `Unchanging.allows` by rows."""
         places, approach = self.unchanging
         within = np.ones(len(T), dtype=np.bool_)
-        for i, value in places:
-            within &= np.abs(T[:, i, 3] - value) <= LEVEL
+        for way, value in places:
+            within &= np.abs(T[:, :, 3] @ way - value) <= LEVEL
         if approach is not None:
             cosine, sine = T[:, :, 2] @ approach, np.linalg.norm(np.cross(T[:, :, 2], approach), axis=1)
             within &= np.arctan2(sine, cosine) <= STRAIGHT

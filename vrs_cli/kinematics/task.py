@@ -14,7 +14,8 @@ FEWEST = 4  # joints of an arm that may have the whole pose count, though it can
 
 class Task(Enum):
     """`value` is the word in a robot file; `counts`: X, Y, Z of the robot's frame and the turns about X, Y, Z of the
-    flange. What does not count is not asked for: it may be what the arm makes of it.
+    flange. What does not count is not asked for: it may be what the arm makes of it. `counts` of POINT and PLANE is
+    for an arm that moves in the plane X Y; `RobotModel.counts` knows the plane of each.
     """
 
     POSE = "pose"
@@ -22,8 +23,8 @@ class Task(Enum):
     UPRIGHT = "upright"  # the place and the turn about the flange's axis, which keeps its direction (a SCARA)
     STEADY = "steady"  # the place, and the tool turned as nearly as the arm can
     POSITION = "position"  # the place alone
-    PLANE = "plane"  # the place in the plane X Y and the turn in it
-    POINT = "point"  # the place in the plane X Y alone
+    PLANE = "plane"  # the place in the plane of the arm and the turn in it
+    POINT = "point"  # the place in the plane of the arm alone
 
     @property
     def counts(self) -> tuple[bool, ...]:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import acos, degrees, dist
 from typing import NamedTuple
 
 from vrs_cli.kinematics.axes import axis_of
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import SAMPLES, RobotModel
+from vrs_cli.kinematics.model import SAMPLES, RobotModel, plane_normal
 from vrs_cli.kinematics.task import ALL_PARTS
 from vrs_cli.kinematics.transform import (
     Transform,
     Vector,
+    along,
     angle_between,
     any_normal,
     at_position,
@@ -26,6 +27,7 @@ from vrs_cli.kinematics.transform import (
 )
 
 LEVEL, STRAIGHT = 1e-5, 2e-4  # [m, rad] what a location may be beside the arm's plane or tilted: three decimals do it
+AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 CONSTANT = 1e-9  # [m, sine] an arm that changes it by less does not
 
 
@@ -37,42 +39,42 @@ class Forbidden(NamedTuple):
 
 
 class Unchanging(NamedTuple):
-    """Coordinates of the flange (0 to 2 and the value [m]), and where it points."""
+    """How far the flange is along some directions [m], and where it points."""
 
-    places: tuple[tuple[int, float], ...] = ()
+    places: tuple[tuple[Vector, float], ...] = ()
     approach: Vector | None = None
 
     def allows(self, T: Transform) -> bool:
         """Whether `forbids` finds nothing."""
-        return all(abs(position(T)[i] - value) <= LEVEL for i, value in self.places) and (
+        return all(abs(dot(position(T), way) - value) <= LEVEL for way, value in self.places) and (
             self.approach is None or _angle(self.approach, axis_of(T).direction) <= STRAIGHT
         )
 
     def forbids(self, T: Transform) -> Forbidden | None:
         """What a pose of the flange asks for that no joint changes."""
-        approach, at = self.approach, list(position(T))
+        approach, at = self.approach, position(T)
         if approach is not None and (tilt := _angle(approach, axis_of(T).direction)) > STRAIGHT:
             what = f"keeps its tool {_direction(approach)}; the location tilts it by {degrees(tilt):.2f} deg"
             return Forbidden(what, _turned_along(T, approach))
-        for i, value in self.places:
-            if abs(at[i] - value) > LEVEL:
-                axis, plane, flange = "XYZ"[i], f"{1000.0 * value:.1f} mm", f"{1000.0 * at[i]:.1f} mm"
-                at[i] = value
-                what = f"moves in the plane {axis} = {plane} of its own frame, its flange would be at {axis} = {flange}"
-                return Forbidden(what, at_position(T, *at))
+        for way, value in self.places:
+            beside = dot(at, way) - value
+            if abs(beside) > LEVEL:
+                return Forbidden(_plane(way, value, beside), at_position(T, *along(at, way, -beside)))
         return None
 
 
 def unchanging(model: RobotModel, forward: Callable[[Joints], Transform]) -> Unchanging:
     """What no joint of a model changes, seen on a few poses; nothing for an arm that has all six freedoms."""
-    if model.joint_count >= ALL_PARTS and all(model.task.counts):
+    if model.joint_count >= ALL_PARTS and all(model.counts):
         return Unchanging()
     limits = list(zip(model.lower, model.upper, strict=True))
     poses = [forward(tuple(low + part * (high - low) for low, high in limits)) for part in SAMPLES]
-    first, approach = position(poses[0]), axis_of(poses[0]).direction
-    places = [(i, x) for i, x in enumerate(first) if all(abs(position(T)[i] - x) < CONSTANT for T in poses)]
+    first, approach, normal = position(poses[0]), axis_of(poses[0]).direction, plane_normal(model)
+    kept = [way for way in AXES if _is_kept(way, poses)]
+    if not kept and normal is not None and _is_kept(normal, poses):
+        kept = [normal]
     steady = all(dist(axis_of(T).direction, approach) < CONSTANT for T in poses)
-    return Unchanging(tuple(places), approach if steady else None)
+    return Unchanging(tuple((way, dot(first, way)) for way in kept), approach if steady else None)
 
 
 def difference(asked: Transform, instead: Transform) -> str:
@@ -82,6 +84,20 @@ def difference(asked: Transform, instead: Transform) -> str:
         places = zip("XYZ", position(asked), position(instead), strict=True)
         rows = [(name, 1000.0 * b) for name, a, b in places if abs(a - b) > 0.5 * LEVEL]
     return ", ".join(f"{name} {round(x, 3) + 0.0:.10g}" for name, x in rows)
+
+
+def _is_kept(way: Vector, poses: Sequence[Transform]) -> bool:
+    """Whether all these poses are equally far along a direction."""
+    first, *others = (dot(position(T), way) for T in poses)
+    return all(abs(other - first) < CONSTANT for other in others)
+
+
+def _plane(way: Vector, value: float, beside: float) -> str:
+    """What is said of a flange that would be beside a plane."""
+    if way not in AXES:
+        return f"moves in one plane, its flange would be {1000.0 * abs(beside):.1f} mm beside that"
+    axis, plane, flange = "XYZ"[AXES.index(way)], f"{1000.0 * value:.1f} mm", f"{1000.0 * (value + beside):.1f} mm"
+    return f"moves in the plane {axis} = {plane} of its own frame, its flange would be at {axis} = {flange}"
 
 
 def _angle(a: Vector, b: Vector) -> float:

@@ -134,7 +134,7 @@ class NumericArm(RobotArm):
     @cached_property
     def _newton(self) -> Newton:
         model = self.model
-        return newton(model.links, model.base, model.flange) if all(model.task.counts) else self._newton_of_parts
+        return newton(model.links, model.base, model.flange) if all(model.counts) else self._newton_of_parts
 
     def _newton_of_parts(
         self, q: Joints, T: Transform, demands: Demands, twist: Twist, rates: Sequence[float]
@@ -184,7 +184,7 @@ class NumericArm(RobotArm):
 
     def beyond(self, T: Transform) -> bool:
         start, (most, *_) = levers(self.model)
-        return self.model.task.counts[:3] == (True,) * 3 and dist(position(T), start) > most + LEVEL
+        return self.model.counts[:3] == (True,) * 3 and dist(position(T), start) > most + LEVEL
 
     def _nowhere(self, T: Transform, near: Joints) -> LocationOutOfRange | JointOutOfRange:
         q, _ = self._search(T, near, bounded=False)
@@ -267,7 +267,7 @@ class NumericArm(RobotArm):
         return self.rows_that_count(q, J, missing(self.model.task, have, T))
 
     def _miss(self, q: Joints, T: Transform) -> tuple[float, float]:
-        counts = self.model.task.counts
+        counts = self.model.counts
         x, y, z, *turn = missing(self.model.task, self.forward(q), T)
         away = [v for v, counted in zip((x, y, z), counts, strict=False) if counted]
         return hypot(*away), hypot(*turn) if self.model.task.turns else 0.0

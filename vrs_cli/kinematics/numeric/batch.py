@@ -25,7 +25,7 @@ class NumericBatch(SerialBatch):
     def __init__(self, model: RobotModel, unchanging: Unchanging, held: tuple[int, ...]) -> None:
         super().__init__(model, (NONE,), unchanging)
         self.held, self.short = held, model.joint_count < model.task.size
-        self.counts = np.array(model.task.counts)
+        self.counts = np.array(model.counts)
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
         """One way: what is found for each row from the first start that finds any."""

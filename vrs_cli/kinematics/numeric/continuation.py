@@ -95,7 +95,7 @@ class Continuation:
         self.levers = np.where(self.turns, np.array(reached) / self.length + sliding, 1.0)
         self.longest = np.maximum.accumulate(self.levers[::-1])[::-1]  # of a joint and those behind it
         self.units = np.where(self.turns, 1.0, self.length)
-        self.places = sum(model.task.counts[:3])
+        self.places = sum(model.counts[:3])
 
     @cached_property
     def place_bend(self) -> float:
