@@ -149,3 +149,23 @@ def test_an_acceleration_near_its_limit_is_looked_at_again_where_it_is_bent_by_a
     after = tuple(0.1 * a * (1.0 - bend / 1.5) for a in at_both)
     a, b = Sample(0.0, MIDDLE, STILL), Sample(0.1, MIDDLE, after)
     assert load._bent(a, b, at_both, at_both) == bent
+
+
+class Cut(StretchLoad):
+    """Without its first sample, as beside a singular pose."""
+
+    def _clear(self) -> list[Sample]:
+        return self.samples[1:]
+
+
+def test_the_jerk_of_a_calm_line_is_not_looked_at_but_near_a_boundary_and_a_singular_pose() -> None:
+    """20 mm in 4 s: nothing comes near a limit. A line that passes close to a boundary is looked at all the same, and
+    so is one with samples in a singular pose."""
+    x, y, z = position(ARM.forward(MIDDLE))
+    path = CartesianPath(((x,), (y, 0.005), (z,)), ARM.forward(MIDDLE), (), ARM.configuration(MIDDLE), (MIDDLE,), 4.0)
+    follower = Follower(ARM, path.configuration, IDENTITY)
+    samples = follower.samples(path, 4.0, MIDDLE)
+    assert StretchLoad(follower, path, samples).smooth(STILL).jerk == 0.0
+    looked_at = (StretchLoad(follower, path, samples, closely=True), Cut(follower, path, samples))
+    for load in (one.smooth(STILL) for one in looked_at):
+        assert 0.0 < load.jerk < 0.1
