@@ -36,7 +36,7 @@ class Person:
 
     def look_up(self) -> None:
         """What has happened so far is seen: a look at a line has its answer after all that."""
-        self.seat.mistake("WHERE")
+        self.seat.suggestions("WHERE", True)
         self.seat.keep_up()
 
     def leave(self) -> None:

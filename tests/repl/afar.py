@@ -11,6 +11,7 @@ from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.conversation import Conversation
+from vrs_cli.interfaces.monitor.running import emergency_stop
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.desk import Desk
@@ -69,6 +70,9 @@ class Line:
         if not self.cut:
             self._take(self._carried(message, self._from_client))
 
+    def abort(self, outlet: Outlet) -> None:
+        self.begin(messages.Abort, outlet)
+
     def listen(self, outlet: Outlet) -> None:
         self._news.append(outlet)
 
@@ -105,8 +109,12 @@ class Line:
                 talk: Talk[Any] = self.conversation.lines(text, more)
             case messages.At(act=act):
                 talk = self.conversation.act(act)  # type: ignore[arg-type]
+            case _:
+                talk = emergency_stop(self.session)
         done = self._done(command.id, talk)
-        self._tickets[command.id] = self.session.actor.submit(self.session.at(self.desk, done))
+        self._tickets[command.id] = self.session.actor.submit(
+            self.session.at(self.desk, done), urgent=isinstance(command, messages.Abort)
+        )
         self._drive()
 
     def _done(self, id: int, talk: Talk[Any]) -> Talk[None]:

@@ -17,7 +17,6 @@ from prompt_toolkit.document import Document
 from prompt_toolkit.formatted_text import fragment_list_to_text
 from prompt_toolkit.input import PipeInput, create_pipe_input
 from prompt_toolkit.output import DummyOutput
-from prompt_toolkit.validation import ValidationError
 
 from tests.engine.wall import ManualWall
 from vrs_cli.engine.clock import Clock
@@ -27,7 +26,7 @@ from vrs_cli.language.words.values import Kind
 from vrs_cli.render.colours import Ink, toolkit_style
 from vrs_cli.repl import interactive
 from vrs_cli.repl.history import recovery_folder
-from vrs_cli.repl.interactive import FromHistory, LineValidator, Shell, ValCompleter
+from vrs_cli.repl.interactive import FromHistory, Shell, ValCompleter
 from vrs_cli.repl.interrupt import stoppable
 from vrs_cli.repl.lexer import ValLexer
 from vrs_cli.repl.local_seat import LocalSeat
@@ -35,7 +34,8 @@ from vrs_cli.repl.place import Local
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.replies import Message
 
-ENTER, CTRL_C, CTRL_D, TAB, UP = "\r", "\x03", "\x04", "\t", "\x1b[A"
+ENTER, CTRL_C, CTRL_D, TAB, UP, LEFT = "\r", "\x03", "\x04", "\t", "\x1b[A", "\x1b[D"
+CTRL_U, CTRL_X, CTRL_Y = "\x15", "\x18", "\x19"
 PASTE = ("\x1b[200~", "\x1b[201~")
 
 
@@ -130,14 +130,29 @@ def test_it_says_what_it_is(capsys: pytest.CaptureFixture[str]) -> None:
 # --- wrong lines ---------------------------------------------------------------------------------------------------
 
 
-def test_ctrl_c_clears_the_line_and_never_leaves() -> None:
+def test_ctrl_c_drops_the_line_says_so_and_never_leaves(capsys: pytest.CaptureFixture[str]) -> None:
     shell = run("a = 1", CTRL_C, CTRL_C, lines("b = 2", "EXIT"))
     assert (real(shell, "a"), real(shell, "b")) == (None, 2.0)
+    out = capsys.readouterr().out
+    assert out.index("The line is dropped") < out.index("Nothing to stop: EXIT leaves")
 
 
-def test_a_wrong_line_is_not_sent_and_can_be_mended() -> None:
-    shell = run("a = 3 +", ENTER, "\x1b[F 4", ENTER, lines("EXIT"))  # End, then the rest of it
-    assert real(shell, "a") == 7.0
+def test_a_wrong_line_is_told_with_its_place_and_kept_in_the_history(capsys: pytest.CaptureFixture[str]) -> None:
+    shell = run(lines("a = 3 +", "b = 2", "EXIT"))
+    assert real(shell, "b") == 2.0
+    assert shell.prompts.history.get_strings() == ["a = 3 +", "b = 2", "EXIT"]
+    out = capsys.readouterr().out
+    assert "*Illegal expression syntax* a value is missing after +\na = 3 +\n       ^\n" in out
+
+
+def test_lines_pasted_without_brackets_are_taken_one_by_one() -> None:
+    shell = run("MOVF a\rb = 2\rc = (3\rd = 4\r", lines("EXIT"))
+    assert (real(shell, "b"), real(shell, "d")) == (2.0, 4.0)
+
+
+def test_ctrl_u_clears_all_of_the_line_and_ctrl_y_brings_it_back() -> None:
+    shell = run("a = 1", LEFT * 3, CTRL_U, lines("b = 2"), CTRL_Y, ENTER, lines("EXIT"))
+    assert (real(shell, "a"), real(shell, "b")) == (1.0, 2.0)
 
 
 def test_a_line_that_cannot_be_done_does_not_end_the_shell(capsys: pytest.CaptureFixture[str]) -> None:
@@ -160,6 +175,33 @@ def test_an_error_of_the_shell_itself_is_one_line(
     report = Path("".join(out.split("please report it with")[1].split()))
     assert "Traceback" in report.read_text()
     report.unlink()
+
+
+def test_a_step_with_a_mistake_is_told_at_once_and_is_no_step(capsys: pytest.CaptureFixture[str]) -> None:
+    shell = run(lines(".PROGRAM p", "a = 1", "MOVF a", "WHERE", "b = 2", ".END", "EXECUTE p", "EXIT"))
+    assert (real(shell, "a"), real(shell, "b")) == (1.0, 2.0)
+    out = capsys.readouterr().out
+    assert out.count("*Unknown instruction* MOVF") == 1
+    assert out.index("MOVF") < out.index("Not in it, for their mistakes: 2 lines") < out.index("Program p: 2 steps")
+
+
+def test_steps_that_are_pasted_together_are_all_in_the_program(capsys: pytest.CaptureFixture[str]) -> None:
+    run(PASTE[0], ".PROGRAM p\na = 1\nMOVF a\n.END", PASTE[1], ENTER, lines("EXIT"))
+    assert "Program p: 2 steps; it cannot be executed yet" in capsys.readouterr().out
+
+
+def test_a_dumb_terminal_is_told_by_the_answer(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("TERM", "dumb")
+    assert real(run(lines("MOVF part", "a = 1", "EXIT")), "a") == 1.0
+    assert "MOVF (did you mean MOVE?)" in capsys.readouterr().out
+
+
+@pytest.fixture
+def shell() -> Iterator[Shell]:
+    with keyboard():
+        yield Shell(Local())
 
 
 # --- real time -----------------------------------------------------------------------------------------------------
@@ -207,6 +249,29 @@ def test_execute_gives_a_living_prompt_back_and_ctrl_c_on_an_empty_line_stops_th
     assert "(ABORTED)\nProgram stopped at loop, step" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("typed", ["", "b = ", "DRIVE 1,"])
+def test_ctrl_x_aborts_beside_the_line_that_is_edited(typed: str, capsys: pytest.CaptureFixture[str]) -> None:
+    wall = ManualWall(each_look=lambda: 0.01)
+    shell = run(LOOP, lines("EXECUTE loop"), typed, CTRL_X, "3", CTRL_U, lines("a = 4", "EXIT"), clock=wall.clock())
+    assert (real(shell, "a"), real(shell, "b"), session(shell).running) == (4.0, None, False)
+    assert "(ABORTED)\nProgram stopped at loop, step" in capsys.readouterr().out
+
+
+def test_ctrl_x_keeps_the_line_that_is_edited() -> None:
+    assert real(run("b = ", CTRL_X, "3", ENTER, lines("EXIT"), clock=ManualWall().clock()), "b") == 3.0
+
+
+def test_abort_beside_a_question_withdraws_it(capsys: pytest.CaptureFixture[str]) -> None:
+    asks = lines(".PROGRAM ask", 'PROMPT "How many? ", n', ".END")
+    shell = run(asks, lines("EXIT"), clock=ManualWall().clock())
+    seat(shell).take("EXECUTE ask")
+    assert seat(shell).status().asked
+    seat(shell).abort()
+    seat(shell).keep_up()
+    assert (seat(shell).status().asked, session(shell).running) == ("", False)
+    assert "(ABORTED)\nProgram stopped at ask, step 1" in capsys.readouterr().out
+
+
 def test_a_line_with_text_is_cleared_and_the_program_runs_on() -> None:
     wall = ManualWall(each_look=lambda: 0.01)
     shell = run(LOOP, lines("EXECUTE loop"), "b = 1", CTRL_C, lines("EXIT"), clock=wall.clock())
@@ -239,65 +304,6 @@ def test_what_goes_wrong_behind_the_prompt_is_noted() -> None:
     session(shell).settle = broken  # type: ignore[method-assign]
     seat(shell).keep_up()
     assert "ZeroDivisionError: surprise" in seat(shell).noted
-
-
-# --- the validator -------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def shell() -> Iterator[Shell]:
-    with keyboard():
-        yield Shell(Local())
-
-
-@pytest.mark.parametrize(
-    ("line", "column", "text"),
-    [
-        ("MOVF part", 0, "*Unknown instruction*|*Illegal monitor command*"),
-        ("MOVE part AT", 12, "*Illegal expression syntax*"),
-        ("count = (3", 8, "*Missing parenthesis*"),
-        ('TYPE "open', 5, "*Missing quote mark*"),
-        ("MOVE 5", 5, "*Variable type mismatch*"),
-        ("END", 0, "*Can't interpret line*"),
-    ],
-)
-def test_the_cursor_goes_to_the_mistake(shell: Shell, line: str, column: int, text: str) -> None:
-    with pytest.raises(ValidationError) as refused:
-        LineValidator(shell.backstage.wait).validate(Document(line))
-    assert refused.value.cursor_position == column
-    assert any(refused.value.message.startswith(one) for one in text.split("|"))
-
-
-@pytest.mark.parametrize("line", ["", "  ", "; note", "MOVE nowhere", ".PROGRAM p", ".REALS", "WHERE\nMOVF"])
-def test_lines_that_may_be_sent(shell: Shell, line: str) -> None:
-    LineValidator(shell.backstage.wait).validate(Document(line))
-
-
-def test_steps_are_checked_as_steps(shell: Shell) -> None:
-    conversation = seat(shell).conversation
-    conversation.take("a = 5")  # outside the program a is a real
-    conversation.take(".PROGRAM p(a)")
-    validator = LineValidator(shell.backstage.wait)
-    for line in ("FOR i = 1 TO 3", "END", "MOVE a", "10 GOTO 10", ".END"):
-        validator.validate(Document(line))
-    for line in ("MOVF a", "WHERE", "FOR i = 1"):
-        with pytest.raises(ValidationError):
-            validator.validate(Document(line))
-
-
-def test_a_dumb_terminal_is_told_by_the_answer(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setenv("TERM", "dumb")
-    assert real(run(lines("MOVF part", "a = 1", "EXIT")), "a") == 1.0
-    assert "MOVF (did you mean MOVE?)" in capsys.readouterr().out
-
-
-def test_a_validator_that_fails_lets_the_line_pass() -> None:
-    def broken() -> object:
-        raise RuntimeError("no robot")
-
-    LineValidator(broken).validate(Document("WHERE"))  # type: ignore[arg-type]
 
 
 # --- completion and colours ----------------------------------------------------------------------------------------
@@ -434,8 +440,8 @@ def test_without_a_place_for_the_history_there_is_one_note(
 # --- Ctrl-C while a program runs -----------------------------------------------------------------------------------
 
 
-def interrupting(when: Callable[[Session], bool]) -> Callable[..., Talk[None]]:
-    """Session.answers, with Ctrl-C pressed as soon as the clock tells so."""
+def interrupting(when: Callable[[Session], bool], number: int) -> Callable[..., Talk[None]]:
+    """Session.answers, with a signal as soon as the clock tells so."""
     answers = Session.answers
 
     def pressed(session: Session, line: str) -> Talk[None]:
@@ -444,7 +450,7 @@ def interrupting(when: Callable[[Session], bool]) -> Callable[..., Talk[None]]:
         def press(deltas: Sequence[TimelineDelta]) -> None:
             told(deltas)
             if when(session):
-                signal.raise_signal(signal.SIGINT)
+                signal.raise_signal(number)
 
         session.engine.book.told = press
         return answers(session, line)
@@ -452,9 +458,13 @@ def interrupting(when: Callable[[Session], bool]) -> Callable[..., Talk[None]]:
     return pressed
 
 
-def test_ctrl_c_stops_the_program_and_not_the_shell(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("key", ["SIGINT", "SIGQUIT"])  # of Ctrl-C and Ctrl-X, while a line is carried out
+def test_ctrl_c_and_ctrl_x_stop_the_program_and_not_the_shell(
+    key: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    number = getattr(signal, key, None)
+    if number is None:
+        pytest.skip(f"there is no {key}")
     pressed: list[float] = []
 
     def once(session: Session) -> bool:
@@ -463,7 +473,7 @@ def test_ctrl_c_stops_the_program_and_not_the_shell(
             pressed.append(session.engine.now)
         return late
 
-    monkeypatch.setattr(Session, "answers", interrupting(once))
+    monkeypatch.setattr(Session, "answers", interrupting(once, number))
     typed = lines(".PROGRAM loop", "DO", "DRIVE 1, 10", "DRIVE 1, -10", "UNTIL FALSE", ".END")
     shell = run(typed, lines("EXECUTE loop", "a = 1", "EXIT"))
     out = capsys.readouterr().out

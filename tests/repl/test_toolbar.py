@@ -16,13 +16,13 @@ def test_clock_tool_speeds_configuration_and_the_last_message() -> None:
     session.engine.perform(SetMonitorSpeed(50.0))
     session.engine.perform(SetSpeed(250.0, unit=SpeedUnit.MMPS, always=True))
     assert toolbar(Conversation(session).status(), "Program completed", 160) == (
-        " t 0.00 s | X -20.3 Y 149.1 Z 921.1 | 50 % / 250 MMPS | RIGHTY ABOVE NOFLIP | Program completed"
+        " t 0.00 s | ^X ABORT | X -20.3 Y 149.1 Z 921.1 | 50 % / 250 MMPS | RIGHTY ABOVE NOFLIP | Program completed"
     )
 
 
 def test_what_does_not_fit_is_left_out_and_the_message_is_cut() -> None:
     session = Session(RecordingTerminal())
-    parts = {"t 0.00 s", "X -20.3 Y 149.1 Z 921.1", "100 % / 100 %", "RIGHTY ABOVE NOFLIP"}
+    parts = {"t 0.00 s", "^X ABORT", "X -20.3 Y 149.1 Z 921.1", "100 % / 100 %", "RIGHTY ABOVE NOFLIP"}
     for width in range(10, 120):
         text = toolbar(Conversation(session).status(), "Program completed", width)
         assert len(text) <= width
@@ -30,5 +30,7 @@ def test_what_does_not_fit_is_left_out_and_the_message_is_cut() -> None:
             assert part in parts or "Program completed".startswith(part.removesuffix("..."))
 
 
-def test_eighty_columns_hold_all_of_the_state() -> None:
-    assert "NOFLIP" in toolbar(Conversation(Session(RecordingTerminal())).status(), "", 80)
+def test_how_to_abort_is_shown_in_twenty_columns_and_all_of_the_state_in_ninety() -> None:
+    status = Conversation(Session(RecordingTerminal())).status()
+    assert toolbar(status, "", 20).endswith("| ^X ABORT")
+    assert "NOFLIP" in toolbar(status, "", 90)

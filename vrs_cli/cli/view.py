@@ -16,6 +16,7 @@ from vrs_cli.cli.serve import port
 from vrs_cli.repl.shell import on_terminal
 
 if TYPE_CHECKING:
+    from vrs_cli.net.client import Client
     from vrs_cli.net.far_end import Ahead
     from vrs_cli.net.messages import ServerMessage
 
@@ -32,7 +33,7 @@ one that executes a program; a trajectory; a robot that is served.
 The page is for this machine alone. Ctrl-C, or SIGTERM, ends it (in the shell: EXIT).
 
 On the terminal: space plays and pauses, left and right seek, r rewinds, f follows
-the robot again, + and - change the rate, q leaves.
+the robot again, + and - change the rate, Ctrl-X aborts what others have it do, q leaves.
 
   vrs view --terminal ws://127.0.0.1:8765
   vrs view --terminal --ahead auto ws://far.example:8765
@@ -119,9 +120,20 @@ async def _watch(prog: str, options: argparse.Namespace) -> None:
         def lines(t: float) -> str:
             return "\n".join(line for line in (news.line(), *client.far.previewed().lines(t)) if line)
 
-        await watch(predicted, lines, lambda: mirror.clock.rate is not None)
+        await watch(predicted, lines, lambda: mirror.clock.rate is not None, lambda: _abort(client, news))
     finally:
         await client.close()
+
+
+def _abort(client: Client, news: News) -> None:
+    """Stop the robot; what became of that is told."""
+    from vrs_cli.errors import VrsError
+    from vrs_cli.net.messages import Abort
+
+    try:
+        client.begin(Abort, news.answered)
+    except VrsError as error:
+        news.cut(f"ABORT is not sent: {error}")
 
 
 def _ahead(text: str) -> float | Ahead:
@@ -140,7 +152,7 @@ class News:
     """What there is to tell of a robot beside where it is: who drives, what runs, and whether it is heard of at all."""
 
     def __init__(self) -> None:
-        self._activity, self._cut = "", ""
+        self._activity = self._cut = self._said = ""
 
     def hear(self, message: ServerMessage) -> None:
         from vrs_cli.net.messages import Activity, Welcome
@@ -149,11 +161,23 @@ class News:
             case Activity(driver, programs):
                 runs = f"{', '.join(programs) or 'no program'} {'run' if len(programs) > 1 else 'runs'}"
                 self._activity = f"{driver or 'nobody'} drives; {runs}"
+                self._said = "" if programs else self._said
             case Welcome():
                 self._cut = ""
 
     def cut(self, why: str) -> None:
         self._cut = why
 
+    def answered(self, message: ServerMessage) -> None:
+        """What is said of ABORT."""
+        from vrs_cli.net.messages import Done, Told
+        from vrs_cli.render.text import plain_text
+
+        match message:
+            case Told(reply):
+                self._said = plain_text(reply).strip()
+            case Done(refusal=refusal) if refusal is not None:
+                self._said = str(refusal.error())
+
     def line(self) -> str:
-        return self._cut or self._activity
+        return "; ".join(filter(None, (self._cut or self._activity, self._said)))

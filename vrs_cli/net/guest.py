@@ -21,6 +21,7 @@ from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.interfaces.holders.holder import Holder
+from vrs_cli.interfaces.monitor.running import emergency_stop
 from vrs_cli.interfaces.rights import check_may
 from vrs_cli.interfaces.session.acts import ACTS, act_on
 from vrs_cli.interfaces.session.grip import Grip
@@ -376,8 +377,7 @@ class Guest:
 
     def _abort(self, message: messages.Abort) -> None:
         self._hall.session.check_may_stop(self.holder.desk)
-        talk = self._with_status(quietly(self._hall.session.stop))
-        self._ask(message, talk, urgent=True)
+        self._ask(message, self._with_status(emergency_stop(self._hall.session)), urgent=True)
 
     def _with_status(self, talk: Talk[Any]) -> Talk[_Ended]:
         found = yield from talk

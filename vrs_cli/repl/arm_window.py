@@ -149,7 +149,7 @@ def _cells(line: Line) -> Iterator[Cell]:
 
 class ArmScreen:
     """The picture, where there is one, and text below it, until a key ends it. Both are looked at as often as the text
-    changes. `over`: whether there is nothing more to be seen.
+    changes. `over`: whether there is nothing more to be seen; `abort`: what Ctrl-X does, beside the other keys.
     """
 
     def __init__(
@@ -158,8 +158,11 @@ class ArmScreen:
         text: Callable[[], str],
         keys: KeyBindings,
         over: Callable[[], bool] = lambda: False,
+        abort: Callable[[], object] | None = None,
     ) -> None:
         self._text, self._shown, self._over = text, text(), over
+        if abort is not None:
+            keys.add("c-x")(lambda _event: abort())
         below = Window(FormattedTextControl(lambda: self._shown), dont_extend_height=True, wrap_lines=True)
         above = () if look is None else (ArmWindow(look, lambda: self._shown.count("\n") + 1),)
         layout = Layout(HSplit([*above, below]))

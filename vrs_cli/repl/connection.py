@@ -8,9 +8,10 @@ from contextlib import suppress
 from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.net.client import Client
-from vrs_cli.net.messages import ClientMessage, Request
+from vrs_cli.net.messages import Abort, ClientMessage, Refused, Request
 from vrs_cli.net.remote import LEAVING, Loop
 from vrs_cli.repl.remote_seat import Outlet
+from vrs_cli.wire.refusal import Refusal
 
 PAST = 60.0  # [s] of the timeline that are there at first
 
@@ -51,6 +52,15 @@ class Connection:
 
     def begin(self, make: Callable[[int], Request], outlet: Outlet) -> int:
         return self._loop.do(lambda: self._client.begin(make, outlet))
+
+    def abort(self, outlet: Outlet) -> None:
+        def begin() -> None:
+            try:
+                self._client.begin(Abort, outlet)
+            except RequestRefused as error:
+                outlet(Refused(Refusal.of(error)))
+
+        self._loop.soon(begin)
 
     def send(self, message: ClientMessage) -> None:
         def send() -> None:

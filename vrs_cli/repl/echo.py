@@ -1,4 +1,7 @@
-"""What is typed while a line is carried out: the terminal keeps it for the next prompt, and does not show it before."""
+"""What is typed while a line is carried out: the terminal keeps it for the next prompt, and does not show it before.
+
+The key that aborts is a signal then (SIGQUIT), as Ctrl-C is one.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +14,13 @@ from prompt_toolkit.input.typeahead import get_typeahead
 from prompt_toolkit.key_binding import KeyPress
 from prompt_toolkit.keys import Keys
 
+ABORT_KEY = b"\x18"  # Ctrl-X: on the keyboards of all countries, and no other program has to be left by it
+
 
 @contextmanager
 def unechoed(*, signals: bool) -> Iterator[None]:
-    """Without echo, where standard input is a terminal that has one. `signals`: Ctrl-C and the like are signals; they
-    are keys otherwise, that wait for the next prompt.
+    """Without echo, where standard input is a terminal that has one. `signals`: Ctrl-C, Ctrl-X and the like are
+    signals; they are keys otherwise, that wait for the next prompt.
     """
     try:
         import termios
@@ -28,6 +33,8 @@ def unechoed(*, signals: bool) -> Iterator[None]:
         yield
         return
     quiet = [*before]
+    quiet[6] = [*before[6]]
+    quiet[6][termios.VQUIT] = ABORT_KEY
     quiet[3] &= ~(termios.ECHO | termios.ISIG)
     quiet[3] |= termios.ISIG * signals
     termios.tcsetattr(sys.stdin, termios.TCSANOW, quiet)

@@ -1,4 +1,4 @@
-"""The shell on a terminal, with prompt-toolkit: history, completion, colours, checking before a line is sent.
+"""The shell on a terminal, with prompt-toolkit: history, completion, colours, and a key that aborts.
 
 Only prompt-toolkit is imported before the first prompt is seen; the robot and the language are made ready behind it.
 """
@@ -22,21 +22,18 @@ from prompt_toolkit.buffer import Buffer
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
 from prompt_toolkit.enums import EditingMode
-from prompt_toolkit.filters import Condition, has_validation_error, to_filter
+from prompt_toolkit.filters import Condition, emacs_insert_mode, to_filter, vi_insert_mode
 from prompt_toolkit.formatted_text import StyleAndTextTuples
 from prompt_toolkit.history import InMemoryHistory
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
-from prompt_toolkit.layout import ConditionalContainer, Layout, Window
 from prompt_toolkit.patch_stdout import patch_stdout
-from prompt_toolkit.utils import is_dumb_terminal
-from prompt_toolkit.validation import ValidationError, Validator
 
 from vrs_cli.repl.backstage import Backstage
 from vrs_cli.repl.colours import STYLE, colour_depth
 from vrs_cli.repl.config import Config, read_config
 from vrs_cli.repl.echo import typed_ahead, unechoed
 from vrs_cli.repl.history import history_path, open_history
-from vrs_cli.repl.interrupt import Ended, stoppable
+from vrs_cli.repl.interrupt import Ended, aborting, stoppable
 from vrs_cli.repl.lexer import ValLexer
 from vrs_cli.repl.place import Place
 from vrs_cli.repl.seat import KEEPING_UP, RESTING, Seat
@@ -52,6 +49,7 @@ BANNER = f"vrs {__version__}: VAL-II for a virtual robot. HELP says what there i
 IDLE = "."
 MENU_ROWS = 6
 LATE = 2000  # lines of the history that are looked at for each key
+DROPPED = "The line is dropped"
 QUESTION = "\0"  # comes in place of a line when a program asks for one
 
 
@@ -105,26 +103,6 @@ class ValCompleter(Completer):
         return [Completion(one.text, -one.length, display_meta=one.meta) for one in found]
 
 
-class LineValidator(Validator):
-    """A line with a mistake is not sent: the cursor goes to it, the message below.
-
-    A dumb terminal has no room for the message: there the line is sent, and its answer tells.
-    """
-
-    def __init__(self, work: Callable[[], Work]) -> None:
-        self._work = work
-
-    def validate(self, document: Document) -> None:
-        try:
-            mistake = self._work().seat.mistake(document.text)
-        except Exception:  # the line is sent then, and whatever is wrong is told of it
-            return
-        if mistake is not None:
-            column = min(mistake.span.column - 1, len(document.text))
-            width = get_app().output.get_size().columns
-            raise ValidationError(cursor_position=column, message=fill(mistake.message, width, break_on_hyphens=False))
-
-
 # --- the shell -----------------------------------------------------------------------------------------------------
 
 
@@ -144,7 +122,6 @@ class Shell:
             history=history,
             lexer=ValLexer(lambda: self.backstage.ready is not None, self._hidden, config.palette),
             completer=ValCompleter(lambda: self.backstage.ready),
-            validator=None if is_dumb_terminal() else LineValidator(self.backstage.wait),
             validate_while_typing=False,
             complete_while_typing=True,
             complete_in_thread=place.afar,
@@ -152,13 +129,12 @@ class Shell:
             style=STYLE,
             color_depth=colour_depth(),
             reserve_space_for_menu=MENU_ROWS,
-            key_bindings=key_bindings(self._help),
+            key_bindings=key_bindings(self._help, self._abort),
             auto_suggest=FromHistory() if config.suggestions else None,
             vi_mode=config.keys == "vi",
             enable_suspend=True,
         )
         self.prompts.default_buffer.enable_history_search = to_filter(True)  # beside the menu: see `key_bindings`
-        unfold_mistakes(self.prompts.layout)
         self.prompts.app.before_render += self._before_render
         self.prompts.app.after_render += lambda _app: self.backstage.begin()
 
@@ -167,7 +143,7 @@ class Shell:
         print(BANNER)
         for note in self.notes:
             print(note)
-        with unechoed(signals=False):
+        with unechoed(signals=False), aborting(self._send_abort):
             if self.place.waits:
                 work = self.backstage.wait()
                 with _interruptible(work):
@@ -199,7 +175,9 @@ class Shell:
         except Ended:
             raise
         except KeyboardInterrupt:
-            if not self.prompts.default_buffer.text.strip() and not self._leave_entry():
+            if self.prompts.default_buffer.text.strip():
+                print(DROPPED)
+            elif not self._leave_entry():
                 self._stop_program()
             return True
         except EOFError:
@@ -268,9 +246,20 @@ class Shell:
 
     def _stop_program(self) -> None:
         work = self.backstage.ready
-        if work is not None and self.place.lives:
+        if work is not None:
             with _interruptible(work):
                 work.seat.stop_program()
+
+    def _send_abort(self) -> None:
+        """Stop the robot, whatever is being carried out. Safe in a signal handler."""
+        if self.backstage.ready is not None:
+            self.backstage.ready.seat.abort()
+
+    def _abort(self) -> None:
+        """Ctrl-X at a prompt: the line that is edited stays, what was stopped is told above it."""
+        if self.backstage.ready is not None:
+            self._send_abort()
+            run_in_terminal(self.backstage.ready.seat.keep_up)
 
     def _leave_entry(self) -> bool:
         """Ctrl-C or Ctrl-D while a program is typed: back to the prompt, or on with it. False where none was."""
@@ -342,6 +331,7 @@ class Shell:
                 style=STYLE,
                 color_depth=colour_depth(),
                 vi_mode=self.prompts.editing_mode is EditingMode.VI,
+                key_bindings=abort_binding(self._abort),
                 enable_suspend=True,
             )
         return self._prompt(self._answers, question)
@@ -368,15 +358,6 @@ def _soon(loop: asyncio.AbstractEventLoop, act: Callable[[], None]) -> None:
         loop.call_soon_threadsafe(act)
 
 
-def unfold_mistakes(layout: Layout) -> None:
-    """The message about a line takes as many rows as it needs; prompt-toolkit gives it one."""
-    for part in layout.walk():
-        if isinstance(part, ConditionalContainer) and part.filter is has_validation_error:
-            assert isinstance(part.content, Window)
-            part.content.height = None
-            part.content.wrap_lines = part.content.dont_extend_height = to_filter(True)
-
-
 class FromHistory(AutoSuggest):
     """The rest of the last line that begins so, of those that were typed of late."""
 
@@ -389,11 +370,28 @@ class FromHistory(AutoSuggest):
         return Suggestion(found[len(text) :]) if len(found) > len(text) else None
 
 
-def key_bindings(explain: Callable[[Document], None]) -> KeyBindings:
-    """Ctrl-D also leaves where the line holds nothing but the indent of a program. F1 explains the word at the cursor.
-    Up goes through the history unless something of the menu is chosen, which prompt-toolkit would choose from.
-    """
+def abort_binding(abort: Callable[[], None]) -> KeyBindings:
+    """Ctrl-X aborts, whatever else is typed: at once, though prompt-toolkit has keys that begin with it."""
     bindings = KeyBindings()
+
+    @bindings.add("c-x", eager=True, save_before=lambda _event: False)
+    def stop(_event: KeyPressEvent) -> None:
+        abort()
+
+    return bindings
+
+
+def key_bindings(explain: Callable[[Document], None], abort: Callable[[], None]) -> KeyBindings:
+    """Ctrl-D also leaves where the line holds nothing but the indent of a program. F1 explains the word at the cursor.
+    Up goes through the history unless something of the menu is chosen, which prompt-toolkit would choose from. Ctrl-U
+    deletes all of the line, wherever the cursor is; Ctrl-Y brings it back.
+    """
+    bindings = abort_binding(abort)
+
+    @bindings.add("c-u", filter=emacs_insert_mode | vi_insert_mode)
+    def clear(event: KeyPressEvent) -> None:
+        event.app.clipboard.set_text(event.current_buffer.text)
+        event.current_buffer.document = Document()
 
     @bindings.add("up", filter=Condition(_nothing_chosen))
     def back(event: KeyPressEvent) -> None:

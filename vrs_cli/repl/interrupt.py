@@ -1,4 +1,4 @@
-"""Ctrl-C, and the signals that end a process (SIGTERM, SIGHUP), while something is carried out."""
+"""Ctrl-C, Ctrl-X, and the signals that end a process (SIGTERM, SIGHUP), while something is carried out."""
 
 from __future__ import annotations
 
@@ -100,3 +100,17 @@ def ending() -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+@contextmanager
+def aborting(abort: Callable[[], None]) -> Iterator[None]:
+    """Call `abort` at SIGQUIT, the signal of Ctrl-X (`repl/echo.py`), while a line is carried out. Windows has none."""
+    quit = getattr(signal, "SIGQUIT", None)
+    if quit is None or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(quit, lambda _number, _frame: abort())
+    try:
+        yield
+    finally:
+        signal.signal(quit, before)

@@ -13,6 +13,7 @@ from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.arm_window import ArmScreen
+from vrs_cli.repl.toolbar import ABORT
 from vrs_cli.values.replies import Picture, Whereabouts
 
 
@@ -23,7 +24,9 @@ class Action(NamedTuple):
     act: Callable[[Panel], None] | None
 
 
-KEYS = "up/down move   left/right, 1 to 9 axis   m joints/world/tool\n[ ] step   + - speed   space stop   q leave"
+KEYS = f"""\
+up/down move   left/right, 1 to 9 axis   m joints/world/tool
+[ ] step   + - speed   space stop   {ABORT}   q leave"""
 ACTIONS: tuple[Action, ...] = (
     Action(("up", "k"), lambda panel: panel.move(1.0)),
     Action(("down", "j"), lambda panel: panel.move(-1.0)),
@@ -43,8 +46,14 @@ ACTIONS: tuple[Action, ...] = (
 class JogPanel:
     """Holds the panel and draws it."""
 
-    def __init__(self, hand: Hand, speed: float = 100.0, watched: Watched | None = None) -> None:
-        self.panel, self._watched = Panel(hand, speed=speed), watched
+    def __init__(
+        self,
+        hand: Hand,
+        speed: float = 100.0,
+        watched: Watched | None = None,
+        abort: Callable[[], None] | None = None,
+    ) -> None:
+        self.panel, self._watched, self._abort = Panel(hand, speed=speed), watched, abort
 
     def text(self) -> str:
         """What is shown now."""
@@ -62,7 +71,7 @@ class JogPanel:
     def run(self) -> None:
         """Until the user leaves."""
         with patch_stdout(raw=True):
-            ArmScreen(self.picture(), self.text, self._bindings()).run()
+            ArmScreen(self.picture(), self.text, self._bindings(), abort=self._abort).run()
 
     def picture(self) -> Callable[[], Picture] | None:
         """The arm now; None where nothing is seen of it."""

@@ -12,17 +12,18 @@ from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.arm_window import ArmScreen
+from vrs_cli.repl.toolbar import ABORT
 from vrs_cli.values.replies import Picture, Whereabouts
 
 STANDS = 1.0  # [s] after its last motion the arm is believed to be at rest
-KEYS = "any key ends the picture, not the motion"
+KEYS = f"{ABORT}   any other key ends the picture, not the motion"
 
 
 class Live:
-    """`keep_up` lets happen what is due."""
+    """`keep_up` lets happen what is due; `abort` stops the robot."""
 
-    def __init__(self, watched: Watched, keep_up: Callable[[], None]) -> None:
-        self._watched, self._keep_up = watched, keep_up
+    def __init__(self, watched: Watched, keep_up: Callable[[], None], abort: Callable[[], None]) -> None:
+        self._watched, self._keep_up, self._abort = watched, keep_up, abort
         self._sight = Sight(watched.arm)
 
     def run(self) -> None:
@@ -31,7 +32,7 @@ class Live:
             self.screen().run()
 
     def screen(self) -> ArmScreen:
-        return ArmScreen(self._picture, self.text, _bindings(), self._over)
+        return ArmScreen(self._picture, self.text, _bindings(), self._over, self._abort)
 
     def text(self) -> str:
         """What is told below the picture."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 from typing import cast
@@ -9,10 +10,12 @@ from typing import cast
 from vrs_cli.devices.outside import Outside
 from vrs_cli.engine.clock import Clock, WallClock
 from vrs_cli.files.trajectory_file import Recording
+from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.interfaces.editor.screen import Page, ScreenDraft
 from vrs_cli.interfaces.jog.jogger import Hand, Jogger
+from vrs_cli.interfaces.monitor.running import emergency_stop
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.talk import Talk, Terminal
@@ -23,8 +26,8 @@ from vrs_cli.repl.logged import LoggedTerminal
 from vrs_cli.repl.recorder import Recorder
 from vrs_cli.repl.seat import KEEPING_UP, RESTING, SHORTEST, Driven
 from vrs_cli.values.dialect import Dialect
-from vrs_cli.values.questions import Editing, Jogging, Playing
-from vrs_cli.values.replies import Message, Plot, Tone
+from vrs_cli.values.questions import Editing, Jogging, Playing, Question
+from vrs_cli.values.replies import Message, Plot, Reply, Tone
 
 
 class LocalSeat:
@@ -54,9 +57,10 @@ class LocalSeat:
         self.session.draw = _draw
         self.session.desk.lives = terminal.attended and clock is not None
         self.conversation = talk = Conversation(self.session)
-        self.status, self.mistake, self.suggestions = talk.status, talk.mistake, talk.suggestions
+        self.status, self.suggestions = talk.status, talk.suggestions
         self.signature = talk.signature
-        self.interrupt, self.stop_program = self.session.interrupt, talk.stop_program
+        self.interrupt = self.session.interrupt
+        self._stops: deque[Ticket[None]] = deque()  # that were asked for by a key
         self.noted, self.failed = "", False
         self._file = file
         self._keeper = None if recovery is None else Keeper(self.conversation, recovery)
@@ -93,6 +97,17 @@ class LocalSeat:
 
     def leave(self) -> None:
         self._do(self.conversation.leave())
+
+    def stop_program(self) -> None:
+        self._do(self.conversation.stop_program())
+
+    def abort(self) -> None:
+        talk = emergency_stop(self.session)
+        self._stops.append(self.session.actor.submit(talk, urgent=True, outlet=self._stopped))
+
+    def _stopped(self, _ticket: Ticket[None], said: Reply | Question | None) -> None:
+        if isinstance(said, Reply):
+            self.session.terminal.show(said)
 
     def _do(self, talk: Talk[None]) -> None:
         self.noted = ""
@@ -139,6 +154,8 @@ class LocalSeat:
 
     def keep_up(self) -> None:
         try:
+            while self._stops:
+                self.session.actor.finish(self._stops.popleft(), self.session.terminal)
             self.session.settle()
         except Exception as error:
             self.note(error)

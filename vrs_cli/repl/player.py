@@ -18,6 +18,7 @@ from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.arm_window import ArmScreen
+from vrs_cli.repl.toolbar import ABORT
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.replies import Picture, Whereabouts
 
@@ -58,7 +59,7 @@ def nothing_else(_t: float) -> str:
 class Player(Struct):
     """Holds the playback and draws it; `wall` tells the time of the day [s]. `news`: lines of what else there is to
     tell of the time that is shown, such as who drives the robot; `live`: others move it; `passes`: whether its time
-    goes by itself.
+    goes by itself. `abort` stops a robot that others move.
     """
 
     watched: Watched
@@ -67,6 +68,7 @@ class Player(Struct):
     news: Callable[[float], str] = nothing_else
     live: bool = False
     passes: Callable[[], bool] = lambda: False
+    abort: Callable[[], object] | None = None
 
     def text(self) -> str:
         """What is shown now."""
@@ -91,7 +93,7 @@ class Player(Struct):
 
     def _keys(self) -> str:
         shown = [action.shown for action in self._actions() if action.shown]
-        rows = (shown[:-3], shown[-3:]) if self.live else (shown,)
+        rows = (shown[:-3], [*shown[-3:], ABORT]) if self.live else (shown,)
         return "\n".join("  ".join(row) for row in rows)
 
     def _actions(self) -> list[Action]:
@@ -100,7 +102,7 @@ class Player(Struct):
     def screen(self) -> ArmScreen:
         """What plays on the terminal until the user leaves."""
         sight = Sight(self.watched.arm)
-        return ArmScreen(lambda: self._picture(sight), self.text, self._bindings())
+        return ArmScreen(lambda: self._picture(sight), self.text, self._bindings(), abort=self.abort)
 
     def _picture(self, sight: Sight) -> Picture:
         """The arm at the time that is shown."""
@@ -129,8 +131,13 @@ def play(arm: RobotArm, timeline: Timeline, rate: float) -> None:
     Player(Recorded(arm, timeline), playback).screen().run()
 
 
-async def watch(watched: Watched, news: Callable[[float], str], passes: Callable[[], bool]) -> None:
-    """Watch a robot that others move, from where it is now on; `passes`: whether its time goes by itself."""
+async def watch(
+    watched: Watched, news: Callable[[float], str], passes: Callable[[], bool], abort: Callable[[], object]
+) -> None:
+    """Watch a robot that others move, from where it is now on; `passes`: whether its time goes by itself. `abort` stops
+    it.
+    """
     timeline = watched.timeline
     playback = Playback.following(timeline.start, timeline.end, watched.now, time.monotonic())
-    await Player(watched, playback, news=news, live=True, passes=passes).screen().run_async()
+    player = Player(watched, playback, news=news, live=True, passes=passes, abort=abort)
+    await player.screen().run_async()

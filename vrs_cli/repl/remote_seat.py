@@ -33,7 +33,6 @@ from vrs_cli.net.far_hand import FarHand
 from vrs_cli.net.messages import Asked, At, Done, Drive, How, LeaseAct, Line, Refused, Request, ServerMessage
 from vrs_cli.repl.seat import KEEPING_UP, RESTING
 from vrs_cli.values.acts import Attend, DeskAct, Findings, KeepDraft, Kept, LeaveEntry, ReadDraft, StopProgram
-from vrs_cli.values.diagnostics import Diagnostic
 from vrs_cli.values.hand import Look, Seen
 from vrs_cli.values.prompt import Status, Suggestion
 from vrs_cli.values.questions import Answer, Editing, Jogging, Playing, Question
@@ -67,6 +66,9 @@ class Far(Protocol):
 
     def begin(self, make: Callable[[int], Request], outlet: Outlet) -> int:
         """Send a request; all that comes of it goes to the outlet, its end last. Raises RequestRefused."""
+
+    def abort(self, outlet: Outlet) -> None:
+        """Send the emergency stop, and do not wait until it is sent. Safe in a signal handler."""
 
     def send(self, message: messages.ClientMessage) -> None:
         """What has no answer; that it was not sent is told. Safe in a signal handler."""
@@ -143,8 +145,10 @@ class RemoteSeat:
         self._far.close()
 
     def stop_program(self) -> None:
-        if self._status.running:
-            self._act(StopProgram())
+        self._act(StopProgram())
+
+    def abort(self) -> None:
+        self._far.abort(self._come)
 
     def _act(self, act: DeskAct) -> None:
         self._do(lambda id: At(id, act))
@@ -299,12 +303,6 @@ class RemoteSeat:
         if pace is None or pace.paused:
             return status
         return replace(status, clock=status.clock + pace.rate * (time.monotonic() - self._told_at))
-
-    def mistake(self, text: str) -> Diagnostic | None:
-        if text.startswith(SLASH):
-            return None
-        found = self._look(lambda id: messages.Check(id, text), messages.Checked)
-        return None if found is None else found.mistake
 
     def signature(self, text: str, *, steps: bool = False) -> Signature | None:
         """By the tables, which are here; the programs are not."""

@@ -41,8 +41,8 @@ from vrs_cli.render.colours import COLOURS, Palette
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.colours import STYLE, colour_depth
 from vrs_cli.repl.lexer import ValLexer
-from vrs_cli.repl.seat import Typing
-from vrs_cli.repl.toolbar import signature_row, vi_mode
+from vrs_cli.repl.seat import Screens
+from vrs_cli.repl.toolbar import ABORT, signature_row, vi_mode
 from vrs_cli.repl.word_at import asked_about
 from vrs_cli.values.diagnostics import Diagnostic, Severity
 from vrs_cli.values.prompt import Suggestion
@@ -50,8 +50,9 @@ from vrs_cli.values.prompt import Suggestion
 _BEGUN = re.compile(r"[#$]?[A-Za-z][\w.]*$")
 _NAME = re.compile(r"[#$]?\b[a-z][a-z0-9_.]*\b")
 MENU_ROWS = 8
-KEYS = " ^S save  ^Q quit  ^F find  F3 next  ^Z undo ^Y redo  ^K cut  F5 format  F1 help"
+KEYS = f" {ABORT} ^S save ^Q quit ^F find F3 next ^Z/^Y undo ^K cut F5 format F1 help"
 NO_WORD = "F1 explains the word at the cursor, Tab completes one that is begun"
+STOPPED = "ABORT was sent: what it stopped is said when this screen is left"
 UNSAVED = "Changes are not stored: ^S stores them, ^Q again leaves without them"
 
 
@@ -88,8 +89,8 @@ class Underlined(Processor):
 class ScreenEditor:
     """One program on the screen."""
 
-    def __init__(self, page: Page, typing: Typing, palette: Palette = COLOURS, *, vi: bool = False) -> None:
-        self.page, self._typing = page, typing
+    def __init__(self, page: Page, screens: Screens, palette: Palette = COLOURS, *, vi: bool = False) -> None:
+        self.page, self._screens = page, screens
         self.message = ""
         self.findings: tuple[Diagnostic, ...] = ()
         self._draws = False  # there is a screen
@@ -269,13 +270,13 @@ class ScreenEditor:
     def _form(self) -> StyleAndTextTuples:
         """What the word that is typed takes, and what it does."""
         document = self.buffer.document
-        found = self._typing.signature(document.current_line_before_cursor, steps=True) if self._row else None
+        found = self._screens.signature(document.current_line_before_cursor, steps=True) if self._row else None
         return [] if found is None else [*signature_row(found, self.app.output.get_size().columns)]
 
     def _suggested(self, document: Document) -> list[Suggestion]:
         """What may come next: what the robot knows, and the names of this text."""
         line = document.current_line_before_cursor
-        found = self._typing.suggestions(line, True) if document.cursor_position_row else []
+        found = self._screens.suggestions(line, True) if document.cursor_position_row else []
         begun = _BEGUN.search(line)
         word = begun[0] if begun is not None else ""
         names = dict.fromkeys(_NAME.findall(document.text)) if word.islower() else ()
@@ -310,8 +311,14 @@ class ScreenEditor:
         bind("enter", "tab", where=typing)
         bind("f5", "c-s", "c-k")
         bind("c-q", "c-c", "c-f", "f1", "f3", "c-z", "c-y", save=False)
+        keys.add("c-x", eager=True, save_before=lambda _event: False)(lambda _event: self._abort())
         bind("u", where=here & vi_navigation_mode, save=False)
         return keys
+
+    def _abort(self) -> None:
+        self._screens.abort()
+        self._screens.keep_up()
+        self.message = STOPPED
 
     def _acts(self, name: str) -> Callable[[KeyPressEvent], None]:
         actions: Mapping[str, Callable[[], None]] = {

@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from vrs_cli.interfaces.editor.screen import Page
     from vrs_cli.interfaces.jog.jogger import Hand
     from vrs_cli.interfaces.roles.observer import Watched
-    from vrs_cli.values.diagnostics import Diagnostic
     from vrs_cli.values.prompt import Status, Suggestion
     from vrs_cli.values.questions import Editing, Jogging, Playing
 
@@ -48,6 +47,11 @@ class Screens(Typing, Protocol):
 
     def keep_up(self) -> None:
         """Let happen, or be shown, what has become due while nobody was looking."""
+
+    def abort(self) -> None:
+        """Stop the robot before all else that is asked of it; `keep_up` shows what was stopped. Safe in a signal
+        handler.
+        """
 
 
 class Seat(Screens, Protocol):
@@ -106,9 +110,6 @@ class Seat(Screens, Protocol):
     # --- while a line is typed ---
 
     def status(self) -> Status: ...
-    def mistake(self, text: str) -> Diagnostic | None:
-        """The first in a line that is not sent yet."""
-
     @property
     def withdrawn(self) -> bool:
         """Whether the question that is before the user waits for no answer any more."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, TextIO
 
 from vrs_cli.interfaces.talk import Reading, Running
@@ -154,6 +156,7 @@ class ShellTerminal:
         self.leaving = False
         self.whole_lines = False  # a prompt may stand below: a line that is typed is shown when it is complete
         self._begun = ""
+        self._later: list[Callable[[], None]] | None = None  # what is shown when the editor is left
         self.last = ""  # the latest message, for the toolbar
         self._since: float | None = None
         self._refreshed = 0.0
@@ -165,6 +168,9 @@ class ShellTerminal:
         return self._stream or sys.stdout
 
     def show(self, reply: Reply) -> None:
+        if self._later is not None:
+            self._later.append(partial(self.show, reply))
+            return
         self._clear_progress()
         if isinstance(reply, replies.Farewell):
             self.leaving = True
@@ -189,6 +195,9 @@ class ShellTerminal:
             renderer.console.file.flush()
 
     def type(self, text: str, newline: bool) -> None:
+        if self._later is not None:
+            self._later.append(partial(self.type, text, newline))
+            return
         self._clear_progress()
         self._begun += visible(text) + ("\n" if newline else "")
         if self.whole_lines and not self._begun.endswith("\n"):
@@ -260,14 +269,31 @@ class ShellTerminal:
         elif isinstance(question, Editing):
             from vrs_cli.repl.screen_editor import ScreenEditor
 
-            ScreenEditor(self.screens.page(question), self.screens, self.palette, vi=self.vi).run()
+            with self._covered():
+                ScreenEditor(self.screens.page(question), self.screens, self.palette, vi=self.vi).run()
         elif isinstance(question, Watching):
             return self._watch()
         else:
             from vrs_cli.repl.jog_panel import JogPanel
 
-            JogPanel(self.screens.hand(question), question.speed, self.screens.watched()).run()
+            JogPanel(self.screens.hand(question), question.speed, self.screens.watched(), self._abort).run()
         return True
+
+    @contextmanager
+    def _covered(self) -> Iterator[None]:
+        """What is said while the editor fills the screen is shown after it."""
+        later: list[Callable[[], None]] = []
+        self._later = later
+        try:
+            yield
+        finally:
+            self._later = None
+            for say in later:
+                say()
+
+    def _abort(self) -> None:
+        self.screens.abort()
+        self.screens.keep_up()
 
     def _watch(self) -> bool | None:
         """The arm until it stands; what it does meanwhile goes on."""
@@ -276,7 +302,7 @@ class ShellTerminal:
         watched = self.screens.watched()
         if watched is None:
             return None
-        Live(watched, self.screens.keep_up).run()
+        Live(watched, self.screens.keep_up, self._abort).run()
         return True
 
     def _play(self, question: Playing) -> None:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from vrs_cli.values.prompt import Status
 
 GAP = " | "
+ABORT = "^X ABORT"
 ACTIVE = "class:argument"
 LEAST_MESSAGE = 12  # columns: a shorter rest of the line says nothing
 
@@ -24,7 +25,7 @@ def toolbar(status: Status | None, last: str, width: int, mode: str = "") -> str
         return " one moment: the robot is being made ready"[:width]
     text = ""
     clock, *rest = _state(status)
-    for part in filter(None, (clock, mode, *rest)):
+    for part in filter(None, (clock, ABORT, mode, *rest)):
         longer = f"{text}{GAP}{part}" if text else f" {part}"
         if len(longer) <= width:
             text = longer

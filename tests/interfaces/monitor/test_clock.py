@@ -396,10 +396,12 @@ def test_virtual_time_has_no_rate(terminal: RecordingTerminal) -> None:
 
 def test_the_toolbar_tells_pace_and_motion(session: Session, wall: ManualWall) -> None:
     talk = Conversation(session)
-    assert toolbar(talk.status(), "", 160).startswith(" t 0.00 s | at rest | X")
+    assert toolbar(talk.status(), "", 160).startswith(" t 0.00 s | ^X ABORT | at rest | X")
     session.perform(SLOW)
     wall.seconds += 1.0
     session.perform("CLOCK RATE = 2")
-    assert toolbar(talk.status(), "", 160).startswith(f" t 1.00 s | rate 2, moves until {session.engine.end:.1f} s | X")
+    assert toolbar(talk.status(), "", 160).startswith(
+        f" t 1.00 s | ^X ABORT | rate 2, moves until {session.engine.end:.1f} s | X"
+    )
     session.perform("CLOCK PAUSE")
     assert "paused, moves" in toolbar(talk.status(), "", 160)

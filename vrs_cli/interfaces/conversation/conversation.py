@@ -30,7 +30,7 @@ from vrs_cli.language.text.parser import variables_in
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.acts import Attend, DeskAct, DeskFound, KeepDraft, LeaveEntry, ReadDraft, StopProgram
-from vrs_cli.values.diagnostics import Diagnostic
+from vrs_cli.values.diagnostics import Diagnostic, LineRefused
 from vrs_cli.values.hand import Brake, Look, Press
 from vrs_cli.values.numbers import count
 from vrs_cli.values.prompt import Pace, Status, Suggestion
@@ -56,6 +56,7 @@ class Conversation:
         self.entry: Entry | None = None
         self._refused: str = ""  # the program whose heading was refused: its steps are dropped
         self._dropped = 0  # steps of it among the lines that are carried out now
+        self._left_out = 0  # lines with a mistake that are not in the program that is typed
         self._pasted = ""  # programs and sections that were pasted with what follows them
         self._held = HeldDown(self.session)
 
@@ -84,7 +85,8 @@ class Conversation:
             if line.strip():
                 self.desk.typed.append(line.rstrip())
             goes_on = closes_entry(line) and opens_entry(next(filter(str.strip, islice(lines, number, None)), ""))
-            yield from self._guarded(self._line(line, goes_on=goes_on), line)
+            alone = len(lines) == 1 and not more
+            yield from self._guarded(self._line(line, goes_on=goes_on, alone=alone), line)
             if self.desk.interrupted:
                 break
         if self._pasted:
@@ -125,11 +127,13 @@ class Conversation:
             return Message("interrupted", Tone.ERROR)
         return internal_error(error, afar=self.session.folder.closed and not self.session.folder.disclosed)
 
-    def _line(self, line: str, *, goes_on: bool) -> Talk[None]:
+    def _line(self, line: str, *, goes_on: bool, alone: bool) -> Talk[None]:
         asked = self._asked(line)
         if asked is not None:
             yield from help_on(asked)
         elif self.entry is not None:
+            if alone and self.desk.attended and not self._refused:
+                self._check_step(self.entry, line)
             yield from self._step(self.entry, line, goes_on=goes_on)
         elif self.desk.editor is None and opens_entry(line):
             yield from self._open(line)
@@ -166,6 +170,13 @@ class Conversation:
             raise ProgramExists(name, f"DELETEP {name} deletes it, DISABLE INTERACTIVE lets it be replaced")
         self._refused = ""
 
+    def _check_step(self, entry: Entry, line: str) -> None:
+        """Raises LineRefused for a line with a mistake that somebody types by itself: it is no step of the program."""
+        mistake = mistake_in_entry(entry, line, self.session.environment.kinds())
+        if mistake is not None:
+            self._left_out += 1
+            raise LineRefused(mistake)
+
     def _step(self, entry: Entry, line: str, *, goes_on: bool) -> Talk[None]:
         """A line of a program, or `.END`. `goes_on`: another program or section was pasted with it, for which it
         waits: the places of a program may stand behind it.
@@ -176,6 +187,9 @@ class Conversation:
             return
         self.entry = None
         refused, self._refused = self._refused, ""
+        left_out, self._left_out = self._left_out, 0
+        if left_out:
+            yield Message(f"Not in it, for their mistakes: {count(left_out, 'line')}")
         if not refused:
             self._check_may_store(entry)
             self._pasted += entry.text
@@ -220,6 +234,7 @@ class Conversation:
         if loses and not (yield Parting(f"{name} is not stored. Leave (Y/N)?")):
             return
         self.entry = self.desk.editor = None
+        self._left_out = 0
         yield Message(f"{why}{name} is not stored ({how})", Tone.ERROR if why else Tone.NOTE)
 
     def leave(self) -> Talk[None]:
@@ -250,7 +265,7 @@ class Conversation:
             case LeaveEntry():
                 yield from self._guarded(self.leave_entry(act.why), "")
             case StopProgram():
-                self.stop_program()
+                yield from self.stop_program()
             case ReadDraft() | KeepDraft():
                 return self._draft.do(act)
             case Press() | Brake() | Look():
@@ -264,11 +279,15 @@ class Conversation:
             raise UsageError("SEE fills no screen now", "SEE comes first")
         return self.desk.on_screen
 
-    def stop_program(self) -> None:
+    def stop_program(self) -> Talk[None]:
         """Ctrl-C on an empty line: the program of whoever types stops; its end is told when the arm stands."""
         track = self.session.tasks.get(ROBOT_PROGRAM)
-        if track is not None and track.driven_by in (None, self.desk):
+        if track is None or not track.running:
+            yield Message("Nothing to stop: EXIT leaves")
+        elif track.driven_by in (None, self.desk):
             self.session.driver.abort(ROBOT_PROGRAM)
+        else:
+            yield Message(f"{track.task.program} was started by somebody else: ABORT stops it")
 
     def interrupt(self, ticket: Ticket[Any]) -> None:
         """Ctrl-C while the request of this ticket is waited for, from any thread: a program, or a line of the prompt,

@@ -39,12 +39,16 @@ KEYS: tuple[tuple[str, str], ...] = (
     ("Up, Down", "lines typed before that begin as this one does"),
     ("Ctrl-R", "search the lines typed before"),
     ("F1", "help on the word at the cursor; the same: word? and Enter, ? alone for all words"),
-    ("Ctrl-C", "clear the line; stop the program that runs"),
+    (
+        "Ctrl-X",
+        "ABORT, at once: beside the line that is typed, a question or an editor, and while a line is carried out",
+    ),
+    ("Ctrl-C", "drop the line; on an empty line stop the program that runs"),
     ("Ctrl-D", "leave"),
     ("Ctrl-Z", "suspend the shell; fg in the shell of the system goes on"),
     ("Ctrl-L", "clear the screen"),
     ("Ctrl-A, Ctrl-E", "go to the begin, to the end of the line"),
-    ("Ctrl-W, Ctrl-U, Ctrl-K", "cut the word before the cursor, all before it, all behind it; Ctrl-Y puts it back"),
+    ("Ctrl-W, Ctrl-K, Ctrl-U", "cut the word before the cursor, all behind it, all of the line; Ctrl-Y puts it back"),
     ("Ctrl-_", "undo what was typed"),
     ("vi keys", 'set keys = "vi" in the file that vrs config names'),
 )

@@ -9,9 +9,10 @@ from vrs_cli.errors import NoProgramSpecified
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.talk import Talk
-from vrs_cli.interfaces.tasks.track import Track
+from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Track
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.prompt import arguments_of
+from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.semantics.tasks import PROCESS_CONTROL, checked_task
 from vrs_cli.language.text.ast import Instruction, ProgramCall
 from vrs_cli.language.words.values import whole
@@ -85,21 +86,35 @@ def ending(station: Station, result: RunResult) -> Reply:
 
 
 def _abort(station: Station, number: int) -> Iterable[Reply]:
-    scheduled, running = station.engine.now < station.engine.end, station.running
-    if number:
-        track = station.tasks.abort(number)
-        station.settle()
-        task, scheduled = None if track is None else track.task, False
-    else:
-        task = station.task
-        station.abort()
-        if running:
-            return  # whoever waits for its end is told
-        task = None if task is None or task.ended else task
-    if task is not None:
-        yield ProgramStopped(Outcome.ABORTED.value, task.program, task.step)
-    else:
-        yield Message("The motion is stopped" if scheduled else "Nothing is running")
+    if not number:
+        return _stopped(station, station.abort)
+    track = station.tasks.abort(number)
+    station.settle()
+    return [Message("Nothing is running") if track is None else _aborted(track.task)]
+
+
+def emergency_stop(station: Station) -> Talk[None]:
+    """Stop the motion and all tasks now; what was stopped."""
+    beside = [track.task for track in station.tasks.running if track.number not in (PROMPT_LINE, ROBOT_PROGRAM)]
+    said = [*_stopped(station, station.stop), *map(_aborted, beside)]
+    yield from (one for one in said if not (beside and isinstance(one, Message)))
+
+
+def _stopped(station: Station, stop: Callable[[], None]) -> list[Reply]:
+    """Whoever waits for the end of the program is told of it: no reply is for him."""
+    scheduled, running, task = station.engine.now < station.engine.end, station.running, station.task
+    track = station.tasks.get(ROBOT_PROGRAM)
+    waits = running and track is not None and track.driven_by is station.desk
+    stop()
+    if waits:
+        return []
+    if task is not None and (running or not task.ended):
+        return [_aborted(task)]
+    return [Message("The motion is stopped" if scheduled else "Nothing is running")]
+
+
+def _aborted(task: Task) -> ProgramStopped:
+    return ProgramStopped(Outcome.ABORTED.value, task.program, task.step)
 
 
 def of_task(act: Callable[[Station, int], Talk[None] | Iterable[Reply] | None], number: int | None = None) -> Handler:
