@@ -230,6 +230,7 @@ def test_a_designer_stops_drags_and_slows_his_own_motions(tmp_path: Path) -> Non
         ada.guest.take(Drag(pose))
         ada.until(lambda: it.room.grip.pulled.by == "ada")
         ada.guest.take(Drag())
+        assert ada.line("DRIVE 2, -40, 1").ok
         for line in ("ABORT", "SPEED 50"):
             assert not bob.line(line).ok, "ada drives"
         for message in (Abort(90), At(91, StopProgram())):
