@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 import sys
 import time
 from base64 import b64encode
@@ -459,3 +460,4 @@ LOADS: Mapping[str, Load] = {
 
 if __name__ == "__main__":
     asyncio.run(_play(sys.argv[1], int(sys.argv[2]), float(sys.argv[3])))
+    os._exit(0)  # connections that are full take no leave

@@ -226,6 +226,11 @@ def suggestions(
     ] or _files(line, folder)
 
 
+def begun(text: str) -> str:
+    """The part of a name that stands at the end of a line."""
+    return _prefix(text) if len(text) <= LONGEST else ""
+
+
 def _prefix(line: str) -> str:
     found = _PREFIX.search(line)
     return found.group() if found else ""

@@ -10,7 +10,7 @@ from typing import Any
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.errors import ProgramExists, RequestRefused, UsageError, VrsError
 from vrs_cli.interfaces.actor.ticket import Ticket
-from vrs_cli.interfaces.conversation.complete import suggestions
+from vrs_cli.interfaces.conversation.complete import begun, suggestions
 from vrs_cli.interfaces.conversation.entry import Entry, closes_entry, opens_entry
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.interfaces.conversation.names import names_of
@@ -302,7 +302,8 @@ class Conversation:
         """What may stand at the end of a line that is begun."""
         session = self.session
         steps = self.in_program or isinstance(self.desk.on_screen, ScreenDraft)
-        return suggestions(text, names_of(session), session.folder, in_program=steps, everything=everything)
+        names = names_of(session, begun(text))
+        return suggestions(text, names, session.folder, in_program=steps, everything=everything)
 
     def signature(self, text: str, *, steps: bool = False) -> Signature | None:
         """What is being typed at the end of a line takes which arguments; `steps`: of a program, whatever is open."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from heapq import nsmallest
+
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.interfaces.conversation.complete import Names
 from vrs_cli.interfaces.station.station import Station
@@ -12,22 +15,34 @@ from vrs_cli.values.numbers import Value, count, fixed
 MOST = 500  # names of a kind that are offered: a menu is for reading
 
 
-def names_of(station: Station) -> Names:
-    """All programs, variables (elements of arrays too), switches and parameters."""
-    environment = station.environment
+def names_of(station: Station, begun: str = "") -> Names:
+    """The first programs and variables (elements of arrays too) whose names begin so; all switches and parameters."""
+    programs = station.environment.programs
+    first = nsmallest(MOST, (key for key in programs if key.startswith(begun.lower())))
     return Names(
-        programs={stored.name: count(len(stored.program.steps), "step") for stored in environment.programs.values()},
-        variables={kind: _variables(station, kind) for kind in Kind},
+        programs={programs[key].name: count(len(programs[key].program.steps), "step") for key in first},
+        variables=_Variables(station, begun.lower()),
         switches={row.name: row.summary for row in SWITCHES.values()},
         branches=dict.fromkeys(station.branches.names, "branch"),
         parameters={row.name: row.summary for row in PARAMETERS.values()},
     )
 
 
-def _variables(station: Station, kind: Kind) -> dict[str, str]:
-    rows = station.environment.variables(kind)
-    units = station.environment.units
-    return {name: _noted(value, units) for (name, value), _ in zip(rows, range(MOST), strict=False)}
+class _Variables(Mapping[Kind, Mapping[str, str]]):
+    """Those of a kind, looked for when they are asked for: most lines want those of one kind, or none."""
+
+    def __init__(self, station: Station, begun: str) -> None:
+        self._environment, self._begun = station.environment, begun
+
+    def __getitem__(self, kind: Kind) -> Mapping[str, str]:
+        rows = self._environment.first_variables(kind, MOST, self._begun)
+        return {name: _noted(value, self._environment.units) for name, value in rows}
+
+    def __iter__(self) -> Iterator[Kind]:
+        return iter(Kind)
+
+    def __len__(self) -> int:
+        return len(Kind)
 
 
 def _noted(value: Value, units: JointUnits) -> str:

@@ -118,9 +118,11 @@ class Variables:
         for key in sorted(self._names(kind)):
             yield from self._named(kind, key)
 
-    def first_variables(self, kind: Kind, most: int) -> Iterator[NamedValue]:
-        """The first rows of `variables`, at less cost: of many names only the first are put in order."""
-        rows = chain.from_iterable(self._named(kind, key) for key in nsmallest(most, self._names(kind)))
+    def first_variables(self, kind: Kind, most: int, begun: str = "") -> Iterator[NamedValue]:
+        """The first rows of `variables` of which the key begins so, at less cost: only these are put in order."""
+        simple, arrays = self._named_by(kind)
+        keys = {key for key in (*simple, *arrays) if isinstance(key, str) and key.startswith(begun)}
+        rows = chain.from_iterable(self._named(kind, key) for key in nsmallest(most, keys))
         return islice(rows, most)
 
     def values_named(self, key: str) -> Iterator[NamedValue]:
