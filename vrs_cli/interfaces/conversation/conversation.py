@@ -91,7 +91,8 @@ class Conversation:
                 break
         if self._pasted:
             yield from self._guarded(self._store(), "")
-        if refused and self._dropped and not self.session.ends_with_desk:  # at a shell of his own it has been said
+        # somebody who is there, or at a robot of his own, has read that the heading was refused
+        if refused and self._dropped and not (self.desk.attended or self.session.ends_with_desk):
             what = f"{count(self._dropped, 'line')} of {refused} dropped: that program was refused"
             yield self._told(RequestRefused(what, ".END ends it"), "")
         if self._refused and self.desk.attended and not more:
