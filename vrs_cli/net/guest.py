@@ -28,6 +28,7 @@ from vrs_cli.interfaces.session.grip import Grip
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.talk import Talk, beside, quietly
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED, HolderTimes
+from vrs_cli.language.text.source import MAX_LINE_CHARS
 from vrs_cli.language.words.word import Role
 from vrs_cli.net import locker, messages
 from vrs_cli.net.broadcast import Broadcast, Listener, Sink
@@ -59,7 +60,6 @@ CHANGING: Mapping[type, tuple[str, Role]] = {
     Brake: ("JOG", Role.DESIGNER),
     StopProgram: ("ABORT", Role.DESIGNER),
 }
-LONGEST_LINE = 4000  # characters
 MOST_LOOKS = 200  # of one holder that wait for an answer
 
 
@@ -623,8 +623,8 @@ def _nothing_found(message: messages.ClientMessage) -> messages.ServerMessage:
 def short(text: str) -> str:
     """Lines as people type them. Raises LimitReached for one that takes long to be read."""
     longest = max(map(len, text.splitlines()), default=0)
-    if longest > LONGEST_LINE:
-        raise LimitReached(f"a line of {longest} characters, {LONGEST_LINE} at most", "give it in parts")
+    if longest > MAX_LINE_CHARS:
+        raise LimitReached(f"a line of {longest} characters, {MAX_LINE_CHARS} at most", "give it in parts")
     return text
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 
 from vrs_cli.language.text import ast
@@ -168,3 +170,15 @@ def test_a_comment_of_another_language_outside_of_programs(line: str, hint: str)
 
 def test_an_empty_file() -> None:
     assert parse_file("") == (ast.File(()), ())
+
+
+@pytest.mark.parametrize(
+    "text", [";" * 900_000, "x = " + "(" * 900_000, "; vrs:" + " V123" * 180_000, "GRASP " * 150_000]
+)
+@pytest.mark.parametrize("section", [".PROGRAM wide", ".LOCATIONS"])
+def test_a_line_that_takes_long_to_be_read_is_refused_and_not_read(section: str, text: str) -> None:
+    began = time.process_time()
+    _, found = parse_file(f"{section}\n1 {text}\n2 {text}\n.END\n")
+    assert [one.span.line for one in found] == [2, 3]
+    assert all(f"a line of {len(text) + 2} characters" in one.message for one in found)
+    assert time.process_time() - began < 10.0, "a search that takes the square of the length takes minutes"

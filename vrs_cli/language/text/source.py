@@ -25,6 +25,7 @@ from vrs_cli.values.diagnostics import Diagnostic, Findings, LineRefused, Span, 
 from vrs_cli.values.dialect import DIALECTS, Dialect
 
 PROGRAM, END = ".PROGRAM", ".END"
+MAX_LINE_CHARS = 4000  # of a step or an entry: an expression that searches a longer one may take the square of it
 JOINTS_HIGH = 12  # joints of a precision point in a file
 ANGLES, AXES = 6, 12  # numbers of a transformation: with three angles, or with three axes, as controllers write it
 SECTIONS = (".LOCATIONS", ".REALS", ".STRINGS")
@@ -178,7 +179,10 @@ class FileReader(Findings):
         return error(FileDamaged, span, f"character {ord(found[0])} in a text", "a program file is VAL-II text")
 
     def _check_text(self, line: SourceLine) -> None:
-        """Raises LineRefused for a line with characters that no text has."""
+        """Raises LineRefused for a line with characters that no text has, and for one that is too long."""
+        if len(line.text) > MAX_LINE_CHARS:
+            detail, hint = f"a line of {len(line.text)} characters", f"{MAX_LINE_CHARS} at most: give it in parts"
+            raise LineRefused(error(CannotInterpret, line.span, detail, hint))
         damage = self._damage_in(line)
         if damage is not None:
             raise LineRefused(damage)
@@ -188,7 +192,7 @@ class FileReader(Findings):
     def _program(self, line: SourceLine, body: Sequence[SourceLine]) -> Program | BadLine:
         """A program; where its heading cannot be read, its steps are only checked."""
         header = self._header(line)
-        numbered = step_numbers(body)
+        numbered = step_numbers([inner for inner in body if len(inner.text) <= MAX_LINE_CHARS])
         written = next((i for i in range(len(body), 0, -1) if body[i - 1].text.strip()), 0)
         steps = tuple(self._step(inner, numbered) for inner in body[:written])
         if header is None:

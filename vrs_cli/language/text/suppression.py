@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import Final
 
+from vrs_cli.language.text.source import MAX_LINE_CHARS
 from vrs_cli.values.diagnostics import Diagnostic, Severity
 
 _MARK: Final = "vrs:"
@@ -17,7 +18,7 @@ _COMMENT: Final = re.compile(r";.*\bvrs:\s*ignore(-file)?((?:[\s,]+V\d{3,4})*)\s
 def heeded(lines: Sequence[str], found: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
     """Diagnostics without the warnings that comments of the lines suppress."""
     everything = tuple(found)
-    asked = [(number, line) for number, line in enumerate(lines, 1) if _MARK in line]
+    asked = [(number, line) for number, line in enumerate(lines, 1) if _MARK in line and len(line) <= MAX_LINE_CHARS]
     if not asked or not everything:
         return everything
     unwanted: dict[int, set[str]] = {}  # by line, 0 for the whole file
