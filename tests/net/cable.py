@@ -23,6 +23,7 @@ class Cable:
         self._flows.set()
         self._writers: set[asyncio.StreamWriter] = set()
         self.carried, self.pulled, self.url = 0, 0, ""
+        self._shut = False
         self._thread = Thread(target=self._run, daemon=True)
         self._thread.start()
         assert self._listening.wait(PATIENCE)
@@ -35,6 +36,18 @@ class Cable:
     def freeze(self) -> None:
         """Nothing comes through any more, and nobody is told."""
         self._loop.call_soon_threadsafe(self._flows.clear)
+
+    def shut(self) -> None:
+        """As `pull`, and who comes then is turned away until `open`."""
+        self._shut = True
+        self.pull()
+
+    def open(self) -> None:
+        self._shut = False
+
+    def flow(self) -> None:
+        """What was frozen comes through now, late."""
+        self._loop.call_soon_threadsafe(self._flows.set)
 
     def close(self) -> None:
         self.pull()
@@ -64,6 +77,9 @@ class Cable:
         await asyncio.gather(*waiting, return_exceptions=True)
 
     async def _carry(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        if self._shut:
+            writer.transport.abort()
+            return
         with suppress(OSError):
             there_reader, there_writer = await asyncio.open_connection(*self._target)
             self.carried += 1

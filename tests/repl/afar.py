@@ -32,7 +32,7 @@ class Line:
     `cut`: nothing gets through.
     """
 
-    name, one_user, cuts = "tester", False, 0
+    name, one_user, cuts, stalls = "tester", False, 0, 0
 
     def __init__(self, attended: bool = False, clock: Clock | None = None, folder: Folder = FREE) -> None:
         self.session = Session(_There(self, attended), clock=clock, folder=folder)

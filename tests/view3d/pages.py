@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import http.client
+import json
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from math import dist
 from typing import Any, TypeVar
+from urllib.parse import urlsplit
 
 import msgspec
 import viser
@@ -32,6 +35,20 @@ CAMERA = {
 }
 T = TypeVar("T")
 Message = dict[str, Any]
+
+
+def asked_of(address: str, path: str) -> tuple[int, str]:
+    """What the address of a page answers to a request for a path below it: all of it."""
+    parts = urlsplit(address)
+    connection = http.client.HTTPConnection("127.0.0.1", parts.port or 0, timeout=PATIENCE)
+    connection.request("GET", parts.path + path, headers={"Accept-Encoding": "gzip"})
+    answer = connection.getresponse()
+    return answer.status, answer.read().decode()
+
+
+def lost_of(address: str) -> str:
+    """What the page says of a robot that is not heard; empty where it is."""
+    return str(json.loads(asked_of(address, "there")[1])["lost"])
 
 
 class Page:

@@ -11,7 +11,7 @@ import pytest
 
 from tests.live import until
 from tests.net.serving import serving
-from tests.view3d.pages import Page
+from tests.view3d.pages import Page, lost_of
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.talk import no_answer
@@ -164,9 +164,9 @@ def test_a_server_that_goes_and_comes_back_is_until(tmp_path: Path, port: int) -
         server.call().lines("MOVE #PPOINT(60, -80, 80, 0, 0, 0)")
         page.until(lambda: "MOVE #PPOINT(60" in page.html())
         before.close()
-        page.until(lambda: any("it is tried again" in said for said in page.said()))
+        until(lambda: lost_of(app.address).startswith("No connection to the robot since "))
         with serving(tmp_path, port=port, journal=False) as again:
-            page.until(lambda: page.of("RemoveNotificationMessage"))
+            until(lambda: lost_of(app.address) == "")
             again.call().lines("MOVE #PPOINT(-44, -80, 80, 0, 0, 0)")
             page.until(lambda: "MOVE #PPOINT(-44" in page.html())
             assert app.windows == (window,)
@@ -180,7 +180,7 @@ def test_a_browser_that_comes_while_the_server_is_away_is_shown_so(
         page.until(lambda: any("does not answer" in str(m) for m in page.of("NotificationUpdateMessage")))
         with serving(tmp_path, port=port):
             page.until(lambda: app.windows)
-            page.until(lambda: page.of("RemoveNotificationMessage"))
+            until(lambda: lost_of(app.address) == "")
 
 
 def test_who_may_only_look_has_nothing_to_drive_with(tmp_path: Path) -> None:

@@ -2,14 +2,33 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from tests.live import PATIENCE
+from tests.net.cable import cable
+from tests.net.serving import serving
 from tests.view3d.browser import Browser, needs_browser
+from vrs_cli.net.client import hello_of
+from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.view3d.app import App
 
 pytestmark = needs_browser
 
 BACKSPACE = "\ue003"
 PROGRAM = '.PROGRAM ask()\n  PROMPT "How many? ", n\n  TYPE "got", 2*n\n  WAIT SIG(1001)\n.END\n'
+
+
+BAND = "document.getElementById('vrs-band').innerText"
+ON_TOP = """
+    const box = document.getElementById('vrs-stop')?.getBoundingClientRect();
+    return box?.width > 0
+        && document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2).id === 'vrs-stop';
+"""
+LOOK = """
+    const canvas = document.querySelector('canvas'), cloud = document.querySelector('.tabler-icon-cloud-check');
+    return [getComputedStyle(canvas).filter.includes('grayscale(1)'), document.getElementById('vrs-stop').innerText,
+        cloud === null || getComputedStyle(cloud).stroke === 'rgb(208, 31, 31)'];
+"""  # whether the arm is grey, what the button says, and whether the cloud is red
 
 
 class User:
@@ -69,6 +88,35 @@ def test_a_robot_is_driven_from_a_browser(browser: Browser, app: App) -> None:
     user.clicks("STOP")
     user.sees("aborted, step 3")
     assert not browser.errors()
+
+
+def test_stop_is_there_and_says_whether_it_stops(browser: Browser, tmp_path: Path) -> None:
+    """On a screen and on a phone, above all else; a page without a connection looks so."""
+    with serving(tmp_path, realtime=1.0) as it, cable(it.address) as to_it:
+        app = App(lambda told: RemoteRobot.connect(to_it.url, hello_of(attended=True), told=told))
+        try:
+            for size in ((1400, 800), (390, 844)):
+                browser.size(*size)
+                browser.open(app.address)
+                browser.until(lambda: browser.run(ON_TOP) is True, what=f"STOP is seen at {size}")
+                browser.driver.find_element("id", "vrs-stop").click()
+                browser.until_page("document.getElementById('vrs-stop').innerText === 'STOPPED'")
+                to_it.shut()
+                browser.until_page(
+                    "document.getElementById('vrs-band').innerText.startsWith('No connection to the ro')"
+                )
+                assert browser.run(LOOK) == [True, "STOP: no connection", True], size
+                assert browser.run(ON_TOP), size
+                browser.driver.find_element("id", "vrs-stop").click()
+                browser.until_page("document.getElementById('vrs-stop').innerText === 'NOT STOPPED'")
+                to_it.open()
+                browser.until_page("document.getElementById('vrs-stop').innerText === 'STOP'")
+                assert browser.run(LOOK) == [False, "STOP", False], size
+            app.close()
+            browser.until_page(f"{BAND}.startsWith('vrs view has ended')")
+            assert browser.run(LOOK) == [True, "STOP: no connection", True]
+        finally:
+            app.close()
 
 
 def test_two_browsers_and_one_lease(browser: Browser, shared: App) -> None:

@@ -15,7 +15,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from tests.live import PATIENCE
-from tests.view3d.pages import PROTOCOL, Page
+from tests.view3d.pages import PROTOCOL, Page, asked_of
 from vrs_cli.api.robot import Robot
 from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.roles.observer import Recorded
@@ -169,17 +169,9 @@ def test_a_page_that_nobody_sees_is_furnished_too(app: App) -> None:
         assert page.said() == []
 
 
-def asked_of(app: App, path: str) -> tuple[int, str]:
-    """All of an answer."""
-    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(app.address).port or 0, timeout=PATIENCE)
-    connection.request("GET", urlsplit(app.address).path + path, headers={"Accept-Encoding": "gzip"})
-    answer = connection.getresponse()
-    return answer.status, answer.read().decode()
-
-
 def test_the_page_finds_out_that_vrs_has_ended_and_says_so(app: App) -> None:
-    assert asked_of(app, "there") == (200, "")
-    code, text = asked_of(app, "")
+    assert asked_of(app.address, "there") == (200, '{"drives": false, "lost": ""}')
+    code, text = asked_of(app.address, "")
     assert code == 200
     assert text.rindex("</html>") < text.index("vrs view has ended") < text.index(OPENS)
 
@@ -191,7 +183,7 @@ def test_a_page_of_before_is_let_in_where_the_secret_is_kept(tmp_path: Path) -> 
         secret = kept_secret(tmp_path / "state" / "view" / "8001")
         app = App(lambda _told: recorded, door=opened(secret=secret))
         addresses.append(urlsplit(app.address).path)
-        assert GOES_ON in asked_of(app, "")[1]
+        assert GOES_ON in asked_of(app.address, "")[1]
         app.close()
     assert addresses[0] == addresses[1] == f"/{secret}/"
     assert (tmp_path / "state" / "view" / "8001").stat().st_mode & 0o077 == 0

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import re
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
-from math import degrees, radians
+from math import degrees, inf, radians
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -20,7 +21,7 @@ import viser
 from tests.live import until
 from tests.net.cable import cable
 from tests.net.serving import serving
-from tests.view3d.pages import Page
+from tests.view3d.pages import Page, asked_of, lost_of
 from vrs_cli.engine.position import position_at
 from vrs_cli.interfaces.talk import no_answer
 from vrs_cli.kinematics.robot_file import load_robot
@@ -184,7 +185,7 @@ def test_a_program_is_typed_run_stepped_and_stopped(ada: Sat) -> None:
 def test_stop_needs_nothing(app: App, ada: Sat) -> None:
     ada.type("JOG 1, 100")
     ada.until(lambda: window(app).watched.timeline.end > 0.5)
-    ada.page.set(ada.now("GuiButtonMessage", label="STOP")["uuid"], True)
+    assert asked_of(app.address, "stop") == (200, "")
     ada.until(lambda: joint_1(app) < 99.0)
 
 
@@ -294,7 +295,9 @@ def click(ada: Sat, first: str, says: str) -> None:
 
 
 class HeldByHand:
-    """A button, whose page says `h` that it is held, `c` a click, and `-` nothing for a while; and what comes of it."""
+    """A button, whose page says `h` that it is held, `c` a click, and `-` nothing for a while, `x` while the connection
+    is cut; and what comes of it.
+    """
 
     def __init__(self) -> None:
         self.wall, self.done = 0.0, list[str]()
@@ -314,6 +317,8 @@ class HeldByHand:
             if one == "-":
                 self.wall += 1.0
                 self.button.look(self.wall)
+            elif one == "x":
+                self.button.drop()
             else:
                 asyncio.run((self._hear if one == "h" else self._clicked)(None))
         return self.done
@@ -329,6 +334,9 @@ class HeldByHand:
         ("hhh-c", ["hold", "let go"]),
         ("hhh-hhhc", ["hold", "let go", "hold", "let go"]),
         ("hhh-chc", ["hold", "let go", "step"]),
+        ("hhhxhhhc", ["hold"]),  # the connection was cut, and it is held on
+        ("hhhxhhhchhhc", ["hold", "hold", "let go"]),
+        ("hhhxhhh-hhhc", ["hold", "let go"]),
     ],
 )
 def test_a_click_is_a_step_and_a_button_of_which_nothing_is_heard_is_let_go(what: str, done: list[str]) -> None:
@@ -399,6 +407,43 @@ def test_two_browsers_and_one_lease(shared: App) -> None:
         ada.drives("Nobody drives")
 
 
+def test_what_is_typed_and_wished_while_the_connection_is_cut_is_dropped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("vrs_cli.view3d.panel_line.PATIENCE", inf)  # a line waits to be checked, as for a moment
+    monkeypatch.setattr("vrs_cli.view3d.panel_hand.RESTS", inf)  # and a slider until it rests
+    with serving(tmp_path, realtime=1.0) as it, cable(it.address) as to_it:
+        app = App(lambda told: RemoteRobot.connect(to_it.url, hello_of(attended=True), told=told))
+        try:
+            with sat(app) as ada:
+                ada.type(ASK)
+                ada.type("EXECUTE ask")
+                here = panel(app)
+                until(lambda: here.seat.question)
+                to_it.freeze()
+                ada.type("b = 5")
+                until(lambda: here.line._checking is not None)
+                here.hand.joints[0].moved(40.0, 0.0)
+                to_it.shut()
+                until(lambda: lost_of(app.address).startswith("No connection to the robot since "))
+                code, said = asked_of(app.address, "stop")
+                assert (code, said.split(".")[0]) == (503, "STOP did not reach the robot")
+                asked = here.seat.question
+                assert asked is not None
+                here.seat.answer(asked, "3")
+                assert here.seat.question is asked, "it was not answered"
+                to_it.open()
+                ada.sees("Not given, for the connection was cut meanwhile: b = 5")
+                until(lambda: lost_of(app.address) == "")
+                assert here.seat.history[-1] == "b = 5"
+                assert here.hand.joints[0].wanted is None
+                here.seat.answer(asked, "4")
+                ada.sees("got 4")
+                assert "b" not in {name for name, _ in it.hub.rooms["cell1"].session.environment.values()}
+        finally:
+            app.close()
+
+
 def test_who_may_not_drive_sees_and_presses_nothing(tmp_path: Path) -> None:
     tokens = add_tokens(file := tmp_path / "tokens.toml", ["ada"]) | add_tokens(file, ["eve"], "observer")
     with serving(tmp_path, tokens=tmp_path / "tokens.toml") as it:
@@ -413,7 +458,8 @@ def test_who_may_not_drive_sees_and_presses_nothing(tmp_path: Path) -> None:
                 eve.sees("ada drives")
                 eve.sees("WAIT")
                 eve.until(lambda: "\N{BLACK CIRCLE} 3" in eve.now("GuiButtonGroupMessage", label="Outputs")["options"])
-                assert not eve.now("GuiButtonMessage", label="STOP")["visible"]
+                assert json.loads(asked_of(app.address, "there")[1])["drives"] is False
+                assert asked_of(app.address, "stop") == (503, "STOP did not reach the robot.")
                 assert not eve.now("GuiButtonGroupMessage", label="Nobody drives")["visible"]
                 assert "Joint 1" not in [message["props"]["label"] for message in page.of("GuiSliderMessage")]
                 folders = [message["props"]["visible"] for message in page.of("GuiFolderMessage")]

@@ -105,7 +105,7 @@ def test_stop_overtakes_what_is_under_way(tmp_path: Path) -> None:
     with serving(tmp_path, realtime=1.0) as it, sitting(it.address) as seat:
         seat.type(".PROGRAM long()\n  DELAY 1000\n.END\nEXECUTE long")
         until(lambda: seat.running == ("long",))
-        seat.abort()
+        seat.robot.abort()
         until(lambda: seat.running == ())
         until(lambda: "Program stopped at long" in said(seat))
         assert seat.robot.now < 20.0
@@ -116,7 +116,7 @@ def test_a_question_that_nobody_answers_is_withdrawn_by_stop(tmp_path: Path) -> 
         seat.type(ASK)
         seat.type("EXECUTE ask")
         until(lambda: seat.question is not None)
-        seat.abort()
+        seat.robot.abort()
         until(lambda: seat.question is None and seat.running == ())
 
 
@@ -137,7 +137,7 @@ def test_two_who_share_a_robot(served: Serving) -> None:
         assert "bo drives" in said(ada)
         bo.type("x = 3")
         until(lambda: idle(bo))
-        bo.abort()
+        bo.robot.abort()
         until(lambda: "bo stops" in said(ada) or idle(bo))
 
 

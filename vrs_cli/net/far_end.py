@@ -85,7 +85,7 @@ class FarEnd:
         self.news: list[Outlet] = []
         self.window = WINDOW
         self.sync = TimeSync()
-        self.cuts = 0  # how often the connection was cut
+        self.cuts = self.stalls = 0  # how often the connection was cut, or so quiet that it may have been
         self._estimate: Estimate | None = None  # of the server's clock
         self._round_trip = 0.0
         self._wall, self._times = wall, HolderTimes(hello.offset)
@@ -102,13 +102,15 @@ class FarEnd:
     # --- sockets ---
 
     def receive(self, frame: Frame) -> None:
-        self._heard_at = self._wall()
+        now = self._wall()
+        self.stalls += self.open and now - self._heard_at > QUIET
+        self._heard_at = now
         for message in self.connection.receive(frame):
             self._take(message)
 
     def cut(self) -> None:
         """The socket is gone."""
-        self.cuts += self.open
+        self.cuts += self.connection.state in (State.OPEN, State.CLOSING)
         self.connection.cut()
         now = self._wall()
         self._cut_at, self._silent_since = min(self._cut_at, now), min(self._silent_since, now)
@@ -118,9 +120,10 @@ class FarEnd:
         return self.connection.state is State.OPEN
 
     @property
-    def unheard_since(self) -> float | None:
-        """The time of the day of the last word of the robot [s], where nothing is heard any more; None while it is."""
-        return None if self.open and self._wall() < self._heard_at + QUIET else self._heard_at
+    def unheard(self) -> float | None:
+        """For how long nothing was heard of the robot [s]; None while it is heard as usual."""
+        silent = self._wall() - self._heard_at
+        return None if self.open and silent < QUIET else silent
 
     @property
     def due(self) -> float:

@@ -286,6 +286,16 @@ class RemoteRobot:
         """Whether there is a connection now."""
         return self.client.far.open
 
+    @property
+    def unheard(self) -> float | None:
+        """For how long nothing was heard of the robot [s]; None while it is heard as usual."""
+        return self.client.far.unheard
+
+    @property
+    def breaks(self) -> int:
+        """How often the connection was cut, or so quiet that it may have been."""
+        return self.client.far.cuts + self.client.far.stalls
+
     def subscribe(self) -> Subscription[Event]:
         return self._loop.do(self._mirror.events.subscribe)
 

@@ -41,6 +41,10 @@ class Connection:
         return self._client.far.cuts
 
     @property
+    def stalls(self) -> int:
+        return self._client.far.stalls
+
+    @property
     def open(self) -> bool:
         return self._client.far.open
 

@@ -64,6 +64,10 @@ class Far(Protocol):
     def cuts(self) -> int:
         """How often the connection was cut."""
 
+    @property
+    def stalls(self) -> int:
+        """How often it was quiet for so long that it may have been."""
+
     def begin(self, make: Callable[[int], Request], outlet: Outlet) -> int:
         """Send a request; all that comes of it goes to the outlet, its end last. Raises RequestRefused."""
 
@@ -94,7 +98,7 @@ class RemoteSeat:
         self._later: deque[ServerMessage] = deque()  # for when the user has no question before him
         self._status, self._told_at = Status(), 0.0
         self._waits = self._asks = False
-        self._cuts = far.cuts  # when the last line was taken
+        self._breaks = self._count_breaks()  # when the last line was taken
         self._withdrawn: set[int] = set()
         self._question = 0  # that is before the user
         self._wake: Callable[[], object] = int  # nobody waits
@@ -114,7 +118,7 @@ class RemoteSeat:
     def take(self, text: str) -> None:
         """A line for the robot; one that begins with a slash is about who drives it."""
         self.interrupted = False
-        self._cuts = self._far.cuts
+        self._breaks = self._count_breaks()
         if text.startswith(SLASH):
             self._drive(text[1:].split())
             return
@@ -128,7 +132,11 @@ class RemoteSeat:
         self._act(Attend())
 
     def was_cut(self) -> bool:
-        return not self._far.open or self._far.cuts != self._cuts
+        return not self._far.open or self._breaks != self._count_breaks()
+
+    def _count_breaks(self) -> int:
+        """A person expects nothing any more of a line that is quiet for long; a pipe waits."""
+        return self._far.cuts + self._far.stalls * self._terminal.attended
 
     def drop(self, what: str) -> None:
         self._lost(f"not given, for the connection was cut meanwhile: {what}")

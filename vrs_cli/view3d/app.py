@@ -4,6 +4,7 @@ thread that shows them what is to be seen.
 
 from __future__ import annotations
 
+import json
 import logging
 import time
 import warnings
@@ -17,7 +18,6 @@ import viser
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.mishap import internal_error
 from vrs_cli.interfaces.roles.observer import Watched
-from vrs_cli.net.messages import ServerMessage, Welcome
 from vrs_cli.view3d.door import HOST, Door, opened
 from vrs_cli.view3d.furnish import furnish
 from vrs_cli.view3d.guard import Guard
@@ -61,7 +61,7 @@ class App:
         self._came = False  # whether there was a window
         door = door or opened()
         self.address = door.address
-        guard = Guard(door, lambda error: self._tell(internal_error(error).text))
+        guard = Guard(door, lambda error: self._tell(internal_error(error).text), self._look, self._stop)
         self._viser = _serve(guard)
         backdrop(self._viser.scene)  # all browsers hear of it before their windows are furnished
         self._viser.on_client_connect(self._come)
@@ -151,7 +151,27 @@ class App:
         with self._lock:
             window = self._windows.get(number)
         if window is not None:
-            window.away(why)
+            window.why_cut = why
+
+    # --- what pages ask for beside viser ---
+
+    def _look(self) -> str:
+        """As JSON: whether the robot may be stopped from here, and where it is not heard since when."""
+        windows = [window for window in self.windows if window.robot is not None]
+        found = {"drives": any(window.drives for window in windows), "lost": next(filter(None, map(lost, windows)), "")}
+        return json.dumps(found)
+
+    def _stop(self) -> str:
+        """The emergency stop, from whichever page: all are of the same user. Empty, or why it was not done."""
+        robots = [window.robot for window in self.windows if window.robot is not None and window.drives]
+        robot = next((robot for robot in robots if robot.open), *robots[:1] or (None,))
+        if robot is None:
+            return "STOP did not reach the robot."
+        try:
+            robot.abort()
+        except VrsError as error:
+            return f"STOP did not reach the robot. {error}"
+        return ""
 
     # --- time ---
 
@@ -175,15 +195,21 @@ class App:
 
 
 def _hear(window: Window) -> None:
-    """The connection of a window is there again when the robot says welcome; what it says may be seen."""
-
-    def hear(message: ServerMessage) -> None:
-        if isinstance(message, Welcome):
-            window.away("")
-        window.wake()
-
+    """What the robot says may be seen."""
     if window.robot is not None:
-        window.robot.listen(hear)
+        window.robot.listen(lambda _message: window.wake())
+
+
+def lost(window: Window) -> str:
+    """Since when the robot of a window is not heard; empty where it is."""
+    silent = None if window.robot is None else window.robot.unheard
+    if window.robot is None or silent is None:
+        return ""
+    since = time.strftime("%H:%M:%S", time.localtime(time.time() - silent))
+    if window.robot.open:
+        return f"Nothing is heard of the robot since {since}. What is seen was planned then. STOP may not reach it."
+    why = f" ({window.why_cut})" if window.why_cut else ""
+    return f"No connection to the robot since {since}{why}. What is seen was planned then. STOP does not reach it."
 
 
 def _serve(guard: Guard) -> _Viser:

@@ -93,6 +93,7 @@ class Gizmo:
         """In the order in which the browser tells it, as this never waits."""
         gizmo = transform_of(event.target)
         if event.phase == "start" and self._tool is not None:
+            self._robot.drag(None)  # what a cut has broken off is let go only now
             self._grip = compose(inverse(gizmo), self._tool)
         if self._grip is None:
             return
@@ -101,7 +102,11 @@ class Gizmo:
         if event.phase == "end":
             self._robot.drag(self._wish)
             self._robot.drag(None)
-            self._grip = self._wish = self._said = None
+            self.drop()
+
+    def drop(self) -> None:
+        """Nothing is wished any more until the gizmo is taken again."""
+        self._grip = self._wish = self._said = None
 
     def _tell(self) -> None:
         """The newest wish, once a tick at most."""

@@ -19,7 +19,7 @@ import websockets.asyncio.server as sockets
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.http11 import Request, Response
 
-from vrs_cli.view3d.addition import THERE, addition
+from vrs_cli.view3d.addition import STOP, THERE, addition
 from vrs_cli.view3d.door import LOOPBACK, Door
 
 _replacing = Lock()
@@ -28,11 +28,18 @@ Asked = Callable[[ServerConnection, Request], Response | None]
 
 class Guard:
     """Lets in who knows the secret of a door: a page gets what it is made of at once, and is talked with from `let_in`
-    on. `failed` is told what goes wrong with what a page sends: viser lets it lie.
+    on. `failed` is told what goes wrong with what a page sends: viser lets it lie. `look` says, as JSON, how the robot
+    is reached; `stop` stops it, and says why where it does not.
     """
 
-    def __init__(self, door: Door, failed: Callable[[BaseException], object]) -> None:
-        self._door, self._failed = door, failed
+    def __init__(
+        self,
+        door: Door,
+        failed: Callable[[BaseException], object],
+        look: Callable[[], str],
+        stop: Callable[[], str],
+    ) -> None:
+        self._door, self._failed, self._look, self._stop = door, failed, look, stop
         self.stands = False
         self.let_in: Callable[[], object] = lambda: None
 
@@ -47,7 +54,7 @@ class Guard:
             return "open the address that vrs view tells, with all that is in it"
         return ""
 
-    def admit(self, connection: ServerConnection, request: Request, then: Asked) -> Response | None:
+    async def admit(self, connection: ServerConnection, request: Request, then: Asked) -> Response | None:
         """Refuse a request, or hand it on without the secret."""
         try:
             why = self.refuses(request)
@@ -57,7 +64,10 @@ class Guard:
             return connection.respond(HTTPStatus.FORBIDDEN, f"{why}\n")
         request.path = "/" + request.path.removeprefix(f"/{self._door.secret}").lstrip("/")
         if request.path == THERE:
-            return connection.respond(HTTPStatus.OK, "")
+            return connection.respond(HTTPStatus.OK, self._look())
+        if request.path == STOP:
+            wrong = await asyncio.to_thread(self._stop)
+            return connection.respond(HTTPStatus.SERVICE_UNAVAILABLE if wrong else HTTPStatus.OK, wrong)
         if "Accept-Encoding" in request.headers:
             del request.headers["Accept-Encoding"]  # most of the page is compressed anyway
         answer = then(connection, request)
@@ -80,7 +90,7 @@ class Guard:
 
         def guarded(handler: Any, _host: Any, _port: Any, *, process_request: Asked, **options: Any) -> serve:
             async def asked(connection: ServerConnection, request: Request) -> Response | None:
-                answer = self.admit(connection, request, process_request)
+                answer = await self.admit(connection, request, process_request)
                 if answer is None:  # the page begins to talk
                     await ready.wait()
                 return answer

@@ -38,6 +38,7 @@ class Panel:
         self._drives = window.drives
         self.seat = PanelSeat(window.robot, window.surveying.happened)
         self.hands = Hands(self._refused)
+        self._breaks = self.robot.breaks
         self._waits: tuple[int, float] = 0, 0.0  # the command that is waited for, since that time of the day [s]
         self.parts: list[Part] = [self]
         self._build(window, window.client.gui)
@@ -45,9 +46,6 @@ class Panel:
     def _build(self, window: Window, gui: viser.GuiApi) -> None:
         panel = gui.add_panel(order=-1.0)
         with panel.add_tab("Commands" if self._drives else "Robot", viser.Icon.TERMINAL_2):
-            self.stop = gui.add_button(
-                "STOP", color="red", icon=viser.Icon.HAND_STOP, hint="Brake, stop all tasks", visible=self._drives
-            )
             self.news = gui.add_html("")
             self.lease = gui.add_button_group("Nobody drives", (DRIVE,), visible=False)
             with gui.add_folder(None, visible=self._drives):
@@ -55,7 +53,6 @@ class Panel:
             self._add_tabs(window, gui)
         panel.dock_left()
         panel.set_width(min(WIDTH, max(LEAST, SHARE * window.width)))
-        self.stop.on_click(lambda _event: self.seat.abort())  # waits for nothing that was clicked before
         self.hands.on(self.lease, self._lease)
 
     def _add_tabs(self, window: Window, gui: viser.GuiApi) -> None:
@@ -66,7 +63,8 @@ class Panel:
             with tabs.add_tab("Move"):
                 self.hand = HandPanel(gui, self.seat, self.hands, self.robot.arm, self._wall)
             with tabs.add_tab("Drag"):
-                self.parts.append(Gizmo(window, self.robot, self.seat, self.hands))
+                self.gizmo = Gizmo(window, self.robot, self.seat, self.hands)
+                self.parts.append(self.gizmo)
         with tabs.add_tab("Signals"):
             self.signals = SignalsPanel(gui, self.seat, self.hands, drives=self._drives)
 
@@ -86,12 +84,22 @@ class Panel:
         wall = self._wall()
         found, drives = shown.surveyed, self._drives and self.robot.open and self.seat.may_drive
         self._show_state(wall)
+        if self._breaks != self.robot.breaks:
+            self._breaks = self.robot.breaks
+            self._drop()
         self.line.refresh()
         if self._drives:
             self.hand.refresh(shown, found, drives=drives)
         if found is not None:
             self.programs.refresh(found, drives=drives)
             self.signals.refresh(found)
+
+    def _drop(self) -> None:
+        """The connection was cut: what was typed or moved before, and is not sent, is not sent later."""
+        self.line.drop()
+        if self._drives:
+            self.hand.drop()
+            self.gizmo.drop()
 
     def _show_state(self, wall: float) -> None:
         driver = self.seat.who_drives(self.seat.lease.driver)

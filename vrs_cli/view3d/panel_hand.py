@@ -88,6 +88,7 @@ class HeldButton:
         self._hands, self._wall, self._hold, self._let_go, self._step = hands, wall, hold, let_go, step
         self._said, self._at = 0, 0.0  # how often the page has said that it is held, and when last
         self._lost = False  # it was let go because nothing was heard of it
+        self._dropped = False  # it is held as it was when the connection to the robot was cut
         handle.on_hold(self._hear, HOLDING)
         handle.on_click(self._clicked)
 
@@ -98,16 +99,23 @@ class HeldButton:
     async def _hear(self, _event: object) -> None:
         """In the order in which the page says it, as this never waits."""
         self._said, self._at = self._said + 1, self._wall()
-        if self._said > CLICK:
+        if self._said > CLICK and not self._dropped:
             self._hands.do(self._hold)
 
     async def _clicked(self, _event: object) -> None:
         """It is let go, or pressed with the keyboard."""
-        if self._said > CLICK:
+        dropped, self._dropped = self._dropped, False
+        if dropped:
+            self._said = 0
+        elif self._said > CLICK:
             self._end(self._let_go)
         elif not self._lost:
             self._end(self._step)
         self._lost = False
+
+    def drop(self) -> None:
+        """It does nothing any more until it is let go."""
+        self._dropped = self.held
 
     def look(self, wall: float) -> None:
         """The page is not heard of."""
@@ -158,6 +166,13 @@ class HandPanel:
         return HeldButton(button, hands, self._wall, hold, self._let_go, step)
 
     # --- what is done ---
+
+    def drop(self) -> None:
+        """Forget what is slid and held."""
+        for slider in (self.speed, *self.joints):
+            slider.wanted = None
+        for button in self.buttons:
+            button.drop()
 
     def _move(self, slider: Slider, value: float) -> None:
         slider.moved(value, self._wall())

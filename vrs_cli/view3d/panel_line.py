@@ -113,6 +113,14 @@ class CommandLine:
         self.mistake.content = boxed(html((DiagnosticsReport((Diagnosed(mistake, checking.text),)),)))
         self.mistake.visible = True
 
+    def drop(self) -> None:
+        """Lines that are not sent yet, and will not be."""
+        lines = [*([] if self._checking is None else [self._checking.text]), *self._lines]
+        self._checking = None
+        self._lines.clear()
+        for line in lines:
+            self._seat.drop(line)
+
     # --- completion and history ---
 
     def _complete(self, text: str) -> None:

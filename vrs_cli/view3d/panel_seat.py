@@ -11,7 +11,7 @@ from typing import NamedTuple
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.station.lease import Lost, Requested
 from vrs_cli.net import messages
-from vrs_cli.net.messages import Abort, Asked, At, Done, Drive, How, LeaseAct, Line, Refused, Request, ServerMessage
+from vrs_cli.net.messages import Asked, At, Done, Drive, How, LeaseAct, Line, Refused, Request, ServerMessage
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.render.colours import Ink
 from vrs_cli.values.acts import Attend, Define, Defined
@@ -72,9 +72,17 @@ class PanelSeat:
         if len(text) > LONGEST:
             self.note(f"{len(text)} characters at once: load them as a file", Ink.ERROR)
             return
+        self._keep(text)
+        self.command(text)
+
+    def drop(self, text: str) -> None:
+        """Lines that are not sent: they may be brought back."""
+        self._keep(text)
+        self.note(f"Not given, for the connection was cut meanwhile: {text.strip()}", Ink.WARNING)
+
+    def _keep(self, text: str) -> None:
         if text.strip() and text not in self.history[-1:]:
             self.history = [*self.history, text][-HISTORY:]
-        self.command(text)
 
     def command(self, text: str, again: str = "") -> None:
         """A line that somebody typed, or that a button stands for. `again` as in `Transcript.echo`."""
@@ -91,10 +99,6 @@ class PanelSeat:
         self.note(f"Loading {name}")
         self._do(lambda id: At(id, Define(text, f"{name}:")), "")
 
-    def abort(self) -> None:
-        """The emergency stop."""
-        self._do(Abort, "ABORT")
-
     def drive(self, act: LeaseAct, to: str = "") -> None:
         self._do(lambda id: Drive(id, act, to), "")
 
@@ -105,7 +109,10 @@ class PanelSeat:
             self._do(lambda id: At(id, Attend()), "")
 
     def answer(self, asked: Asked, value: Answer, how: How = How.ANSWERED) -> None:
-        """Once: what is asked of two is answered by the first."""
+        """Once: what is asked of two is answered by the first. Without a connection the question stays."""
+        if not self.robot.open:
+            self.note(str(self.robot.client.far.no_connection), Ink.ERROR)
+            return
         if self._questions.pop(asked.number, None) is not None:
             said = ("Y" if value else "N") if isinstance(value, bool) else value or ""
             self.transcript.echo(f"{getattr(asked.question, 'text', '')} ", said)

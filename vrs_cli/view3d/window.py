@@ -28,7 +28,7 @@ STAYS = 8.0  # [s] that a message is shown
 PERIOD = 0.02  # [s] between two pictures at least
 OFTEN = 0.1  # [s] between two looks at what is read, and at all while nothing moves
 DRIVERS = (Role.SUPERVISOR.title, TEACHER)
-RED, AMBER = (200, 60, 50), (220, 150, 40)
+RED = (200, 60, 50)
 
 Change = Callable[[Playback, float], Playback]
 
@@ -37,7 +37,8 @@ class Window:
     """`robot`: what is watched, where it is one that can be asked and driven; None for a trajectory of a file. `parts`
     are shown whatever of them has changed, in their order; `closing`: what is to be done when the browser goes. `type`
     has a line carried out as one that the user types. It is to be shown when it is `due`, by the time of the day [s];
-    `woken` is called where that is sooner than it was. Any thread may call any method.
+    `woken` is called where that is sooner than it was. `why_cut`: what was told of the last cut of its connection. Any
+    thread may call any method.
     """
 
     def __init__(
@@ -60,7 +61,7 @@ class Window:
         self._changing = Lock()
         self._told = ""
         self._told_at = -STAYS
-        self._away: viser.NotificationHandle | None = None
+        self.why_cut = ""
 
     def _begin(self, wall: float, rate: float) -> Playback:
         """A robot is followed; a trajectory is played from its start."""
@@ -186,17 +187,6 @@ class Window:
         if text != self._told or now > self._told_at + STAYS:
             self._told, self._told_at = text, now
             self.client.add_notification(TITLE, text, auto_close_seconds=STAYS, color=RED)
-
-    def away(self, why: str) -> None:
-        """The robot is not heard of: that is shown until it is again (empty)."""
-        with self._changing:
-            if self._away is not None:
-                self._away.remove()
-            self._away = (
-                self.client.add_notification(TITLE, why, loading=True, with_close_button=False, color=AMBER)
-                if why
-                else None
-            )
 
     def close(self) -> None:
         """The browser is gone."""
