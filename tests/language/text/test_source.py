@@ -172,9 +172,15 @@ def test_an_empty_file() -> None:
     assert parse_file("") == (ast.File(()), ())
 
 
-@pytest.mark.parametrize(
-    "text", [";" * 900_000, "x = " + "(" * 900_000, "; vrs:" + " V123" * 180_000, "GRASP " * 150_000]
-)
+WIDE = {
+    "semicolons": ";" * 900_000,
+    "brackets": "x = " + "(" * 900_000,
+    "marks": "; vrs:" + " V123" * 180_000,
+    "words": "GRASP " * 150_000,
+}
+
+
+@pytest.mark.parametrize("text", WIDE.values(), ids=WIDE)
 @pytest.mark.parametrize("section", [".PROGRAM wide", ".LOCATIONS"])
 def test_a_line_that_takes_long_to_be_read_is_refused_and_not_read(section: str, text: str) -> None:
     began = time.process_time()
