@@ -17,12 +17,20 @@ from vrs_cli.engine import book
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.actor import actor
 from vrs_cli.interfaces.actor.ticket import Ticket
+from vrs_cli.interfaces.editor import lines as editor
 from vrs_cli.interfaces.holders.holder import Holder
+from vrs_cli.interfaces.monitor import files, programs
+from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station import station
+from vrs_cli.interfaces.station.brought import Brought
+from vrs_cli.language.run import environment
+from vrs_cli.values.acts import Define
 
 FILE = ".PROGRAM brought\nx = 1\nDRIVE 1, 5\n.END\n.REALS\nx 7\nrow[1] 8\n.END\n.LOCATIONS\np 1 2 3 0 0 0\n.END\n"
 BEFORE = ("x = 1", "y = 2", "row[1] = 3", "DRIVE 1, 5", "DRIVE 2, 5", "UNDO", "BRANCH b", "DRIVE 3, 5", "BRANCH main")
 LONG = ("UNDO {0}", "REDO {0}", "MERGE b", "LOAD brought", "STORE all", "LISTR", "LISTL", "COMPARE main, b")
+LONG += ("DEFINE", "FLIST brought", "DIRECTORY", "EXECUTE brought")
 MEANWHILE = ("DRIVE 4, 5", "x = 5", "p = 3", "DELETER x", "WHERE", "UNDO", "LISTR", "ABORT", "STOP")
 
 
@@ -87,7 +95,9 @@ def state(session: Session, holder: Holder) -> tuple[Any, ...]:
     )
 
 
-def asked(holder: Holder, line: str) -> Ticket[None]:
+def asked(holder: Holder, line: str) -> Ticket[Any]:
+    if line == "DEFINE":
+        return holder.submit(act_on(holder._session, Define(FILE)))
     return holder.stop() if line == "STOP" else holder.ask(line)
 
 
@@ -184,3 +194,72 @@ def test_what_a_holder_asks_for_waits_for_the_work_beside_before_it(
             session.actor.step()
     assert (load.error(0.0), run.error(0.0)) == (None, None)
     assert [record.text for record in session.engine.records()] == ["DRIVE 2, 5", "DRIVE 1, 5"]
+
+
+STEPS = 60  # of a program that counts as long here
+TEXT = ".PROGRAM long\n" + "x = x+1\n" * STEPS + "CALL other\n.END\n.PROGRAM other\nFOR i = 1 TO 3\ny = i\nEND\n.END\n"
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ("LOAD long",),
+        ("DEFINE",),
+        ("LOAD long", "LISTP long"),
+        ("LOAD long", "EXECUTE long"),
+        ("LOAD long", "EXECUTE 3 long", "EXECUTE long, 1, 5"),
+        ("LOAD long", "PRIME long", "SSTEP long", "BPT long, 3"),
+        ("LOAD long", "EDIT long", "P 5", "I", "x = 2", "", "E"),
+        ("FLIST long.v2",),
+    ],
+)
+def test_no_step_of_a_robot_works_on_a_whole_long_program(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lines: tuple[str, ...]
+) -> None:
+    """Reading, analysing, compiling, printing and listing of it happen beside the robot alone."""
+    monkeypatch.chdir(tmp_path)
+    Path("long.v2").write_text(TEXT)
+    where, beside_now = list[str](), False
+
+    def watched(owner: Any, name: str) -> None:
+        work = getattr(owner, name)
+
+        def noted(*given: Any, **named: Any) -> Any:
+            short = name == "compile_program" and len(given[1].program.steps) <= 10  # a line of the prompt
+            if not beside_now and not short:
+                where.append(name)
+            return work(*given, **named)
+
+        monkeypatch.setattr(owner, name, noted)
+
+    for owner, name in WORK:
+        watched(owner, name)
+    for constant in ("LONG_TEXT", "LONG_PROGRAM"):
+        monkeypatch.setattr(station, constant, 10)
+    for user in (programs, editor):
+        monkeypatch.setattr(user, "LONG_PROGRAM", 10)
+    session = Session(RecordingTerminal())
+    holder = Holder(session)
+    with served(session, 1) as beside:
+        for line in ("DISABLE INTERACTIVE", *lines):
+            ticket = holder.submit(act_on(session, Define(TEXT))) if line == "DEFINE" else holder.ask(line)
+            while not ticket.done():
+                if session.actor.peek() < inf:
+                    session.actor.step()
+                else:
+                    beside_now = True
+                    beside.do()
+                    beside_now = False
+            assert ticket.error(0.0) is None, line
+    assert not where
+
+
+WORK = (
+    (station, "parse_file"),
+    (Brought, "of"),
+    (environment, "compile_program"),
+    (programs, "listed"),
+    (editor, "rebuilt"),
+    (editor, "taken"),
+    (files, "read_program_file"),
+)

@@ -268,7 +268,7 @@ class Conversation:
             case StopProgram():
                 yield from self.stop_program()
             case ReadDraft() | KeepDraft():
-                return self._draft.do(act)
+                return (yield from self._draft.do(act))
             case Press() | Brake() | Look():
                 shown = self.desk.on_screen
                 return shown.do(act) if isinstance(shown, Jogger) else self._held.do(act)

@@ -12,15 +12,17 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache, partial
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.errors import IllegalValue, NotAvailable, ProgramNotExecutable, UsageError
-from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.station.station import LONG_PROGRAM, Station
+from vrs_cli.interfaces.talk import Talk, beside_if
 from vrs_cli.language.analysis.analyzer import analyze, check_line
 from vrs_cli.language.analysis.result import Analysis
+from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.text.ast import BadLine, Expression, Program, ProgramCall, ProgramHeader, Step, Variable
 from vrs_cli.language.text.meaning import resolve_line, resolve_program, variables_named_like_functions
 from vrs_cli.language.text.parser import parse_prompt, parse_step
@@ -31,6 +33,7 @@ from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.numbers import count
 from vrs_cli.values.replies import Diagnosed, DiagnosticsReport, ListedStep, Message, ProgramPart, Reply
 
+W = TypeVar("W")
 HEADER_LINE = 1  # of a program's text; its steps follow
 _SUBCOMMAND = re.compile(r"\s*(?P<word>[A-Za-z]{1,2})(?:\s+(?P<argument>(?![=\[]).*))?$")
 _STEP_NUMBER = re.compile(r"\d{1,9}$")
@@ -301,17 +304,35 @@ class Editor:
     def text(self) -> str:
         return print_program(self.draft.program)
 
-    def take(self, line: str) -> tuple[Reply, ...]:
-        """What a line is answered with. Raises LineRefused, VrsError: the same step is asked for again then."""
+    def take(self, line: str) -> Talk[tuple[Reply, ...]]:
+        """Carry out a line; what it is answered with. Raises LineRefused, VrsError: the same step is asked for again
+        then.
+        """
         asked = subcommand(line)
         if asked is not None and asked[0] in LEAVING:
             letter, argument = asked
-            return self._leave(argument) if letter == "E" else self._change(argument)
+            return (yield from self._leave(argument) if letter == "E" else self._change(argument))
         if line.strip().upper() == ".END":
-            return self._leave("")
-        change = taken(self.draft, line, self._station.environment.kinds())
-        self.draft = change.draft
-        return (*change.replies, *self.draft.present())
+            return (yield from self._leave(""))
+
+        def work(draft: Draft, memory: Memory) -> tuple[Draft, tuple[Reply, ...]]:
+            change = taken(draft, line, memory.kinds())
+            return change.draft, (*change.replies, *change.draft.present())
+
+        draft, replies = yield from self._on_draft(work)
+        self.draft = replace(draft, analysed=self.draft.analysed)
+        return replies
+
+    def screen(self) -> Talk[tuple[Reply, ...]]:
+        """What is seen on entry."""
+        return self._on_draft(lambda draft, _memory: draft.screen())
+
+    def _on_draft(self, work: Callable[[Draft, Memory], W]) -> Talk[W]:
+        """Work on the draft among what is in memory; of a long program another thread does it, among a copy of that."""
+        environment, long = self._station.environment, len(self.draft.steps) > LONG_PROGRAM
+        memory = environment.copy() if long else environment
+        draft = replace(self.draft, analysed=partial(analysis_of, memory))
+        return (yield from beside_if(long, lambda: work(draft, memory)))
 
     def mistake(self, line: str) -> Diagnostic | None:
         """What is wrong with an instruction, before it is sent; sub-commands answer for themselves."""
@@ -323,28 +344,29 @@ class Editor:
             return refused.diagnostic
         return None
 
-    def _leave(self, argument: str) -> tuple[Reply, ...]:
+    def _leave(self, argument: str) -> Talk[tuple[Reply, ...]]:
         _nothing_after(argument, "E")
+        replies = yield from stored(self._station, self.draft.program)
         self.done = True
-        return stored(self._station, self.draft.program)
+        return replies
 
-    def _change(self, argument: str) -> tuple[Reply, ...]:
+    def _change(self, argument: str) -> Talk[tuple[Reply, ...]]:
         name, comma, step = (part.strip() for part in argument.partition(","))
         if not name or (comma and not step):
             raise UsageError("C", LEAVING["C"])
         at = _number(step, "C program, step")
         program = named_program(name)
         refuse_running(self._station, program.name)
-        replies = stored(self._station, self.draft.program)
+        replies = yield from stored(self._station, self.draft.program)
         self.draft = opened(self._station, program, at)
         self._opened = self.draft.program
-        return (*replies, *self.draft.screen())
+        return (*replies, *(yield from self.screen()))
 
 
-def stored(station: Station, program: Program) -> tuple[Reply, ...]:
+def stored(station: Station, program: Program) -> Talk[tuple[Reply, ...]]:
     """Put an edited program in memory: its first fault, and what it is now."""
-    whole, source = rebuilt(program)
-    found = station.keep(whole, source)
+    whole, source = yield from beside_if(len(program.steps) > LONG_PROGRAM, lambda: rebuilt(program))
+    found = yield from station.keep(whole, source)
     lines = ["", *source.split("\n")]
     first = first_error(found)
     report: tuple[Reply, ...] = ()
@@ -369,18 +391,17 @@ def opened(station: Station, asked: Program, step: int = 1) -> Draft:
     """The program of that name as it is in memory, or a new one. Parameters that are named replace its own."""
     programs = station.programs
     if key_of(asked.name) not in programs:
-        return Draft(replace(asked, dialect=station.dialect), analysed=partial(analysis_of, station))
+        return Draft(replace(asked, dialect=station.dialect), analysed=partial(analysis_of, station.environment))
     program = programs[key_of(asked.name)].program
     if asked.parameters:
         program = replace(program, parameters=asked.parameters)
-    return Draft(program, analysed=partial(analysis_of, station)).moved(step - 1)
+    return Draft(program, analysed=partial(analysis_of, station.environment)).moved(step - 1)
 
 
-def analysis_of(station: Station, program: Program) -> Analysis:
+def analysis_of(memory: Memory, program: Program) -> Analysis:
     """A program among those in memory, in the place of one of its name."""
-    environment = station.environment
-    programs = {key: one.program for key, one in environment.programs.items()} | {program.key: program}
-    return analyze(program, environment.kinds(), programs)
+    programs = {key: one.program for key, one in memory.programs.items()} | {program.key: program}
+    return analyze(program, memory.kinds(), programs)
 
 
 def refuse_running(station: Station, name: str) -> None:

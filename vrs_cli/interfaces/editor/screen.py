@@ -11,7 +11,8 @@ from typing import NamedTuple, Protocol
 
 from vrs_cli.errors import CannotInterpret, ProgramExists
 from vrs_cli.interfaces.editor.lines import analysis_of, opened, stored
-from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.station.station import LONG_TEXT, Station
+from vrs_cli.interfaces.talk import Talk, at_once, beside_if
 from vrs_cli.language.text.ast import BadLine, Program, ProgramHeader, Step
 from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.text.parser import parse_prompt, parse_step
@@ -68,22 +69,28 @@ class ScreenDraft:
         self.said: tuple[Reply, ...] = ()
         self.noted: Callable[[], None] = lambda: None
 
-    def do(self, act: ReadDraft | KeepDraft) -> Findings | Kept:
+    def do(self, act: ReadDraft | KeepDraft) -> Talk[Findings | Kept]:
         """What somebody far away wants of it. Raises VrsError."""
         if isinstance(act, ReadDraft):
-            return Findings(self._read(act.text).findings)
-        said = self.save(act.text)
+            return Findings((yield from self._read(act.text)).findings)
+        said = yield from self._saved(act.text)
         return Kept(self.name, said)
 
     def look(self, text: str, found: Found) -> None:
-        found(self._read(text).findings)
+        found(at_once(self._read(text)).findings)
 
-    def _read(self, text: str) -> Reading:
-        program, findings = read(text, self.dialect)
-        if program is None:
-            return Reading(None, findings)
-        findings += analysis_of(self._station, program).diagnostics
-        return Reading(program, ordered(findings))
+    def _read(self, text: str) -> Talk[Reading]:
+        """A text among what is in memory; another thread reads a long one, among a copy of that."""
+        environment, long, dialect = self._station.environment, len(text) > LONG_TEXT, self.dialect
+        memory = environment.copy() if long else environment
+
+        def work() -> Reading:
+            program, findings = read(text, dialect)
+            if program is None:
+                return Reading(None, findings)
+            return Reading(program, ordered((*findings, *analysis_of(memory, program).diagnostics)))
+
+        return (yield from beside_if(long, work))
 
     def note(self, text: str, *, stored: bool) -> None:
         """What a file would hold of the text, where it is not stored."""
@@ -92,12 +99,15 @@ class ScreenDraft:
 
     def save(self, text: str) -> str:
         """Store the program; what is said of it. Raises LineRefused, ProgramExists for the name of another program."""
-        program, findings = self._read(text)
+        return at_once(self._saved(text))
+
+    def _saved(self, text: str) -> Talk[str]:
+        program, findings = yield from self._read(text)
         if program is None:
             raise LineRefused(findings[0])
         if program.key != key_of(self.name) and program.key in self._station.programs:
             raise ProgramExists(program.name, "give this one another name")
-        self.said = stored(self._station, program)
+        self.said = yield from stored(self._station, program)
         self.name = self._station.desk.last_edited = program.name
         return next((reply.text for reply in reversed(self.said) if isinstance(reply, Message)), "")
 

@@ -130,7 +130,7 @@ def _edit(station: Station, it: Instruction) -> Talk[None]:
     refuse_running(station, program.name)
     editor = station.desk.editor = Editor(station, opened(station, program, step))
     station.desk.last_edited = program.name
-    yield from editor.draft.screen()
+    yield from (yield from editor.screen())
 
 
 def _see(station: Station, it: Instruction) -> Talk[None]:

@@ -93,7 +93,8 @@ class Session(Station):
         yield from self._attend()
         editor = self.desk.editor
         if editor is not None and self.desk.role is Role.SUPERVISOR:
-            replies, self.desk.last_edited = editor.take(line), editor.name
+            replies = yield from editor.take(line)
+            self.desk.last_edited = editor.name
             self.desk.editor = None if editor.done else editor
             yield from replies
         else:

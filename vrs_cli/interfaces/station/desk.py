@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol, TypeVar
@@ -36,7 +35,7 @@ class LineEditor(Protocol):
     def text(self) -> str:
         """The program as a file would hold it."""
 
-    def take(self, line: str) -> Iterable[Reply]:
+    def take(self, line: str) -> Talk[tuple[Reply, ...]]:
         """Do what a line says. Raises LineRefused, VrsError."""
 
     def mistake(self, line: str) -> Diagnostic | None:

@@ -223,9 +223,11 @@ class Station:
             if isinstance(part, Program):
                 self.check_free(part.name)
 
-    def keep(self, program: Program, text: str) -> tuple[Diagnostic, ...]:
+    def keep(self, program: Program, text: str) -> Talk[tuple[Diagnostic, ...]]:
         """Put one program in memory, in the place of one of its name; `text` is its source. What is wrong with it."""
-        brought = Brought.of(File((program,)), text, self._memory(), vplus=self.robot.switch("VPLUS"))
+        memory, vplus = self._memory(), self.robot.switch("VPLUS")
+        long = len(program.steps) > LONG_PROGRAM
+        brought = yield from beside_if(long, lambda: Brought.of(File((program,)), text, memory, vplus=vplus))
         self._store(brought)
         return brought.diagnostics
 
