@@ -8,6 +8,7 @@ whose position and velocity are what they were, segments are only shifted in tim
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import suppress
 from functools import cached_property, partial
 
@@ -23,7 +24,7 @@ from vrs_cli.kinematics.joints import largest_change
 from vrs_cli.trajectory.instant import TICKS_PER_SECOND
 from vrs_cli.trajectory.laws.law import Row
 from vrs_cli.trajectory.laws.table import LAWS
-from vrs_cli.trajectory.polynomial import shifted
+from vrs_cli.trajectory.polynomial import Polynomial, shifted
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.state import JointState, Target
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
@@ -78,25 +79,39 @@ def _coming(timeline: Timeline, keep: int, t: float) -> list[list[Row]] | None:
     jerk-limited, or not in joint space.
     """
     ways: list[list[Row]] = []
-    for index in range(keep - 1, len(timeline)):
-        segment = timeline[index]
+    for segment in _under_way(timeline, keep, t):
         begin, path = max(segment.start, t), segment.path
-        if begin >= segment.finish:
-            continue
         if not (LAWS[segment.motion.profile].smooth and isinstance(path, JointPath) and path.degree <= CUBIC):
             return None
-        ways = ways or [[] for _ in path.coefficients]
-        for way, row in zip(ways, path.coefficients, strict=True):
-            q, v, half, sixth = shifted((*row, 0.0, 0.0, 0.0)[: CUBIC + 1], begin - segment.start)
-            way.append((round((begin - t) * TICKS_PER_SECOND), begin - t, q, v, half, sixth))
-        end = JointState(
-            path.joints(segment.duration), path.velocity(segment.duration), path.acceleration(segment.duration)
-        )
-        if end.at_rest:
-            for way, q in zip(ways, end.joints, strict=True):
-                way.append((round((segment.finish - t) * TICKS_PER_SECOND), segment.finish - t, q, 0.0, 0.0, 0.0))
-            break
+        ends = [_row(segment.finish - t, (q, 0.0, 0.0, 0.0)) for q in path.joints(segment.duration)]
+        ways = [way[:-1] for way in ways] or [[] for _ in ends]
+        for way, row, end in zip(ways, path.coefficients, ends, strict=True):
+            cubic = shifted((*row, 0.0, 0.0, 0.0)[: CUBIC + 1], begin - segment.start)
+            way.extend((_row(begin - t, cubic), end))
     return ways or None
+
+
+def _row(t: float, cubic: Polynomial) -> Row:
+    q, v, half, sixth = cubic
+    return round(t * TICKS_PER_SECOND), t, q, v, half, sixth
+
+
+def _under_way(timeline: Timeline, keep: int, t: float) -> Iterator[Segment]:
+    """The segments from t [s] on that follow each other without a gap, until the robot rests."""
+    end = t
+    for index in range(keep - 1, len(timeline)):
+        segment = timeline[index]
+        if segment.start > end:
+            return
+        if segment.finish > t:
+            yield segment
+            end, path = segment.finish, segment.path
+            if isinstance(path, JointPath) and _state(path, segment.duration).at_rest:
+                return
+
+
+def _state(path: JointPath, s: float) -> JointState:
+    return JointState(path.joints(s), path.velocity(s), path.acceleration(s))
 
 
 class Place(Struct, frozen=True):

@@ -4,66 +4,48 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from math import sqrt
+from math import copysign, sqrt
 
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE
 from vrs_cli.kinematics.profile import Profile
-from vrs_cli.trajectory.instant import TICK, TICKS_PER_SECOND, up_to_grid
+from vrs_cli.trajectory.instant import TICK, TICKS_PER_SECOND
 from vrs_cli.trajectory.laws import lspb_stops
 from vrs_cli.trajectory.laws.law import Pieces, Row
-from vrs_cli.trajectory.laws.lspb_times import ROOM
-from vrs_cli.trajectory.laws.scurve_times import CAREFUL, MOMENT, Change
 from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.polynomial import turns
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointState
 from vrs_cli.values.motion import Motion
 
+SHORTEST = 1e-10  # [s] of a piece: a shorter one changes nothing
+
 # --- one joint alone ---
 
 
 def stop(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
     """The quickest way to velocity and acceleration zero: (duration, jerk) piece by piece."""
-    acceleration, jerk = acceleration / CAREFUL, jerk / CAREFUL
     left = v + 0.5 * a * abs(a) / jerk  # the velocity once the acceleration is gone
     if abs(left) <= NEGLIGIBLE:
-        duration = up_to_grid(abs(a) / jerk)
-        return ((duration, -a / duration),) if duration else ()
-    sign = 1.0 if left > 0.0 else -1.0
+        return ((abs(a) / jerk, copysign(jerk, -a)),) if a else ()
+    sign = copysign(1.0, left)
     v, a = v * sign, a * sign
     level = min(sqrt(jerk * v + 0.5 * a * a), acceleration)
     rise, fall = (a + level) / jerk, level / jerk
-    if fall < MOMENT:  # so little to do that the time grid would show in the jerk
-        rise, fall = max(rise, 10.0 * MOMENT), 10.0 * MOMENT
-    elif rise < MOMENT:  # the level is that which there is
-        return tuple((duration, -sign * rate) for duration, rate in _pieces_at_level(v, a, jerk))
-    hold = (v + 0.5 * (a - level) * rise) / level - 0.5 * fall
-    change = Change(up_to_grid(rise) + ROOM, up_to_grid(max(hold, 0.0)), up_to_grid(fall) + ROOM)
-    return tuple((duration, sign * rate) for duration, rate in change.pieces(v, a, 0.0))
-
-
-def _pieces_at_level(v: float, a: float, jerk: float) -> Iterator[tuple[float, float]]:
-    """The deceleration a < 0 is kept, and then goes; the sign of the jerk is turned round."""
-    fall = up_to_grid(-a / jerk)
-    hold = up_to_grid(max(-v / a - 0.5 * fall, 0.0))
-    fall = up_to_grid(2.0 * (-v / a - hold))
-    if hold:
-        yield hold, 0.0
-    yield fall, a / fall
+    hold = (v + 0.5 * (a - level) * abs(rise)) / level - 0.5 * fall
+    pieces = (abs(rise), copysign(jerk, -sign * rise)), (hold, 0.0), (fall, sign * jerk)
+    return tuple([piece for piece in pieces if piece[0] > SHORTEST])
 
 
 def turning_back(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
     """The pieces that bring the velocity to zero soonest, whatever the acceleration is then: nothing goes less far."""
-    acceleration, jerk = acceleration / CAREFUL, jerk / CAREFUL
-    sign = 1.0 if v > 0.0 else -1.0
+    sign = copysign(1.0, v)
     v, a = v * sign, a * sign
     ramp = max((a + acceleration) / jerk, 0.0)
     if v + a * ramp - 0.5 * jerk * ramp * ramp < 0.0:  # at rest before full acceleration is reached
-        ramp = (a + sqrt(a * a + 2.0 * jerk * v)) / jerk
-        return ((up_to_grid(ramp), -sign * jerk),)
+        return (((a + sqrt(a * a + 2.0 * jerk * v)) / jerk, -sign * jerk),)
     v += a * ramp - 0.5 * jerk * ramp * ramp
-    pieces = ((up_to_grid(ramp), -sign * jerk), (up_to_grid(v / acceleration), 0.0))
-    return tuple(piece for piece in pieces if piece[0])
+    pieces = (ramp, -sign * jerk), (v / acceleration, 0.0)
+    return tuple([piece for piece in pieces if piece[0] > SHORTEST])
 
 
 def farthest(q: float, v: float, a: float, pieces: Pieces) -> tuple[float, float]:

@@ -28,7 +28,7 @@ from vrs_cli.trajectory.laws.scurve_pieces import (
     state_after,
     stop,
 )
-from vrs_cli.trajectory.laws.scurve_times import MOMENT, Change, ramps
+from vrs_cli.trajectory.laws.scurve_times import Change, ramps
 from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.polynomial import Polynomial
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, segments_of
@@ -193,7 +193,7 @@ def _beyond(one: Joint, jerk: float, tick: float) -> int:
         return -1
     hard, quick = KEPT * one.a_max, KEPT * one.j_max
     fastest = max(abs(turning), abs(v1), abs(v)) + 0.5 * a1 * a1 / quick
-    enough = fastest * (tick + abs(a1) / quick + 0.5 * (fastest / hard + hard / quick) + 20.0 * MOMENT)
+    enough = fastest * (tick + abs(a1) / quick + 0.5 * (fastest / hard + hard / quick))
     if one.low + enough <= q <= one.high - enough:
         return 0
     low, high = farthest(q, v, a, ((tick, jerk), *stop(v1, a1, hard, quick)))

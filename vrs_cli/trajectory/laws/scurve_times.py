@@ -30,8 +30,6 @@ from vrs_cli.trajectory.laws.lspb_times import MARGIN, ROOM, SAME, SLIVER
 from vrs_cli.trajectory.polynomial import Polynomial, value
 from vrs_cli.trajectory.state import NEGLIGIBLE
 
-CAREFUL = 1.0 + 2e-5  # stops stay so much inside the limits: rounding of times and short pieces may cost a little
-MOMENT = 1e-3  # [s] the shortest ramp of a stop
 FIRST_STEP = 0.25
 LAST_STEP = 0.05  # of the time of a change: no finer
 MOST_TRIES = 240
