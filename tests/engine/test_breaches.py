@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from math import pi
+from math import pi, radians
 
 import pytest
 from msgspec import structs
 
 from tests.files.trajectories import STAND, initial, planned, puma
 from vrs_cli.engine.breaches import breaches, on_lines
+from vrs_cli.engine.engine import Engine
 from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.transform import at_position
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.commands import Move, SetParameter
+from vrs_cli.values.motion import Kind, Motion, PoseTarget, Start
 
 ARM = arm_for(puma())
 MOVE = Motion(1, Kind.JOINT, Start.AT, goal=STAND)
@@ -109,3 +112,29 @@ def test_a_line_whose_seeds_turn_a_joint_about_is_told() -> None:
     turned = tuple((*q[:5], q[5] + 2.0 * pi) for q in path.seeds[1:])
     told = [breach.what for breach in breaches(ARM, with_line(seeds=(path.seeds[0], *turned)))]
     assert any("jump" in what for what in told)
+
+
+@pytest.mark.parametrize(
+    ("profile", "told"),
+    [("LSPB", "times the acceleration"), ("SCURVE", "times the jerk"), ("QUINTIC", "times the acc")],
+)
+def test_a_line_that_is_too_fast_is_told(profile: str, told: str) -> None:
+    """As planned nothing is wrong; in less time it is, though each joint is inside its velocity."""
+    engine = Engine(puma(), start=tuple(map(radians, (0.0, -45.0, 150.0, 0.0, 40.0, 0.0))))
+    engine.perform(SetParameter("PROFILE", profile))
+    here = engine.position().T_world_tool
+    engine.perform(Move(PoseTarget(at_position(here, here.px, here.py + 0.02, here.pz)), straight=True))
+    assert not list(on_lines(ARM, engine.timeline))
+    faster = Timeline(tuple(sooner(segment, 2.6) for segment in engine.timeline))
+    found = [breach.what for breach in on_lines(ARM, faster)]
+    assert any(told in what for what in found)
+
+
+def sooner(segment: Segment, factor: float) -> Segment:
+    """The same way in less time."""
+    path = segment.path
+    if not isinstance(path, CartesianPath):
+        return segment
+    x, y, z = (tuple(c * factor**k for k, c in enumerate(row)) for row in path.position)
+    path = path._replace(position=(x, y, z), seed_interval=path.seed_interval / factor)
+    return structs.replace(segment, start=segment.start / factor, finish=segment.finish / factor, path=path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import radians
 from random import Random
 
 import numpy as np
@@ -12,10 +13,11 @@ from tests.kinematics.short_arms import forward, random_arm, turn_between
 from tests.laws.short_arms import TOOLS, check_way, lines_there_and_back, middling
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError
+from vrs_cli.kinematics.model import PROFILES
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.task import Task
-from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, position, rotation_about
-from vrs_cli.values.commands import Move
+from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, from_oat, position, rotation_about
+from vrs_cli.values.commands import Move, SetSpeed
 from vrs_cli.values.motion import PoseTarget
 
 
@@ -40,6 +42,17 @@ def test_move_takes_the_turn_that_is_nearest_of_all() -> None:
             others.append(turn_between(forward(model, np.array(q))[:3, :3], R))
     assert others
     assert turned <= min(others) + 1e-3
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_a_line_past_which_the_least_turn_folds_is_refused(profile: str) -> None:
+    """On the way the least turn ends, and another begins elsewhere: between two samples, where they are few."""
+    model = replace(load_robot("so100"), profile=profile)
+    engine = Engine(model, start=model.units.read((-77.9416, 62.4172, -157.9228, -73.3012, -72.6401)))
+    engine.perform(SetSpeed(20))
+    goal = from_oat(-0.0599927, 0.2014840, 0.4454282, *map(radians, (-167.9416, -30.7650, 72.6401)))
+    with pytest.raises(MotionError):
+        engine.perform(Move(PoseTarget(goal), straight=True))
 
 
 @pytest.mark.parametrize("profile", ["LSPB", "SCURVE"])

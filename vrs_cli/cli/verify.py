@@ -12,7 +12,8 @@ from vrs_cli.cli.recordings import read_recording
 
 EPILOG = """\
 Reading a file checks its form, checksums, continuity, the ranges of the joints, and their limits in joint space;
-this follows every straight line too, and tells all that is wrong. Exit status 1 when something is.
+this follows every straight line too, with its accelerations and jerks, and tells all that is wrong.
+Exit status 1 when something is.
 
   vrs verify pick.vrst
   vrs verify day.vrst --json

@@ -14,7 +14,9 @@ from itertools import islice
 import numpy as np
 from msgspec import Struct
 
+from vrs_cli.engine.boundary import survey
 from vrs_cli.engine.following import Follower, Sample
+from vrs_cli.engine.load import ACCELERATION_MARGIN, StretchLoad
 from vrs_cli.engine.rates import joint_velocity, joints_on
 from vrs_cli.errors import MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
@@ -22,6 +24,7 @@ from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.transform import compose, distance, inverse
 from vrs_cli.trajectory.block_table import coefficients
+from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.motion import Kind
@@ -31,6 +34,8 @@ CUBIC = 4  # coefficients
 PLACE = 1e-5  # [rad, m] of a joint, [m] of a pose: rounding, also next to a singular pose
 RATE = 1e-4  # [rad/s, m/s] of a joint; of a faster one as a part of its velocity
 EXCESS = 1e-4  # of a limit, as a part of it
+JERK_EXCESS = 1.05  # of a limit: what lies between samples of a jerk is bounded, and not known
+BRANCH = 1e-2  # [rad, m] of a joint: joints of a line that are farther from those that are proved are others
 FAR = 3.0  # [rad] of a joint from its seed: at half a turn another turn of it would be nearer
 
 
@@ -52,17 +57,46 @@ def breaches(arm: RobotArm, timeline: Timeline) -> Iterator[Breach]:
 
 
 def on_lines(arm: RobotArm, timeline: Timeline) -> Iterator[Breach]:
-    """What is wrong along the straight lines of a timeline: reach, ranges and velocities of joints, jumps."""
+    """What is wrong along the straight lines of a timeline, as the planner decides it: reach, jumps, ranges of the
+    joints, velocities, accelerations and jerks.
+    """
     for index, segment in enumerate(timeline):
-        path, frames = segment.path, segment.motion.frames
-        if isinstance(path, CartesianPath) and segment.duration:
+        if isinstance(segment.path, CartesianPath) and segment.duration:
             try:
-                follower = Follower(arm, path.configuration, frames.tool, frames.base)
-                samples = follower.samples(path, segment.duration, path.seeds[0])
+                yield from _on_line(arm, index, segment, segment.path)
             except MotionError as error:
                 yield Breach(index, str(error))
-            else:
-                yield from _too_fast(arm, index, segment.start, samples)
+
+
+def _on_line(arm: RobotArm, index: int, segment: Segment, path: CartesianPath) -> Iterator[Breach]:
+    """Of one segment. Raises MotionError where no joints lead along it."""
+    frames, law, lasting = segment.motion.frames, LAWS[segment.motion.profile], segment.duration
+    follower = Follower(arm, path.configuration, frames.tool, frames.base)
+    found = survey(follower, path, lasting)
+    for touch in found.touches:
+        if touch.begin > 0.0 and touch.end < lasting:
+            raise follower.refuse_kink(path, touch.begin, touch.end, path.seed(touch.begin))
+    samples = follower.samples(path, lasting, path.seeds[0], law.samples, None, found.marks)
+    if follower.arm.continuation is not None:
+        from vrs_cli.engine.continuation import check_continuous  # here: closed forms need none
+
+        (proved,) = check_continuous(follower.arm.continuation, follower, [(path, lasting, samples)])
+        times = proved.looked_at(path)
+        for s, joints in zip(times.tolist(), proved.joints(times).tolist(), strict=True):
+            had = _joints(arm, segment, path, s, path.seed(s))
+            if had is None or max(map(abs, np.subtract(had, joints))) > BRANCH:
+                yield Breach(index, f"the joints jump in the straight line, {segment.start + s:.3f} s")
+                return
+    yield from _too_fast(arm, index, segment.start, samples)
+    asked = StretchLoad(follower, path, samples, closely=bool(found.marks))
+    load = asked.smooth(samples[0].velocity) if law.smooth else asked.parabolic(samples[0].velocity)
+    at = segment.start + (load.at[1] if load.at else 0.0)
+    if load.acceleration > ACCELERATION_MARGIN * (1.0 + EXCESS):
+        yield Breach(
+            index, f"joint {load.joint} has {load.acceleration:.2f} times the acceleration that it can, {at:.3f} s"
+        )
+    elif load.jerk > JERK_EXCESS:
+        yield Breach(index, f"joint {load.joint} has {load.jerk:.2f} times the jerk that it can, {at:.3f} s")
 
 
 class _Stretch:

@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
 from itertools import pairwise
 from math import hypot
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
 
 from vrs_cli.engine.boundary import most
 from vrs_cli.engine.following import Follower, Sample
+from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.numeric.continuation import Continuation, Gaps, fourth_of_turn
 from vrs_cli.kinematics.transform import position
+from vrs_cli.trajectory.path_batch import flange_poses, guide_values
 from vrs_cli.trajectory.polynomial import Polynomial, derivative
 from vrs_cli.trajectory.segment import CartesianPath
+
+if TYPE_CHECKING:
+    from vrs_cli.kinematics.arrays import Flags, Floats, Rows
+    from vrs_cli.kinematics.numeric.steady.continuation import SteadyContinuation, SteadyGaps
 
 FOURTH = 4
 POWERS = np.arange(1.0, FOURTH + 1.0)
@@ -23,6 +30,10 @@ PIECES = (2, 8, 32, 64)  # in which the way between two samples is looked at, be
 AT_REST = 2.0**-6  # of a stretch from rest or to it: less than a thousandth of its way
 FINEST = 2.0**-24  # of a stretch, between samples
 MOST_SAMPLES = 400  # of a line more than it had
+DOUBLINGS = 8  # of seeds
+BESIDE = 1e-9  # of the time until one seed takes over from another
+NEARER = 0.5  # of the way from a seed to the joints: what Newton's first step leaves at most
+PROVED = 1e-3  # [rad, m] from the cubic: joints that are on the branch
 TOGETHER = 8  # ways that are halved at once, the finest first: where nothing goes on that is found soon
 
 
@@ -43,6 +54,23 @@ class Followed(Struct, frozen=True, dict=True):
             rates = [derivative(rate) for rate in rates]
             turns.append(sum(most(rate, self.duration) for rate in rates))
         return self._bent(self.path.position), *turns, self._bent([guide.value for guide in self.path.guides])
+
+    def looked_at(self, path: CartesianPath) -> Floats:
+        """The times of the samples, and between any two seeds of a path, on both sides of the instant at which the one
+        takes over from the other.
+        """
+        halfway = (np.arange(len(path.seeds) - 1) + 0.5) * path.seed_interval
+        beside = np.concatenate([halfway * (1.0 + side) for side in (-BESIDE, BESIDE)])
+        return np.concatenate(([sample.s for sample in self.samples], beside[beside < self.duration]))
+
+    def joints(self, s: Floats) -> Floats:
+        """At times (N,), by the cubics through the samples (N, n)."""
+        times, q, v = (np.array(column) for column in zip(*self.samples, strict=True))
+        i = np.clip(np.searchsorted(times, s, side="right") - 1, 0, len(times) - 2)
+        h = (times[i + 1] - times[i])[:, None]
+        x, way = (s - times[i])[:, None] / h, q[i + 1] - q[i]
+        bent = (x - 1.0) * (v[i] * h - way) + x * (v[i + 1] * h - way)
+        return np.asarray(q[i] + x * way + x * (x - 1.0) * bent)
 
     def _bent(self, rows: Iterable[Polynomial]) -> float:
         """A bound of the fourth derivatives together."""
@@ -71,44 +99,114 @@ class Gap(Struct, frozen=True):
 
 
 def check_continuous(
-    continuation: Continuation, follower: Follower, stretches: Sequence[tuple[CartesianPath, float, list[Sample]]]
-) -> None:
-    """That the joints lead from each sample to the next, along paths of so many seconds.
+    continuation: Continuation | SteadyContinuation,
+    follower: Follower,
+    stretches: Sequence[tuple[CartesianPath, float, list[Sample]]],
+) -> list[Followed]:
+    """That the joints lead from each sample to the next, along paths of so many seconds; with the samples that this
+    took beside.
 
     Raises LocationOutOfRange, JointOutOfRange, StraightLineSingular with the place.
     """
-    gaps = [gap for stretch in stretches for gap in _gaps(follower, Followed(*stretch))]
-    gaps = _gaps_without_proof(continuation, follower, gaps)
-    left = MOST_SAMPLES
+    followed = [Followed(*stretch) for stretch in stretches]
+    gaps = _gaps_without_proof(continuation, follower, [gap for one in followed for gap in _gaps(follower, one)])
+    left, more = MOST_SAMPLES, list[tuple[Followed, Sample]]()
     while gaps:
         gaps.sort(key=lambda gap: gap.part)
         finest, left = gaps[0], left - len(gaps[:TOGETHER])
         if left < 0 or finest.part < FINEST:
             raise follower.refuse(finest.of.path, finest.a.s, "the line is too near to a singularity")
         halves = [half for gap in gaps[:TOGETHER] for half in gap.halves(follower)]
+        more += [(half.of, half.b) for half in halves[::2]]
         gaps = _gaps_without_proof(continuation, follower, halves) + gaps[TOGETHER:]
+    for one in followed if more else ():
+        one.samples[:] = sorted([*one.samples, *(sample for of, sample in more if of is one)])
+    return followed
 
 
 def _gaps(follower: Follower, stretch: Followed) -> list[Gap]:
     """All gaps but those next to a singular pose where the tool rests: the follower's samples are close there."""
+    begin, end = _proved_from_to(follower, stretch)
+    rows = pairwise(stretch.samples)
+    return [Gap(stretch, a, b) for a, b in rows if b.s > a.s and b.s > begin and a.s < end]
+
+
+def _proved_from_to(follower: Follower, stretch: Followed) -> tuple[float, float]:
+    """The times of a stretch between which its joints are proved."""
     samples, begin, end = stretch.samples, 0.0, stretch.duration
     if follower.singular(samples[0]):
         begin = AT_REST * stretch.duration
     if follower.singular(samples[-1]):
         end -= AT_REST * stretch.duration
-    return [Gap(stretch, a, b) for a, b in pairwise(samples) if b.s > a.s and b.s > begin and a.s < end]
+    return begin, end
 
 
-def _gaps_without_proof(continuation: Continuation, follower: Follower, gaps: list[Gap]) -> list[Gap]:
+def _gaps_without_proof(
+    continuation: Continuation | SteadyContinuation, follower: Follower, gaps: list[Gap]
+) -> list[Gap]:
     if not gaps:
         return []
-    arrays, left = _arrays(follower, gaps), np.arange(len(gaps))
+    proved, left = _prover(continuation, follower, gaps), np.arange(len(gaps))
     for pieces in PIECES:
-        unsure = ~continuation.proved(arrays, pieces)
-        left, arrays = left[unsure], arrays.some(unsure)
+        left = left[~proved(left, pieces)]
         if not len(left):
             break
     return [gaps[k] for k in left]
+
+
+def _prover(
+    continuation: Continuation | SteadyContinuation, follower: Follower, gaps: list[Gap]
+) -> Callable[[Rows, int], Flags]:
+    """What tells of some gaps whether they are proved, looked at in so many pieces."""
+    if isinstance(continuation, Continuation):
+        arrays = _arrays(follower, gaps)
+        return lambda which, pieces: continuation.proved(arrays.some(which), pieces)
+    steady = _steady_arrays(follower, gaps)
+    return lambda which, pieces: continuation.proved(steady.some(which), pieces)
+
+
+# --- seeds -----------------------------------------------------------------------------------------------------------
+
+
+def leading_seeds(follower: Follower, followed: Followed, seeds: tuple[Joints, ...]) -> tuple[Joints, ...]:
+    """Seeds from which Newton's method leads to the joints of a stretch, at all times that are nearest to each: those
+    that are given, or twice as many, and so on. Raises StraightLineSingular where none do.
+    """
+    continuation = follower.arm.continuation
+    assert continuation is not None
+    if max([abs(y - x) for a, b in pairwise(seeds) for x, y in zip(a, b, strict=True)]) < continuation.sure:
+        return seeds
+    for _ in range(DOUBLINGS):
+        path = followed.path._replace(seeds=seeds, seed_interval=followed.duration / max(len(seeds) - 1, 1))
+        misled = misled_at(follower, path, followed)
+        if not len(misled):
+            return seeds
+        count = 2 * (len(seeds) - 1)
+        seeds = tuple(map(tuple, followed.joints(np.linspace(0.0, followed.duration, count + 1)).tolist()))
+    raise follower.refuse(path, float(misled[0]), "the line is too near to a singularity")
+
+
+def misled_at(follower: Follower, path: CartesianPath, followed: Followed) -> Floats:
+    """The times at which Newton's first step from the seed does not lead half the way to the joints of a stretch, or
+    more: other joints may be found from there.
+    """
+    continuation, last = follower.arm.continuation, len(path.seeds) - 1
+    assert continuation is not None
+    begin, end = _proved_from_to(follower, followed)
+    halfway = (np.arange(last) + 0.5) * path.seed_interval
+    times = np.array([sample.s for sample in followed.samples])
+    s = np.concatenate((times, halfway, halfway))
+    number = np.concatenate((np.rint(times / path.seed_interval), np.arange(last), np.arange(last) + 1))
+    inside = (s >= begin) & (s <= end)
+    s, near = s[inside], np.array(path.seeds)[np.clip(number[inside], 0, last).astype(np.intp)]
+    joints = followed.joints(s)
+    guides = (np.array([guide.weights for guide in path.guides]), guide_values(path, s)) if path.guides else None
+    found = continuation.stepped(near, flange_poses(path, s, follower.tool), guides)
+    before, after = (np.abs(q - joints).max(axis=1) for q in (near, found))
+    return np.asarray(s[~(after <= NEARER * before + PROVED)])
+
+
+# --- as arrays -------------------------------------------------------------------------------------------------------
 
 
 def _arrays(follower: Follower, gaps: list[Gap]) -> Gaps:
@@ -121,6 +219,29 @@ def _arrays(follower: Follower, gaps: list[Gap]) -> Gaps:
     lever = hypot(*position(follower.T_tool_flange))  # of the flange, which the tool carries
     place = place * h**4 + lever * fourth_of_turn(*turn.T)
     return Gaps(begin, end, begin_rate * h[:, None], end_rate * h[:, None], place, turn, guide * h**4, weights)
+
+
+def _steady_arrays(follower: Follower, gaps: list[Gap]) -> SteadyGaps:
+    from vrs_cli.kinematics.numeric.steady.continuation import SteadyGaps  # here: few arms need it
+
+    paces = np.array([(gap.lasting, *gap.of.pace) for gap in gaps])
+    h, place, turn = paces[:, 0], paces[:, 1], paces[:, 2:6]
+    place, turn = place * h**4, turn * h[:, None] ** POWERS
+    begins = np.array([gap.a.s for gap in gaps])
+    paths = {id(gap.of.path): gap.of.path for gap in gaps}
+    of = np.array([id(gap.of.path) for gap in gaps])
+
+    def poses(which: Rows, parts: Floats) -> Floats:
+        found = np.empty((len(which), len(parts), 3, 4))
+        times = begins[which, None] + h[which, None] * parts
+        for number, path in paths.items():
+            rows = of[which] == number
+            found[rows] = flange_poses(path, times[rows].ravel(), follower.tool).reshape(-1, len(parts), 3, 4)
+        return found
+
+    joints = np.array([(gap.a.joints, gap.b.joints) for gap in gaps])
+    twists = np.array([[gap.of.path.twist(end.s) for end in (gap.a, gap.b)] for gap in gaps]) * h[:, None, None]
+    return SteadyGaps(np.arange(len(gaps)), joints[:, 0], joints[:, 1], twists, place, turn, poses)
 
 
 def _fourth(a: Polynomial) -> Polynomial:

@@ -309,10 +309,11 @@ class _Line:
             loads.append(asked.smooth(started) if self.law.smooth else asked.parabolic(started))
             seeds.append(seeds_of(samples, self.arm.seed_step))
             before = samples[-1]
-        if self.arm.continuation is not None:  # else there is a closed form, or nothing is known
-            from vrs_cli.engine.continuation import check_continuous
+        if self.follower.arm.continuation is not None:  # else there is a closed form, or nothing is known
+            from vrs_cli.engine.continuation import check_continuous, leading_seeds
 
-            check_continuous(self.arm.continuation, self.follower, followed)
+            proved = check_continuous(self.follower.arm.continuation, self.follower, followed)
+            seeds = [leading_seeds(self.follower, one, own) for one, own in zip(proved, seeds, strict=True)]
         return seeds, loads
 
     def _starting_rates(self, first: Sample) -> Joints:

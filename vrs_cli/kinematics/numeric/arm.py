@@ -199,10 +199,10 @@ class NumericArm(RobotArm):
         return refusal.reworded(f"{refusal.detail}; {nearest}", hint)
 
     @cached_property
-    def continuation(self) -> Continuation | None:  # type: ignore[override] # made when asked for: it brings numpy
+    def continuation(self) -> Continuation:  # type: ignore[override] # made when asked for: it brings numpy
         from vrs_cli.kinematics.numeric.continuation import Continuation
 
-        return None if self.short else Continuation(self._batch)
+        return Continuation(self._batch)
 
     @cached_property
     def _batch(self) -> NumericBatch:

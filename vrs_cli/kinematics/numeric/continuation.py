@@ -32,9 +32,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vrs_cli.kinematics.arrays import Flags, Floats
+from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 from vrs_cli.kinematics.model import levers
-from vrs_cli.kinematics.numeric.batch import NumericBatch
+from vrs_cli.kinematics.numeric.batch import NumericBatch, with_guides
 from vrs_cli.kinematics.numeric.search import RATES
 
 LENGTH = 0.4  # of the longest lever: the proof is easiest about there
@@ -56,8 +56,8 @@ class Gaps(NamedTuple):
     guide: Floats  # (k,) of the fourth of the guides
     weights: Floats  # of r guides (r, n)
 
-    def some(self, which: Flags) -> Gaps:
-        """Those for which it is true."""
+    def some(self, which: Rows) -> Gaps:
+        """Those of these numbers."""
         begin, end, begin_rate, end_rate, place, turn, guide = (row[which] for row in self[:-1])
         return Gaps(begin, end, begin_rate, end_rate, place, turn, guide, self.weights)
 
@@ -84,7 +84,12 @@ class _Pace(NamedTuple):
 
 
 class Continuation:
-    """The proof for one arm, whose joints are as many as the parts of its task and its guides."""
+    """The proof for one arm, whose joints are as many as the parts of its task and its guides.
+
+    `sure`: how near [rad, m] joints are from which Newton's method leads to those of a line that is proved.
+    """
+
+    sure = 0.1
 
     def __init__(self, batch: NumericBatch) -> None:
         self.batch, model = batch, batch.model
@@ -109,13 +114,22 @@ class Continuation:
         n = float(self.turns.sum())
         missed, bend = self._bounds(gaps)
         J = self._jacobians(gaps, pieces)
-        A = _inverse(0.5 * (J[:, 1:] + J[:, :-1]))
-        size = _norm(A)
-        lost = 0.5 * _norm(A @ (J[:, 1:] - J[:, :-1]))
+        A = inverse_or_nan(0.5 * (J[:, 1:] + J[:, :-1]))
+        size = norm(A)
+        lost = 0.5 * norm(A @ (J[:, 1:] - J[:, :-1]))
         lost = lost + size * (bend / (8.0 * pieces**2) + sqrt(n) * missed)[:, None]
         beta = size / np.where(lost < LOST, 1.0 - lost, np.nan)
         least = np.fmin(MOST, MOST / (beta * hypot(self.place_bend, n)))
         return np.asarray((beta * missed[:, None] <= least).all(axis=1))
+
+    def stepped(self, q: Floats, T: Floats, guides: tuple[Floats, Floats] | None) -> Floats:
+        """Joints (N, n) after one step of Newton's method to poses (N, 3, 4), and to sums of the joints, by their
+        weights (r, n), that are these (N, r).
+        """
+        J, error = self.batch.error(q, T)
+        if guides is not None:
+            J, error = with_guides(J, error, q, *guides)
+        return np.asarray(q + (inverse_or_nan(J) @ error[:, :, None])[:, :, 0])
 
     def _bounds(self, gaps: Gaps) -> tuple[Floats, Floats]:
         """(k,): how much of F is missed on the cubic at most, and of the second derivative of J on it."""
@@ -133,10 +147,10 @@ class Continuation:
         return missed, size * (pace.first**2 + pace.second)
 
     def _jacobians(self, gaps: Gaps, pieces: int) -> Floats:
-        """(k, pieces + 1, n, n): at the ends of pieces, with a row for each guide."""
+        """(k, pieces + 1, m, n): at the ends of pieces, with a row for each guide."""
         q = gaps.cubic(pieces)
-        J = np.empty((*q.shape[:2], q.shape[2], q.shape[2]))
         rows = self.batch.rows(q.reshape(-1, q.shape[2])).reshape(*q.shape[:2], -1, q.shape[2])
+        J = np.empty((*q.shape[:2], rows.shape[2] + len(gaps.weights), q.shape[2]))
         J[:, :, : rows.shape[2]] = rows
         J[:, :, rows.shape[2] :] = gaps.weights
         J *= self.units
@@ -150,12 +164,15 @@ def fourth_of_turn(first: Floats, second: Floats, third: Floats, fourth: Floats)
     return np.asarray(square * square + 6.0 * square * second + 3.0 * second * second + 4.0 * first * third + fourth)
 
 
-def _norm(matrices: Floats) -> Floats:
-    """(..., n, n) -> (...): Frobenius's."""
+def norm(matrices: Floats) -> Floats:
+    """(..., m, n) -> (...): Frobenius's."""
     return np.asarray(np.sqrt(np.einsum("...ij,...ij->...", matrices, matrices)))
 
 
-def _inverse(J: Floats) -> Floats:
+def inverse_or_nan(J: Floats) -> Floats:
+    """(..., m, n) -> (..., n, m), NaN of singular ones; of fewer columns than rows the pseudo-inverse."""
+    if J.shape[-2] > J.shape[-1]:
+        return np.asarray(np.linalg.pinv(J), dtype=np.float64)
     try:
         return np.asarray(np.linalg.inv(J), dtype=np.float64)
     except np.linalg.LinAlgError:  # in one of them at least

@@ -24,6 +24,7 @@ from vrs_cli.kinematics.unchanging import STRAIGHT, Unchanging
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.steady.batch import SteadyBatch
+    from vrs_cli.kinematics.numeric.steady.continuation import SteadyContinuation
     from vrs_cli.kinematics.numeric.steady.way import Way
 
 R = TypeVar("R")
@@ -123,6 +124,12 @@ class SteadyArm(RobotArm):
             value=far,
             upper=most,
         )
+
+    @cached_property
+    def continuation(self) -> SteadyContinuation:  # type: ignore[override] # made when asked for: it brings numpy
+        from vrs_cli.kinematics.numeric.steady.continuation import SteadyContinuation
+
+        return SteadyContinuation(self._batch.conditions)
 
     # --- velocities ------------------------------------------------------------------------------------------
 

@@ -121,9 +121,20 @@ class Conditions:
 
     def missing(self, q: Floats, multipliers: Floats, T: Floats) -> Floats:
         """(N, n + 3): by how much the conditions are not met."""
-        at = self.terms(q, T)
+        return self.missed(self.terms(q, T), multipliers)
+
+    @staticmethod
+    def missed(at: Terms, multipliers: Floats) -> Floats:
+        """`missing` where the terms are known."""
         slope = at.place @ multipliers[:, :, None] - at.turn @ at.sine[:, :, None]
         return np.concatenate((slope[:, :, 0], -at.away), axis=1)
+
+    @staticmethod
+    def gained(at: Terms, twists: Floats) -> Floats:
+        """(N, n + 3): what the conditions ask of the rates of the unknowns, for twists of the tool (N, 6)."""
+        trace = np.trace(at.mixed, axis1=1, axis2=2)[:, None, None]
+        turned = 0.5 * (trace * np.eye(3) - np.swapaxes(at.mixed, 1, 2)) @ twists[:, 3:, None]
+        return np.concatenate(((at.turn @ turned)[:, :, 0], twists[:, :3]), axis=1)
 
     def is_least(self, at: Terms, bend: Floats) -> Flags:
         """(N,): whether every way that keeps the place turns the tool away, and not nearer."""

@@ -66,9 +66,7 @@ class Way:
         return self._of_joints(second), self._of_joints(third)
 
     def _first(self, twist: Twist) -> Floats:
-        mixed = self.at.mixed[0]
-        gained = 0.5 * (np.trace(mixed) * np.eye(3) - mixed.T) @ twist[3:]
-        return self._solved(np.concatenate((self.at.turn[0] @ gained, twist[:3])))
+        return self._solved(self.conditions.gained(self.at, np.array([twist]))[0])
 
     def _second(self, first: Floats, T: Floats, h: float) -> Floats:
         return self._solved(-SECOND @ self._missed(first, np.zeros_like(first), T, h) / h**2)
