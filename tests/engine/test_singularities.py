@@ -53,6 +53,30 @@ def across(y: float, profile: str) -> tuple[Engine, Move]:
 
 
 @PROFILES
+@pytest.mark.parametrize(
+    ("robot", "upright"),
+    [
+        ("puma260", (0.0, -90.0, 90.0, 0.0, 0.0, 0.0)),
+        ("puma560", (0.0, -90.0, 92.686395, 0.0, 30.0, 0.0)),
+        ("irb120", (0.0, 0.0, -76.94997, 0.0, 30.0, 0.0)),
+    ],
+)
+def test_an_upright_arm_neither_goes_straight_down_nor_comes_from_there(
+    robot: str, upright: tuple[float, ...], profile: str
+) -> None:
+    """All of the line lies on the boundary of the shoulder, and one end on that of the elbow, square to it."""
+    engine = Engine(load_robot(robot), start=tuple(map(radians, upright)))
+    engine.perform(SetParameter("PROFILE", profile))
+    above = engine.position().T_world_tool
+    for off in (-0.02, -0.1):
+        with pytest.raises(MotionError):
+            engine.perform(beside(engine, z=off))
+    engine.perform(Move(PoseTarget(above._replace(pz=above.pz - 0.02)), straight=False))
+    with pytest.raises(MotionError):
+        engine.perform(Move(PoseTarget(above), straight=True))
+
+
+@PROFILES
 def test_a_line_out_of_a_singular_pose_may_not_make_a_joint_jump_by_a_hair(profile: str) -> None:
     """Joint 6 would have to be turned by 0.06 deg before the line begins at READY, where joint 5 is 0."""
     engine = Engine(MODEL)

@@ -52,6 +52,7 @@ MOST_WINDOWS = 12
 PLACE = 1e-9  # [m] of a pose
 LIMIT = 1.001
 ROUNDING = 4e-8  # [rad] of a joint on a boundary, where it is found from the root of a rounded square
+TWICE_ROUNDING = 1e-4  # [rad] on two boundaries all along: the root of the root of a rounded square
 ANGLE_ROUNDING = 1e-15  # of a vector whose direction is the angle of a joint
 WRIST = 4  # the joint of a straight wrist, by its index
 DRAWS = 1000  # of lines, until the arm can stand where one begins
@@ -59,6 +60,10 @@ NEWTON_STEPS = 6
 MOST_SLOPE = 1e6  # [m2]
 STEP = 1e-6  # [m] of a gradient
 NAMED = 9  # the last digit of seeds whose line begins in a named pose
+PAIRS = (7, 8)  # and of those whose line begins or ends where boundaries meet
+BISECTIONS, PARTS = 60, 24  # to find a place by
+SINGULAR = 1e-9  # measure of a pose
+ALONG = 1e-6  # the greatest measure of a line that lies on a boundary
 
 
 @dataclass(frozen=True)
@@ -76,7 +81,8 @@ class Line:
 def check_line(model: RobotModel, seed: int) -> bool:
     """Every law for one line; whether it is possible."""
     arm, random = arm_for(model), Random(seed)
-    draw = line_from_named_pose if seed % 10 == NAMED else random_line
+    last = seed % 10
+    draw = line_from_named_pose if last == NAMED else line_of_a_pair if last in PAIRS else random_line
     line = next(line for _ in range(DRAWS) if (line := draw(arm, random)) is not None)
     motion = Motion(
         1, Kind.STRAIGHT, Start.AT, pose=line.end, speed=line.speed, profile=line.profile, frames=Frames(tool=line.tool)
@@ -127,6 +133,87 @@ def line_from_named_pose(arm: RobotArm, random: Random) -> Line | None:
     axis = (0.0, 0.0, 1.0) if model.joint_count < 6 else _unit(tuple(random.gauss(0.0, 1.0) for _ in range(3)))
     end = _beside(begin, _unit((*along, 0.0)[:3]), 10.0 ** random.uniform(-2.5, -0.4), axis, turn)
     return Line(start, begin, end, IDENTITY, random.choice(list(Profile)), 10.0 ** random.uniform(-2.0, 0.0))
+
+
+def line_of_a_pair(arm: RobotArm, random: Random) -> Line | None:
+    """A line from a pose in which two boundaries meet or all three, or to it; along a boundary as often as not."""
+    model = arm.model
+    corner = _corner(arm, random)
+    if corner is None or not arm.limits_ok(corner):
+        return None
+    pose, wide = arm.forward(corner), model.joint_count > 3
+    straight = random.choice((0.0, 1.0, 1.0, 1.0)) if model.task.turns else 1.0
+    length = straight * 10.0 ** random.uniform(-2.5, -0.7)
+    up = (0.0, 0.0, random.choice((-1.0, 1.0))) if wide else (-pose.px, -pose.py, 0.0)
+    anywhere = _unit((random.gauss(0.0, 1.0), random.gauss(0.0, 1.0), random.gauss(0.0, 1.0) * wide))
+    along = random.choice((_unit(up), _unit(up), anywhere))
+    axis = (0.0, 0.0, 1.0) if model.joint_count < 6 else random.choice(((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), anywhere))
+    turn = random.choice((0.0, random.uniform(-1.0, 1.0))) if straight else random.choice((-0.7, 0.7))
+    other = _beside(pose, along, length, axis, turn * model.task.turns)
+    profile, speed = random.choice(list(Profile)), 10.0 ** random.uniform(-1.0, 0.0)
+    if random.random() < 0.5:
+        return Line(corner, pose, other, IDENTITY, profile, speed)
+    starts = [q for q in arm.branches(other) if q is not None and arm.limits_ok(q)]
+    return Line(random.choice(starts), other, pose, IDENTITY, profile, speed) if starts else None
+
+
+def _corner(arm: RobotArm, random: Random) -> Joints | None:
+    """Joints at which two or three boundaries meet; of an arm that tells of none, singular ones."""
+    model = arm.model
+    q = [random.uniform(low, high) for low, high in zip(model.lower, model.upper, strict=True)]
+    which = random.choice(("elbow shoulder", "elbow wrist", "shoulder wrist", "elbow shoulder wrist"))
+    if arm.hand is None:
+        for joint in random.sample(range(len(q)), min(2 if which == "elbow wrist" else 4, len(q))):
+            q[joint] = random.choice((0.0, 0.0, pi / 2, -pi / 2))
+        if arm.steady is not None:
+            return _singular(arm, q, random.sample(range(len(q)), 2))
+        return tuple(q) if min(arm.singularity(tuple(q))) < SINGULAR else None
+    if arm.fold is not None and "elbow" in which:
+        joint, value = arm.fold
+        q[joint] = value
+    if len(q) > WRIST and "wrist" in which:
+        q[WRIST] = min((k * pi / 2 for k in range(-2, 3)), key=lambda x: _wrist(arm, q, x))
+    if len(q) > WRIST and "shoulder" in which:
+        return _on_axis(arm, q, random)
+    return tuple(q)
+
+
+def _singular(arm: RobotArm, q: list[float], joints: list[int]) -> Joints:
+    """The joints with some others, one after the other, so that the arm has least freedom."""
+    for joint in joints:
+        low, high = arm.model.lower[joint], arm.model.upper[joint]
+
+        def freedom(x: float, i: int = joint) -> float:
+            return min(arm.singularity((*q[:i], x, *q[i + 1 :])))
+
+        step = (high - low) / PARTS
+        best = min((low + k * step for k in range(PARTS + 1)), key=freedom)
+        low, high = max(best - step, low), min(best + step, high)
+        for _ in range(BISECTIONS):
+            third = (high - low) / 3.0
+            low, high = (low, high - third) if freedom(low + third) < freedom(high - third) else (low + third, high)
+        q[joint] = low
+    return tuple(q)
+
+
+def _wrist(arm: RobotArm, q: list[float], x: float) -> float:
+    return arm.singularity((*q[:WRIST], x, *q[WRIST + 1 :])).wrist
+
+
+def _on_axis(arm: RobotArm, q: list[float], random: Random) -> Joints | None:
+    """The joints with another joint 2, so that the wrist is as near to the axis of joint 1 as it comes."""
+    places = [random.uniform(arm.model.lower[1], arm.model.upper[1]) for _ in range(2)]
+
+    def outward(x: float) -> float:
+        return arm.outward((q[0], x, *q[2:]))
+
+    low, high = places
+    if outward(low) * outward(high) > 0.0:
+        return None
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if outward(low) * outward(middle) <= 0.0 else (middle, high)
+    return (q[0], low, *q[2:])
 
 
 def _on_boundary(arm: RobotArm, which: str, q: Joints, tool: Transform) -> tuple[Transform, Vector]:
@@ -207,8 +294,10 @@ def _read(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
     q = joints_over(arm, timeline, times)
     low, high = np.array(model.lower) - PLACE, np.array(model.upper) + PLACE
     assert ((q >= low) & (q <= high)).all(), "a joint leaves its range"
-    near = np.array([min(arm.singularity(tuple(row))) for row in q.tolist()])
-    noise = (ROUNDING + ANGLE_ROUNDING / np.maximum(near, ANGLE_ROUNDING))[:, None]
+    measures = np.array([arm.singularity(tuple(row)) for row in q.tolist()])
+    near = np.where(measures.max(axis=0) < ALONG, 1.0, measures).min(axis=1)  # along a boundary no angle is rounding
+    rounding = ROUNDING if (measures.max(axis=0) < ALONG).sum() < 2 else TWICE_ROUNDING
+    noise = (rounding + ANGLE_ROUNDING / np.maximum(near, ANGLE_ROUNDING))[:, None]
     velocity = np.diff(q, axis=0) / step
     faster = (np.abs(velocity) - 2.0 * noise[1:] / step) / np.array(model.max_velocity)
     assert faster.max() <= LIMIT, f"joint {_worst(faster)} moves {faster.max():.4f} times too fast, {step} s"

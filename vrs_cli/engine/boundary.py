@@ -17,7 +17,7 @@ from msgspec import Struct
 
 from vrs_cli.engine.following import Follower
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.clearance import Clearance, Hand, Pace
+from vrs_cli.kinematics.clearance import SHOULDER, Clearance, Hand, Pace
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, cross, inverse, length, rotate
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, extremes
 from vrs_cli.trajectory.segment import CartesianPath, Turn
@@ -86,17 +86,16 @@ class _Search:
         self.seen.append((begin, at_begin))
         for _ in range(MOST_LOOKS):
             end, at_end = pending[-1]
-            which, on_boundary = self.lost(at_begin, at_end, end - begin)
-            if which is not None and not on_boundary:
+            sure, on_boundary = self.judged(at_begin, at_end, end - begin)
+            if not sure:
                 middle = 0.5 * (begin + end)
                 seen = self.look(middle)
                 if self.is_beyond(seen):
                     return Survey(beyond=middle)
                 pending.append((middle, seen))
                 continue
-            if which is not None:
-                goes_on = self.touches and self.touches[-1][1:] == (begin, which)
-                self.touches.append(Touch(self.touches.pop().begin if goes_on else begin, end, which))
+            for which in on_boundary:
+                self.touch(begin, end, which)
             begin, at_begin = pending.pop()
             self.seen.append((begin, at_begin))
             if not pending:
@@ -109,14 +108,33 @@ class _Search:
     def is_beyond(self, seen: Clearance) -> bool:
         return any(value < -edge for value, edge in zip(seen.sizes, self.arm.boundary.sizes, strict=True))
 
-    def lost(self, a: Clearance, b: Clearance, h: float) -> tuple[int | None, bool]:
-        """The first clearance that may be lost between two places, and whether all of the way is on its boundary."""
+    def judged(self, a: Clearance, b: Clearance, h: float) -> tuple[bool, list[int]]:
+        """Whether each clearance is decided between two places: kept for certain, or on its boundary all the way; and
+        those that are on it.
+        """
         least = self.arm.least_clearance(a, b, self.pace, h)
-        rows = zip(a.sizes, b.sizes, least.sizes, self.arm.boundary.sizes, strict=True)
-        for which, (x, y, low, edge) in enumerate(rows):
-            if not (low > edge and low >= KEPT * min(x, y)):
-                return which, max(x, y) <= 2.0 * edge and low >= -edge
-        return None, False
+        on_boundary = list[int]()
+        for which, edge in enumerate(self.arm.boundary.sizes):
+            x, y, low = a.sizes[which], b.sizes[which], least.sizes[which]
+            if low > edge and low >= KEPT * min(x, y):
+                continue
+            if on_boundary and max(x, y) == inf:
+                continue  # a hair beyond the boundary, where no joints are
+            if not (max(x, y) <= 2.0 * edge and low >= -edge):
+                return False, []
+            on_boundary.append(which)
+            if which != SHOULDER:
+                break  # what comes after it depends on it, in a way that no bound is known of
+            least = self.arm.least_clearance(a, b, self.pace, h, beside_axis=True)
+        return True, on_boundary
+
+    def touch(self, begin: float, end: float, which: int) -> None:
+        """Note a part of the path, which may go on from one that was noted before."""
+        for k, touch in enumerate(self.touches):
+            if touch[1:] == (begin, which):
+                self.touches[k] = touch._replace(end=end)
+                return
+        self.touches.append(Touch(begin, end, which))
 
     def marks(self) -> tuple[float, ...]:
         """Places around where a clearance is least, closer and closer to it."""

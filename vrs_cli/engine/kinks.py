@@ -49,20 +49,20 @@ class Kinks:
         self.follower, self.path, self.touches = follower, path, touches
         hand = follower.arm.hand
         assert hand is not None
-        self.speed = pace_of(path, 1.0, hand, follower.T_tool_flange).speed
+        pace = pace_of(path, 1.0, hand, follower.T_tool_flange)
+        self.speed = pace.speed if pace.speed > ON_BOUNDARY else pace.tilt  # of a hand that stands, as [m] at 1 m
 
     def stops(self, near: Joints) -> list[Stop]:
         """Where the line has to stop. Raises StraightLineSingular where it cannot be."""
+        for end in (0.0, 1.0):
+            if any(end in touch[:2] for touch in self.touches):
+                self._check_tangent(end, near)
         stops = []
         for touch in self.touches:
-            if touch.begin == 0.0 and touch.end == 1.0:
-                continue  # all of the line lies on the boundary: nothing kinks
-            if touch.begin == 0.0 or touch.end == 1.0:
-                self._check_tangent(touch, near)
-            else:
+            if touch.begin > 0.0 and touch.end < 1.0:
                 self.follower.check_goes_on(self.path, touch.begin, touch.end, near)
                 stops.append(self._stop(touch))
-        return stops
+        return sorted(stops, key=lambda stop: stop.part)
 
     def end_on_boundary(self) -> Transform:
         """T_robot_tool at the end of the line, exactly on the boundary to which it is a tangent: a hair beside it, the
@@ -74,12 +74,11 @@ class Kinks:
                 goal = self._on_boundary(touch.which, goal)
         return goal
 
-    def _check_tangent(self, touch: Touch, near: Joints) -> None:
+    def _check_tangent(self, end: float, near: Joints) -> None:
         """Check that a line from boundaries, or to them, is a tangent of each; samples show how the wrist turns."""
-        if not self.speed:
+        if self.speed <= ON_BOUNDARY:
             return
-        end, side = (0.0, 1.0) if touch.begin == 0.0 else (1.0, -1.0)
-        inward = side * min(INSIDE / self.speed, 0.5)
+        inward = (1.0 if end == 0.0 else -1.0) * min(INSIDE / self.speed, 0.5)
         seen = [self._seen(self.path.pose(end + k * inward)).sizes[:WRIST] for k in (0, 1, 2)]
         for at, once, twice, edge in zip(*seen, self.follower.arm.boundary.sizes, strict=False):
             slope = 4.0 * once - twice - 3.0 * at

@@ -288,11 +288,16 @@ class StretchLoad:
     # --- jerk ---
 
     def _clear(self) -> list[Sample]:
-        """The samples, but those next to a singular pose in which the line begins or ends."""
+        """The samples, but those next to a singular pose in which the line begins or ends. One in which all of it is
+        counts for nothing.
+        """
         ends = [sample for sample in (self.samples[0], self.samples[-1]) if self.follower.singular(sample)]
         if not any(min(self.arm.singularity(sample.joints)) < SINGULAR for sample in ends):
             return self.samples
-        return [sample for sample in self.samples if min(self.arm.singularity(sample.joints)) > LOST]
+        measures = [self.arm.singularity(sample.joints) for sample in self.samples]
+        left = [k for k, column in enumerate(zip(*measures, strict=True)) if max(column) > LOST]
+        rows = zip(self.samples, measures, strict=True)
+        return [sample for sample, measure in rows if min([measure[k] for k in left], default=1.0) > LOST]
 
     def _jerk(self, moments: list[Moment]) -> Load:
         """The greatest joint jerk: at the moments, and between them as far as their accelerations explain it."""

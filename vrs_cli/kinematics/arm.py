@@ -364,8 +364,18 @@ class RobotArm:
         """How far a pose is from where the closed form of one branch ends, or is singular."""
         return Clearance()
 
-    def least_clearance(self, a: Clearance, b: Clearance, pace: Pace, h: float) -> Clearance:  # noqa: ARG002
-        """A lower bound of the clearances between two poses that are h apart, on a way of that pace."""
+    def least_clearance(
+        self,
+        a: Clearance,  # noqa: ARG002 (closed forms know)
+        b: Clearance,  # noqa: ARG002
+        pace: Pace,  # noqa: ARG002
+        h: float,  # noqa: ARG002
+        *,
+        beside_axis: bool = False,  # noqa: ARG002
+    ) -> Clearance:
+        """A lower bound of the clearances between two poses that are h apart, on a way of that pace; `beside_axis`: on
+        one that is on the boundary of the shoulder all along.
+        """
         return Clearance()
 
     # the joint (by index) that folds the arm, and where it is stretched or folded flat [rad], as half a turn on again
@@ -377,7 +387,7 @@ class RobotArm:
         """
         return inf
 
-    # what proves that joints go on between samples of a way; None for closed forms, and for too few joints
+    # what proves that joints go on between samples of a way; None for closed forms
     continuation: Continuation | None = None
 
     # the arm itself where its rates need the pose that is asked for beside the one that it has; else None

@@ -68,7 +68,7 @@ class Clearance(NamedTuple):
         return self.shoulder, self.outer, self.inner, self.wrist
 
 
-WRIST = 3  # among the sizes
+SHOULDER, WRIST = 0, 3  # among the sizes
 
 
 class TwoBars(NamedTuple):
@@ -139,7 +139,16 @@ def turning(u: float, far: float, side: float, pace: Pace) -> Turning:
     return Turning(rate, bend, outward, pace.across_bend + 2.0 * rate * pace.across + bend * side + rate * rate * far)
 
 
-def beside_axis(bars: TwoBars, a: float, b: float, pace: Pace, h: float) -> tuple[float, float]:
+def turning_beside_axis(side: float, pace: Pace) -> Turning:
+    """Where u is 0 all along, the wrist's centre `side` from axis 1: joint 1 turns with it, and stands still where it
+    is on the axis.
+    """
+    if side <= ON_BOUNDARY:
+        return Turning(0.0, 0.0, 0.0, 0.0)
+    return Turning(pace.across / side, pace.across_bend / side, 0.0, 0.0)
+
+
+def from_axis(bars: TwoBars, a: float, b: float, pace: Pace, h: float) -> tuple[float, float]:
     """The least `shoulder` between two, and how far the wrist's centre is from axis 1 at most [m]."""
     far = sqrt(max(a, b, 0.0) + bars.side * bars.side) + 0.5 * pace.across * h
     return min(a, b) - 0.25 * h * h * (pace.across * pace.across + far * pace.across_bend), far

@@ -162,8 +162,10 @@ class MappedArm(RobotArm):
     def clearance(self, T: Transform, configuration: Configuration) -> Clearance:
         return self.inner.clearance(self._inner_pose(T), self._other(configuration))
 
-    def least_clearance(self, a: Clearance, b: Clearance, pace: Pace, h: float) -> Clearance:
-        return self.inner.least_clearance(a, b, pace, h)
+    def least_clearance(
+        self, a: Clearance, b: Clearance, pace: Pace, h: float, *, beside_axis: bool = False
+    ) -> Clearance:
+        return self.inner.least_clearance(a, b, pace, h, beside_axis=beside_axis)
 
     def _out_of_reach(self, T: Transform, configuration: Configuration, hint: str) -> LocationOutOfRange:
         return self.inner._out_of_reach(self._inner_pose(T), self._other(configuration), hint)

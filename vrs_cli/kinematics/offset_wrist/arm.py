@@ -16,10 +16,11 @@ from vrs_cli.kinematics.clearance import (
     Hand,
     Pace,
     TwoBars,
-    beside_axis,
+    from_axis,
     from_shoulder,
     shortest,
     turning,
+    turning_beside_axis,
 )
 from vrs_cli.kinematics.configuration import ALL, WRIST_SINGULAR, Configuration
 from vrs_cli.kinematics.jacobian import Demands, Singularity, Twist
@@ -96,11 +97,16 @@ class OffsetWristArm(RobotArm):
         square = h * h + v * v
         return Clearance(shoulder, self.reach.outer - square, square - self.reach.inner, s5, across)
 
-    def least_clearance(self, a: Clearance, b: Clearance, pace: Pace, h: float) -> Clearance:
-        shoulder, far = beside_axis(self.reach, a.shoulder, b.shoulder, pace, h)
-        if shoulder <= 0.0:
+    def least_clearance(
+        self, a: Clearance, b: Clearance, pace: Pace, h: float, *, beside_axis: bool = False
+    ) -> Clearance:
+        shoulder, far = from_axis(self.reach, a.shoulder, b.shoulder, pace, h)
+        if beside_axis:
+            turns = turning_beside_axis(self.reach.side, pace)
+        elif shoulder > 0.0:
+            turns = turning(sqrt(shoulder), far, self.reach.side, pace)
+        else:
             return Clearance(shoulder, UNKNOWN, UNKNOWN, UNKNOWN)
-        turns = turning(sqrt(shoulder), far, self.reach.side, pace)
         rate = pace.tilt + turns.rate
         change = turns.bend + turns.rate * (turns.rate + 2.0 * pace.tilt) + pace.tilt_bend
         wrist = shortest(a.across, b.across, rate, change, h)

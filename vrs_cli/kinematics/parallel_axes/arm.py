@@ -106,7 +106,15 @@ class ParallelAxesArm(RobotArm):
         square = abs(self.wrist(T)[0]) ** 2
         return Clearance(outer=self.reach.outer - square, inner=square - self.reach.inner)
 
-    def least_clearance(self, a: Clearance, b: Clearance, pace: Pace, h: float) -> Clearance:
+    def least_clearance(
+        self,
+        a: Clearance,
+        b: Clearance,
+        pace: Pace,
+        h: float,
+        *,
+        beside_axis: bool = False,  # noqa: ARG002 (on axis 1)
+    ) -> Clearance:
         outer, inner = from_shoulder(self.reach, a, b, pace.across, pace.across_bend, h)
         return Clearance(outer=outer, inner=inner)
 

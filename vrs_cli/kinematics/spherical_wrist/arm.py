@@ -18,10 +18,11 @@ from vrs_cli.kinematics.clearance import (
     Pace,
     Turning,
     TwoBars,
-    beside_axis,
+    from_axis,
     from_shoulder,
     shortest,
     turning,
+    turning_beside_axis,
 )
 from vrs_cli.kinematics.configuration import ALL, WRIST_SINGULAR, Configuration
 from vrs_cli.kinematics.jacobian import Demands, Singularity, Twist
@@ -85,11 +86,15 @@ class SphericalWristArm(RobotArm):
         forearm = cos(q[0]) * s23, sin(q[0]) * s23, cos(q[1] + q[2])  # along the axis of joint 4
         return Clearance(shoulder, outer, inner, abs(sin(q[4])), cross(forearm, (T[2], T[6], T[10])))
 
-    def least_clearance(self, a: Clearance, b: Clearance, pace: Pace, h: float) -> Clearance:
+    def least_clearance(
+        self, a: Clearance, b: Clearance, pace: Pace, h: float, *, beside_axis: bool = False
+    ) -> Clearance:
         bars = self.reach
-        shoulder, far = beside_axis(bars, a.shoulder, b.shoulder, pace, h)
+        shoulder, far = from_axis(bars, a.shoulder, b.shoulder, pace, h)
         turns = turning(sqrt(shoulder), far, bars.side, pace) if shoulder > 0.0 else None
-        if self.geometry.a1 == 0.0:
+        if beside_axis:
+            turns = turning_beside_axis(bars.side, pace)
+        if beside_axis or self.geometry.a1 == 0.0:
             outer, inner = from_shoulder(bars, a, b, pace.speed, pace.bend, h, bars.side * bars.side)
         elif turns is not None:
             speed, bend = hypot(turns.outward, pace.speed), hypot(turns.outward_bend, pace.bend)
