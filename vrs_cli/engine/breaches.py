@@ -95,7 +95,7 @@ def _on_line(arm: RobotArm, index: int, segment: Segment, path: CartesianPath) -
         yield Breach(
             index, f"joint {load.joint} has {load.acceleration:.2f} times the acceleration that it can, {at:.3f} s"
         )
-    elif load.jerk > JERK_EXCESS:
+    if load.jerk > JERK_EXCESS:
         yield Breach(index, f"joint {load.joint} has {load.jerk:.2f} times the jerk that it can, {at:.3f} s")
 
 
