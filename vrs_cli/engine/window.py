@@ -54,12 +54,19 @@ class Window:
         checkpoint where one is due. `commands`, `number`: as for `Store.keep_checkpoint`.
         """
         self._first = min([self._first, *[max(delta.keep - SMALL - 1, 0) for delta in deltas]])  # neighbours may merge
-        for _, part in timeline.parts(len(timeline) - 1):
-            if len(part.row) >= ROW:
-                part.row.close()
+        self._close_rows(timeline)
         due = timeline.version - self._checkpoint >= max(self.reach.checkpoint, len(timeline) // ROW)
         if self._write_rows(timeline, due=due) and due and self.store.keep_checkpoint(timeline, commands, number):
             self._checkpoint = timeline.version
+
+    @staticmethod
+    def _close_rows(timeline: Timeline) -> None:
+        """Let no row at the end grow far beyond ROW: not by what comes next, nor by a smaller one that joins it."""
+        count = len(timeline)
+        for index, part in timeline.parts(max(count - 2 * ROW, 0)):
+            row, is_last = part.row, index + part.last - part.first == count
+            if not row.closed and len(row) >= (ROW if is_last else ROW // 2):
+                row.close()
 
     def _write_rows(self, timeline: Timeline, *, due: bool) -> bool:
         """Write rows that are old, and let these leave memory; where a checkpoint is `due`, write all. Whether all that
