@@ -21,13 +21,23 @@ from pathlib import Path
 from tests.by_hand import command
 from tests.live import PATIENCE
 from tests.net.serving import Caller
+from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.window import Reach
+from vrs_cli.files.continuing import keep_journal
+from vrs_cli.files.growing import GrowingFile
+from vrs_cli.files.journal import take_up
+from vrs_cli.files.past import resumed
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.messages import Hello, Shown, Window
+from vrs_cli.values.commands import Move
+from vrs_cli.values.motion import JointTarget
 from vrs_cli.wire.records import Form
 from vrs_cli.wire.snapshots import snapshot_of
 
 ROBOTS = ("cell1", "cell2")
+BEFORE = 1700  # changes of each robot before the first kill: a restart begins at a checkpoint
 LONGEST = 0.6  # [s] of work before a server is killed
 
 
@@ -90,8 +100,24 @@ def started(folder: Path) -> tuple[subprocess.Popen[str], str]:
     return process, line.split()[2].rstrip(",")
 
 
+def begin(path: Path) -> None:
+    """A journal of a robot that has moved before."""
+    engine, reach = Engine(load_robot("puma560")), Reach()
+    journal = keep_journal(take_up(path, changes=reach.changes), engine, together=True, reach=reach)
+    _, *others = engine.position().joints
+    for number in range(BEFORE):
+        engine.perform(Move(JointTarget((0.02 * (number % 2), *others)), False))
+    journal.settle()
+    journal.close()
+    file = GrowingFile(path)
+    assert resumed(file, reach.changes) is not None
+    file.close()
+
+
 def kill(times: int, seed: int, folder: Path) -> int:
     """How many commands were answered."""
+    for robot in ROBOTS:
+        begin(folder / f"{robot}.vrst")
     chance = random.Random(seed)
     drivers = [Driver(robot, random.Random(f"{seed} {robot}")) for robot in ROBOTS]
     before: dict[str, bytes] = {}
