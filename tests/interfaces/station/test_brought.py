@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import degrees, pi
 from random import Random
+from struct import pack, unpack
 
 import pytest
 from hypothesis import given
@@ -63,6 +64,33 @@ def test_what_a_controller_rounds_is_accepted_and_told(seed: int, decimals: int,
     for name, pose in poses.items():
         assert distance(value(station, name), pose) < 1e-3 * 10.0**-decimals
         assert degrees(angle_between(value(station, name), pose)) < 100.0 * 10.0**-decimals + 1e-6
+
+
+def test_the_largest_rounding_of_a_section_is_told_once() -> None:
+    rows = (written(f"p{n}", from_ypr(0.1, 0.2, 0.3, 0.4, 0.5, n), n, two=True) for n in (5, 3, 4))
+    _, found = loaded(*rows)
+    (told,) = found
+    assert told.span.line == 4
+    assert told.detail.startswith("p3: its axes are rounded by 0.000")
+    assert told.detail.endswith(", and those of 2 more in this section by less")
+    (told,) = loaded("now -0.7071 0.7071 0 0.7071 0.7071 0 0 0 -1 1 2 3")[1]
+    assert told.detail == "now: its axes are rounded by 7E-06"
+
+
+@examples(100)
+@given(st.integers(0, 2**32))
+def test_single_precision_is_no_rounding(seed: int) -> None:
+    random = Random(seed)
+    pose = from_ypr(*(random.uniform(-2.0, 2.0) for _ in range(6)))
+    numbers = unpack("12f", pack("12f", *columns(pose)))
+    station, found = loaded(" ".join(map(str, ("p", *numbers))))
+    assert found == ()
+    assert angle_between(value(station, "p"), pose) < 1e-6
+
+
+def test_every_wrong_line_of_a_section_is_told() -> None:
+    _, found = loaded("now -1 0 0 0 1 0", "3x 1", "0 0 -1 1 2 3", "p 1 2")
+    assert [one.span.line for one in found if one.severity is Severity.ERROR] == [3, 4, 5]
 
 
 @examples(200)

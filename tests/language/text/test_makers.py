@@ -54,6 +54,7 @@ def test_one_with_programs_hides_no_other_finding() -> None:
     ("their", "ours", "is_theirs"),
     [
         (["JMOVE a", "LMOVE b"], ["x = 1"] * 18, True),
+        (["JMOVE a", "JMOVE b"], ["x = 1"] * 19, False),
         (["JMOVE a", "JMOVE b"], ["x = 1"] * 553, False),
         (["JMOVE a", "JMOVE b"], ["MOVE a"] * 3, False),  # our own motions are more
         (["JMOVE j1, j2, j3, j4"] * 9, [], False),  # V+ has this one
@@ -64,6 +65,12 @@ def test_the_whole_file_tells_its_language(their: list[str], ours: list[str], *,
     text = "\n".join((".PROGRAM a()", *ours, *their, ".END", ""))
     assert (foreign_file(text) is not None) is is_theirs
     assert sum(one.span.line > 1 for one in parse_file(text)[1]) == len(their) + is_theirs
+
+
+def test_a_line_that_no_other_language_has_is_enough() -> None:
+    steps = "x = 1\n" * 300
+    assert foreign_file(f".PROGRAM a()\n{steps}LMOVE p\n.END\n.TRANS\np 1 2 3 4 5 6\n.END\n") is not None
+    assert foreign_file(f".PROGRAM a()\n{steps}LMOVE p\nLMOVE q\n.END\n") is None
 
 
 def test_values_are_no_steps() -> None:
