@@ -7,6 +7,8 @@ from math import inf
 from statistics import median
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tests.examples import some
 from tests.net.edits import Edits
@@ -266,6 +268,21 @@ def test_the_clock_of_the_robot_is_read_here() -> None:
         assert reading.at(wall[0]) == clock.reached
     assert reading.at(50.0) == reading.now, "time does not go back"
     assert ClockReading(3.0, None, 0.0).at(99.0) == 3.0
+
+
+STEPS = st.tuples(st.floats(0.0, 2.0), st.floats(-0.3, 0.3), st.sampled_from((0.5, 1.0, 2.0)))
+
+
+@given(st.lists(STEPS, min_size=1, max_size=20))
+def test_a_clock_that_is_known_better_later_does_not_go_back(steps: list[tuple[float, float, float]]) -> None:
+    reading, wall, now, rate, shown = ClockReading(0.0, 1.0, 0.0), 0.0, 0.0, 1.0, 0.0
+    for passed, wrong, rate_then in steps:
+        wall, now, rate = wall + passed, now + rate * passed, rate_then
+        reading = reading.then(ClockReading(now, rate, wall + wrong), wall)
+        assert reading.at(wall) >= shown
+        shown = reading.at(wall)
+    assert reading.at(wall + 100.0) == pytest.approx(now + rate * (100.0 - wrong), abs=1e-5), "it does not stay wrong"
+    assert reading.then(ClockReading(1.0, None), wall).at(wall) == 1.0, "a clock that was stopped shows where it stands"
 
 
 def test_viewers_look_at_a_mirror_as_at_the_robot() -> None:

@@ -421,28 +421,31 @@ def test_ctrl_c_stops_what_is_waited_for_and_a_second_one_waits_no_longer(
         robot = vrs.connect(to_it.url)
         assert isinstance(robot.held, RemoteRobot)
         tell, far = robot.held.tell, robot.held.client.far
+        waits, ended = threading.Event(), robot.held._ended
         monkeypatch.setattr(robot.held, "tell", lambda message: (tell(message), heard.set()))
+        monkeypatch.setattr(robot.held, "_ended", lambda inbox: (waits.set(), ended(inbox))[1])
         robot.define(".PROGRAM slow()\n  WAIT SIG(1001)\n.END\n")
 
         def press_once() -> None:
-            until(lambda: session.running)
+            until(lambda: session.running and waits.is_set())
             press_ctrl_c()
 
         def press_twice() -> None:
-            until(lambda: session.running)
+            until(lambda: session.running and waits.is_set())
             to_it.freeze()
             press_ctrl_c()
             heard.wait(PATIENCE)
             press_ctrl_c()
 
         def press_without_a_connection() -> None:
-            until(lambda: session.running)
+            until(lambda: session.running and waits.is_set())
             to_it.close()
             until(lambda: not far.open)
             press_ctrl_c()
 
         for press in (press_once, press_twice):
             heard.clear()
+            waits.clear()
             threading.Thread(target=press).start()
             with pytest.raises(KeyboardInterrupt):
                 robot.execute("slow")
@@ -451,6 +454,7 @@ def test_ctrl_c_stops_what_is_waited_for_and_a_second_one_waits_no_longer(
         to_it.pull()
         until(lambda: far.cuts and far.open)
         robot.abort()
+        waits.clear()
         threading.Thread(target=press_without_a_connection).start()
         with pytest.raises(KeyboardInterrupt):
             robot.execute("slow")

@@ -15,8 +15,11 @@ from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from tests.engine.wall import ManualWall
+from tests.interfaces.terminals import RecordingTerminal
 from tests.repl.afar import Line
 from vrs_cli.errors import RequestRefused
+from vrs_cli.interfaces.conversation.conversation import Conversation
+from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.net import messages
 from vrs_cli.repl import plain
@@ -216,6 +219,32 @@ def test_completion_and_status_come_over_the_line() -> None:
     assert (found.text, found.length, found.meta) == ("pallet", 2, "500.0 150.0 -100.0 90.0 90.0 0.0")
     line.cut = True
     assert seat.suggestions("MOVE pa", False) == []
+
+
+def test_the_clock_of_the_toolbar_does_not_go_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A status that was long on its way tells an earlier time; one of a clock that stands is believed."""
+    wall = ManualWall()
+    monkeypatch.setattr("vrs_cli.repl.remote_seat.time.monotonic", lambda: wall.seconds)
+    line = Line(attended=True, clock=wall.clock())
+    seat, _ = attended(line, [], [])
+    early = line.conversation.status()
+    wall.seconds += 13.0
+    seat.take("WHERE")
+    assert seat.status().clock == pytest.approx(13.0)
+    line._tell(messages.Status(early))
+    seat.keep_up()
+    wall.seconds += 1.0
+    assert seat.status().clock == pytest.approx(14.0)
+    seat.take("CLOCK PAUSE")
+    wall.seconds += 5.0
+    assert seat.status().clock == pytest.approx(14.0)
+
+
+def test_the_status_of_a_robot_at_rest_tells_the_time_of_now() -> None:
+    wall = ManualWall()
+    talk = Conversation(Session(RecordingTerminal(), clock=wall.clock()))
+    wall.seconds += 5.0
+    assert talk.status().clock == 5.0
 
 
 def test_in_real_time_a_program_runs_on_beside_the_prompt_and_asks() -> None:

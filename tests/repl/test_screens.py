@@ -13,7 +13,7 @@ import pytest
 from tests.repl.screens import Screen, needs_tmux, screen
 
 pytestmark = needs_tmux
-TOOLBAR = "100 % / 100 %"
+TOOLBAR = "^X ABORT"
 PROMPT = re.compile(r"(\.|\*| *\d+\.\?) *")
 SIZES = ((80, 24), (120, 40))
 

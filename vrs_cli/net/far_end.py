@@ -259,6 +259,8 @@ class FarEnd:
         now = self._wall()
         if self.welcome is not None and self.welcome.life != welcome.life:  # perhaps another machine, with its clock
             self.sync, self._estimate = TimeSync(), None
+            if self.mirror is not None:
+                self.mirror.clock = ClockReading()
         self.welcome, self._pings, self._resyncs = welcome, 0, False
         self._wishes, self._pulled = Wishes(), PulledState()
         self._cut_at = self._silent_since = inf
@@ -331,8 +333,9 @@ class FarEnd:
         self._clock = clock
         if self.mirror is None:
             return
-        since = self._wall() if self._estimate is None else self._estimate.here(clock.wall)
-        self.mirror.clock = ClockReading(clock.now, self.rate, since)
+        wall = self._wall()
+        since = wall if self._estimate is None else self._estimate.here(clock.wall)
+        self.mirror.clock = self.mirror.clock.then(ClockReading(clock.now, self.rate, since), wall)
 
     def _moves_to(self, now: float) -> None:
         """In virtual time the clock stands but for what is commanded."""

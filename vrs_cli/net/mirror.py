@@ -31,18 +31,26 @@ SLACK = 0.25  # of the window may be there beside it: what has become too old go
 
 class ClockReading(Struct, frozen=True):
     """The clock of a robot: it was at `now` [s] when a wall clock was at `since` [s]. It goes on at `rate`, or (None)
-    stands: the robot moves in virtual time, or the clock is paused.
+    stands: the robot moves in virtual time, or the clock is paused. While it goes it shows no time before `floor` [s].
     """
 
     now: float = 0.0
     rate: float | None = None
     since: float = 0.0
+    floor: float = -inf
 
     def at(self, wall: float) -> float:
         """The robot's time [s] when that wall clock is at `wall` [s]."""
         if self.rate is None:
             return self.now
-        return max(self.now, down_to_grid(self.now + self.rate * (wall - self.since)))
+        return max(self.now, self.floor, down_to_grid(self.now + self.rate * (wall - self.since)))
+
+    def then(self, later: ClockReading, wall: float) -> ClockReading:
+        """A later reading of the same clock, which does not go back: if it was thought to be ahead, it stands until its
+        time has come.
+        """
+        goes_on = self.rate is not None and later.rate is not None
+        return replace(later, floor=self.at(wall)) if goes_on else later
 
 
 class _Held(Struct, frozen=True):

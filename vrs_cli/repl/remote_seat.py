@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
+from math import inf
 from pathlib import Path
 from typing import Protocol, TypeVar
 
@@ -97,6 +98,7 @@ class RemoteSeat:
         self._heard: Inbox[ServerMessage] = Inbox()
         self._later: deque[ServerMessage] = deque()  # for when the user has no question before him
         self._status, self._told_at = Status(), 0.0
+        self._floor = -inf  # [s] of the clock that was shown: it does not go back while time passes
         self._waits = self._asks = False
         self._breaks = self._count_breaks()  # when the last line was taken
         self._withdrawn: set[int] = set()
@@ -211,7 +213,13 @@ class RemoteSeat:
         return message
 
     def _see(self, status: Status) -> None:
-        self._status, self._told_at = status, time.monotonic()
+        """What was told on its way, however long that took, tells no more of the clock than that it is not earlier."""
+        now, before = time.monotonic(), self._status
+        goes_on = before.pace is not None and status.pace is not None and not (before.pace.paused or status.pace.paused)
+        self._floor = self.status().clock if goes_on else -inf
+        if goes_on and status.pace == before.pace:
+            status = replace(status, clock=max(status.clock, self._extrapolated(now)))
+        self._status, self._told_at = status, now
 
     def _ended(self, end: Done | Refused, line: str) -> None:
         if isinstance(end, Done) and end.status is not None:
@@ -247,8 +255,9 @@ class RemoteSeat:
             case Done() | Refused():
                 self._ended(message, "")
             case messages.Welcome(resumed=resumed):
-                if not resumed:  # its questions are gone, and are counted anew
+                if not resumed:  # its questions are gone, and are counted anew; so is the time of another server
                     self._withdrawn = {self._question} - {0}
+                    self._status = replace(self._status, pace=None)
                 self._again()
             case messages.Lease(holder, notice) if self._terminal.attended:
                 self._told(self._noticed(holder, notice))
@@ -307,10 +316,11 @@ class RemoteSeat:
 
     def status(self) -> Status:
         """As it was told last; a clock on the wall has gone on since."""
-        pace, status = self._status.pace, self._status
-        if pace is None or pace.paused:
-            return status
-        return replace(status, clock=status.clock + pace.rate * (time.monotonic() - self._told_at))
+        return replace(self._status, clock=max(self._floor, self._extrapolated(time.monotonic())))
+
+    def _extrapolated(self, now: float) -> float:
+        pace, clock = self._status.pace, self._status.clock
+        return clock if pace is None or pace.paused else clock + pace.rate * (now - self._told_at)
 
     def signature(self, text: str, *, steps: bool = False) -> Signature | None:
         """By the tables, which are here; the programs are not."""

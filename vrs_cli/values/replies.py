@@ -67,7 +67,7 @@ class ProgramStopped(Spoken, frozen=True):
 
 
 class Whereabouts(Spoken, frozen=True):
-    """WHERE. `stamped`: the time was asked for, and is shown."""
+    """WHERE. `stamped`: the time is shown; it was asked for, or passes by itself."""
 
     position: Position
     stamped: bool = False

@@ -14,6 +14,7 @@ from vrs_cli.files.bounds import Folder
 from vrs_cli.files.signal_file import parse_signals
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.render.text import plain_text
 from vrs_cli.repl.toolbar import toolbar
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.values.commands import SetParameter
@@ -392,6 +393,17 @@ def test_virtual_time_has_no_rate(terminal: RecordingTerminal) -> None:
     assert clock_said(session, terminal, "CLOCK") == ClockReport(0.0)
     with pytest.raises(UsageError, match="vrs --realtime"):
         session.perform("CLOCK PAUSE")
+
+
+def test_plain_where_tells_its_time_while_time_passes(
+    session: Session, terminal: RecordingTerminal, wall: ManualWall
+) -> None:
+    wall.seconds += 1.25
+    for line in ("WHERE", "CLOCK PAUSE", "WHERE"):
+        session.perform(line)
+    first, last = (reply for reply in terminal.replies if isinstance(reply, Whereabouts))
+    assert plain_text(first).startswith("At 1.250 s, standing still\n")
+    assert not plain_text(last).startswith("At")
 
 
 def test_the_toolbar_tells_pace_and_motion(session: Session, wall: ManualWall) -> None:

@@ -318,7 +318,8 @@ class Conversation:
     def status(self) -> Status:
         """What the prompt and the toolbar show. For a desk of its own it is asked for as all else: `Holder.call`."""
         session, engine = self.session, self.session.engine
-        clock, position = engine.clock, engine.position()
+        clock, now = engine.clock, engine.clock.reached
+        position = engine.position(now)
         T, speed = position.T_world_tool, engine.settings.speed.always
         waiting = session.driver.unasked()
         return Status(
@@ -329,7 +330,7 @@ class Conversation:
             running=session.running,
             asked=f"{waiting[0][0].task.program} asks: {waiting[0][1].question.text}" if waiting else "",
             hidden=self._hidden(),
-            clock=engine.now,
+            clock=now,
             end=engine.end,
             pace=Pace(clock.rate, clock.paused) if isinstance(clock, WallClock) else None,
             tool=(T.px, T.py, T.pz),

@@ -51,7 +51,8 @@ def _where(station: Station, it: Instruction) -> Talk[None]:
         raise IllegalValue(f"robot {plain(number)}", "there is one robot, number 1")
     engine, stamped, units = station.engine, _stamped(it), station.units
     if not any(operand(it, index) is not None for index in (1, 2, 3)):
-        yield Whereabouts(engine.position(_time(station, it)), stamped=stamped, units=units)
+        passes = engine.realtime and not engine.clock.paused
+        yield Whereabouts(engine.position(_time(station, it)), stamped=stamped or passes, units=units)
         return
     if stamped:
         raise UsageError("AT and FROM do not go together", "WHERE AT t, or WHERE FROM t1 TO t2 STEP dt")
