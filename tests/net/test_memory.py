@@ -12,6 +12,7 @@ from vrs_cli.errors import FileError
 from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.store import store
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.talk import Work
 from vrs_cli.net.memory import WAITS, Memory
 from vrs_cli.values.diagnostics import Severity
 
@@ -149,3 +150,29 @@ def test_it_is_a_program_file_that_load_reads(path: Path) -> None:
     reader.perform(f"LOAD {path}")
     assert store(reader.environment) == store(session.environment)
     assert [str(getattr(reply, "text", reply)) for reply in terminal.replies] == [f"{path} loaded: p"]
+
+
+def test_a_long_program_is_printed_by_another_thread_and_others_write_meanwhile(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("vrs_cli.net.memory.LONG_PROGRAM", 3)
+    session, memory = opened(path)
+    session.load_text(".PROGRAM long\nx = 0\n.END\n")
+    carry_out(session, memory, "n = 1")
+    session.load_text(".PROGRAM long\n" + "x = 1\n" * 9 + ".END\n.PROGRAM more\n" + "x = 2\n" * 9 + ".END\n")
+    printing = memory.prepare()
+    work = next(printing)
+    with monkeypatch.context() as patch:
+        patch.setattr("vrs_cli.net.memory.print_program", None)  # the robot's thread prints nothing
+        carry_out(session, memory, "n = 2")
+    between, _ = opened(path)
+    assert list(between.programs) == ["long"]
+    assert len(between.programs["long"].program.steps) == 1
+    assert isinstance(work, Work)
+    work.run()
+    with pytest.raises(StopIteration):
+        next(printing)
+    assert memory.changed
+    memory.write()
+    again, _ = opened(path)
+    assert held(again) == held(session)

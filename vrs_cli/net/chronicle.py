@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 
 from vrs_cli.engine.book import Journal
 from vrs_cli.errors import LimitReached
+from vrs_cli.interfaces.talk import Talk
 from vrs_cli.net.memory import Memory
 from vrs_cli.trajectory.timeline import TimelineDelta
 
@@ -50,6 +51,11 @@ class Chronicle:
         """A command has been carried out, which may have changed what is in memory."""
         if self._memory is not None:
             self._memory.note()
+
+    def prepare(self) -> Talk[None]:
+        """What takes long of that is done by another thread."""
+        if self._memory is not None:
+            yield from self._memory.prepare()
 
     def check(self) -> None:
         """What could not be written is written now. Raises FileError where the disk takes nothing yet."""

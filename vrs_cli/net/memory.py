@@ -19,9 +19,11 @@ from vrs_cli.errors import FileError
 from vrs_cli.files.atomic import write_atomically, writing
 from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.opening import unreadable
-from vrs_cli.files.store import sections_of, store
+from vrs_cli.files.store import EVERYTHING, Part, sections_of, store
 from vrs_cli.interfaces.conversation.entry import Entry, closes_entry, opens_entry
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.station import LONG_PROGRAM
+from vrs_cli.interfaces.talk import Talk, beside
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.printer import print_file, print_program
 from vrs_cli.values.diagnostics import Diagnostic
@@ -45,6 +47,8 @@ class Memory:
         session.unstored.watch()
         self._file: GrowingFile | None = None
         self._programs: Mapping[str, Program] = {}  # as the file has them
+        self._texts: dict[str, tuple[Program, str]] = {}  # programs as they are printed, by key
+        self._printing: set[str] = set()  # keys of programs that another thread prints: they are written after that
         self._settings: Settings | None = None
         self._least = 0  # bytes of the file when it was written anew
 
@@ -73,8 +77,34 @@ class Memory:
             self.changed = (
                 self._session.unstored.fresh
                 or self._session.engine.settings is not self._settings
-                or self._now() != self._programs
+                or self._differs(self._now())
             )
+
+    def _differs(self, programs: Mapping[str, Program]) -> bool:
+        """Whether the file has other programs. To compare long programs step by step would take long."""
+        there = self._programs
+        return there.keys() != programs.keys() or any(there[key] is not one for key, one in programs.items())
+
+    def prepare(self) -> Talk[None]:
+        """Print long programs that are new, before they are written: another thread does that."""
+        new = {key: one for key, one in self._now().items() if not self._is_printed(key, one)}
+        if sum(len(one.steps) for one in new.values()) <= LONG_PROGRAM:
+            return
+        self._printing |= new.keys()
+        try:
+            texts = yield from beside(lambda: [print_program(one) for one in new.values()])
+            self._texts |= {key: (one, text) for (key, one), text in zip(new.items(), texts, strict=True)}
+        finally:
+            self._printing -= new.keys()
+            self.note()
+
+    def _is_printed(self, key: str, program: Program) -> bool:
+        return key in self._texts and self._texts[key][0] is program
+
+    def _text(self, key: str, program: Program) -> str:
+        if not self._is_printed(key, program):
+            self._texts[key] = program, print_program(program)
+        return self._texts[key][1]
 
     def write(self) -> None:
         """What has changed is on the disk. Raises FileError; what is to be written is written with what comes next."""
@@ -96,10 +126,21 @@ class Memory:
             file.close()
 
     def _now(self) -> dict[str, Program]:
+        """The programs in memory."""
         return {key: stored.program for key, stored in self._session.environment.programs.items()}
 
+    def _to_write(self) -> dict[str, Program]:
+        """The same, but for those that are being printed: of these as the file has them."""
+        now, there = self._now(), self._programs
+        for key in self._printing & now.keys():
+            if key in there:
+                now[key] = there[key]
+            else:
+                del now[key]
+        return now
+
     def _write(self) -> None:
-        items, programs = self._session.unstored.news(), self._now()
+        items, programs = self._session.unstored.news(), self._to_write()
         environment = self._session.environment
         gone = not self._programs.keys() <= programs.keys()
         gone = gone or any(environment.value(item) is None for item in items)
@@ -107,7 +148,7 @@ class Memory:
         if gone or file is None or self._least < 0 or file.size > 2 * self._least + SLACK or file.changed():
             self._replace()
             return
-        new = [print_program(one) for key, one in programs.items() if self._programs.get(key) is not one]
+        new = [self._text(key, one) for key, one in programs.items() if self._programs.get(key) is not one]
         text = "".join(new) + print_file(sections_of(environment, items))
         if self._session.engine.settings is not self._settings:
             text += self._settings_line()
@@ -120,13 +161,16 @@ class Memory:
 
     def _replace(self) -> None:
         """A new file with all that there is."""
-        text = store(self._session.environment) + self._settings_line()
+        programs = self._to_write()
+        printed = "".join(self._text(key, one) for key, one in programs.items())
+        text = printed + store(self._session.environment, EVERYTHING - {Part.PROGRAMS}) + self._settings_line()
+        self._texts = {key: self._texts[key] for key in programs}
         write_atomically(self.path, _sealed(text).decode())
         self.close()
         with writing(self.path):
             self._file = GrowingFile(self.path)
         self._least = self._file.size
-        self._programs, self._settings = self._now(), self._session.engine.settings
+        self._programs, self._settings = programs, self._session.engine.settings
 
 
 def _of_programs(text: str) -> frozenset[int]:

@@ -365,9 +365,11 @@ class Room:
             if not always():
                 raise
         try:
-            return (yield from talk)
+            found = yield from talk
         finally:
             self.chronicle.note()
+        yield from self.chronicle.prepare()
+        return found
 
     def _check(self) -> None:
         self.chronicle.check()
