@@ -70,7 +70,7 @@ def test_who_asks_for_much_does_not_keep_others_waiting(actor: Actor) -> None:
 
 def test_what_is_done_costs_who_asks_for_it(served: Session) -> None:
     spent: dict[object, float] = {}
-    served.actor.spent = lambda by, seconds: spent.update({by: spent.get(by, 0.0) + seconds})
+    served.actor.spent = lambda by, _ticket, seconds: spent.update({by: spent.get(by, 0.0) + seconds})
 
     def busy() -> float:
         until = time.thread_time() + 0.02
