@@ -11,10 +11,14 @@ import sys
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import pytest
 
 ROOT = Path(__file__).parents[2]
 MAP = Path(__file__).with_name("coverage.json")
-FOLDERS = ("trajectory", "engine", "kinematics", "language")
+FOLDERS = ("trajectory", "engine", "kinematics", "language", "net")
 USUAL = [
     f"tests/{name}" for name in (*FOLDERS, "interfaces", "laws", "oracle", "programs", "files", "wire", "errors", "lsp")
 ]
@@ -22,17 +26,25 @@ USUAL = [
 
 @dataclass(eq=False)
 class Contexts:
-    """A plugin: the name of the present test is the context, and how long each takes [s of CPU]."""
+    """A plugin: the name of the present test is the context, and how long each takes: seconds of CPU, or on the wall
+    for a live test, which waits."""
 
     coverage: object
     seconds: dict[str, float] = field(default_factory=dict)
+    live: set[str] = field(default_factory=set)
+
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        self.live = {item.nodeid for item in session.items if item.get_closest_marker("live")}
 
     def pytest_runtest_logstart(self, nodeid: str) -> None:
         self.coverage.switch_context(nodeid)  # type: ignore[attr-defined]
-        self.seconds[nodeid] = -time.process_time()
+        self.seconds[nodeid] = -self._clock(nodeid)
 
     def pytest_runtest_logfinish(self, nodeid: str) -> None:
-        self.seconds[nodeid] += time.process_time()
+        self.seconds[nodeid] += self._clock(nodeid)
+
+    def _clock(self, nodeid: str) -> float:
+        return time.perf_counter() if nodeid in self.live else time.process_time()
 
 
 def main(arguments: list[str]) -> int:

@@ -1,6 +1,6 @@
 """Mutation testing: `python -m tests.mutation.run [MUTANTS [SEED]]`, after `python -m tests.mutation.coverage_map`.
 
-So many mutants (`mutants.py`) are drawn by a seed, as many from each of four folders. Each meets the tests that run its
+So many mutants (`mutants.py`) are drawn by a seed, as many from each of five folders. Each meets the tests that run its
 line, the quick ones of its own test file first, in a process forked from one that has the libraries loaded and nothing
 of the product; a mutant is killed when one fails, or when the tests never end. Verdicts are added to `verdicts.jsonl`
 under the mutant and the digest of its file: a run goes on where it was stopped, and repeats no kill. `score.json` has
@@ -18,6 +18,7 @@ import os
 import resource
 import signal
 import sys
+import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -42,8 +43,10 @@ from tests.mutation.mutants import Mutant, mutants, mutated
 LOADED = (hypothesis, lark, msgspec, numpy, prompt_toolkit, rich)  # before the fork
 HERE = Path(__file__).parent
 VERDICTS, SCORE, EQUIVALENT = (HERE / name for name in ("verdicts.jsonl", "score.json", "equivalent.txt"))
-BUDGET = 75.0  # [s of CPU, under coverage, a multiple of what they take] of unmutated tests that a mutant meets
-LONGEST = 60  # [s of CPU]
+BUDGET = 20.0  # [s, under coverage, which is more than they take] of unmutated tests that a mutant meets
+LONGEST = 60  # [s of CPU] a mutant keeps its tests busy
+MAX_WAIT = 120.0  # [s] it keeps them waiting
+MAX_PATIENCE = 5.0  # [s] of one live test: an unmutated one waits for less
 KILLED, SURVIVED, UNCOVERED, ENDLESS = "killed", "survived", "no test runs it", "endless"
 OUTCOMES = {
     pytest.ExitCode.OK: SURVIVED,
@@ -141,10 +144,22 @@ def verdict(mutant: Mutant) -> str:
     child = os.fork()
     if not child:
         _meet(mutant, tests)
-    status = os.waitpid(child, 0)[1]
+    status = _ended(child)
     if os.WIFSIGNALED(status):
         return ENDLESS if os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL) else KILLED
     return OUTCOMES[pytest.ExitCode(os.WEXITSTATUS(status))]
+
+
+def _ended(child: int) -> int:
+    """The status of a process, which is killed when it has taken too long."""
+    deadline = time.monotonic() + MAX_WAIT
+    while time.monotonic() < deadline:
+        found, status = os.waitpid(child, os.WNOHANG)
+        if found:
+            return status
+        time.sleep(0.05)
+    os.kill(child, signal.SIGKILL)
+    return os.waitpid(child, 0)[1]
 
 
 def _meet(mutant: Mutant, tests: Sequence[str]) -> None:
@@ -157,6 +172,9 @@ def _meet(mutant: Mutant, tests: Sequence[str]) -> None:
     status = 1
     try:
         sys.meta_path.insert(0, Planted(mutant))
+        from tests import live
+
+        live.PATIENCE, live.MARKS = MAX_PATIENCE, (pytest.mark.live,)  # a mutant is killed by the first failure
         files = [file for file in sorted({name.split("::")[0] for name in tests}) if Path(file).exists()]
         quiet = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", *files]
         status = int(pytest.main(quiet, plugins=[Chosen(tests)]))

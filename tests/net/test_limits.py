@@ -90,3 +90,7 @@ def test_who_looks_has_a_share_of_the_machine() -> None:
     share.spend(2.5, 2000.0)
     assert share.wait(2000.0) == pytest.approx(5.0)
     assert share.wait(2005.0) == pytest.approx(0.0)
+
+
+def test_looking_may_cost_its_share_of_the_window_at_once() -> None:
+    assert Allowance(looking_window=4.0).of_looking(0.1, 0.0).left(0.0) == pytest.approx(0.4)
