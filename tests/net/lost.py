@@ -120,7 +120,8 @@ class Author:
     def line(self) -> Line:
         number = len(self.lines) + 1
         moves = self.random.random() < 0.3
-        text = f"DRIVE 6, {number / 1000.0:.3f}" if moves else f"n[{number}] = n[{number}] + 1"
+        angle = number / 1000.0 * (-1.0) ** number  # joint 6 stays in its range
+        text = f"DRIVE 6, {angle:.3f}" if moves else f"n[{number}] = n[{number}] + 1"
         self.lines.append(Line(number, text, time.time()))
         return self.lines[-1]
 
