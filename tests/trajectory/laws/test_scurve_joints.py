@@ -213,6 +213,12 @@ def test_a_joint_that_brakes_for_long_comes_to_rest_a_little_farther_in_time() -
         assert check(begin, (0.1039,), limits, least) == pytest.approx(least, abs=1e-8)
 
 
+def test_joints_that_stop_where_they_are_to_be_wait_there() -> None:
+    limits = hardest_limits(ARMS["puma560"])
+    begin = JointState((0.0,) * 6, tuple(1e-9 * v for v in limits.velocity))
+    assert check(begin, begin.joints, limits, 2.0) == 2.0
+
+
 def test_nothing_to_do_takes_no_time() -> None:
     limits = hardest_limits(ARMS["puma560"])
     assert joint_motion(JointState((0.0,) * 6, (0.0,) * 6), (0.0,) * 6, limits, 0.0, MOTION, 0.0) == ()

@@ -372,5 +372,6 @@ def _rows(q: float, goal: float, joint: Joint, found: Phases, whole: float) -> I
             yield round(t * TICKS_PER_SECOND), t, q, v, 0.5 * level, 0.0
             t, q, v = t + keep, q + keep * (v + 0.5 * keep * level), v + keep * level
         yield round(t * TICKS_PER_SECOND), t, q, v, 0.5 * level, -sixth
-        t = whole
-    yield round(t * TICKS_PER_SECOND), t, goal, 0.0, 0.0, 0.0
+    elif t < whole:
+        yield round(t * TICKS_PER_SECOND), t, goal, 0.0, 0.0, 0.0
+    yield round(whole * TICKS_PER_SECOND), whole, goal, 0.0, 0.0, 0.0
