@@ -19,7 +19,7 @@ from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.laws.scurve import joint_motion
 from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.polynomial import derivative, extremes, value
-from vrs_cli.trajectory.segment import JointPath, Segment
+from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.values.motion import Kind, Motion, Start
 
@@ -228,4 +228,5 @@ def test_joints_that_can_share_their_instants_do() -> None:
     limits = hardest_limits(ARMS["puma560"])
     begin = JointState((0.0,) * 6, tuple(0.1 * v for v in limits.velocity))
     segments = joint_motion(begin, tuple(0.9 * v for v in limits.velocity), limits, 0.0, MOTION, 0.0)
-    assert len(segments) == 7
+    three = [Phase.BLEND] * 3, [Phase.DECELERATE] * 3
+    assert [segment.phase for segment in segments] == [*three[0], Phase.CRUISE, *three[1]]

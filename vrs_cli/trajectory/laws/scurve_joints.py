@@ -344,7 +344,9 @@ def stretches(
         list(_rows(q, to, joint, one, whole))
         for q, to, joint, one in zip(state.joints, goal, joints, found, strict=True)
     ]
-    return common_stretches(ways, whole - max([2.0 * one.ramp + one.keep for one in found]))
+    for duration, phase, path in common_stretches(ways, whole - max([2.0 * one.ramp + one.keep for one in found])):
+        steady = phase is Phase.BLEND and not any(half or sixth for _, _, half, sixth in path.coefficients)
+        yield duration, Phase.CRUISE if steady else phase, path
 
 
 def _rows(q: float, goal: float, joint: Joint, found: Phases, whole: float) -> Iterator[Row]:

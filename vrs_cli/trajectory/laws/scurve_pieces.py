@@ -124,7 +124,7 @@ def rows_through(q: float, v: float, a: float, pieces: Pieces) -> Iterator[Row]:
     yield round(t * TICKS_PER_SECOND), t, q, 0.0, 0.0, 0.0  # at rest, whatever rounding has left
 
 
-def common_stretches(ways: Sequence[Sequence[Row]], slows: float) -> Iterator[tuple[float, Phase, Path]]:
+def common_stretches(ways: Sequence[Sequence[Row]], slows: float) -> Iterator[tuple[float, Phase, JointPath]]:
     """Joints that each have rows of their own: a stretch from each of their instants to the next. What begins before
     `slows` [s] is no slowing down yet.
     """
