@@ -211,6 +211,7 @@ TEXT = ".PROGRAM long\n" + "x = x+1\n" * STEPS + "CALL other\n.END\n.PROGRAM oth
         ("LOAD long", "PRIME long", "SSTEP long", "BPT long, 3"),
         ("LOAD long", "EDIT long", "P 5", "I", "x = 2", "", "E"),
         ("FLIST long.v2",),
+        ("LOAD long", "DELETE long"),
     ],
 )
 def test_no_step_of_a_robot_works_on_a_whole_long_program(
@@ -261,5 +262,7 @@ WORK = (
     (programs, "listed"),
     (editor, "rebuilt"),
     (editor, "taken"),
+    (programs, "with_called"),
+    (programs, "variables_used"),
     (files, "read_program_file"),
 )

@@ -367,11 +367,10 @@ def stored(station: Station, program: Program) -> Talk[tuple[Reply, ...]]:
     """Put an edited program in memory: its first fault, and what it is now."""
     whole, source = yield from beside_if(len(program.steps) > LONG_PROGRAM, lambda: rebuilt(program))
     found = yield from station.keep(whole, source)
-    lines = ["", *source.split("\n")]
     first = first_error(found)
     report: tuple[Reply, ...] = ()
     if first is not None:
-        report = (DiagnosticsReport((Diagnosed(first, lines[first.span.line]),)),)
+        report = (DiagnosticsReport((Diagnosed(first, source.split("\n")[first.span.line - 1]),)),)
     else:
         bad = next((number for number, step in enumerate(whole.steps, 1) if isinstance(step.statement, BadLine)), None)
         if bad is not None:

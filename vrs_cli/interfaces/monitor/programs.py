@@ -83,16 +83,25 @@ def _delete(station: Station, it: Instruction) -> Talk[None]:
     """Programs, what only they call, and the variables that only these use."""
     environment = station.environment
     named = {environment.program(word(argument)).program.key for argument in it.arguments}
-    under = {program.key for program in with_called(environment, sorted(named))}
-    outside = [key for key in environment.programs if key not in under]
-    kept = {program.key for program in with_called(environment, outside)} - named
-    doomed = [environment.programs[key] for key in environment.programs if key in under - kept]
+    memory = environment.copy()
+
+    def found() -> tuple[list[str], frozenset[str]]:
+        """The keys of the programs that go, and of the variables that only these use."""
+        under = {program.key for program in with_called(memory, sorted(named))}
+        outside = [key for key in memory.programs if key not in under]
+        kept = {program.key for program in with_called(memory, outside)} - named
+        keys = [key for key in memory.programs if key in under - kept]
+        still_used = variables_used(memory.programs[key].program for key in kept)
+        return keys, variables_used(memory.programs[key].program for key in keys) - still_used
+
+    long = sum(len(stored.program.steps) for stored in memory.programs.values()) > LONG_PROGRAM
+    keys, unused = yield from beside_if(long, found)
+    doomed = [environment.programs[key] for key in keys if key in environment.programs]
     for program in doomed:
         station.check_free(program.name)
     if not (yield from agreed(station, f"{', '.join(program.name for program in doomed)} and what only they use go.")):
         return
-    still_used = variables_used(environment.programs[key].program for key in kept)
-    for name in variables_used(program.program for program in doomed) - still_used:
+    for name in unused:
         environment.delete(name)
     _drop_programs(station, doomed)
 
