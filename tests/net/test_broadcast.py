@@ -309,6 +309,15 @@ def test_a_change_that_is_kept_holds_no_old_timeline(hall: Hall) -> None:
     assert remembered(hall) == [*range(1, 52)]
 
 
+def test_the_timeline_of_the_robot_is_held_and_no_other_with_rows_of_its_own(hall: Hall) -> None:
+    for number in range(20):
+        for _ in range(1 + number % 3):  # changes that are told together
+            first, *others = hall.engine.position(hall.engine.end).joints
+            hall.engine.perform(Move(JointTarget((first + 0.01, *others)), False))
+        hall.tell()
+        assert hall.broadcast.stream.timeline is hall.timeline
+
+
 def test_changes_are_kept_for_a_while_for_who_may_come_back(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(streams, "REMEMBERED", 20)
     _, listener = hall.listen(CHANGES)

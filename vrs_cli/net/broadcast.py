@@ -292,7 +292,7 @@ class Broadcast:
 
     def tell(self, event: Event, applied: float) -> None:
         """The timeline has changed; the robot's clock was at `applied` [s] then."""
-        self.stream.tell(event, applied)
+        self.stream.tell(event, applied, self._watched.timeline)
         if isinstance(event, TimelineDelta):
             for channel in self._channels.values():
                 channel.change(event.cut, applied)

@@ -66,14 +66,16 @@ class Stream:
 
     # --- the robot tells ---
 
-    def tell(self, event: Event, applied: float) -> None:
-        """The next change; the robot's clock was at `applied` [s] then. Raises ValueError for one that does not fit."""
+    def tell(self, event: Event, applied: float, seen: Timeline) -> None:
+        """The next change; the robot's clock was at `applied` [s] then, and its timeline is `seen` now, perhaps after
+        more changes. Raises ValueError for one that does not fit.
+        """
         number = self.number + 1
         if isinstance(event, Replaced):
             self.timeline, self.settings, self._replaced = event.timeline, event.settings, number
             self._forget(0)
         else:
-            before, self.timeline = self.timeline, self.timeline.apply(event)
+            before, self.timeline = self.timeline, seen if _follows(seen, event) else self.timeline.apply(event)
             self._encode(event, before, applied, number)
         self.number = number
         self._snapshots.clear()
@@ -177,3 +179,10 @@ class Stream:
 
     def _replaced_by(self, snapshot: Snapshot) -> Letter:
         return Letter(lambda _full: messages.Replaced(snapshot_record(snapshot), number=self.number))
+
+
+def _follows(timeline: Timeline, delta: TimelineDelta) -> bool:
+    """Whether a timeline is what this delta has made. Then its rows are those that leave memory when they are old."""
+    if timeline.version != delta.version + 1 or not delta.segments:
+        return False
+    return len(timeline) > delta.keep and timeline[delta.keep].path is delta.segments[0].path
