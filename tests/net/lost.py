@@ -410,9 +410,8 @@ def lose(times: int, seed: int, folder: Path) -> None:
             for robot, author in writing.items():
                 found = check(author, robot, server.url(robot), killed)
                 print(f"{robot}: " + ", ".join(f"{count} {told.value}" for told, count in found.items()))
-            print(
-                f"done {check_times(folder / 'audit.jsonl', writing, server.stops):.1f} s after it was given at the latest"
-            )
+            latest = check_times(folder / "audit.jsonl", writing, server.stops)
+            print(f"done {latest:.1f} s after it was given at the latest")
     finally:
         server.close()
     print(", ".join(f"{count} times {kind}" for kind, count in sorted(done.items())))
