@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from time import process_time
 
 import pytest
@@ -116,3 +117,21 @@ def cost_of(count: int) -> float:
     for program in programs.values():
         analyze(program, {}, programs)
     return process_time() - began
+
+
+def test_an_analysis_leaves_no_cycle_that_keeps_its_program() -> None:
+    gc.collect()
+    gc.disable()
+    try:
+        file, _ = parse_file(".PROGRAM p\nAUTO a\nx = a\n.END\n", remembered=False)
+        (program,) = file.parts
+        assert isinstance(program, Program)
+        analyze(program)
+        del file, program
+        gc.set_debug(gc.DEBUG_SAVEALL)
+        gc.collect()
+        assert not any(isinstance(one, Program) for one in gc.garbage)
+    finally:
+        gc.set_debug(0)
+        gc.garbage.clear()
+        gc.enable()

@@ -199,7 +199,7 @@ class Station:
     def brought(self, text: str) -> Talk[Brought]:
         """Parse a file and analyse it among what is in memory, ready for `take`. Raises ProgramInterlocked."""
         long, dialect = len(text) > LONG_TEXT, self.dialect
-        file, unreadable = yield from beside_if(long, lambda: parse_file(text, dialect))
+        file, unreadable = yield from beside_if(long, lambda: parse_file(text, dialect, remembered=False))
         self._check_free(file)
         memory, vplus = self._memory(), self.robot.switch("VPLUS")
         found = yield from beside_if(long, lambda: Brought.of(file, text, memory, vplus=vplus))

@@ -7,6 +7,7 @@ between calls. All other variables are global, and GLOBAL says so. Declarations 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from weakref import proxy
 
 from msgspec.structs import replace
 
@@ -62,7 +63,7 @@ class Declarations:
     """Checks declarations one by one."""
 
     def __init__(self, names: Names) -> None:
-        self._names = names
+        self._names: Names = proxy(names)  # which has this: in a cycle, the program would stay in memory for long
         self._declared: dict[str, str] = {}
         self._over = False
 

@@ -7,8 +7,9 @@ is read for itself and all findings come together.
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Iterable
+from collections.abc import Callable, Container, Iterable
 from contextlib import suppress
+from copy import copy
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, cast
@@ -35,18 +36,19 @@ STARTS = ("step", "prompt", "header", "entry")
 
 
 def parse_file(
-    text: str, dialect: Dialect = Dialect.VPLUS, *, whole: bool = True
+    text: str, dialect: Dialect = Dialect.VPLUS, *, whole: bool = True, remembered: bool = True
 ) -> tuple[ast.File, tuple[Diagnostic, ...]]:
     """The programs and sections of a file, and everything that cannot be read in it.
 
     A bad line of a program is kept as BadLine. Line ends may be LF, CR LF or CR. `dialect`: where the file says none.
     Where it is a `whole` file, one in another maker's language is told of as such, and not read if it has no program.
+    `remembered`: its steps stay in memory for the next time, as for a text that is being changed.
     """
     foreign = foreign_file(text) if whole else None
     if foreign is not None and not has_program(text):
         return ast.File(()), (foreign,)
     own, wrong = dialect_in(text, dialect)
-    file, found = FileReader(_parser(own), own).read(text)
+    file, found = FileReader(_parser(own) if remembered else _forgetful(own), own).read(text)
     told = () if foreign is None else (foreign,)
     return file, (*told, *wrong, *found)
 
@@ -97,7 +99,7 @@ class LineParser:
         grammar = (grammar_dir() / GRAMMAR).read_text(encoding="utf-8")
         self._parser = token_parser(grammar, STARTS, builder or Builder())
         self._patterns = patterns_of(self._parser.terminals)
-        self.step = lru_cache(maxsize=REMEMBERED)(self._step)
+        self.step: Callable[[str, int], Step] = lru_cache(maxsize=REMEMBERED)(self._step)
 
     def _step(self, text: str, line: int) -> Step:
         """Raises LineRefused."""
@@ -170,6 +172,14 @@ def _text(comment: Token | None) -> str | None:
 
 def _parser(dialect: Dialect) -> LineParser:
     return _parsers(dialect is Dialect.VPLUS)
+
+
+@cache
+def _forgetful(dialect: Dialect) -> LineParser:
+    """A parser that remembers no steps."""
+    parser = copy(_parser(dialect))
+    parser.step = parser._step
+    return parser
 
 
 @cache
