@@ -104,6 +104,21 @@ def test_a_restart_reads_the_end_and_finds_all(path: Path, moves: int) -> None:
     assert len(read_trajectory(path).deltas) == moves + 20
 
 
+def test_what_is_undone_before_a_checkpoint_may_be_redone_after_it(path: Path) -> None:
+    robot = Robot(path, Reach(changes=200, segments=8, checkpoint=8))
+    robot.move(30)
+    for _ in range(11):
+        robot.engine.undo()
+    for _ in range(11):
+        robot.engine.redo()
+    robot.move(1)
+    robot.end()
+    again = Robot(path)
+    assert again.from_checkpoint
+    assert again.engine.timeline == read_trajectory(path).timeline
+    assert again.engine.book.commands == 31
+
+
 def test_a_file_of_before_is_taken_up_as_a_whole_and_has_checkpoints_then(path: Path) -> None:
     robot = Robot(path.with_name("other.vrst"), None)
     robot.move(100)

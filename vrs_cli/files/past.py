@@ -14,7 +14,7 @@ from typing import Generic, NamedTuple, TypeVar
 from msgspec import Struct
 
 from vrs_cli.engine.history import History
-from vrs_cli.errors import FileError
+from vrs_cli.errors import FileError, VrsError
 from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.rebuild import brought_forward
 from vrs_cli.kinematics.forms import arm_for
@@ -204,7 +204,7 @@ def resumed(file: GrowingFile, changes: int) -> Resumed | None:
                 return _resumed(file, place, record)
             place = record.before
             after += 0 if place is None else record.checkpoint - _checkpoint(file, place).checkpoint
-    except (OSError, RecordError, ValueError, KeyError):
+    except (OSError, ValueError, LookupError, VrsError):
         pass
     return None
 
@@ -259,7 +259,9 @@ def _resumed(file: GrowingFile, place: int, record: CheckpointRecord) -> Resumed
             (known if line.place < place else new).append(delta)
             if line.place > place and not delta.version % PART:
                 past.places.append(line.place)
-    history, timeline = History(forgotten=record.commands), Timeline.of_parts(_parts(record, past), record.checkpoint)
+    unknown = [None] * len(new)  # commands that were taken back before the checkpoint, and may be done again after it
+    history = History(undone=unknown, forgotten=record.commands)
+    timeline = Timeline.of_parts(_parts(record, past), record.checkpoint)
     return Resumed(
         model=model,
         initial=segments_of(header.initial, Motions(), None, form),
