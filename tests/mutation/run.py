@@ -1,10 +1,11 @@
-"""Mutation testing: `python -m tests.mutation.run [MUTANTS [SEED]]`, after `python -m tests.mutation.coverage_map`.
+"""Mutation testing: `python -m tests.mutation.run [MUTANTS [SEED [FOLDER [PART PARTS]]]]`.
 
-So many mutants (`mutants.py`) are drawn by a seed, as many from each of five folders. Each meets the tests that run its
-line, the quick ones of its own test file first, in a process forked from one that has the libraries loaded and nothing
-of the product; a mutant is killed when one fails, or when the tests never end. Verdicts are added to `verdicts.jsonl`
-under the mutant and the digest of its file: a run goes on where it was stopped, and repeats no kill. `score.json` has
-the outcome and every survivor; `equivalent.txt` has those that no test can tell from the original, with the proof.
+Run `python -m tests.mutation.coverage_map` first. So many mutants (`mutants.py`) are drawn by a seed, as many from each
+of five folders. Each meets the tests that run its line, the quick ones of its own test file first, in a process forked
+from one that has the libraries loaded and nothing of the product; a mutant is killed when one fails, or when the tests
+never end. Verdicts are added to `verdicts.jsonl` under the mutant and the digests of its file and its tests: a run goes
+on where it was stopped. `score.json` has the outcome and every survivor of a whole run (after parts that ran side by
+side, start one); `equivalent.txt` has those that no test can tell from the original, with the proof.
 """
 
 from __future__ import annotations
@@ -23,10 +24,11 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import zip_longest
 from pathlib import Path
 from random import Random
 from types import CodeType
-from typing import Any
+from typing import Any, NoReturn
 
 import hypothesis
 import lark
@@ -57,13 +59,13 @@ OUTCOMES = {
 
 
 def drawn(count: int, seed: int) -> list[Mutant]:
-    """As many mutants from each folder."""
-    random, found = Random(seed), list[Mutant]()
+    """Draw as many mutants from each folder, the folders in turn: a stopped run has as many of each."""
+    random, found = Random(seed), list[list[Mutant]]()
     for number, folder in enumerate(FOLDERS):
         files = sorted((ROOT / "vrs_cli" / folder).rglob("*.py"))
         all_of_them = [one for file in files for one in mutants(str(file.relative_to(ROOT)), file.read_text())]
-        found += random.sample(all_of_them, (count + number) // len(FOLDERS))
-    return found
+        found.append(random.sample(all_of_them, (count + number) // len(FOLDERS)))
+    return [one for turn in zip_longest(*found) for one in turn if one]
 
 
 # --- the tests of a mutant ---------------------------------------------------------------------------------------
@@ -85,8 +87,9 @@ def tests_of(mutant: Mutant) -> list[str]:
     folder, _, stem = mutant.file.removeprefix("vrs_cli/").removesuffix(".py").rpartition("/")
     mirrored = f"tests/{folder}/test_{stem}"
     file |= {name for name in names if name.startswith(mirrored)}
-    if not file:  # it has only what is run at import
+    while not file and folder:  # it has only what is run at import
         file = {name for name in names if name.startswith(f"tests/{folder}/")}
+        folder = folder.rpartition("/")[0]
 
     def rank(name: str) -> tuple[object, ...]:
         return mutant.within and name not in line, not name.startswith(mirrored), tests[name], name
@@ -102,13 +105,25 @@ def tests_of(mutant: Mutant) -> list[str]:
 
 @dataclass(eq=False)
 class Chosen:
-    """A plugin: these tests, in this order, until one fails."""
+    """A plugin: run these tests, in this order, until one fails or BUDGET is spent; write the failed one to a pipe."""
 
     names: Sequence[str]
+    failed: int  # the end of the pipe to write to
+    begin: float = 0.0  # of the first test
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         place = {name: k for k, name in enumerate(self.names)}
         items[:] = sorted((item for item in items if item.nodeid in place), key=lambda item: place[item.nodeid])
+        self.begin = time.process_time()
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_protocol(self) -> bool | None:
+        """Leave out a test when BUDGET is spent."""
+        return True if time.process_time() > self.begin + BUDGET else None
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.failed:
+            os.write(self.failed, json.dumps([report.nodeid, "live" in report.keywords]).encode() + b"\n")
 
 
 # --- one mutant --------------------------------------------------------------------------------------------------
@@ -137,23 +152,38 @@ class _Loader(importlib.machinery.SourceFileLoader):
         return compile(self.tree, self.get_filename(fullname), "exec")
 
 
-def verdict(mutant: Mutant) -> str:
+def verdict(mutant: Mutant) -> tuple[str, str]:
+    """Return the verdict and the failed test. A live test must fail a second time, and pass without the mutant: it may
+    fail because the machine is busy.
+    """
     tests = tests_of(mutant)
-    if not tests:
-        return UNCOVERED
+    while tests:
+        found, failed, live = outcome(mutant, tests)
+        if not live or (outcome(mutant, [failed])[0] != SURVIVED and outcome(None, [failed])[0] == SURVIVED):
+            return found, failed
+        tests = [name for name in tests if name != failed]
+    return UNCOVERED, ""
+
+
+def outcome(mutant: Mutant | None, tests: Sequence[str]) -> tuple[str, str, bool]:
+    """Run the tests in a child; return the verdict, the failed test, and whether that is a live one."""
+    reading, writing = os.pipe()
     child = os.fork()
     if not child:
-        _meet(mutant, tests)
+        _meet(mutant, tests, writing)
+    os.close(writing)
     status = _ended(child)
+    with os.fdopen(reading, "rb") as stream:
+        failed, live = json.loads(stream.readline() or '["", false]')
     if os.WIFSIGNALED(status):
-        return ENDLESS if os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL) else KILLED
-    return OUTCOMES[pytest.ExitCode(os.WEXITSTATUS(status))]
+        return ENDLESS if os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL) else KILLED, failed, live
+    return OUTCOMES[pytest.ExitCode(os.WEXITSTATUS(status))], failed, live
 
 
 def _ended(child: int) -> int:
-    """The status of a process, which is killed when it has taken too long."""
-    deadline = time.monotonic() + MAX_WAIT
-    while time.monotonic() < deadline:
+    """Return the status of a process; kill it when it has waited MAX_WAIT for anything but a core."""
+    begin = time.monotonic()
+    while time.monotonic() - begin - _without_core(child) < MAX_WAIT:
         found, status = os.waitpid(child, os.WNOHANG)
         if found:
             return status
@@ -162,7 +192,15 @@ def _ended(child: int) -> int:
     return os.waitpid(child, 0)[1]
 
 
-def _meet(mutant: Mutant, tests: Sequence[str]) -> None:
+def _without_core(child: int) -> float:
+    """Return the seconds in which a process was ready to run, but other processes had the cores."""
+    try:
+        return int(Path(f"/proc/{child}/schedstat").read_text().split()[1]) * 1e-9
+    except (OSError, IndexError):
+        return 0.0
+
+
+def _meet(mutant: Mutant | None, tests: Sequence[str], failed: int) -> NoReturn:
     """In the child: run the tests, and leave."""
     resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST + 1))
     resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
@@ -171,13 +209,14 @@ def _meet(mutant: Mutant, tests: Sequence[str]) -> None:
         os.dup2(nothing, stream)
     status = 1
     try:
-        sys.meta_path.insert(0, Planted(mutant))
+        if mutant:
+            sys.meta_path.insert(0, Planted(mutant))
         from tests import live
 
         live.PATIENCE, live.MARKS = MAX_PATIENCE, (pytest.mark.live,)  # a mutant is killed by the first failure
         files = [file for file in sorted({name.split("::")[0] for name in tests}) if Path(file).exists()]
         quiet = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", *files]
-        status = int(pytest.main(quiet, plugins=[Chosen(tests)]))
+        status = int(pytest.main(quiet, plugins=[Chosen(tests, failed)]))
     finally:
         os._exit(status)
 
@@ -190,26 +229,35 @@ def key(mutant: Mutant) -> list[str]:
     return [f"{mutant.text} #{mutant.place}.{mutant.choice}", digest]
 
 
-def known() -> dict[tuple[str, ...], str]:
+def known() -> dict[tuple[str, ...], dict[str, Any]]:
     if not VERDICTS.exists():
         return {}
     rows = map(json.loads, VERDICTS.read_text().splitlines())
-    return {tuple(row["mutant"]): row["verdict"] for row in rows}
+    return {tuple(row["mutant"]): row for row in rows}
+
+
+def digest_of(tests: Sequence[str]) -> str:
+    """Return a digest of the names and the files of tests."""
+    files = sorted({name.split("::")[0] for name in tests})
+    texts = [(ROOT / file).read_bytes() for file in files if (ROOT / file).exists()]
+    return hashlib.sha256(b"\0".join([*texts, *(name.encode() for name in tests)])).hexdigest()[:16]
 
 
 def judged(chosen: Sequence[Mutant]) -> Iterator[tuple[Mutant, str]]:
     before = known()
     for mutant in chosen:
-        found = before.get(tuple(key(mutant)))
-        if found not in (KILLED, ENDLESS):  # a survivor meets the tests again: there may be a new one
-            found = verdict(mutant)
+        row = before.get(tuple(key(mutant)), {})
+        tests = digest_of(tests_of(mutant))
+        if row.get("verdict") not in (KILLED, ENDLESS) and row.get("tests") != tests:  # run again only for other tests
+            found, failed = verdict(mutant)
+            row = {"mutant": key(mutant), "verdict": found, "by": failed, "tests": tests}
             with VERDICTS.open("a") as stream:
-                stream.write(json.dumps({"mutant": key(mutant), "verdict": found}) + "\n")
-        yield mutant, found
+                stream.write(json.dumps(row) + "\n")
+        yield mutant, row["verdict"]
 
 
-def main(count: int = 300, seed: int = 1, folder: str = "") -> int:
-    chosen = [mutant for mutant in drawn(count, seed) if folder in mutant.file]
+def main(count: int = 300, seed: int = 1, folder: str = "", part: int = 1, parts: int = 1) -> int:
+    chosen = [mutant for mutant in drawn(count, seed) if folder in mutant.file][part - 1 :: parts]
     results = dict[Mutant, str]()
     for mutant, found in judged(chosen):
         results[mutant] = found
@@ -227,7 +275,7 @@ def main(count: int = 300, seed: int = 1, folder: str = "") -> int:
         "score": round(score, 4),
         "survivors": [m.text for m in alive if m not in equivalent],
     }
-    if not folder:
+    if not folder and parts == 1:
         SCORE.write_text(json.dumps(told, indent=1) + "\n")
     print({name: value for name, value in told.items() if name != "survivors"})
     return 0
