@@ -22,7 +22,7 @@ from tests.net.serving import serving
 from tests.view3d.pages import Page
 from vrs_cli.cli import browser, view
 from vrs_cli.cli.view import News
-from vrs_cli.net.messages import Activity, Clock, Hello, Line
+from vrs_cli.net.messages import Activity, Clock, Done, Hello, Line
 from vrs_cli.repl.player import Player
 
 ROOT = Path(__file__).parents[2]
@@ -68,6 +68,29 @@ def test_a_robot_that_is_served_is_watched(
         assert vrs("view", "--terminal", server.address) == (0, "", "")
     assert all("   live, rate 1" in text for text in shown)
     assert "DRIVE 1, " in shown[-1]
+
+
+def test_ctrl_x_stops_a_robot_that_is_watched(
+    vrs: Vrs, keys: PipeInput, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pressed, shown = [], [""]
+
+    def text(player: Player) -> str:
+        shown.append(drawn(player))
+        if "bob drives; spin runs" in shown[-1] and not pressed:
+            pressed.append(keys.send_text("\x18"))
+        elif "Program stopped at spin" in shown[-1]:
+            keys.send_text("q")
+        return shown[-1]
+
+    drawn = Player.text
+    monkeypatch.setattr(Player, "text", text)
+    with serving(tmp_path, realtime=1.0) as server, server.call(hello=Hello((1,), name="bob")) as bob:
+        bob.lines(".PROGRAM spin", "DO", "DRIVE 1, 20, 100", "DRIVE 1, -20, 100", "UNTIL FALSE", ".END")
+        id = bob.send(lambda id: Line(id, "EXECUTE spin"))
+        assert vrs("view", "--terminal", server.address) == (0, "", "")
+        bob.until(lambda message: isinstance(message, Done) and message.id == id)
+    assert any("^X ABORT" in text for text in shown)
 
 
 @pytest.mark.parametrize(("ahead", "told"), [("auto", ""), ("300ms", "0.300 s ahead of what is heard")])

@@ -8,6 +8,7 @@ import pytest
 
 from tests.interfaces.monitor.people import PART, Person, at, last, loaded
 from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.interfaces.monitor.running import emergency_stop
 from vrs_cli.interfaces.talk import Running
 from vrs_cli.language.words.values import Kind
 from vrs_cli.values import replies
@@ -59,6 +60,20 @@ def test_whoever_watches_sees_progress() -> None:
     session.load_text(".PROGRAM p\nMOVE part\nREADY\n.END\n")
     session.perform("EXECUTE p")
     assert person.progressed[-1] == Running(session.engine.now)
+
+
+def test_the_emergency_stop_tells_of_the_motion_and_of_each_task() -> None:
+    session = at(RecordingTerminal(), "DRIVE 1, 60 AT 5")
+    session.load_text(".PROGRAM wait\nWAIT SIG(1001)\n.END\n")
+    session.converse(emergency_stop(session))
+    assert last(session, replies.Message).text == "The motion is stopped"
+    for task in (3, 5):
+        session.perform(f"EXECUTE {task} wait")
+    before = len(session.terminal.replies)  # type: ignore[attr-defined]
+    session.converse(emergency_stop(session))
+    assert not any(session.tasks.running)
+    stopped = session.terminal.replies[before:]  # type: ignore[attr-defined]
+    assert [(one.what, one.program) for one in stopped] == [("(ABORTED)", "wait")] * 2
 
 
 def test_abort_stops_motion_that_is_scheduled() -> None:
