@@ -28,7 +28,7 @@ AWAKE = 0.4  # [s] that a load has been worked at when the key is pressed
 
 
 def program(lines: int) -> str:
-    return "\n".join((".PROGRAM big()", *(f"    x = {number}" for number in range(lines)), ".END", ""))
+    return "\n".join((".PROGRAM big()", *(f"  x = {number % 10}" for number in range(lines)), ".END", ""))
 
 
 LOADS: dict[str, Callable[[str], Callable[[int], Request]]] = {
