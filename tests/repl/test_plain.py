@@ -158,7 +158,8 @@ def test_a_refused_program_swallows_its_lines() -> None:
     assert status == 1
     assert written[1] == "Program p exists. Replace it (Y/N)?"
     assert written[2].startswith("*Program already exists* p")
-    assert written[3:] == ["Program completed", "a                1"]
+    dropped = "*Request refused* 1 line of p dropped: that program was refused (.END ends it)"
+    assert written[3:] == [dropped, dropped, "Program completed", "a                1"]
 
 
 def test_the_input_ends_inside_a_program() -> None:

@@ -91,8 +91,7 @@ class Conversation:
                 break
         if self._pasted:
             yield from self._guarded(self._store(), "")
-        # somebody who is there, or at a robot of his own, has read that the heading was refused
-        if refused and self._dropped and not (self.desk.attended or self.session.ends_with_desk):
+        if refused and self._dropped and not self.desk.attended:  # a person has read that the heading was refused
             what = f"{count(self._dropped, 'line')} of {refused} dropped: that program was refused"
             yield self._told(RequestRefused(what, ".END ends it"), "")
         if self._refused and self.desk.attended and not more:
