@@ -6,7 +6,7 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import UndefinedName
-from vrs_cli.files.store import EVERYTHING, Part, store
+from vrs_cli.files.store import EVERYTHING, MemoryPart, store
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.values import Kind
 
@@ -72,13 +72,13 @@ def test_comments_are_kept() -> None:
 @pytest.mark.parametrize(
     ("part", "header", "absent"),
     [
-        (Part.PROGRAMS, ".PROGRAM main", ".LOCATIONS"),
-        (Part.LOCATIONS, ".LOCATIONS", ".REALS"),
-        (Part.REALS, ".REALS", ".STRINGS"),
-        (Part.STRINGS, ".STRINGS", ".PROGRAM"),
+        (MemoryPart.PROGRAMS, ".PROGRAM main", ".LOCATIONS"),
+        (MemoryPart.LOCATIONS, ".LOCATIONS", ".REALS"),
+        (MemoryPart.REALS, ".REALS", ".STRINGS"),
+        (MemoryPart.STRINGS, ".STRINGS", ".PROGRAM"),
     ],
 )
-def test_one_part_alone(part: Part, header: str, absent: str) -> None:
+def test_one_part_alone(part: MemoryPart, header: str, absent: str) -> None:
     text = store(loaded(TEXT).environment, {part})
     assert text.startswith(header)
     assert absent not in text
@@ -118,6 +118,7 @@ def test_every_character_comes_back() -> None:
 )
 def test_other_strings_are_refused_in_their_line(value: str) -> None:
     session = Session(RecordingTerminal())
-    (found,) = session.load_text(f'.STRINGS\n$s {value}\n$t "x"\n.END\n')
+    found, told = session.load_text(f'.STRINGS\n$s {value}\n$t "x"\n.END\n')
     assert found.span.line == 2
-    assert session.environment.values() == {("$t", None): "x"}
+    assert "nothing of" in told.message
+    assert session.environment.values() == {}

@@ -20,7 +20,7 @@ from tests.engine.wall import ManualWall
 from tests.live import until
 from tests.net.cable import cable
 from tests.net.serving import Caller, Serving, serving
-from vrs_cli.interfaces.station.lease import Lease
+from vrs_cli.interfaces.station.lease import RobotLease
 from vrs_cli.net.limits import Allowance
 from vrs_cli.net.messages import (
     Abort,
@@ -85,7 +85,7 @@ def test_all_that_is_typed_comes_to_who_reads_more_slowly(tmp_path: Path, monkey
         ada.lines(*CHAT)
         before = len(ada.said)
         id = ada.send(lambda id: Line(id, "EXECUTE chat"))
-        until(lambda: room.guests["guest"].pace.waiting > MUCH)
+        until(lambda: room.clients["guest"].pace.waiting > MUCH)
         wall.seconds += 3.0  # a packet that is lost twice is sent again after 1 s and 2 s (RFC 6298)
         ada.until(lambda one: sleep_a_little(one) or (isinstance(one, Done) and one.id == id))
         typed = [text.strip() for text in ada.said[before:]]
@@ -100,16 +100,16 @@ def test_who_stops_reading_holds_nobody(tmp_path: Path, monkeypatch: pytest.Monk
         room = server.hub.rooms["cell1"]
         monkeypatch.setattr(room, "_wall", wall)  # it waits for her until the test says that time passes
         ada.lines(".PROGRAM much", f'$s = "{LONG}"', "DO", f"TYPE {30 * '$s, '}$s", "UNTIL FALSE", ".END")
-        guest = room.guests["guest-2"]
+        client = room.clients["guest-2"]
         ada.send(lambda id: Line(id, "EXECUTE much"))
-        until(lambda: guest.pace.waiting > MUCH)
+        until(lambda: client.pace.waiting > MUCH)
         for _ in range(5):
             assert bob.line("WHERE").ok, "though the program waits for her"
-        assert guest.link is not None
+        assert client.link is not None
 
         def is_let_go() -> bool:  # her system may have taken a part after the wall has gone on
             wall.seconds += PACE
-            return guest.link is None
+            return client.link is None
 
         until(is_let_go)
         assert room.session.running
@@ -127,7 +127,7 @@ def test_a_program_that_waits_for_who_hears_it_is_stopped_at_once(
         monkeypatch.setattr(room, "_wall", ManualWall(time.monotonic()))  # it waits for ever
         ada.lines(".PROGRAM much", f'$s = "{LONG}"', "DO", f"TYPE {30 * '$s, '}$s", "UNTIL FALSE", ".END")
         ada.send(lambda id: Line(id, "EXECUTE much"))
-        until(lambda: room.guests["guest-2"].pace.waiting > MUCH)
+        until(lambda: room.clients["guest-2"].pace.waiting > MUCH)
         assert bob.ask(Abort)
         assert not room.session.running
         ada.cut()
@@ -144,7 +144,7 @@ def test_who_looks_too_much_waits_and_who_drives_does_not(tmp_path: Path, monkey
                 assert isinstance(eve.ask(lambda id: Positions(id, tuple(map(float, range(500))))), Located)
             return time.monotonic() - begun
 
-        driver, looker = server.hub.rooms["cell1"].guests.values()
+        driver, looker = server.hub.rooms["cell1"].clients.values()
         asked(4)
         assert looker.wait(Who(1)) == 0.0, "nobody drives: nobody waits for her"
         ada.lines("DRIVE 1, 5", "DRIVE 1, -5")
@@ -163,7 +163,7 @@ def test_a_peer_that_vanishes_is_cut_and_another_drives(tmp_path: Path, monkeypa
         room = server.hub.rooms["cell1"]
         wall = ManualWall()
         monkeypatch.setattr(room.driving, "_wall", wall)  # a lease ends when the test says so
-        room.driving.lease = Lease(length=1.0)
+        room.driving.lease = RobotLease(length=1.0)
         ada = Caller(wire.url, Hello((1,), name="ada"))
         assert ada.line("x = 1").ok
         for _ in range(3):
@@ -174,8 +174,8 @@ def test_a_peer_that_vanishes_is_cut_and_another_drives(tmp_path: Path, monkeypa
         while not bob.line("x = 2").ok:
             wall.seconds += 0.9
         assert server.loop is not None
-        server.loop.call_soon_threadsafe(hurry, room.guests["ada"].link)
-        until(lambda: room.guests["ada"].link is None)
+        server.loop.call_soon_threadsafe(hurry, room.clients["ada"].link)
+        until(lambda: room.clients["ada"].link is None)
         wire.pull()
         ada.protocol.cut()
         ada._address = server.address
@@ -219,7 +219,7 @@ def test_a_jump_of_the_wall_clock_moves_nothing(tmp_path: Path, monkeypatch: pyt
                 robot.do("WHERE")  # pings go on meanwhile
             assert abs(robot.now - clock.reached) < OFF
             assert 0.0 < clock.reached - before < OFF
-            until(lambda: room.guests["ada"].link is not None)
+            until(lambda: room.clients["ada"].link is not None)
         rows = (tmp_path / "audit.jsonl").read_text().splitlines()
         assert datetime.fromisoformat(json.loads(rows[-1])["when"]).timestamp() == pytest.approx(real() + jump, abs=OFF)
         ada.leave()
@@ -229,6 +229,7 @@ ON_THE_WALL = {
     "cli/serve.py": "the audit says when",
     "files/recovery.py": "how old a file is",
     "net/server.py": "tokens end at a time of the calendar",
+    "view3d/app.py": "since when the robot is not heard",
     "view3d/hosted.py": "the audit of its own server",
 }
 
@@ -293,6 +294,6 @@ def test_who_comes_and_goes_leaves_nothing_behind(tmp_path: Path) -> None:
             assert ada.line("WHERE").ok
             until(lambda: len(server.server._links) == 1)
             room = server.hub.rooms["cell1"]
-            assert len(room.guests) == 41, "those who may come again within a minute"
+            assert len(room.clients) == 41, "those who may come again within a minute"
             assert not room._pending
             assert ada.ask(Abort)
