@@ -30,7 +30,7 @@ from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Move
-from vrs_cli.values.motion import JointTarget, Kind, Motion, PoseTarget, Start
+from vrs_cli.values.motion import JointTarget, Motion, MotionKind, PoseTarget, Start
 
 MODEL = load_robot("puma560")
 MOTIONS = 3400  # of three segments each
@@ -155,7 +155,7 @@ def planned(tasks: list[tuple[Joints, ...]], profile: Profile = Profile.LSPB) ->
 
 
 def _plan(profile: Profile, q: Joints, v: Joints, goal: Joints, a: Joints = ()) -> tuple[Segment, ...]:
-    motion = Motion(1, Kind.JOINT, Start.AT, goal=goal, profile=profile)
+    motion = Motion(1, MotionKind.JOINT, Start.AT, goal=goal, profile=profile)
     return plan_motion(Problem(ARM, Here(JointState(q, v, a)), motion, 0.0))
 
 

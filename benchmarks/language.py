@@ -25,7 +25,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.analysis.analyzer import analyze
 from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.compile.compiler import compile_program
-from vrs_cli.language.run.effects import Completed, Failed
+from vrs_cli.language.run.effects import Failed, ProgramCompleted
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.library import LIBRARY
 from vrs_cli.language.run.runtime import Task
@@ -64,7 +64,7 @@ def compiled(analysis: Analysis, passes: int) -> float:
     environment.reference("passes").assign(float(passes))
     task = Task(environment, Readings(Engine(load_robot("puma560"))), analysis.program.name)
     began = perf_counter()
-    while not isinstance(event := task.resume(), Completed):
+    while not isinstance(event := task.resume(), ProgramCompleted):
         assert not isinstance(event, Failed), event
     return perf_counter() - began
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from time import process_time
 
+from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.talk import Reading, Running
 from vrs_cli.values.questions import Answer, Question
 from vrs_cli.values.replies import Reply
 

@@ -29,7 +29,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.state import JointState
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 SEVEN = Path(__file__).parents[1] / "tests" / "kinematics" / "urdf" / "seven.urdf"
 ROBOTS = ("puma560", "irb120", "ur5e", "cobra600", "planar2", "panda", SEVEN)
@@ -104,7 +104,11 @@ def _lines(arm: RobotArm, begin: list[Joints]) -> list[Problem]:
     for q in begin:
         pose = arm.forward(q)
         motion = Motion(
-            1, Kind.STRAIGHT, Start.AT, pose=pose._replace(px=pose.px - copysign(WAY, pose.px)), profile=Profile.LSPB
+            1,
+            MotionKind.STRAIGHT,
+            Start.AT,
+            pose=pose._replace(px=pose.px - copysign(WAY, pose.px)),
+            profile=Profile.LSPB,
         )
         problem = Problem(arm, Here(JointState(q, (0.0,) * len(q))), motion, 0.0)
         with suppress(MotionError):

@@ -18,7 +18,7 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.state import JointState
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 MODEL = load_robot("puma560")
 ARM = Engine(MODEL).arm
@@ -54,7 +54,7 @@ def interruption(source: Random) -> tuple[Here, Motion]:
 
 def _motion(number: int, goal: Joints, source: Random) -> Motion:
     speed = source.choice((1.0, source.uniform(0.1, 1.0)))
-    return Motion(number, Kind.JOINT, Start.AT, goal=goal, speed=speed, profile=Profile.SCURVE)
+    return Motion(number, MotionKind.JOINT, Start.AT, goal=goal, speed=speed, profile=Profile.SCURVE)
 
 
 def _somewhere(source: Random) -> Joints:

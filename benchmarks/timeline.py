@@ -21,7 +21,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.instant import on_grid
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 SIZES = (1_000, 10_000, 100_000, 1_000_000)
 PATTERN = 300  # motions that are planned; longer timelines repeat them
@@ -29,7 +29,7 @@ PLACES = 400
 ROUNDS = 9
 WEAR = 2_000  # edits at random places that leave their cuts in a timeline
 BAR = 1.5
-MOTION = Motion(1, Kind.JOINT, Start.AT)
+MOTION = Motion(1, MotionKind.JOINT, Start.AT)
 
 
 def tiled(count: int) -> tuple[RobotArm, Timeline]:

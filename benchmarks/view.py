@@ -19,7 +19,7 @@ from threading import Event, Thread
 from tests.view3d.browser import chromium, missing
 from tests.view3d.pages import Page
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.talk import no_answer
+from vrs_cli.interfaces.dialogue import no_answer
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.values.acts import Define

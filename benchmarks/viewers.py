@@ -29,13 +29,13 @@ from websockets.asyncio.server import ServerConnection, broadcast, serve
 from websockets.frames import OP_BINARY, OP_TEXT, Frame
 
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.feed import Missed
-from vrs_cli.engine.snapshot import Replaced
+from vrs_cli.engine.feed import MissedEvents
+from vrs_cli.engine.snapshot import TimelineReplaced
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.broadcast import Broadcast
 from vrs_cli.net.messages import Subscribe
-from vrs_cli.net.packets import Form, Packet
+from vrs_cli.net.packets import MessageForm, Packet
 
 VIEWERS, RATE = 1000, 50.0
 ROUNDS, SAMPLED = 4, 2.0  # of samples, each so long [s]
@@ -416,18 +416,18 @@ def steered() -> None:
     engine, wall = Engine(load_robot("puma560")), 0.0
     events = engine.events.subscribe()
     begin = events.take()
-    assert isinstance(begin, Replaced)
+    assert isinstance(begin, TimelineReplaced)
     cast, steering = Broadcast(engine, begin, lambda: wall), Steering(engine)
     sizes = []
     for wanted, deflates in ((Subscribe(1, deltas=True), True), (Subscribe(1, rate=RATE), False)):
         sizes.append(Counted())
-        cast.subscribe(cast.join(sizes[-1], Form(text=False), deflates=deflates), wanted)
+        cast.subscribe(cast.join(sizes[-1], MessageForm(text=False), deflates=deflates), wanted)
     for k in range(int(STEERED * RATE)):
         wall = k / RATE
         turns = (SWING * (1.0 - cos(2.0 * pi * wall / (LASTING + 0.3 * joint))) for joint in range(6))
         steering.to(tuple(map(add, engine.model.poses["ready"], turns)), wall)
         for event in events.taken():
-            assert not isinstance(event, Missed)
+            assert not isinstance(event, MissedEvents)
             cast.tell(event, engine.now)
         while cast.peek() <= wall:
             cast.step()

@@ -20,7 +20,7 @@ from rich.text import Text
 from vrs_cli.__main__ import main as vrs
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.render.blocks import Line
+from vrs_cli.render.blocks import TextLine
 from vrs_cli.render.colours import Ink
 from vrs_cli.render.console import TerminalRenderer, rich_text
 from vrs_cli.render.scan import scan
@@ -68,12 +68,12 @@ def recorded(lines: Sequence[str]) -> Console:
         conversation.take(line)
     console.print(IDLE)
     bar = toolbar(conversation.status(), terminal.last, WIDTH)
-    console.print(rich_text(Line(((bar, Ink.COMMENT),))))
+    console.print(rich_text(TextLine(((bar, Ink.COMMENT),))))
     return console
 
 
 def _coloured(line: str) -> Text:
-    return rich_text(Line(tuple(scan(line))))
+    return rich_text(TextLine(tuple(scan(line))))
 
 
 def session_svg() -> str:

@@ -33,7 +33,7 @@ from vrs_cli.view3d.figure import Figure
 from vrs_cli.view3d.hosted import SHELL, Hosted
 from vrs_cli.view3d.paths import Path as Way
 from vrs_cli.view3d.reasons import Reasons
-from vrs_cli.view3d.shown import Part, Shown
+from vrs_cli.view3d.shown import Shown, ShownPart
 from vrs_cli.view3d.stage import FIELD, Stage, backdrop
 from vrs_cli.view3d.still import Pixels, photographing
 
@@ -343,7 +343,7 @@ def ways() -> None:
     save(row((cut, refused)), "ways")
 
 
-def shot(place: Place, robot: vrs.Robot, t: float, part: Part) -> Image.Image:
+def shot(place: Place, robot: vrs.Robot, t: float, part: ShownPart) -> Image.Image:
     """A moment of a robot with one more part of the scene; labels come some pictures later."""
     position = position_at(place.arm, robot.timeline, t)
     place.pose(position.joints, position.hand)

@@ -12,7 +12,7 @@ from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.operators import LINKS, OPERATORS
-from vrs_cli.language.words.word import Control, Row, Word
+from vrs_cli.language.words.word import Control, Word, WordRow
 
 PAGE = Path(__file__).parent / "words.md"
 HEAD = """# Every word
@@ -24,7 +24,7 @@ Each word has an anchor: `words.md#instruction-move`.
 Made by `python docs/make_words.py`.
 """
 COLUMNS = "| form | what it does | example | from | who | state |\n| --- | --- | --- | --- | --- | --- |"
-TABLES: tuple[tuple[str, str, Mapping[str, Row]], ...] = (  # title, beginning of the anchors, rows
+TABLES: tuple[tuple[str, str, Mapping[str, WordRow]], ...] = (  # title, beginning of the anchors, rows
     ("Monitor commands", "command", COMMANDS),
     ("Control structures", "control", CONTROL),
     ("Instructions", "instruction", INSTRUCTIONS),
@@ -40,11 +40,11 @@ def page() -> str:
     return "\n".join((HEAD, *(_table(title, sort, rows.values()) for title, sort, rows in TABLES)))
 
 
-def _table(title: str, sort: str, rows: Iterable[Row]) -> str:
+def _table(title: str, sort: str, rows: Iterable[WordRow]) -> str:
     return "\n".join((f"## {title}\n", COLUMNS, *(row_text(row, sort) for row in rows), ""))
 
 
-def row_text(row: Row, sort: str) -> str:
+def row_text(row: WordRow, sort: str) -> str:
     """A row of the tables as a line of the page."""
     cells = " | ".join(cell.replace("|", chr(92) + "|") for cell in _cells(row))
     return f"| {_anchor(row.name, sort)}{cells} |"
@@ -57,7 +57,7 @@ def _anchor(name: str, sort: str) -> str:
     return f'<a id="{sort}-{sigil}{word.lower()}"></a>' if word[0].isalpha() else ""
 
 
-def _cells(row: Row) -> Iterator[str]:
+def _cells(row: WordRow) -> Iterator[str]:
     yield f"`{row.form}`"
     yield row.summary
     yield f"`{row.example}`"

@@ -54,12 +54,12 @@ class Door(RecordingTerminal):
         assert not self.faults, self.faults
 
 
-def client(talk: Peer) -> Callable[[int], None]:
+def client(dialogue: Peer) -> Callable[[int], None]:
     """One that connects, talks and closes."""
 
     def come(port: int) -> None:
         with connected(port) as line:
-            talk(line)
+            dialogue(line)
 
     return come
 

@@ -11,7 +11,7 @@ from tests.devices.peers import LONGEST, Door, client, run
 from tests.interfaces.programs import load
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.devices.outside import Arrival, Event
-from vrs_cli.devices.recording import Recording, line_of
+from vrs_cli.devices.recording import DeviceRecording, line_of
 from vrs_cli.devices.script import Script, parse_script, read_script
 from vrs_cli.devices.sockets import Sockets
 from vrs_cli.engine.clock import VirtualClock
@@ -103,7 +103,7 @@ def test_a_recorded_line_is_read_as_it_was() -> None:
 # --- recordings ---
 
 
-def talk(line: socket.socket) -> None:
+def dialogue(line: socket.socket) -> None:
     """One line of three has no end; all that the program answers."""
     answers = line.makefile("rb")
     for said in (b"1 20\n", b"2 -15", b"1 -5\n"):
@@ -114,8 +114,8 @@ def talk(line: socket.socket) -> None:
 
 def test_a_recording_gives_the_same_again(tmp_path: Path) -> None:
     file = str(tmp_path / "units.jsonl")
-    door = Door(client(talk))
-    live, first = run(door, *SERVER, outside=Recording(Sockets(patience=LONGEST * 50), file), rate=50.0)
+    door = Door(client(dialogue))
+    live, first = run(door, *SERVER, outside=DeviceRecording(Sockets(patience=LONGEST * 50), file), rate=50.0)
     assert first.fault is None
     again = []
     for _ in range(2):
@@ -130,7 +130,7 @@ def test_a_recording_gives_the_same_again(tmp_path: Path) -> None:
 
 def test_a_program_that_writes_something_else_is_told_of_once(tmp_path: Path) -> None:
     file = str(tmp_path / "units.jsonl")
-    run(Door(client(talk)), *SERVER, outside=Recording(Sockets(patience=LONGEST * 50), file), rate=50.0)
+    run(Door(client(dialogue)), *SERVER, outside=DeviceRecording(Sockets(patience=LONGEST * 50), file), rate=50.0)
     session = Session(terminal := RecordingTerminal(), outside=read_script(file))
     load(session, *(line.replace('"at ', '"since ') for line in SERVER))
     session.execute("main")
@@ -141,7 +141,7 @@ def test_a_program_that_writes_something_else_is_told_of_once(tmp_path: Path) ->
 
 def test_a_recording_that_cannot_be_written(tmp_path: Path) -> None:
     with pytest.raises(FileError):
-        Recording(Sockets(), str(tmp_path / "no" / "units.jsonl"))
+        DeviceRecording(Sockets(), str(tmp_path / "no" / "units.jsonl"))
 
 
 def test_two_ports_that_the_system_chooses_are_two() -> None:

@@ -47,7 +47,7 @@ class At(Door):
             os.write(self.end, self.said)
 
 
-def test_a_program_talks_over_a_pseudo_terminal() -> None:
+def test_a_program_dialogues_over_a_pseudo_terminal() -> None:
     door = At(b"1 20\r\n1 x\x03\r")
     session = live_session(door, Sockets(serial={"1": "pty"}, patience=1000.0), rate=100.0)
     load(session, *SERVER)

@@ -17,7 +17,7 @@ from vrs_cli.devices.device import FULL
 from vrs_cli.devices.sockets import Sockets, is_loopback
 from vrs_cli.devices.traffic import WINDOW, SocketEnd
 from vrs_cli.errors import DeviceNotReady, NetworkClosed, NetworkTimeout, PortTaken, StringOverflow
-from vrs_cli.values.results import Outcome
+from vrs_cli.values.results import RunOutcome
 
 OPEN = ('ATTACH (lun, 4) "TCP"', 'FOPEN (lun, 16) "/LOCAL_PORT 0 /CLIENTS 2 /BUFFER_SIZE 2048"')
 CLOSE = ("FCLOSE (lun)", "DETACH (lun)")
@@ -44,11 +44,11 @@ def no_thread_is_left() -> bool:
 
 
 def test_a_client_is_answered_and_its_coming_and_going_is_told() -> None:
-    def talk(line: socket.socket) -> None:
+    def dialogue(line: socket.socket) -> None:
         assert exchange(line, b"hello\r\n", 12) == b"you: hello\r\n"
 
     echo = ("IF status == 1 THEN", 'WRITE (lun, handle) "you: ", $line', "END")
-    _, result = run(Door(client(talk)), *OPEN, *until_closed(*READ, *echo), *CLOSE)
+    _, result = run(Door(client(dialogue)), *OPEN, *until_closed(*READ, *echo), *CLOSE)
     assert result.fault is None
     assert result.typed == ("100 1 ", "1 1 hello", "101 1 ")
     assert no_thread_is_left()
@@ -62,40 +62,40 @@ def test_lines_end_in_every_way_and_hold_every_byte() -> None:
 
 
 def test_bytes_are_read_one_by_one_and_written_as_they_are() -> None:
-    def talk(line: socket.socket) -> None:
+    def dialogue(line: socket.socket) -> None:
         assert exchange(line, bytes(range(256)), 6) == bytes([0, 255, 13, 10, 200, 7])
 
     sent = "$CHR(0), $CHR(255), $CHR(13), $CHR(10), $CHR(200), $CHR(7)"
     lines = ("sum = 0", *many(256, "sum = sum+GETC(lun)"), "TYPE /I0, sum", f"WRITE (lun) {sent}, /S", "x = GETC(lun)")
-    _, result = run(Door(client(talk)), *OPEN, *lines, 'TYPE /I0, x, " ", IOSTAT(lun)', *CLOSE)
+    _, result = run(Door(client(dialogue)), *OPEN, *lines, 'TYPE /I0, x, " ", IOSTAT(lun)', *CLOSE)
     assert result.fault is None
     assert result.typed == (str(sum(range(256))), f"{NetworkClosed.code} {NetworkClosed.code}")
 
 
 def test_packets_without_ends_of_lines_are_read_one_by_one() -> None:
-    def talk(line: socket.socket) -> None:
+    def dialogue(line: socket.socket) -> None:
         for number in (1, 70000):
             assert exchange(line, number.to_bytes(4, "big"), 1) == b"!"
 
     read = ("IF status == 1 THEN", "TYPE /I0, LNGB($line)", 'WRITE (lun, handle) "!", /S', "END")
     lines = until_closed('$line = ""', "READ (lun, handle) $line", "status = IOSTAT(lun)", *read)
-    _, result = run(Door(client(talk)), *OPEN, *lines, *CLOSE)
+    _, result = run(Door(client(dialogue)), *OPEN, *lines, *CLOSE)
     assert result.typed == ("1", "70000")
 
 
 def test_what_is_written_leaves_before_the_port_closes() -> None:
     said = [b""]
 
-    def talk(line: socket.socket) -> None:
+    def dialogue(line: socket.socket) -> None:
         said[0] = heard(line, 200_000)
 
     text = "0123456789" * 10
-    run(Door(client(talk)), *OPEN, *READ, *many(500, f'WRITE (lun, handle) "{text}"'), *CLOSE)
+    run(Door(client(dialogue)), *OPEN, *READ, *many(500, f'WRITE (lun, handle) "{text}"'), *CLOSE)
     assert said[0] == f"{text}\r\n".encode() * 500
 
 
 def test_more_clients_than_a_port_has_wait_until_one_is_gone() -> None:
-    def talk(port: int) -> None:
+    def dialogue(port: int) -> None:
         lines = [connected(port) for _ in range(3)]
         for number, line in enumerate(lines[:2]):
             assert exchange(line, b"%d\n" % number, 1) == b"!"
@@ -113,17 +113,17 @@ def test_more_clients_than_a_port_has_wait_until_one_is_gone() -> None:
         "left = left+1",
         "END",
     )
-    _, result = run(Door(talk), "left = 0", *OPEN, "DO", *READ, *answer, "UNTIL left == 3", *CLOSE)
+    _, result = run(Door(dialogue), "left = 0", *OPEN, "DO", *READ, *answer, "UNTIL left == 3", *CLOSE)
     assert result.fault is None
     assert sorted(result.typed[:4]) == ["1 1 0", "1 2 1", "100 1 ", "100 2 "]
     assert result.typed[4:7] == ("101 1 ", "100 1 ", "1 1 2")
 
 
 def test_a_program_closes_a_connection_by_its_handle() -> None:
-    def talk(line: socket.socket) -> None:
+    def dialogue(line: socket.socket) -> None:
         assert exchange(line, b"bye\n", 1) == b"", "closed"
 
-    _, result = run(Door(client(talk)), *OPEN, *READ, *READ, "FCMND (lun, 600) $INTB(handle)", *STATUS, *CLOSE)
+    _, result = run(Door(client(dialogue)), *OPEN, *READ, *READ, "FCMND (lun, 600) $INTB(handle)", *STATUS, *CLOSE)
     assert result.typed == ("100 1 ", "1 1 bye", "1")
 
 
@@ -139,8 +139,8 @@ def test_a_program_connects_to_another() -> None:
     peer = threading.Thread(target=answer)
     peer.start()
     where = f'FOPEN (lun, 16) "localhost /REMOTE_PORT {port}"'
-    talk = ("READ (lun) $line", "TYPE $line", 'WRITE (lun) "me"', "READ (lun) $line", *STATUS)
-    _, result = run(Door(), OPEN[0], where, *talk, *CLOSE)
+    dialogue = ("READ (lun) $line", "TYPE $line", 'WRITE (lun) "me"', "READ (lun) $line", *STATUS)
+    _, result = run(Door(), OPEN[0], where, *dialogue, *CLOSE)
     peer.join()
     listener.close()
     assert result.fault is None
@@ -151,20 +151,20 @@ def test_a_program_connects_to_another() -> None:
 
 
 def test_a_peer_that_is_reset_is_gone() -> None:
-    def talk(line: socket.socket) -> None:
+    def dialogue(line: socket.socket) -> None:
         line.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, RESET)
 
-    _, result = run(Door(client(talk)), *OPEN, *READ, *READ, 'WRITE (lun, handle) "?"', *STATUS, *CLOSE)
+    _, result = run(Door(client(dialogue)), *OPEN, *READ, *READ, 'WRITE (lun, handle) "?"', *STATUS, *CLOSE)
     assert result.typed == ("100 1 ", "101 1 ", str(NetworkClosed.code))
 
 
 def test_a_peer_that_goes_is_missed_by_a_program_that_only_writes() -> None:
-    def talk(line: socket.socket) -> None:
+    def dialogue(line: socket.socket) -> None:
         heard(line, 1)
         line.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, RESET)
 
     stream = ("DO", 'WRITE (lun) "position"', "WAIT", f"UNTIL IOSTAT(lun) == {NetworkClosed.code}")
-    _, result = run(Door(client(talk)), *OPEN, *stream, *CLOSE, rate=20.0)
+    _, result = run(Door(client(dialogue)), *OPEN, *stream, *CLOSE, rate=20.0)
     assert result.fault is None
 
 
@@ -181,7 +181,7 @@ def test_a_peer_that_never_ends_a_line_costs_no_memory() -> None:
 def test_what_nobody_reads_is_not_taken_from_its_peer() -> None:
     taken = []
 
-    def talk(line: socket.socket) -> None:
+    def dialogue(line: socket.socket) -> None:
         line.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, WINDOW)
         line.settimeout(0.05)
         with suppress(TimeoutError, ConnectionError):
@@ -189,7 +189,7 @@ def test_what_nobody_reads_is_not_taken_from_its_peer() -> None:
                 taken.append(line.send(b"x" * WINDOW))
 
     outside = Sockets(patience=10.0)
-    session = live_session(door := Door(client(talk)), outside)
+    session = live_session(door := Door(client(dialogue)), outside)
     load(session, *OPEN, "READ (lun, handle) $line", "WAIT.EVENT , 0.15", *CLOSE)
     come = []
     take = outside.take
@@ -219,14 +219,14 @@ def test_a_peer_that_never_reads_is_waited_for_and_no_longer_than_that(monkeypat
     monkeypatch.setattr(traffic, "SocketEnd", Narrow)
     seen = threading.Event()
 
-    def talk(line: socket.socket) -> None:
+    def dialogue(line: socket.socket) -> None:
         line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         assert seen.wait(PATIENCE)
 
     sent = "WRITE (lun, handle) $text, $text, $text, $text, $text, $text, $text, $text"
     text = ('$text = ""', *many(100, '$text = $text+"z"'))
     outside = Sockets(patience=0.2)
-    door = Door(client(talk))
+    door = Door(client(dialogue))
     session = live_session(door, outside)
     fill = ("bytes = 0", "DO", sent, "bytes = bytes+800", "UNTIL IOSTAT(lun) < 0", "status = IOSTAT(lun)")
     load(session, *text, *OPEN, *READ, *fill, *CLOSE)
@@ -311,7 +311,7 @@ def test_abort_ends_a_wait_for_a_peer_at_once(step: str) -> None:
     stop.start()
     result = session.execute("main")
     stop.join()
-    assert result.outcome is Outcome.ABORTED
+    assert result.outcome is RunOutcome.ABORTED
     assert result.ended - result.started < 5.0
     connected(door.ports[0]).close()  # it is open until the program is cleared: PROCEED goes on
     session.perform("KILL")

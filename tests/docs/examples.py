@@ -38,11 +38,11 @@ from typing import Protocol
 from tests.docs.people import People
 from tests.engine.wall import ManualWall
 from vrs_cli.__main__ import main
-from vrs_cli.engine.clock import Clock
+from vrs_cli.engine.clock import RobotClock
+from vrs_cli.interfaces.dialogue import Terminal
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.talk import Terminal
-from vrs_cli.repl.local_seat import LocalSeat
-from vrs_cli.repl.seat import Seat
+from vrs_cli.repl.front_end import FrontEnd
+from vrs_cli.repl.local_front_end import LocalFrontEnd
 from vrs_cli.repl.terminal import PlainTerminal
 from vrs_cli.values.diagnostics import Severity
 
@@ -155,21 +155,21 @@ def matches(expected: Sequence[str], actual: Sequence[str]) -> bool:
 # --- running it ----------------------------------------------------------------------------------------------------
 
 
-class Seated(Protocol):
+class Prompted(Protocol):
     """How one sits down at a robot."""
 
-    def __call__(self, terminal: Terminal, *, clock: Clock | None = None) -> Seat: ...
+    def __call__(self, terminal: Terminal, *, clock: RobotClock | None = None) -> FrontEnd: ...
 
 
 class Reader:
     """Somebody who does what a page says, in a folder of their own."""
 
-    def __init__(self, folder: Path, seated: Seated = LocalSeat) -> None:
+    def __init__(self, folder: Path, seated: Prompted = LocalFrontEnd) -> None:
         self.folder, self._seated = folder, seated
         self.status = 0
         self.printed = io.StringIO()
         self.wall = ManualWall()
-        self.seat = self._new_session()
+        self.front_end = self._new_session()
         self.names: dict[str, object] = {"__name__": "__main__"}  # of Python
         for part in COPIED:
             shutil.copytree(ROOT / part, folder / part)
@@ -237,12 +237,12 @@ class Reader:
         if block.argument not in ("", "new", "realtime"):
             raise PageFault(f"{block.where}: a session is `vrs`, `vrs new` or `vrs realtime`, not `{block.argument}`")
         if block.argument:
-            self.seat = self._new_session(self.wall.clock() if block.argument == "realtime" else None)
+            self.front_end = self._new_session(self.wall.clock() if block.argument == "realtime" else None)
         for exchange in exchanges(block, _PROMPT, _STEP):
-            yield from self._prompts(block, exchange, self.seat)
+            yield from self._prompts(block, exchange, self.front_end)
             later = _LATER.match(exchange.typed)
             self.wall.seconds += float(later["seconds"]) if later else 0.0
-            self.seat.take(exchange.typed)
+            self.front_end.take(exchange.typed)
             yield from _difference(block, exchange, taken(self.printed))
 
     def _person(self, block: Block) -> Iterator[str]:
@@ -254,17 +254,17 @@ class Reader:
         yield from _difference(block, waiting, taken(person.seen))
         rest = replace(block, lines=block.lines[typed:])
         for exchange in exchanges(rest, _PROMPT, _STEP) if rest.lines else ():
-            yield from self._prompts(block, exchange, person.seat)
-            person.seat.take(exchange.typed)
+            yield from self._prompts(block, exchange, person.front_end)
+            person.front_end.take(exchange.typed)
             person.look_up()
             yield from _difference(block, exchange, taken(person.seen))
 
-    def _new_session(self, clock: Clock | None = None) -> Seat:
+    def _new_session(self, clock: RobotClock | None = None) -> FrontEnd:
         return self._seated(PlainTerminal(self.printed, iter(())), clock=clock)
 
-    def _prompts(self, block: Block, exchange: Exchange, seat: Seat) -> Iterator[str]:
+    def _prompts(self, block: Block, exchange: Exchange, front_end: FrontEnd) -> Iterator[str]:
         """The page must show the prompt that a terminal shows, and the blanks that it puts before a step."""
-        status, shown = seat.status(), exchange.prompt + exchange.typed
+        status, shown = front_end.status(), exchange.prompt + exchange.typed
         before = status.prompt + status.indent
         if not shown.startswith(before):
             yield f"{block.where}: {shown!r}: the shell begins this line with {before!r}\n"

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from tests.net.serving import serving
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.repl.connection import Connection
-from vrs_cli.repl.remote_seat import RemoteSeat
+from vrs_cli.repl.remote_front_end import RemoteFrontEnd
 from vrs_cli.repl.terminal import PlainTerminal
 
 
@@ -28,19 +28,19 @@ class Person:
         self.seen = io.StringIO()
         hello = replace(hello_of(name=name), attended=True)
         connection = Connection(Client(address, hello, told=self._told))
-        self.seat = RemoteSeat(Terminal(self.seen, iter(())), connection, self._told)
-        self.seat.begin()
+        self.front_end = RemoteFrontEnd(Terminal(self.seen, iter(())), connection, self._told)
+        self.front_end.begin()
 
     def _told(self, text: str) -> None:
         self.seen.write(f"vrs connect: {text}\n")
 
     def look_up(self) -> None:
         """What has happened so far is seen: a look at a line has its answer after all that."""
-        self.seat.suggestions("WHERE", True)
-        self.seat.keep_up()
+        self.front_end.suggestions("WHERE", True)
+        self.front_end.keep_up()
 
     def leave(self) -> None:
-        self.seat.end()
+        self.front_end.end()
 
 
 class People:

@@ -13,12 +13,12 @@ from pathlib import Path
 import pytest
 
 from tests.docs.examples import LANGUAGES, PEOPLE, ROOT, PageFault, Reader, blocks, matches
-from tests.repl.afar import seat_afar
+from tests.repl.afar import remote_front_end
 
 README = ROOT / "README.md"
 PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
 WITHOUT_EXAMPLES = {"CONTRIBUTING.md", "design.md", "editors.md", "messages.md", "view.md", "words.md"}
-AT_A_SEAT = ("vrs", "val2", "toml", "xml")  # sessions, and the files that they have
+AT_A_FRONT_END = ("vrs", "val2", "toml", "xml")  # sessions, and the files that they have
 CI = ROOT / ".ci" / "run"
 
 _LINK = re.compile(r"\]\((?!https?:)([^)#]*)(#[^)]*)?\)")
@@ -44,9 +44,11 @@ def test_examples(page: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_sessions_are_the_same_over_a_line(page: Path, tmp_path: Path) -> None:
-    sat = [block for block in blocks(name_of(page), page.read_text(encoding="utf-8")) if block.language in AT_A_SEAT]
+    sat = [
+        block for block in blocks(name_of(page), page.read_text(encoding="utf-8")) if block.language in AT_A_FRONT_END
+    ]
     sat = [block for block in sat if block.argument not in PEOPLE]
-    reader = Reader(tmp_path, seat_afar)
+    reader = Reader(tmp_path, remote_front_end)
     with chdir(tmp_path):
         differences = [difference for block in sat for difference in LANGUAGES[block.language](reader, block)]
     assert not differences, "\n" + "\n".join(differences)

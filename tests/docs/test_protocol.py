@@ -11,7 +11,7 @@ import pytest
 
 from tests.docs.makers import DOCS, maker
 from tests.net.fuzz import corpus
-from vrs_cli.net.ledger import USUAL
+from vrs_cli.net.delivery_log import USUAL
 from vrs_cli.net.messages import FromClient, FromServer
 from vrs_cli.net.protocol import CLIENT_BYTES, HELLO_BYTES, HELLO_SECONDS
 from vrs_cli.net.server import BACKLOG

@@ -15,10 +15,10 @@ from vrs_cli.kinematics.transform import at_position
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Move, SetParameter
-from vrs_cli.values.motion import Kind, Motion, PoseTarget, Start
+from vrs_cli.values.motion import Motion, MotionKind, PoseTarget, Start
 
 ARM = arm_for(puma())
-MOVE = Motion(1, Kind.JOINT, Start.AT, goal=STAND)
+MOVE = Motion(1, MotionKind.JOINT, Start.AT, goal=STAND)
 
 
 def of_joint_1(*pieces: tuple[float, tuple[float, ...]], gap: float = 0.0, phase: Phase = Phase.CRUISE) -> list[str]:
@@ -77,7 +77,7 @@ def test_the_robot_stands_in_gaps_and_rests() -> None:
 
 
 def test_a_stream_of_targets_may_break_off() -> None:
-    steered = Segment(0.0, 0.5, still_but(1, (0.0, 0.0, 0.1, 0.0)), Phase.BLEND, MOVE._replace(kind=Kind.STEERED))
+    steered = Segment(0.0, 0.5, still_but(1, (0.0, 0.0, 0.1, 0.0)), Phase.BLEND, MOVE._replace(kind=MotionKind.STEERED))
     assert not list(breaches(ARM, Timeline([initial(), steered])))
 
 

@@ -13,8 +13,8 @@ from tests.engine.mirror import mirrored
 from tests.live import PATIENCE
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.feed import Feed, Missed
-from vrs_cli.engine.snapshot import Replaced
+from vrs_cli.engine.feed import Feed, MissedEvents
+from vrs_cli.engine.snapshot import TimelineReplaced
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.values.commands import Move
 from vrs_cli.values.motion import JointOffsetTarget
@@ -45,12 +45,12 @@ def test_a_subscriber_is_given_what_there_is_and_then_every_event_in_order() -> 
 def test_who_is_too_slow_is_told_how_much_was_left_out_and_made_whole() -> None:
     feed = numbers()
     slow, quick = feed.subscribe(most=4), feed.subscribe(most=4)
-    heard: list[int | Missed] = []
+    heard: list[int | MissedEvents] = []
     for number in range(7):
         feed.publish([number])
         heard += quick.taken()
     assert heard == [101, 0, 1, 2, 3, 4, 5, 6]
-    assert slow.taken() == [Missed(8), 103]
+    assert slow.taken() == [MissedEvents(8), 103]
 
 
 def test_what_was_left_out_is_counted_to_the_end() -> None:
@@ -59,7 +59,7 @@ def test_what_was_left_out_is_counted_to_the_end() -> None:
     for number in range(50):
         feed.publish([number])
     heard = slow.taken()
-    left_out = sum(event.count for event in heard if isinstance(event, Missed))
+    left_out = sum(event.count for event in heard if isinstance(event, MissedEvents))
     told = [event for event in heard if isinstance(event, int) and event < 100]
     assert told == list(range(50 - len(told), 50))
     assert left_out >= 50 - len(told)
@@ -71,7 +71,7 @@ def test_what_has_happened_together_is_told_or_left_out_together() -> None:
     slow = feed.subscribe(most=3)
     feed.publish([1, 2])
     feed.publish([3, 4])
-    assert slow.taken() == [Missed(5), 101]
+    assert slow.taken() == [MissedEvents(5), 101]
 
 
 def test_who_has_ended_or_is_gone_costs_nothing_more() -> None:
@@ -88,7 +88,7 @@ def test_who_has_ended_or_is_gone_costs_nothing_more() -> None:
 
 def test_a_reader_in_another_thread_waits_for_events_until_it_ends() -> None:
     feed = numbers()
-    heard: list[int | Missed] = []
+    heard: list[int | MissedEvents] = []
     subscription = feed.subscribe()
     reader = Thread(target=lambda: heard.extend(subscription))
     reader.start()
@@ -123,7 +123,7 @@ def test_every_other_timeline_is_an_event_with_its_version(engine: Engine) -> No
     branches.merge("trial")
     engine.undo()
     heard = events.taken()
-    replaced = [event.version for event in heard if isinstance(event, Replaced)]
+    replaced = [event.version for event in heard if isinstance(event, TimelineReplaced)]
     assert replaced == [0, 1, 1]
     assert mirrored(heard[:-1]) == trial
     assert mirrored(heard) == engine.timeline
@@ -135,7 +135,7 @@ def test_a_slow_mirror_agrees_to_the_bit_after_it_was_left_behind(engine: Engine
     for _ in range(10):
         drive(engine)
     heard = slow.taken()
-    assert isinstance(heard[0], Missed)
+    assert isinstance(heard[0], MissedEvents)
     mirror = mirrored(heard, mirror)
     assert repr(list(mirror)) == repr(list(engine.timeline))
     assert mirror.version == engine.timeline.version

@@ -22,7 +22,7 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, position
 from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.segment import CartesianPath, Segment
 from vrs_cli.trajectory.state import JointState
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 MODEL = load_robot("puma560")
 ARM = arm_for(MODEL)
@@ -40,7 +40,7 @@ def line(seed: int, profile: Profile) -> tuple[Segment, ...]:
     )
     goal = [q + source.gauss(0.0, 0.15) for q in start]
     goal[4] = source.choice((-1.0, 1.0)) * 10.0 ** source.uniform(-2.5, -0.5)
-    motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=ARM.forward(tuple(goal)), profile=profile)
+    motion = Motion(1, MotionKind.STRAIGHT, Start.AT, pose=ARM.forward(tuple(goal)), profile=profile)
     try:
         return plan_motion(Problem(ARM, Here(JointState(start, STILL)), motion, 0.0))
     except MotionError:
@@ -109,7 +109,7 @@ def test_a_joint_that_begins_at_its_greatest_velocity_does_not_go_beyond_it_befo
         *(0.2533011408407909, -0.5194195805263585, 0.8161138593447458, 0.26948993016569606),
         *(-0.8834965058163926, 0.2194239185940437, 0.41386841889549797, 0.10018837610983539),
     )
-    motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=goal, speed=0.6824392266758237, profile=Profile.SCURVE)
+    motion = Motion(1, MotionKind.STRAIGHT, Start.AT, pose=goal, speed=0.6824392266758237, profile=Profile.SCURVE)
     segments = plan_motion(Problem(ARM, Here(JointState(q, qd, STILL)), motion, 0.0))
     for segment in segments:
         for k in range(PLACES):

@@ -16,7 +16,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, at_position
 from vrs_cli.trajectory.state import JointState
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 BEGIN = (0.1, -0.7, 2.9, 0.0, 0.8, 0.0)
 
@@ -25,7 +25,7 @@ def line(number: int, begin: float, zero: float = 0.0) -> Problem:
     arm = arm_for(load_robot("puma560"))
     pose = arm.forward(BEGIN)
     goal = at_position(pose, pose.px + 0.05, pose.py, pose.pz)
-    motion = Motion(number, Kind.STRAIGHT, Start.AFTER, pose=goal, text=f"line {number}", hand=0.5 * (number % 2))
+    motion = Motion(number, MotionKind.STRAIGHT, Start.AFTER, pose=goal, text=f"line {number}", hand=0.5 * (number % 2))
     joints = (*BEGIN[:3], zero, *BEGIN[4:])
     return Problem(arm, Here(JointState(joints, (0.0,) * 6)), motion, begin)
 

@@ -23,7 +23,7 @@ from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.segment import Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Delay, Move, SetParameter, SetTool, Stamp
-from vrs_cli.values.motion import JointTarget, Kind, Motion, NamedTarget, PoseTarget, Start
+from vrs_cli.values.motion import JointTarget, Motion, MotionKind, NamedTarget, PoseTarget, Start
 
 MODEL = load_robot("puma560")
 
@@ -321,7 +321,7 @@ def test_where_there_is_no_room_to_stop_the_motion_under_way_is_finished_first(m
 
 
 def straight_to(target: PoseTarget) -> Motion:
-    return Motion(2, Kind.STRAIGHT, Start.AT, pose=target.T_world_tool, profile=Profile.SCURVE)
+    return Motion(2, MotionKind.STRAIGHT, Start.AT, pose=target.T_world_tool, profile=Profile.SCURVE)
 
 
 def test_a_motion_that_first_braked_at_constant_acceleration_keeps_its_profile_when_it_is_planned_again(

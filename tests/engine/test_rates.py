@@ -20,7 +20,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, from_oat
 from vrs_cli.trajectory.segment import CartesianPath, Segment
 from vrs_cli.trajectory.state import JointState
-from vrs_cli.values.motion import Frames, Kind, Motion, Start
+from vrs_cli.values.motion import Frames, Motion, MotionKind, Start
 
 STEP = 1e-4  # [s] of differences
 POINTING = [FIVE, SEVEN, CLOSED]
@@ -39,7 +39,7 @@ def lines(arm: RobotArm, tool: Transform) -> list[Segment]:
             q + source.gauss(0.0, 0.05) * (high - low) for q, (low, high) in zip(start, _ranges(model), strict=True)
         )
         pose = compose(arm.forward(goal), tool)
-        motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=pose, frames=Frames(tool=tool), profile=Profile.SCURVE)
+        motion = Motion(1, MotionKind.STRAIGHT, Start.AT, pose=pose, frames=Frames(tool=tool), profile=Profile.SCURVE)
         try:
             found += plan_motion(Problem(arm, Here(JointState(start, (0.0,) * len(start))), motion, 0.0))
         except MotionError:

@@ -15,7 +15,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.model import PROFILES
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, from_oat, position, rotation_about
 from vrs_cli.values.commands import Move, SetSpeed
 from vrs_cli.values.motion import PoseTarget
@@ -78,7 +78,7 @@ def test_what_an_arm_cannot_do_is_said_with_the_task_that_would() -> None:
     model = random_arm(3, 5)
     T = Engine(model).arm.forward(model.poses["ready"])
     turned = compose(at_position(T, T.px, T.py, T.pz), rotation_about((1.0, 0.0, 0.0), 0.3))
-    strict = Engine(replace(model, task=Task.POSE))
+    strict = Engine(replace(model, task=ArmTask.POSE))
     with pytest.raises(MotionError, match="give the arm the task 'steady'"):
         strict.perform(Move(PoseTarget(turned), straight=False))
     with pytest.raises(MotionError, match="give the arm the task 'steady': 5 joints cannot turn the tool every way"):

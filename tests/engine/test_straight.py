@@ -35,7 +35,7 @@ from vrs_cli.trajectory.segment import JointPath, Phase
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Move, SetDuration, SetParameter, Stamp
-from vrs_cli.values.motion import Frames, JointOffsetTarget, JointTarget, Kind, Motion, PoseTarget, Start
+from vrs_cli.values.motion import Frames, JointOffsetTarget, JointTarget, Motion, MotionKind, PoseTarget, Start
 
 MODEL = load_robot("puma560")
 ALONG = radians(90), radians(90), 0.0  # the tool along Y
@@ -80,7 +80,7 @@ def test_a_line_out_of_motion_with_a_least_duration_is_slowed_down_without_braki
     joints = tuple(map(radians, (-1.38, -93.34, 140.83, 90.42, -22.58, 16.76)))
     velocity = tuple(map(radians, (44.3, 15.82, 54.75, 44.68, -68.3, -58.6)))
     pose = from_oat(-0.1792, 0.1374, 0.8884, *map(radians, (-30.3, -80.5, -117.2)))
-    motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=pose, duration=3.93)
+    motion = Motion(1, MotionKind.STRAIGHT, Start.AT, pose=pose, duration=3.93)
     segments = plan_motion(Problem(engine.arm, Here(JointState(joints, velocity)), motion, 0.0))
     assert segments[0].phase is Phase.BLEND
     engine.book.timeline = Timeline(segments)
@@ -111,7 +111,7 @@ def test_a_joint_that_is_farthest_between_samples_is_known_to_a_ten_millionth(ro
         rows = list(zip(model.lower, model.upper, strict=True))
         start = tuple(low + random.uniform(0.3, 0.7) * (high - low) for low, high in rows)
         goal = tuple(q + random.gauss(0.0, 0.12) for q in start)
-        motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=arm_for(model).forward(goal))
+        motion = Motion(1, MotionKind.STRAIGHT, Start.AT, pose=arm_for(model).forward(goal))
         still = Here(JointState(start, (0.0,) * len(start)))
         try:
             timeline = Timeline(plan_motion(Problem(arm_for(model), still, motion, 0.0)))
@@ -141,7 +141,7 @@ def test_an_acceleration_that_peaks_between_two_samples_is_seen() -> None:
     wrist = (-0.7295468965578575, -0.10832118629093608, 0.6089386835015633)
     velocity = (-0.07555095, 0.58118274, -0.23310806, 1.96178389, -0.2550953, -2.25853576)
     pose = from_oat(0.08675773, 0.36073906, -0.23482681, radians(44.477), radians(37.4547), radians(22.4346))
-    motion = Motion(1, Kind.STRAIGHT, Start.BLEND, pose=pose, acceleration=0.83)
+    motion = Motion(1, MotionKind.STRAIGHT, Start.BLEND, pose=pose, acceleration=0.83)
     segments = plan_motion(Problem(engine.arm, Here(JointState((*joints, *wrist), velocity)), motion, 0.0))
     engine.book.timeline = Timeline(segments)
     check_limits(engine, segments)
@@ -190,7 +190,14 @@ def test_a_line_that_would_start_with_too_much_jerk_of_a_joint_brakes_first(
     pose = from_oat(*(0.001 * part for part in place[:3]), *map(radians, place[3:]))
     speed, rate = fractions
     motion = Motion(
-        1, Kind.STRAIGHT, Start.AT, pose=pose, speed=speed, rotation=speed, acceleration=rate, profile=Profile.SCURVE
+        1,
+        MotionKind.STRAIGHT,
+        Start.AT,
+        pose=pose,
+        speed=speed,
+        rotation=speed,
+        acceleration=rate,
+        profile=Profile.SCURVE,
     )
     segments = plan_motion(Problem(engine.arm, Here(state), motion, 0.0))
     engine.book.timeline = Timeline(segments)
@@ -294,7 +301,7 @@ def test_a_joint_at_the_end_of_its_range_may_not_swing_out_first() -> None:
     )
     turned = rotation_z(-0.0016536399)
     frames = Frames(tool=turned._replace(px=-0.031789269261289235))
-    motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=pose, speed=0.4774, acceleration=0.8264, frames=frames)
+    motion = Motion(1, MotionKind.STRAIGHT, Start.AT, pose=pose, speed=0.4774, acceleration=0.8264, frames=frames)
     with pytest.raises(JointOutOfRange) as caught:
         plan_motion(Problem(arm, Here(JointState(q, (0.0,) * 6)), motion, 0.0))
     assert caught.value.joint == 4
@@ -315,7 +322,7 @@ def test_a_smooth_line_has_more_stretches_and_fewer_samples_of_each(
     start = (0.2, -0.9, 2.6, 0.3, 0.8, 0.1)
     x, y, z = position(arm.forward(start))
     goal = arm.forward(start)._replace(px=x + 0.05, py=y, pz=z + 0.02)
-    motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=goal, profile=profile)
+    motion = Motion(1, MotionKind.STRAIGHT, Start.AT, pose=goal, profile=profile)
     plan_motion(Problem(arm, Here(JointState(start, (0.0,) * 6)), motion, 0.0))
     assert asked == {steps}
 

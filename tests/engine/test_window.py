@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.window import ROW, Reach, Window
+from vrs_cli.engine.window import ROW, MemoryWindow, WindowSize
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
@@ -38,7 +38,7 @@ class Store:
 
 def test_little_leaves_memory_after_one_change_and_as_much_as_comes() -> None:
     engine, store = Engine(load_robot("puma560")), Store()
-    engine.book.keep_short(Window(store, Reach(changes=200, segments=300, checkpoint=400)))
+    engine.book.keep_short(MemoryWindow(store, WindowSize(changes=200, segments=300, checkpoint=400)))
     goals = [JointTarget((angle, *engine.position().joints[1:])) for angle in (0.3, -0.3)]
     for number in range(900):  # each cuts the one before it off where that slows down
         engine.perform(Move(goals[number % 2], False), program=True)

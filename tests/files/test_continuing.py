@@ -21,7 +21,7 @@ from vrs_cli.files.journal import Journal, take_up
 from vrs_cli.files.rebuild import history_of
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.interfaces.steering import Steering
-from vrs_cli.kinematics.shapes import Box, Shape
+from vrs_cli.kinematics.shapes import Box, LinkShape
 from vrs_cli.values.commands import Move, SetParameter, Stamp
 from vrs_cli.values.motion import JointOffsetTarget, JointTarget
 
@@ -162,7 +162,7 @@ def test_a_journal_has_one_writer(tmp_path: Path) -> None:
 
 def test_a_robot_that_looks_different_is_the_same_robot(tmp_path: Path) -> None:
     path = tmp_path / "j.vrst"
-    kept(path, Engine(replace(puma(), shapes=(Shape(0, Box((0.1, 0.1, 0.1))),)))).close()
+    kept(path, Engine(replace(puma(), shapes=(LinkShape(0, Box((0.1, 0.1, 0.1))),)))).close()
     kept(path, Engine(puma())).close()
 
 

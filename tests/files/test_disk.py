@@ -19,7 +19,7 @@ from vrs_cli.errors import (
     NonexistentFile,
     UnitNotAttached,
 )
-from vrs_cli.files.atomic import Beside, create_beside
+from vrs_cli.files.atomic import NewFile, create_beside
 from vrs_cli.files.bounds import Folder
 from vrs_cli.files.disk import Disk
 from vrs_cli.language.run.units import DISKS, SUCCESS, Access
@@ -180,7 +180,7 @@ def test_units_are_given_out_in_order(disk: Disk) -> None:
 def test_nothing_is_left_of_a_file_that_the_disk_has_no_room_for(
     disk: Disk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def without_room(target: Path, within: Folder) -> Beside:
+    def without_room(target: Path, within: Folder) -> NewFile:
         beside = create_beside(target, within=within)
         beside.stream.close()
         beside.stream = Path("/dev/full").open("wb")  # noqa: SIM115 (beside closes it)

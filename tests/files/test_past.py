@@ -11,7 +11,7 @@ import pytest
 
 from tests.laws.windows import small_parts
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.window import Reach
+from vrs_cli.engine.window import WindowSize
 from vrs_cli.errors import FileDamaged, FileError, UsageError
 from vrs_cli.files.continuing import keep_journal
 from vrs_cli.files.growing import GrowingFile
@@ -21,13 +21,13 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.values.commands import Move
 from vrs_cli.values.motion import JointTarget
 
-REACH = Reach(changes=16, segments=8, checkpoint=8)
+REACH = WindowSize(changes=16, segments=8, checkpoint=8)
 
 
 class Robot:
     """A robot with a small window, whose joint 1 goes to and fro; `told`: what is said of its journal."""
 
-    def __init__(self, path: Path, reach: Reach | None = REACH) -> None:
+    def __init__(self, path: Path, reach: WindowSize | None = REACH) -> None:
         self.engine, self.told = Engine(load_robot("puma560")), list[str]()
         taken = take_up(path, changes=None if reach is None else reach.changes)
         self.from_checkpoint = taken.resumed is not None
@@ -105,7 +105,7 @@ def test_a_restart_reads_the_end_and_finds_all(path: Path, moves: int) -> None:
 
 
 def test_what_is_undone_before_a_checkpoint_may_be_redone_after_it(path: Path) -> None:
-    robot = Robot(path, Reach(changes=200, segments=8, checkpoint=8))
+    robot = Robot(path, WindowSize(changes=200, segments=8, checkpoint=8))
     robot.move(30)
     for _ in range(11):
         robot.engine.undo()

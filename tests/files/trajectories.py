@@ -20,7 +20,7 @@ from vrs_cli.kinematics.transform import compose, from_oat, translation
 from vrs_cli.trajectory.instant import LATEST, TICK, on_grid
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment, Turn
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.motion import AlignedTarget, Frames, JointOffsetTarget, Kind, Motion, Start, ToolOffsetTarget
+from vrs_cli.values.motion import AlignedTarget, Frames, JointOffsetTarget, Motion, MotionKind, Start, ToolOffsetTarget
 from vrs_cli.wire.records import LARGEST, Form
 
 JOINTS = 6
@@ -41,7 +41,7 @@ def puma() -> RobotModel:
 def initial(joints: tuple[float, ...] = STAND) -> Segment:
     """s_0: the robot stands at `joints` from t = 0 on."""
     still = JointPath(tuple((angle,) for angle in joints))
-    return Segment(0.0, 0.0, still, Phase.REST, Motion(0, Kind.REST, Start.AT, goal=joints))
+    return Segment(0.0, 0.0, still, Phase.REST, Motion(0, MotionKind.REST, Start.AT, goal=joints))
 
 
 def planned(count: int, seed: int = 1) -> tuple[Timeline, tuple[TimelineDelta, ...]]:
@@ -71,14 +71,14 @@ def appended(count: int) -> tuple[TimelineDelta, ...]:
     timeline, deltas = Timeline([initial()]), []
     for number in range(1, count + 1):
         goal = tuple(angle + rng.uniform(-0.2, 0.2) for angle in STAND)
-        step = Motion(number, Kind.JOINT, Start.AFTER, goal=goal, text=f"MOVE p[{number}]")
+        step = Motion(number, MotionKind.JOINT, Start.AFTER, goal=goal, text=f"MOVE p[{number}]")
         deltas.append(plan(arm, timeline, step, timeline.end, timeline.end))
         timeline = timeline.apply(deltas[-1])
     return tuple(deltas)
 
 
 def motion(rng: random.Random, number: int) -> Motion:
-    kind = rng.choice((Kind.JOINT, Kind.STRAIGHT, Kind.REST))
+    kind = rng.choice((MotionKind.JOINT, MotionKind.STRAIGHT, MotionKind.REST))
     goal = tuple(angle + rng.uniform(-0.2, 0.2) for angle in STAND)
     frames = Frames(tool=translation(0.0, 0.0, 0.1)) if rng.random() < 0.3 else Frames()
     pose = compose(arm_for(puma()).forward(goal), frames.tool)
@@ -86,10 +86,10 @@ def motion(rng: random.Random, number: int) -> Motion:
         number,
         kind,
         rng.choice((Start.AT, Start.AFTER)),
-        goal=goal if kind is Kind.JOINT else None,
-        pose=pose if kind is Kind.STRAIGHT else None,
+        goal=goal if kind is MotionKind.JOINT else None,
+        pose=pose if kind is MotionKind.STRAIGHT else None,
         speed=rng.choice((1.0, 0.3)),
-        duration=0.5 if kind is Kind.REST else 0.0,
+        duration=0.5 if kind is MotionKind.REST else 0.0,
         hand=rng.choice((0.0, 1.0)),
         frames=frames,
         text=f"MOVE p[{number}] ;größer",
@@ -117,7 +117,7 @@ positive = st.floats(0.0, LARGEST, exclude_min=True)
 motions = st.builds(
     Motion,
     number=st.integers(0, 9),
-    kind=st.sampled_from(Kind),
+    kind=st.sampled_from(MotionKind),
     start=st.sampled_from(Start),
     goal=joints,
     pose=transforms,
@@ -133,7 +133,7 @@ motions = st.builds(
     profile=st.sampled_from(Profile),
     rounding=st.none() | st.floats(0.0, LARGEST),
     swivel=st.none(),  # no joint of this robot is too many
-).map(lambda motion: motion._replace(goal=None, pose=None) if motion.kind is Kind.REST else motion)
+).map(lambda motion: motion._replace(goal=None, pose=None) if motion.kind is MotionKind.REST else motion)
 joint_paths = st.integers(1, 4).flatmap(lambda n: st.tuples(*[st.tuples(*[floats] * n)] * JOINTS)).map(JointPath)
 lines = st.builds(
     CartesianPath,

@@ -15,9 +15,9 @@ from tests.fuzz import lines
 from tests.language.trees import without_places
 from vrs_cli.errors import EndOfInput, VrsError
 from vrs_cli.files.bounds import Folder
+from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.interfaces.inspection import Inspector, inspect
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.talk import Reading, Running
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.kinematics.joints import joints_outside
 from vrs_cli.kinematics.robot_file import load_robot

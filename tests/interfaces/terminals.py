@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from vrs_cli.errors import IllegalValue
-from vrs_cli.interfaces.talk import Reading, Running
+from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.values.questions import Answer, LineWanted, Question
 from vrs_cli.values.replies import Reply
 

@@ -22,12 +22,12 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import distance
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.jog_panel import JogPanel
 from vrs_cli.values.replies import LocationTable, Plot, Whereabouts
-from vrs_cli.values.results import Outcome
+from vrs_cli.values.results import RunOutcome
 
 URDF = Path(__file__).parent.parent / "kinematics" / "urdf"
 ROBOTS = [*KINDS, *(str(URDF / f"{name}.urdf") for name in ("crooked", "gantry"))]
@@ -85,7 +85,7 @@ def told(session: Session, text: str) -> str:
 
 def a_line(session: Session) -> str:
     """A straight line of 5 mm: along the tool, or in the plane of an arm that has one."""
-    planar = session.engine.model.task in (Task.POINT, Task.PLANE)
+    planar = session.engine.model.task in (ArmTask.POINT, ArmTask.PLANE)
     return "MOVES SHIFT(DEST BY -4, 3)" if planar else "DEPARTS 5"
 
 
@@ -164,7 +164,7 @@ def test_a_program_runs(session: Session) -> None:
     assert session.load_text(PROGRAM) == ()
     start = joints(session.engine)
     result = session.execute("there.and.back")
-    assert (result.outcome, result.fault) == (Outcome.COMPLETED, None)
+    assert (result.outcome, result.fault) == (RunOutcome.COMPLETED, None)
     assert result.typed[0].split() == ["0.000", "0.000"]
     if len(session.engine.arm.ways) > 1:
         units = session.engine.model.units

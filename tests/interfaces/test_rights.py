@@ -61,11 +61,11 @@ def test_a_supervisor_does_all_of_it() -> None:
 
 def test_a_session_refuses_what_is_not_for_the_role() -> None:
     session = Session(RecordingTerminal())
-    session.desk.role = Role.OBSERVER
+    session.user_state.role = Role.OBSERVER
     session.perform("WHERE")
     with pytest.raises(RoleWanted, match="READY is for a designer"):
         session.perform("READY")
-    session.desk.role = Role.DESIGNER
+    session.user_state.role = Role.DESIGNER
     session.perform("READY")
     with pytest.raises(RoleWanted, match="EXECUTE is for a supervisor"):
         session.perform("EXECUTE pick")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 
 URDF = Path(__file__).parent / "urdf"
 
@@ -16,7 +16,7 @@ def without_last_joint(model: RobotModel) -> RobotModel:
     return replace(
         model,
         name=f"{model.name} without its last joint",
-        task=Task.POINTING,
+        task=ArmTask.POINTING,
         links=model.links[:-1],
         lower=model.lower[:-1],
         upper=model.upper[:-1],
@@ -28,5 +28,5 @@ def without_last_joint(model: RobotModel) -> RobotModel:
 
 
 FIVE = without_last_joint(load_robot("puma560"))
-SEVEN = replace(load_robot(URDF / "seven.urdf"), task=Task.POINTING)
-CLOSED = replace(load_robot("ur5e"), task=Task.POINTING)
+SEVEN = replace(load_robot(URDF / "seven.urdf"), task=ArmTask.POINTING)
+CLOSED = replace(load_robot("ur5e"), task=ArmTask.POINTING)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 
 Array = NDArray[np.float64]
 RIGHT = pi / 2
@@ -67,7 +67,7 @@ def random_arm(seed: int, joints: int) -> RobotModel:
         angular_acceleration=4.0,
         angular_jerk=40.0,
         poses={"ready": ready, "nest": tuple(middle)},
-        task=Task.STEADY,
+        task=ArmTask.STEADY,
     )
 
 

@@ -20,7 +20,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot, robot_names
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import (
     Transform,
     angle_between,
@@ -133,10 +133,10 @@ def test_every_branch_leads_back(arm: RobotArm) -> None:
     back = arm.forward_batch(found[reached])
     expected = np.broadcast_to(T[:, None], (*found.shape[:2], 3, 4))[reached]
     assert np.abs(back - expected)[..., 3].max() < 1e-9
-    if arm.model.task is Task.STEADY:
+    if arm.model.task is ArmTask.STEADY:
         turned = np.abs(back - expected).max(axis=(1, 2)) < 1e-9
         assert turned.mean() >= 0.99, "the others are turned as near as one way goes"
-    elif arm.model.task is not Task.POINT:
+    elif arm.model.task is not ArmTask.POINT:
         assert np.abs(back - expected).max() < 1e-9
 
 

@@ -14,7 +14,7 @@ from vrs_cli.kinematics.bodies import SHAPES, shapes_of
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot, robot_names
 from vrs_cli.kinematics.shape_data import KINDS
-from vrs_cli.kinematics.shapes import COLOURS, Box, Capsule, Cylinder, MeshFile, Opening, Shape, Slab, opened, rgb
+from vrs_cli.kinematics.shapes import COLOURS, Box, Capsule, Cylinder, LinkShape, MeshFile, Opening, Slab, opened, rgb
 from vrs_cli.kinematics.transform import IDENTITY, from_oat, position, translation
 
 ALL_KINDS = """
@@ -44,17 +44,17 @@ def with_shapes(folder: Path, shapes: str) -> Path:
 def test_what_tables_say(tmp_path: Path) -> None:
     turned = from_oat(0.001, 0.002, 0.003, *(x * 3.141592653589793 / 180 for x in (90, -90, 30)))
     assert load_robot(with_shapes(tmp_path, ALL_KINDS)).shapes == (
-        Shape(0, Box((0.1, 0.2, 0.3), translation(0.001, 0.002, 0.003))),
-        Shape(1, Box((0.1, 0.2, 0.3), turned), "#0080ff"),
-        Shape(1, Cylinder((0.0, 0.0, 0.0), (0.0, 0.0, 0.25), (0.04, 0.04)), "dark"),
-        Shape(1, Cylinder((0.0, 0.0, 0.0), (0.0, 0.0, 0.25), (0.04, 0.02))),
-        Shape(2, Capsule((0.0, 0.0, 0.0), (0.0, 0.0, 0.25), (0.04, 0.04))),
-        Shape(2, Capsule((0.0, 0.0, 0.007), (0.0, 0.0, 0.007), (0.04, 0.04))),
-        Shape(2, Slab((0.0, 0.0, 0.0), (0.4, 0.0, 0.0), (0.0, 0.0, 1.0), (0.08, 0.05), (0.006, 0.006))),
-        Shape(2, MeshFile(str(tmp_path / "meshes/tip.stl"), scale=(0.001, 0.001, 0.001))),
-        Shape(2, Box((0.001, 0.001, 0.001)), opens=(Opening((0.02, 0.0, 0.0)),)),
-        Shape(2, Box((0.001, 0.001, 0.001)), opens=(Opening(turn=(0.0, 0.0, pi / 2), point=(0.01, 0.0, 0.0)),)),
-        Shape(2, Box((0.001, 0.001, 0.001)), opens=(Opening((0.005, 0.0, 0.0)), Opening(turn=(0.0, -pi / 2, 0.0)))),
+        LinkShape(0, Box((0.1, 0.2, 0.3), translation(0.001, 0.002, 0.003))),
+        LinkShape(1, Box((0.1, 0.2, 0.3), turned), "#0080ff"),
+        LinkShape(1, Cylinder((0.0, 0.0, 0.0), (0.0, 0.0, 0.25), (0.04, 0.04)), "dark"),
+        LinkShape(1, Cylinder((0.0, 0.0, 0.0), (0.0, 0.0, 0.25), (0.04, 0.02))),
+        LinkShape(2, Capsule((0.0, 0.0, 0.0), (0.0, 0.0, 0.25), (0.04, 0.04))),
+        LinkShape(2, Capsule((0.0, 0.0, 0.007), (0.0, 0.0, 0.007), (0.04, 0.04))),
+        LinkShape(2, Slab((0.0, 0.0, 0.0), (0.4, 0.0, 0.0), (0.0, 0.0, 1.0), (0.08, 0.05), (0.006, 0.006))),
+        LinkShape(2, MeshFile(str(tmp_path / "meshes/tip.stl"), scale=(0.001, 0.001, 0.001))),
+        LinkShape(2, Box((0.001, 0.001, 0.001)), opens=(Opening((0.02, 0.0, 0.0)),)),
+        LinkShape(2, Box((0.001, 0.001, 0.001)), opens=(Opening(turn=(0.0, 0.0, pi / 2), point=(0.01, 0.0, 0.0)),)),
+        LinkShape(2, Box((0.001, 0.001, 0.001)), opens=(Opening((0.005, 0.0, 0.0)), Opening(turn=(0.0, -pi / 2, 0.0)))),
     )
 
 

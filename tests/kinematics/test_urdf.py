@@ -12,7 +12,7 @@ from vrs_cli.kinematics.configuration import ALL
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import compose, rotation_about, translation
 
 XACRO = "http://www.ros.org/wiki/xacro"
@@ -50,7 +50,7 @@ def written(folder: Path, text: str = ARM, name: str = "little.urdf") -> Path:
 
 def test_the_chain_from_base_to_tip(tmp_path: Path) -> None:
     model = load_robot(written(tmp_path))
-    assert (model.name, model.joint_count, model.task) == ("little", 3, Task.POSITION)
+    assert (model.name, model.joint_count, model.task) == ("little", 3, ArmTask.POSITION)
     assert [model.units.unit(i) for i in (1, 2, 3)] == ["deg", "deg", "mm"]
     assert model.lower == pytest.approx((-2 * pi, -1.0, 0.0))
     assert model.upper == pytest.approx((2 * pi, 2.0, 0.25))
@@ -237,8 +237,8 @@ def test_entities_are_not_expanded(tmp_path: Path) -> None:
 
 def test_a_task_that_is_not_the_usual_one_is_kept_in_plain_data() -> None:
     gantry = load_robot(URDF / "gantry.urdf")
-    assert gantry.task is Task.UPRIGHT
-    for task in (Task.POSE, Task.POSITION):
+    assert gantry.task is ArmTask.UPRIGHT
+    for task in (ArmTask.POSE, ArmTask.POSITION):
         asked = from_dict({**to_dict(gantry), "task": task.value})
         assert from_dict(to_dict(asked)).task is asked.task is task
 

@@ -14,7 +14,7 @@ from vrs_cli.kinematics.bodies import capsules, shapes_of
 from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.shapes import Box, Capsule, Cylinder, MeshFile, Shape
+from vrs_cli.kinematics.shapes import Box, Capsule, Cylinder, LinkShape, MeshFile
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, position, rotation_about, rotation_x, translation
 
 VISUALS = """
@@ -48,7 +48,7 @@ def links_at(q: tuple[float, float, float]) -> dict[str, Transform]:
     return {"base": base, "one": one, "two": two, "three": three, **ends}
 
 
-def where(model: RobotModel, shape: Shape, q: tuple[float, ...]) -> Transform:
+def where(model: RobotModel, shape: LinkShape, q: tuple[float, ...]) -> Transform:
     """T_world_body of what has a pose."""
     assert isinstance(shape.body, Box | MeshFile)
     return compose(link_frames(model, q)[shape.link], shape.body.pose)
@@ -117,7 +117,7 @@ def test_shapes_of_a_toml_file_stand_for_those_of_the_urdf_file(tmp_path: Path) 
     written(tmp_path, SEEN)
     toml = tmp_path / "mine.toml"
     toml.write_text('urdf = "little.urdf"\nshapes = [{ link = 1, kind = "box", size = [9, 9, 9] }]', encoding="utf-8")
-    assert load_robot(toml).shapes == (Shape(1, Box((0.009, 0.009, 0.009), IDENTITY)),)
+    assert load_robot(toml).shapes == (LinkShape(1, Box((0.009, 0.009, 0.009), IDENTITY)),)
 
 
 WRONG = {

@@ -20,7 +20,7 @@ import numpy as np
 
 from tests.by_hand import command
 from tests.kinematics.offset_arms import OFFSET_ARMS
-from vrs_cli.kinematics.axes import Line, chain_of
+from vrs_cli.kinematics.axes import AxisLine, chain_of
 from vrs_cli.kinematics.configuration import Arm, Elbow, Flag, Wrist
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
@@ -48,7 +48,7 @@ SIGNS = [tuple(signs) for signs in product((1.0, -1.0), repeat=6)]
 def reversed_axes(model: RobotModel, signs: Joints) -> RobotModel:
     """The same arm, some of whose joints count the other way."""
     axes = [
-        Line(axis.point, (s * axis.direction[0], s * axis.direction[1], s * axis.direction[2]))
+        AxisLine(axis.point, (s * axis.direction[0], s * axis.direction[1], s * axis.direction[2]))
         for s, axis in zip(signs, joint_axes(model), strict=True)
     ]
     chain = chain_of(axes, model.units.kinds, link_frames(model, (0.0,) * 6)[-1])
@@ -80,7 +80,7 @@ class Points(NamedTuple):
 
 
 @cache
-def at_rest(model: RobotModel) -> tuple[tuple[Line, ...], list[np.ndarray]]:
+def at_rest(model: RobotModel) -> tuple[tuple[AxisLine, ...], list[np.ndarray]]:
     """The axes, and the inverses of the frames that carry them."""
     frames = link_frames(model, (0.0,) * 6)
     return joint_axes(model), [np.linalg.inv(np.vstack((np.reshape(T, (3, 4)), (0, 0, 0, 1)))) for T in frames]

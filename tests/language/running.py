@@ -10,7 +10,7 @@ from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform, translation
 from vrs_cli.language.analysis.analyzer import analyze
-from vrs_cli.language.run.effects import Completed, CycleBegins, Event, Failed, Halt, Pause, Prompt, Type, Wait
+from vrs_cli.language.run.effects import CycleBegins, Event, Failed, Halt, Pause, ProgramCompleted, Prompt, Type, Wait
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text.ast import Program
@@ -157,7 +157,7 @@ def drive(task: Task, robot: StillRobot, answers: Iterable[str] = (), most: int 
             except VrsError as error:
                 events.append(task.throw(error))
                 break
-        elif isinstance(event, Completed | Failed | Halt | Pause):
+        elif isinstance(event, ProgramCompleted | Failed | Halt | Pause):
             break
     return events
 

@@ -20,7 +20,7 @@ from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.operators import LINKS, OPERATORS, Operator
 from vrs_cli.language.words.word import State, Word
 from vrs_cli.values.diagnostics import LineRefused, Severity
-from vrs_cli.values.results import Outcome
+from vrs_cli.values.results import RunOutcome
 
 SURROUNDINGS = """
 .PROGRAM prepare()
@@ -102,7 +102,7 @@ BEFORE = {  # what an example needs to have happened
     "SET.EVENT": ["EXECUTE 2 watch(part)"],
 }
 CLOSED_BY = {ast.If: "END", ast.While: "END", ast.Case: "END", ast.For: "END", ast.Do: "UNTIL TRUE"}
-PAUSES = {"PAUSE": Outcome.PAUSED, "HALT": Outcome.HALTED}
+PAUSES = {"PAUSE": RunOutcome.PAUSED, "HALT": RunOutcome.HALTED}
 ELSEWHERE = {"REMARK"}  # a comment
 ROBOTS = {"SWIVEL": "panda"}  # what is of other robots than the PUMA; whose places they do not have
 
@@ -137,7 +137,7 @@ def run(lines: list[str], name: str = "") -> Session:
     session.environment.signals.write(1001, inputs=True)
     result = session.execute("example")
     assert result.fault is None, result.fault
-    assert result.outcome is PAUSES.get(name, Outcome.COMPLETED)
+    assert result.outcome is PAUSES.get(name, RunOutcome.COMPLETED)
     return session
 
 

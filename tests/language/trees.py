@@ -95,7 +95,7 @@ def _deeper(inner: st.SearchStrategy[ast.Expression]) -> st.SearchStrategy[ast.E
 _expressions: st.SearchStrategy[ast.Expression] = st.recursive(
     st.one_of(
         numbers,
-        texts.map(lambda text: ast.Text(text, span=NOWHERE)),
+        texts.map(lambda text: ast.StringConstant(text, span=NOWHERE)),
         constants,
         st.builds(ast.Variable, names, sigils, st.none(), st.booleans(), span=st.just(NOWHERE)),
     ),
@@ -131,7 +131,7 @@ items = st.lists(st.one_of(expressions, formats), max_size=4).map(tuple)
 calls = st.builds(
     lambda name, arguments: ast.ProgramCall(name, arguments, True, span=NOWHERE), program_names, _arguments(expressions)
 ) | program_names.map(lambda name: ast.ProgramCall(name, (), span=NOWHERE))
-words = st.sampled_from(["CP", "POWER", "DRY.RUN"]).map(lambda text: ast.Word(text, span=NOWHERE))
+words = st.sampled_from(["CP", "POWER", "DRY.RUN"]).map(lambda text: ast.BareWord(text, span=NOWHERE))
 
 applied = st.builds(
     ast.Applied,
@@ -235,7 +235,7 @@ def without_places(node: Any, groups: bool = True) -> Any:
     fields = {name: getattr(node, name) for name in node.__struct_fields__ if name not in left_out}
     if isinstance(fields.get("name"), str):
         fields["name"] = key_of(fields["name"])
-    if isinstance(node, ast.Word):
+    if isinstance(node, ast.BareWord):
         fields["text"] = node.text.upper()
     return (type(node).__name__, *(without_places(field, groups) for field in fields.values()))
 

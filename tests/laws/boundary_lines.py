@@ -41,7 +41,7 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.segment import CartesianPath, Segment
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import Frames, Kind, Motion, Start
+from vrs_cli.values.motion import Frames, Motion, MotionKind, Start
 
 Floats = NDArray[np.float64]
 
@@ -85,7 +85,13 @@ def check_line(model: RobotModel, seed: int) -> bool:
     draw = line_from_named_pose if last == NAMED else line_of_a_pair if last in PAIRS else random_line
     line = next(line for _ in range(DRAWS) if (line := draw(arm, random)) is not None)
     motion = Motion(
-        1, Kind.STRAIGHT, Start.AT, pose=line.end, speed=line.speed, profile=line.profile, frames=Frames(tool=line.tool)
+        1,
+        MotionKind.STRAIGHT,
+        Start.AT,
+        pose=line.end,
+        speed=line.speed,
+        profile=line.profile,
+        frames=Frames(tool=line.tool),
     )
     still = JointState(line.start, (0.0,) * model.joint_count)
     try:

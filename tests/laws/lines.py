@@ -20,7 +20,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 WRIST = 4  # joint 5 by its index: the arm is singular where it is 0, unless its wrist is another
 
@@ -34,7 +34,7 @@ def check_line(model: RobotModel, seed: int) -> bool:
     speed = random.uniform(0.2, 1.0)
     rate = random.uniform(0.4, 1.0)
     motion = Motion(
-        1, Kind.STRAIGHT, Start.AT, pose=pose, speed=speed, rotation=speed, acceleration=rate, profile=profile
+        1, MotionKind.STRAIGHT, Start.AT, pose=pose, speed=speed, rotation=speed, acceleration=rate, profile=profile
     )
     try:
         segments = plan_motion(Problem(engine.arm, Here(state), motion, 0.0))

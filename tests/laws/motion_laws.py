@@ -10,14 +10,14 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
 from vrs_cli.engine.problem import segment_joints, state_at
 from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import Transform, angle_between, compose, distance
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT
 from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.polynomial import derivative, value
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.motion import Kind, Start
+from vrs_cli.values.motion import MotionKind, Start
 
 POSITION = 1e-8  # [rad] joints at a boundary, where one side may be found by inverse kinematics
 POSE_ROUNDING = 2e-16  # of a pose, from which joints are found
@@ -125,7 +125,7 @@ def check_pose(engine: Engine, have: Transform, want: Transform) -> None:
     """Two poses of a flange or a tool are the same, in what counts for the robot."""
     task = engine.model.task
     assert distance(have, want) <= (LEVEL if short(engine) else PLACE)
-    if all(task.counts[3:]) or task in (Task.UPRIGHT, Task.PLANE):
+    if all(task.counts[3:]) or task in (ArmTask.UPRIGHT, ArmTask.PLANE):
         assert angle_between(have, want) <= (STRAIGHT if short(engine) else TURN)
 
 
@@ -140,7 +140,7 @@ def check_rounding(engine: Engine, segments: Sequence[Segment]) -> None:
         near, motion = after.motion.rounding, before.motion
         if near is None or after.motion.number == motion.number or before.finish < after.start:
             continue
-        if motion.kind is Kind.REST or before.phase is not Phase.DECELERATE:
+        if motion.kind is MotionKind.REST or before.phase is not Phase.DECELERATE:
             continue
         corner = motion.pose or compose(engine.arm.forward(motion.goal or ()), motion.frames.tool)
         tip = compose(engine.arm.forward(segment_joints(engine.arm, before, before.duration)), motion.frames.tool)
@@ -152,7 +152,7 @@ def check_lines(engine: Engine, segments: Sequence[Segment]) -> None:
     for index, first in enumerate(segments):
         motion = first.motion
         starts = index == 0 or segments[index - 1].motion.number != motion.number
-        if motion.kind is not Kind.STRAIGHT or motion.start is Start.BLEND or not starts or motion.pose is None:
+        if motion.kind is not MotionKind.STRAIGHT or motion.start is Start.BLEND or not starts or motion.pose is None:
             continue
         if not isinstance(first.path, CartesianPath) or any(first.path.twist(0.0)):
             continue

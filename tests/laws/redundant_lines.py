@@ -35,7 +35,7 @@ from vrs_cli.kinematics.transform import Transform, at_position, position
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 LINES = 60
 WAY = 0.2  # [m]
@@ -99,7 +99,7 @@ def _pose(arm: RobotArm, q: np.ndarray) -> np.ndarray:
 
 
 def planned(arm: RobotArm, line: Line, profile: Profile = Profile.LSPB) -> tuple[Segment, ...] | None:
-    motion = Motion(1, Kind.STRAIGHT, Start.AT, pose=line.end, profile=profile)
+    motion = Motion(1, MotionKind.STRAIGHT, Start.AT, pose=line.end, profile=profile)
     begin = Here(JointState(line.begin, (0.0,) * len(line.begin)))
     try:
         return plan_motion(Problem(arm, begin, motion, 0.0))

@@ -22,13 +22,17 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.task import ALL_PARTS, Task
+from vrs_cli.kinematics.task import ALL_PARTS, ArmTask
 from vrs_cli.kinematics.transform import Transform
 
 PLACE = 2e-4  # [m, 1] of an arm of few joints, which is there when two decimals of a degree tell no difference
 FULL = 1e-8  # of all others
 FEWEST, MOST = 4, 7  # joints
-COUNTING = {Task.POINTING: (2, 3), Task.POSITION: (3,), Task.POINT: (3,)}  # columns of a pose; of other tasks all
+COUNTING = {
+    ArmTask.POINTING: (2, 3),
+    ArmTask.POSITION: (3,),
+    ArmTask.POINT: (3,),
+}  # columns of a pose; of other tasks all
 
 Forward = Callable[[Joints], NDArray[np.float64]]
 

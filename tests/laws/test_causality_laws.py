@@ -19,7 +19,7 @@ from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.jog.jogger import Jogger, Panel
+from vrs_cli.interfaces.jog.jogger import Jogger, JogKeys
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.steering import Steering
@@ -188,7 +188,7 @@ class Shell:
         self.clock = self.wall.clock()
         self.session = Session(RecordingTerminal(), MODEL, clock=self.clock)
         self.session.load_text(PROGRAMS)
-        self.panel = Panel(Jogger(self.session))
+        self.panel = JogKeys(Jogger(self.session))
         self.steering = Steering(self.session.engine, speed=0.5)
         self.seen: dict[float, str] = {}
 
@@ -228,7 +228,7 @@ class Shell:
         at, claim = (source.choice((None, 0.0, now - 0.2, now + 0.3)) for _ in range(2))
         go = Go(Goal(joints=joints), executed=at, text="GO")
         act = source.choice((go, go, go, Undo(), Redo()))
-        self.session.converse(self.session.desk.given(claim and min(claim, now), act_on(self.session, act)))
+        self.session.converse(self.session.user_state.given(claim and min(claim, now), act_on(self.session, act)))
         return f"{act}"
 
     def keys(self) -> str:

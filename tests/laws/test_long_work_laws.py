@@ -23,7 +23,7 @@ from vrs_cli.interfaces.monitor import files, programs
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station import station
-from vrs_cli.interfaces.station.brought import Brought
+from vrs_cli.interfaces.station.loaded_file import LoadedFile
 from vrs_cli.language.run import environment
 from vrs_cli.values.acts import Define
 
@@ -81,7 +81,7 @@ def told(session: Session, ticket: Ticket[None]) -> None:
 
 def state(session: Session, holder: Holder) -> tuple[Any, ...]:
     """All that lines can change, as a holder has it, and the files."""
-    session.branches.serve(holder.desk)
+    session.branches.serve(holder.user_state)
     books = [session.branches.book("main"), session.engine.book]
     return (
         session.environment.values(),
@@ -257,7 +257,7 @@ def test_no_step_of_a_robot_works_on_a_whole_long_program(
 
 WORK = (
     (station, "parse_file"),
-    (Brought, "of"),
+    (LoadedFile, "of"),
     (environment, "compile_program"),
     (programs, "listed"),
     (editor, "rebuilt"),

@@ -245,7 +245,7 @@ AS_BEFORE = {text: happened(text) for text in TEXTS}
 def test_the_texts_are_canonical_and_end_well() -> None:
     for text in TEXTS:
         assert BEFORE[text].printed == text
-        assert AS_BEFORE[text][1][-1] == "Completed"
+        assert AS_BEFORE[text][1][-1] == "ProgramCompleted"
 
 
 @pytest.mark.parametrize("word", [word for word in SOME_WORDS if word not in RESERVED])

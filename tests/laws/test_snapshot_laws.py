@@ -13,9 +13,9 @@ from tests.examples import examples
 from tests.laws.test_motion_laws import ABOVE_THE_TABLE, MODEL, any_request
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.engine import Engine, Event
-from vrs_cli.engine.feed import Missed, Subscription
+from vrs_cli.engine.feed import MissedEvents, Subscription
 from vrs_cli.engine.position import position_at
-from vrs_cli.engine.snapshot import Replaced, Snapshot
+from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced
 from vrs_cli.errors import MotionError, UsageError
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.trajectory.timeline import Timeline
@@ -36,7 +36,7 @@ class Mirror:
     def of(cls, engine: Engine, begin: float = -inf, end: float = inf) -> Mirror:
         events = engine.events.subscribe()
         first = events.take()
-        assert isinstance(first, Replaced)
+        assert isinstance(first, TimelineReplaced)
         snapshot = first.snapshot() if begin == -inf else first.snapshot().window(begin, end)
         return cls(events, snapshot, snapshot.timeline())
 
@@ -44,9 +44,9 @@ class Mirror:
         for event in self.events.taken():
             self.hear(event)
 
-    def hear(self, event: Event | Missed) -> None:
-        assert not isinstance(event, Missed)
-        if isinstance(event, Replaced):
+    def hear(self, event: Event | MissedEvents) -> None:
+        assert not isinstance(event, MissedEvents)
+        if isinstance(event, TimelineReplaced):
             self.snapshot, self.timeline, self.lost = event.snapshot(), event.timeline, False
         elif not self.lost:
             after = self.snapshot.after(self.timeline, event)
@@ -136,4 +136,4 @@ def test_the_settings_in_force_come_with_it() -> None:
     branches.make("trial")
     events = engine.events.subscribe()
     branches.change_over("main")
-    assert [event.snapshot() for event in events.taken() if isinstance(event, Replaced)][1:] == [before]
+    assert [event.snapshot() for event in events.taken() if isinstance(event, TimelineReplaced)][1:] == [before]

@@ -20,7 +20,7 @@ from vrs_cli.kinematics.axes import axis_of, frame
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import (
     IDENTITY,
     along,
@@ -75,7 +75,7 @@ def test_a_planar_arm_goes_back_in_the_plane_in_which_it_moves(robot: str, plane
         T = arm.forward(q)
         found = arm.forward(arm.select(T, model.poses["ready"], arm.configuration(q)))
         assert distance(found, T) < 1e-9
-        if model.task is Task.PLANE:
+        if model.task is ArmTask.PLANE:
             assert angle_between(found, T) < 1e-7
         with pytest.raises(LocationOutOfRange, match="plane"):
             arm.check_task(at_position(T, *along(position(T), axis_of(PLANES[plane]).direction, 0.01)))

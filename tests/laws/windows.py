@@ -21,8 +21,8 @@ from tests.net.edits import Edits
 from vrs_cli.engine import book, window
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.history import Step
-from vrs_cli.engine.window import Reach
+from vrs_cli.engine.history import HistoryStep
+from vrs_cli.engine.window import WindowSize
 from vrs_cli.errors import VrsError
 from vrs_cli.files import journal as journals
 from vrs_cli.files import past, trajectory_file
@@ -39,7 +39,7 @@ EDITS = 150
 class Robot:
     """A robot that is edited, with its journal; `reach`: how much of it is in memory, None for all."""
 
-    def __init__(self, folder: Path, name: str, seed: int, reach: Reach | None) -> None:
+    def __init__(self, folder: Path, name: str, seed: int, reach: WindowSize | None) -> None:
         self.folder, self.name, self.reach, self.lives = folder, name, reach, 0
         self.edits = Edits(seed)
         self.edits.engine = Engine(load_robot("puma560"))
@@ -91,7 +91,7 @@ KINDS = {"move": 70, "undo": 14, "redo": 10, "stop": 2, "steer": 8, "branch": 5,
 def check_window(seed: int, folder: Path, edits: int = EDITS) -> int:
     """Edit a robot with a window and one without; how often it was read from a checkpoint."""
     random, resumed = Random(seed), 0
-    reach = Reach(random.choice((6, 16, 40)), random.choice((1, 8, 40)), random.choice((8, 24)))
+    reach = WindowSize(random.choice((6, 16, 40)), random.choice((1, 8, 40)), random.choice((8, 24)))
     short, whole = (Robot(folder, name, seed, one) for name, one in (("short", reach), ("whole", None)))
     for number in range(edits):
         (kind,) = random.choices(list(KINDS), list(KINDS.values()))
@@ -113,7 +113,7 @@ def check_window(seed: int, folder: Path, edits: int = EDITS) -> int:
     return resumed
 
 
-def _depth(short: Robot, whole: Robot, reach: Reach, *, undo: bool) -> int:
+def _depth(short: Robot, whole: Robot, reach: WindowSize, *, undo: bool) -> int:
     """How many commands both can take back, or do again: all of the last changes at least."""
     ours, theirs = short.engine.book.history, whole.engine.book.history
     if not undo:
@@ -127,7 +127,7 @@ def _depth(short: Robot, whole: Robot, reach: Reach, *, undo: bool) -> int:
     return len(ours.done)
 
 
-def _said(step: Step) -> str:
+def _said(step: HistoryStep) -> str:
     """All of a step."""
     both = (step.delta._replace(segments=tuple(step.delta.segments)), step.taking_back(0))
     return repr((both, step.clock, step.insert, step.altered))

@@ -28,7 +28,7 @@ from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.net.ledger import Bounds, Ledger
+from vrs_cli.net.delivery_log import Bounds, DeliveryLog
 from vrs_cli.net.messages import (
     Answer,
     Asked,
@@ -51,7 +51,7 @@ from vrs_cli.net.messages import (
     Welcome,
 )
 from vrs_cli.net.mirror import Mirror
-from vrs_cli.net.protocol import ClientConnection, ServerConnection, State
+from vrs_cli.net.protocol import ClientConnection, ConnectionState, ServerConnection
 from vrs_cli.wire.codec import Encoding, Frame, encode
 from vrs_cli.wire.records import Motions, RecordError, delta_of, delta_record
 from vrs_cli.wire.snapshots import snapshot_of, snapshot_record
@@ -185,15 +185,15 @@ class Server:
 
     def __init__(self, source: random.Random, counts: Counter[str]) -> None:
         self.random, self.counts, self.now = source, counts, 0.0
-        self.ledger = Ledger("key", BOUNDS)
+        self.delivery_log = DeliveryLog("key", BOUNDS)
         self.source = Source(FromClient, source)
         self.connection = ServerConnection(0.0, MOST, BACKLOG)
 
     def step(self) -> None:
         source, connection = self.random, self.connection
         self.now += source.choice((0.0, 0.01, 1.0))
-        hello = connection.state is State.HELLO and source.random() < 0.5
-        right = connection.state is State.OPEN and source.random() < 0.9
+        hello = connection.state is ConnectionState.HELLO and source.random() < 0.5
+        right = connection.state is ConnectionState.OPEN and source.random() < 0.9
         frame = self.hello() if hello else self.source.right() if right else self.source.frame()
         for message in connection.receive(frame, self.now):
             self.counts[f"server: {type(message).__name__}"] += 1
@@ -202,25 +202,27 @@ class Server:
             told = source.choice(
                 (Told(source.choice(replies())), Asked(source.randint(0, 20), source.choice(questions())))
             )
-            self.ledger.tell(told, self.now)
+            self.delivery_log.tell(told, self.now)
         if source.random() < 0.3:
             assert all(isinstance(frame, str | bytes) for frame in connection.frames())
         if connection.closing or source.random() < 0.002:
             self.counts["server: closed"] += 1
             connection.cut(self.now)
-            if source.random() < 0.1 or self.ledger.expired(self.now):
-                self.ledger = Ledger("key", BOUNDS)
+            if source.random() < 0.1 or self.delivery_log.expired(self.now):
+                self.delivery_log = DeliveryLog("key", BOUNDS)
             self.connection = ServerConnection(self.now, MOST, BACKLOG)
 
     def hello(self) -> Frame:
         source = self.random
         ids = tuple(source.randint(0, 100) for _ in range(3))
-        resume = Resume(source.choice(("key", "other")), source.choice((self.ledger.seq, source.randint(0, 200))), ids)
+        resume = Resume(
+            source.choice(("key", "other")), source.choice((self.delivery_log.seq, source.randint(0, 200))), ids
+        )
         return encode(Hello((1,), resume=source.choice((None, resume))), Encoding.JSON)
 
     def take(self, message: Any) -> None:
         if isinstance(message, Hello):
-            self.connection.welcome(Welcome(0, "", "cell1", "a", "", "", Clock(0.0), {}), self.ledger, self.now)
+            self.connection.welcome(Welcome(0, "", "cell1", "a", "", "", Clock(0.0), {}), self.delivery_log, self.now)
         elif isinstance(message, Command) and self.random.random() < 0.9:
             self.connection.send(Done(message.id, ok=self.random.random() < 0.5), self.now)
 
@@ -250,8 +252,8 @@ class Client:
 
     def step(self) -> None:
         source, connection = self.random, self.connection
-        welcome = connection.state is State.WELCOME and source.random() < 0.5
-        fitting = connection.state is State.OPEN and source.random() < 0.9
+        welcome = connection.state is ConnectionState.WELCOME and source.random() < 0.5
+        fitting = connection.state is ConnectionState.OPEN and source.random() < 0.9
         frame = self.welcome() if welcome else self.fitting() if fitting else self.source.frame()
         for message in connection.receive(frame):
             self.counts[f"client: {type(message).__name__}"] += 1
@@ -328,8 +330,8 @@ def run(count: int, seed: int) -> Counter[str]:
         server.step()
         client.step()
         if number % (count // 4 + 1) == 0:
-            assert held(server.connection, server.ledger, client.connection) < MOST_HELD
-    assert held(server.connection, server.ledger, client.connection) < MOST_HELD
+            assert held(server.connection, server.delivery_log, client.connection) < MOST_HELD
+    assert held(server.connection, server.delivery_log, client.connection) < MOST_HELD
     return counts
 
 

@@ -22,7 +22,7 @@ from tests.by_hand import command
 from tests.live import PATIENCE
 from tests.net.serving import Caller
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.window import Reach
+from vrs_cli.engine.window import WindowSize
 from vrs_cli.files.continuing import keep_journal
 from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.journal import take_up
@@ -104,7 +104,7 @@ def started(folder: Path) -> tuple[subprocess.Popen[str], str]:
 
 def begin(path: Path) -> None:
     """A journal of a robot that has moved before."""
-    engine, reach = Engine(load_robot("puma560")), Reach()
+    engine, reach = Engine(load_robot("puma560")), WindowSize()
     journal = keep_journal(take_up(path, changes=reach.changes), engine, together=True, reach=reach)
     _, *others = engine.position().joints
     for number in range(BEFORE):

@@ -40,10 +40,10 @@ from vrs_cli.net.far_end import HELD_UP, QUIET
 from vrs_cli.net.messages import Done, Refused, Request, ServerMessage
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.repl.connection import Connection
-from vrs_cli.repl.remote_seat import RemoteSeat
+from vrs_cli.repl.remote_front_end import RemoteFrontEnd
 from vrs_cli.repl.terminal import PlainTerminal
-from vrs_cli.view3d.panel_seat import PanelSeat
-from vrs_cli.view3d.transcript import Transcript
+from vrs_cli.view3d.panel_front_end import PanelFrontEnd
+from vrs_cli.view3d.transcript import PanelTranscript
 
 ROBOTS = ("python", "shell", "panel")
 LONGEST_LIFE = 1.5  # [s] between two cuts
@@ -166,7 +166,7 @@ class Typist(Author):
         self._far = Connection(Client(url, hello_of(attended=True)))
         self._sink = StringIO()
         self._terminal = _Person(self._sink, ())
-        self._seat = RemoteSeat(self._terminal, self._far, self._said.append)
+        self._front_end = RemoteFrontEnd(self._terminal, self._far, self._said.append)
         self._keys: deque[Line] = deque()
 
     def work(self) -> None:
@@ -175,11 +175,11 @@ class Typist(Author):
         typing.start()
         self._take(self._keys.popleft())
         typing.join()
-        if self._seat.was_cut():
+        if self._front_end.was_cut():
             self._drop()
         while self._keys:
             self._take(self._keys.popleft())
-            if self._seat.was_cut():
+            if self._front_end.was_cut():
                 self._drop()
 
     def _type_ahead(self) -> None:
@@ -189,19 +189,19 @@ class Typist(Author):
     def _drop(self) -> None:
         while self._keys:
             line = self._keys.popleft()
-            self._seat.drop(line.text)
+            self._front_end.drop(line.text)
             self.told[line.number] = told_by(self._said[-1])
 
     def _take(self, line: Line) -> None:
         self.given[line.number] = time.time()
         self._said.clear()
-        self._seat.failed = self._terminal.failed = False
+        self._front_end.failed = self._terminal.failed = False
         before = len(self._sink.getvalue())
-        self._seat.take(line.text)
+        self._front_end.take(line.text)
         said = [one for one in self._said if NOBODY_KNOWS in one or any(it in one for it in NOT_DONE)]
         if self._terminal.failed:
             said.append(self._sink.getvalue()[before:])
-        lost = self._seat.failed or self._terminal.failed
+        lost = self._front_end.failed or self._terminal.failed
         self.told[line.number] = told_by(said[-1]) if lost else Told.DONE
 
     @property
@@ -212,7 +212,7 @@ class Typist(Author):
         self._far.close()
 
 
-class _Seat(PanelSeat):
+class _FrontEnd(PanelFrontEnd):
     """`ended`: the commands of whose ends all was said."""
 
     ended: tuple[int | None, ...] = ()
@@ -222,7 +222,7 @@ class _Seat(PanelSeat):
         self.ended = (*self.ended[-9:], end.id)
 
 
-class _Transcript(Transcript):
+class _Transcript(PanelTranscript):
     """`said`: all that was added."""
 
     said = ""
@@ -238,8 +238,8 @@ class Sitting(Author):
     def __init__(self, url: str, seed: str) -> None:
         super().__init__(seed)
         self._robot = RemoteRobot.connect(url, hello_of(attended=True))
-        self._seat = _Seat(self._robot)
-        self._seat.transcript = self._transcript = _Transcript()
+        self._front_end = _FrontEnd(self._robot)
+        self._front_end.transcript = self._transcript = _Transcript()
 
     def work(self) -> None:
         line, self._transcript.said, sent = self.line(), "", list[int]()
@@ -250,9 +250,9 @@ class Sitting(Author):
             return sent[-1]
 
         self._robot.begin = begin_and_note  # type: ignore[method-assign]
-        self._seat.command(line.text)
+        self._front_end.command(line.text)
         self._robot.begin = begin  # type: ignore[method-assign]
-        until(lambda: not sent or sent[0] in self._seat.ended, line.text)
+        until(lambda: not sent or sent[0] in self._front_end.ended, line.text)
         said = self._transcript.said
         lost = NOBODY_KNOWS in said or any(one in said for one in NOT_DONE)
         self.told[line.number] = told_by(said) if lost else Told.DONE

@@ -20,12 +20,12 @@ from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.audit import Audit
-from vrs_cli.net.hub import Hub, Places
+from vrs_cli.net.hub import Hub, RobotFolders
 from vrs_cli.net.limits import USUAL, Allowance
 from vrs_cli.net.messages import Bye, Closing, Done, Hello, Line, Request, ServerMessage, Told, Typed, Welcome
 from vrs_cli.net.protocol import ClientConnection
 from vrs_cli.net.room import Plan
-from vrs_cli.net.server import Place, Server
+from vrs_cli.net.server import ListenAddress, Server
 from vrs_cli.net.tokens import TokenFile
 
 
@@ -59,9 +59,9 @@ def serving(
     told: list[str] = []
     audit = Audit(folder / "audit.jsonl", time.time, told.append)
     file = tokens and TokenFile(tokens, robots, own)
-    server = Server(Place("127.0.0.1", port, origins=origins), allowance, audit, file, told.append)
+    server = Server(ListenAddress("127.0.0.1", port, origins=origins), allowance, audit, file, told.append)
     model = model or load_robot("puma560")
-    places = Places(folder / "journal" if journal else None, folder / "files")
+    places = RobotFolders(folder / "journal" if journal else None, folder / "files")
     (folder / "journal").mkdir(exist_ok=True)
     usual = Plan(model, folder, allowance=allowance, **plan)
     hub = Hub(

@@ -13,9 +13,9 @@ import pytest
 from tests.net.edits import Edits
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.feed import Missed as LeftOut
+from vrs_cli.engine.feed import MissedEvents as LeftOut
 from vrs_cli.engine.position import joints_at, position_at
-from vrs_cli.engine.snapshot import Replaced as Other
+from vrs_cli.engine.snapshot import TimelineReplaced as Other
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.roles import viewer as viewers
 from vrs_cli.kinematics.arm import RobotArm
@@ -30,14 +30,14 @@ from vrs_cli.net.messages import (
     FromServer,
     Missed,
     Play,
+    PlayStep,
     Replaced,
     Sample,
     ServerMessage,
-    Step,
     Subscribe,
 )
 from vrs_cli.net.mirror import Mirror
-from vrs_cli.net.packets import Form, Packet
+from vrs_cli.net.packets import MessageForm, Packet
 from vrs_cli.net.stream import Listening
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Move, Stamp
@@ -48,7 +48,7 @@ from vrs_cli.wire.records import Form as RobotForm
 from vrs_cli.wire.records import Motions, delta_of
 from vrs_cli.wire.snapshots import snapshot_of
 
-JSON, MSGPACK = Form(text=True), Form(text=False)
+JSON, MSGPACK = MessageForm(text=True), MessageForm(text=False)
 READER: Reader[ServerMessage] = Reader(FromServer)
 M = TypeVar("M", bound=ServerMessage)
 
@@ -90,7 +90,7 @@ class Line:
         return heard  # type: ignore[return-value]
 
 
-class Hall:
+class RoomServices:
     """A robot that is edited, and its broadcast, in virtual time."""
 
     def __init__(self) -> None:
@@ -134,7 +134,7 @@ class Hall:
         self.wall = wall
 
     def listen(
-        self, wanted: Subscribe, form: Form = MSGPACK, *, deflates: bool = False, stalled: bool = False
+        self, wanted: Subscribe, form: MessageForm = MSGPACK, *, deflates: bool = False, stalled: bool = False
     ) -> tuple[Line, Listener]:
         line = Line(stalled)
         listener = self.broadcast.join(line, form, deflates=deflates)
@@ -150,15 +150,15 @@ def samples(rate: float) -> Subscribe:
 
 
 @pytest.fixture
-def hall() -> Hall:
-    return Hall()
+def services() -> RoomServices:
+    return RoomServices()
 
 
 class Follower:
     """A mirror at the end of a line. `missed`: how many changes it was told of that it has missed."""
 
-    def __init__(self, hall: Hall, line: Line) -> None:
-        self._arm, self._form, self._line = hall.arm, RobotForm.of(hall.arm), line
+    def __init__(self, services: RoomServices, line: Line) -> None:
+        self._arm, self._form, self._line = services.arm, RobotForm.of(services.arm), line
         self.mirror: Mirror | None = None
         self.missed = 0
 
@@ -184,92 +184,96 @@ class Follower:
 # --- changes --------------------------------------------------------------------------------------------------------
 
 
-def test_who_comes_late_hears_a_snapshot_and_every_change_after_it(hall: Hall) -> None:
-    hall.move()
-    line, _ = hall.listen(CHANGES)
+def test_who_comes_late_hears_a_snapshot_and_every_change_after_it(services: RoomServices) -> None:
+    services.move()
+    line, _ = services.listen(CHANGES)
     [snapshot] = line.news(Replaced)
     assert (snapshot.number, snapshot.snapshot.version) == (1, 1)
-    hall.move()
-    first = hall.now
-    hall.move()
-    assert [(change.number, change.applied) for change in line.news(Delta)] == [(2, first), (3, hall.now)]
+    services.move()
+    first = services.now
+    services.move()
+    assert [(change.number, change.applied) for change in line.news(Delta)] == [(2, first), (3, services.now)]
 
 
-def test_one_encoding_for_all_of_one_form(hall: Hall) -> None:
-    lines = [hall.listen(CHANGES, form, deflates=deflates)[0] for form in (JSON, MSGPACK) for deflates in (0, 0, 1, 1)]
-    hall.move()
+def test_one_encoding_for_all_of_one_form(services: RoomServices) -> None:
+    lines = [
+        services.listen(CHANGES, form, deflates=deflates)[0] for form in (JSON, MSGPACK) for deflates in (0, 0, 1, 1)
+    ]
+    services.move()
     last = [line.packets[-1] for line in lines]
     assert len({id(packet) for packet in last}) == 4
     assert all(a is b for a, b in zip(last[::2], last[1::2], strict=True))
     assert len({repr(line.heard[-1]) for line in lines}) == 1
 
 
-def test_what_is_deflated_is_a_third(hall: Hall) -> None:
-    plain, _ = hall.listen(CHANGES)
-    small, _ = hall.listen(CHANGES, deflates=True)
+def test_what_is_deflated_is_a_third(services: RoomServices) -> None:
+    plain, _ = services.listen(CHANGES)
+    small, _ = services.listen(CHANGES, deflates=True)
     for _ in range(20):
-        hall.move()
+        services.move()
     assert plain.heard[1:] == small.heard[1:]
     sizes = [sum(len(packet.data) for packet in line.packets[1:]) for line in (plain, small)]
     assert sizes[1] < sizes[0] / 3
 
 
-def test_who_joins_later_can_inflate_what_is_deflated_for_all(hall: Hall) -> None:
-    early, _ = hall.listen(CHANGES, deflates=True)
-    hall.move()
-    hall.move()
-    late, _ = hall.listen(CHANGES, deflates=True)
-    hall.move()
-    hall.move()
+def test_who_joins_later_can_inflate_what_is_deflated_for_all(services: RoomServices) -> None:
+    early, _ = services.listen(CHANGES, deflates=True)
+    services.move()
+    services.move()
+    late, _ = services.listen(CHANGES, deflates=True)
+    services.move()
+    services.move()
     assert early.heard[-2:] == late.heard[-2:]
     assert all(a is b for a, b in zip(early.packets[-2:], late.packets[-2:], strict=True))
     assert late.packets[-1].place is not None
 
 
-def test_another_timeline_takes_the_place_of_the_one_before_for_all(hall: Hall) -> None:
-    (line, _), edits = hall.listen(CHANGES), Edits(3, hall.engine)
-    hall.tell()
+def test_another_timeline_takes_the_place_of_the_one_before_for_all(services: RoomServices) -> None:
+    (line, _), edits = services.listen(CHANGES), Edits(3, services.engine)
+    services.tell()
     line.heard.clear()
     edits.load()
-    hall.tell()
+    services.tell()
     [other] = line.news(Replaced)
-    assert other.number == hall.broadcast.stream.number
+    assert other.number == services.broadcast.stream.number
 
 
-def test_a_window_is_what_it_was_asked_for(hall: Hall) -> None:
+def test_a_window_is_what_it_was_asked_for(services: RoomServices) -> None:
     for _ in range(10):
-        hall.move()
-    line, _ = hall.listen(Subscribe(1, deltas=True, window=0.5))
+        services.move()
+    line, _ = services.listen(Subscribe(1, deltas=True, window=0.5))
     [message] = line.news(Replaced)
-    snapshot = snapshot_of(message.snapshot, RobotForm.of(hall.arm))
-    assert 1 < len(snapshot.segments) < len(hall.timeline)
-    for t in (hall.now - 0.5, hall.now - 0.1, hall.now):
-        assert joints_at(hall.arm, snapshot.timeline(), t) == joints_at(hall.arm, hall.timeline, t)
+    snapshot = snapshot_of(message.snapshot, RobotForm.of(services.arm))
+    assert 1 < len(snapshot.segments) < len(services.timeline)
+    for t in (services.now - 0.5, services.now - 0.1, services.now):
+        assert joints_at(services.arm, snapshot.timeline(), t) == joints_at(services.arm, services.timeline, t)
 
 
-def test_older_parts_are_to_be_had_and_long_ones_begin_later(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_older_parts_are_to_be_had_and_long_ones_begin_later(
+    services: RoomServices, monkeypatch: pytest.MonkeyPatch
+) -> None:
     for _ in range(10):
-        hall.move()
-    part = hall.broadcast.stream.part(1.0, 2.0)
+        services.move()
+    part = services.broadcast.stream.part(1.0, 2.0)
     for t in (1.0, 1.5, 2.0):
-        assert joints_at(hall.arm, part.timeline(), t) == joints_at(hall.arm, hall.timeline, t)
+        assert joints_at(services.arm, part.timeline(), t) == joints_at(services.arm, services.timeline, t)
     monkeypatch.setattr(streams, "SEGMENTS", 5)
-    assert hall.broadcast.stream.part(0.0).segments == tuple(hall.timeline)[-5:]
-    line, _ = hall.listen(CHANGES)
+    assert services.broadcast.stream.part(0.0).segments == tuple(services.timeline)[-5:]
+    line, _ = services.listen(CHANGES)
     [message] = line.news(Replaced)
     assert len(message.snapshot.segments) == 5
-    assert message.snapshot.first == len(hall.timeline) - 5
+    assert message.snapshot.first == len(services.timeline) - 5
 
 
-def test_a_snapshot_is_bounded_in_bytes(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_snapshot_is_bounded_in_bytes(services: RoomServices, monkeypatch: pytest.MonkeyPatch) -> None:
     for _ in range(40):
-        hall.move()
+        services.move()
     monkeypatch.setattr(streams, "SNAPSHOT_BYTES", 10_000)
-    line, _ = hall.listen(CHANGES, JSON)
+    line, _ = services.listen(CHANGES, JSON)
     assert 2000 < len(line.packets[-1].data) <= 10_000
     [message] = line.news(Replaced)
     assert message.snapshot.first > 0
-    assert len(hall.broadcast.stream.part(-1.0).segments) == len(message.snapshot.segments)
+    assert len(services.broadcast.stream.part(-1.0).segments) == len(message.snapshot.segments)
 
 
 # --- what is kept ---
@@ -280,107 +284,115 @@ def timelines() -> int:
     return sum(type(one) is Timeline for one in gc.get_objects())
 
 
-def remembered(hall: Hall) -> list[int]:
+def remembered(services: RoomServices) -> list[int]:
     """The numbers of the changes that the stream has in memory."""
-    stream = hall.broadcast.stream
+    stream = services.broadcast.stream
     return [n + 1 for n in range(stream.number) if stream.after(n, Listening(MSGPACK), None) is not None]
 
 
-def test_where_nobody_listens_no_change_is_encoded_or_kept(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_nobody_listens_no_change_is_encoded_or_kept(
+    services: RoomServices, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(streams, "delta_record", None)  # nothing is encoded
-    _, listener = hall.listen(samples(10.0))
-    hall.move()
+    _, listener = services.listen(samples(10.0))
+    services.move()
     before = timelines()
     for _ in range(50):
-        hall.move()
+        services.move()
     assert timelines() <= before
-    hall.broadcast.leave(listener)
-    assert remembered(hall) == []
+    services.broadcast.leave(listener)
+    assert remembered(services) == []
 
 
-def test_a_change_that_is_kept_holds_no_old_timeline(hall: Hall) -> None:
-    line, _ = hall.listen(CHANGES)
-    hall.move()
+def test_a_change_that_is_kept_holds_no_old_timeline(services: RoomServices) -> None:
+    line, _ = services.listen(CHANGES)
+    services.move()
     before = timelines()
     for _ in range(50):
-        hall.move()
+        services.move()
     assert timelines() <= before
     assert len(line.heard) == 52
-    assert remembered(hall) == [*range(1, 52)]
+    assert remembered(services) == [*range(1, 52)]
 
 
-def test_the_timeline_of_the_robot_is_held_and_no_other_with_rows_of_its_own(hall: Hall) -> None:
+def test_the_timeline_of_the_robot_is_held_and_no_other_with_rows_of_its_own(services: RoomServices) -> None:
     for number in range(20):
         for _ in range(1 + number % 3):  # changes that are told together
-            first, *others = hall.engine.position(hall.engine.end).joints
-            hall.engine.perform(Move(JointTarget((first + 0.01, *others)), False))
-        hall.tell()
-        assert hall.broadcast.stream.timeline is hall.timeline
+            first, *others = services.engine.position(services.engine.end).joints
+            services.engine.perform(Move(JointTarget((first + 0.01, *others)), False))
+        services.tell()
+        assert services.broadcast.stream.timeline is services.timeline
 
 
-def test_changes_are_kept_for_a_while_for_who_may_come_back(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_changes_are_kept_for_a_while_for_who_may_come_back(
+    services: RoomServices, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(streams, "REMEMBERED", 20)
-    _, listener = hall.listen(CHANGES)
-    hall.broadcast.leave(listener)
+    _, listener = services.listen(CHANGES)
+    services.broadcast.leave(listener)
     for _ in range(20):
-        hall.move()
-    assert remembered(hall) == [*range(1, 21)]
-    hall.move()
-    assert remembered(hall) == []
+        services.move()
+    assert remembered(services) == [*range(1, 21)]
+    services.move()
+    assert remembered(services) == []
 
 
 # --- after a cut ----------------------------------------------------------------------------------------------------
 
 
-def test_who_was_cut_off_hears_what_it_has_missed_and_nothing_twice(hall: Hall) -> None:
-    _, listener = hall.listen(CHANGES)
-    hall.move()
-    hall.broadcast.leave(listener)
-    hall.move()
-    hall.move()
-    again, _ = hall.listen(Subscribe(2, deltas=True, after=1), deflates=True)
+def test_who_was_cut_off_hears_what_it_has_missed_and_nothing_twice(services: RoomServices) -> None:
+    _, listener = services.listen(CHANGES)
+    services.move()
+    services.broadcast.leave(listener)
+    services.move()
+    services.move()
+    again, _ = services.listen(Subscribe(2, deltas=True, after=1), deflates=True)
     assert [change.number for change in again.news(Delta)] == [2, 3]
-    hall.move()
+    services.move()
     assert [change.number for change in again.news(Delta)] == [4]
 
 
-def test_what_is_not_remembered_is_missed_and_made_up_for(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_not_remembered_is_missed_and_made_up_for(
+    services: RoomServices, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(streams, "REMEMBERED", 3)
-    hall.listen(CHANGES)
+    services.listen(CHANGES)
     for _ in range(10):
-        hall.move()
-    line, _ = hall.listen(Subscribe(1, deltas=True, after=2))
+        services.move()
+    line, _ = services.listen(Subscribe(1, deltas=True, after=2))
     missed, replaced = line.heard
     assert missed == Missed(8)
     assert isinstance(replaced, Replaced)
-    line, _ = hall.listen(Subscribe(1, deltas=True, after=7))
+    line, _ = services.listen(Subscribe(1, deltas=True, after=7))
     assert [change.number for change in line.news(Delta)] == [8, 9, 10]
 
 
-def test_a_number_of_another_life_gets_a_snapshot(hall: Hall) -> None:
-    line, _ = hall.listen(Subscribe(1, deltas=True, after=99))
+def test_a_number_of_another_life_gets_a_snapshot(services: RoomServices) -> None:
+    line, _ = services.listen(Subscribe(1, deltas=True, after=99))
     assert len(line.news(Replaced)) == 1
 
 
-def test_resync_gives_a_snapshot(hall: Hall) -> None:
-    line, listener = hall.listen(CHANGES)
-    hall.move()
+def test_resync_gives_a_snapshot(services: RoomServices) -> None:
+    line, listener = services.listen(CHANGES)
+    services.move()
     line.heard.clear()
-    hall.broadcast.resync(listener, full=True)
+    services.broadcast.resync(listener, full=True)
     [snapshot] = line.news(Replaced)
     assert snapshot.number == 1
     assert listener.form.full
 
 
-def test_what_happens_at_once_is_one_write(hall: Hall) -> None:
-    lines = [hall.listen(CHANGES, form, deflates=deflates)[0] for form in (JSON, MSGPACK) for deflates in (True, False)]
+def test_what_happens_at_once_is_one_write(services: RoomServices) -> None:
+    lines = [
+        services.listen(CHANGES, form, deflates=deflates)[0] for form in (JSON, MSGPACK) for deflates in (True, False)
+    ]
     for line in lines:
         line.writes, line.heard = 0, []
     for number in (1, 2):
-        hall.engine.perform(Move(JointTarget((0.1 * number, *hall.engine.position().joints[1:])), False))
-    hall.broadcast.announce(Clock(1.0))
-    hall.broadcast.announce(Activity("ada", ("wig",)))
-    hall.tell()
+        services.engine.perform(Move(JointTarget((0.1 * number, *services.engine.position().joints[1:])), False))
+    services.broadcast.announce(Clock(1.0))
+    services.broadcast.announce(Activity("ada", ("wig",)))
+    services.tell()
     for line in lines:
         assert line.writes == 1
         assert [type(message) for message in line.heard] == [Delta, Delta, Clock, Activity]
@@ -389,14 +401,16 @@ def test_what_happens_at_once_is_one_write(hall: Hall) -> None:
 # --- who is slow ----------------------------------------------------------------------------------------------------
 
 
-def test_a_line_that_takes_nothing_holds_little_and_delays_nobody(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_line_that_takes_nothing_holds_little_and_delays_nobody(
+    services: RoomServices, monkeypatch: pytest.MonkeyPatch
+) -> None:
     little, moves = MOST_WAITING // 8, 400
     monkeypatch.setattr(broadcast, "MOST_WAITING", little)
-    slow, listener = hall.listen(CHANGES, JSON, stalled=True)
-    fast, _ = hall.listen(CHANGES, JSON)
+    slow, listener = services.listen(CHANGES, JSON, stalled=True)
+    fast, _ = services.listen(CHANGES, JSON)
     most = 0
     for _ in range(moves):
-        hall.move()
+        services.move()
         most = max(most, slow.waiting)
     assert little / 2 < most <= little
     assert len(fast.heard) == moves + 1
@@ -404,85 +418,87 @@ def test_a_line_that_takes_nothing_holds_little_and_delays_nobody(hall: Hall, mo
     slow.take()
     slow.stalled = False
     slow.heard.clear()
-    hall.until(hall.wall + AGAIN)
+    services.until(services.wall + AGAIN)
     missed, replaced = slow.heard
     assert missed == Missed(moves - got)
     assert isinstance(replaced, Replaced)
     assert replaced.number == moves
-    hall.move()
+    services.move()
     assert slow.heard[-1] == fast.heard[-1]
 
 
-def test_a_crowd_that_has_stalled_is_served_slice_by_slice(hall: Hall) -> None:
-    lines = [hall.listen(CHANGES, stalled=True)[0] for _ in range(3 * SLICE)]
-    hall.broadcast.tell(Other(hall.timeline, hall.engine.settings), 0.0)
-    hall.until(hall.wall)
+def test_a_crowd_that_has_stalled_is_served_slice_by_slice(services: RoomServices) -> None:
+    lines = [services.listen(CHANGES, stalled=True)[0] for _ in range(3 * SLICE)]
+    services.broadcast.tell(Other(services.timeline, services.engine.settings), 0.0)
+    services.until(services.wall)
     for line in lines:
         line.stalled = False
         line.take()
     for number in range(1, 4):
-        hall.until(hall.wall + AGAIN)
+        services.until(services.wall + AGAIN)
         assert sum(len(line.packets) == 2 for line in lines) == number * SLICE
-    assert hall.broadcast.peek() == float("inf")
+    assert services.broadcast.peek() == float("inf")
 
 
-def test_who_stalls_for_a_moment_misses_nothing(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_stalls_for_a_moment_misses_nothing(services: RoomServices, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(broadcast, "MOST_WAITING", 3000)
-    line, _ = hall.listen(CHANGES)
+    line, _ = services.listen(CHANGES)
     line.stalled = True
     for _ in range(10):
-        hall.move()
+        services.move()
     assert 0 < line.waiting <= 3000
     line.stalled = False
     line.take()
-    hall.until(hall.wall + AGAIN)
+    services.until(services.wall + AGAIN)
     numbers = [message.number for message in line.heard[1:] if isinstance(message, Delta)]
     assert numbers == list(range(1, 11))
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_mirrors_are_equal_to_the_bit_however_slow_their_lines_are(
-    hall: Hall, seed: int, monkeypatch: pytest.MonkeyPatch
+    services: RoomServices, seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(broadcast, "MOST_WAITING", 5000)
     monkeypatch.setattr(streams, "REMEMBERED", 5)
-    edits = Edits(seed, hall.engine)
-    hall.tell()
+    edits = Edits(seed, services.engine)
+    services.tell()
     random = edits.random
-    lines = [hall.listen(CHANGES, form, deflates=deflates)[0] for form in (JSON, MSGPACK) for deflates in (True, False)]
-    followers = [Follower(hall, line) for line in lines]
+    lines = [
+        services.listen(CHANGES, form, deflates=deflates)[0] for form in (JSON, MSGPACK) for deflates in (True, False)
+    ]
+    followers = [Follower(services, line) for line in lines]
     for _ in range(100):
         edits.edit()
         line = random.choice(lines)
         line.stalled = not line.stalled
         if not line.stalled:
             line.take()
-        hall.tell()
+        services.tell()
     for line in lines:
         line.stalled = False
         line.take()
-    hall.until(hall.wall + AGAIN)
+    services.until(services.wall + AGAIN)
     for follower in followers:
-        assert repr(list(follower.hear().timeline)) == repr(list(hall.timeline))
+        assert repr(list(follower.hear().timeline)) == repr(list(services.timeline))
         assert follower.missed
 
 
 # --- samples --------------------------------------------------------------------------------------------------------
 
 
-def test_samples_come_at_the_rate_of_each(hall: Hall) -> None:
-    hall.move()
-    (slow, _), (fast, _) = hall.listen(samples(5.0)), hall.listen(samples(20.0), JSON)
-    hall.until(2.0)
+def test_samples_come_at_the_rate_of_each(services: RoomServices) -> None:
+    services.move()
+    (slow, _), (fast, _) = services.listen(samples(5.0)), services.listen(samples(20.0), JSON)
+    services.until(2.0)
     assert len(slow.news(Sample)) == 10
     seen = fast.news(Sample)
     assert len(seen) == 40
     for sample in seen:
-        assert sample.joints == joints_at(hall.arm, hall.timeline, sample.t)
-    assert {(sample.version, sample.clock) for sample in seen} == {(1, hall.now)}
+        assert sample.joints == joints_at(services.arm, services.timeline, sample.t)
+    assert {(sample.version, sample.clock) for sample in seen} == {(1, services.now)}
 
 
-class HallInRealTime(Hall):
+class ServicesInRealTime(RoomServices):
     """The same, while the clock on the wall is the robot's."""
 
     def __init__(self) -> None:
@@ -503,15 +519,15 @@ class HallInRealTime(Hall):
 
 
 def test_who_looks_ahead_is_told_what_was_wrong() -> None:
-    hall, random, ahead = HallInRealTime(), Random(3), 0.5
-    (line, _), (now, _) = hall.listen(Subscribe(1, rate=50.0, ahead=ahead)), hall.listen(samples(50.0))
+    services, random, ahead = ServicesInRealTime(), Random(3), 0.5
+    (line, _), (now, _) = services.listen(Subscribe(1, rate=50.0, ahead=ahead)), services.listen(samples(50.0))
     for _ in range(40):
-        hall.until(hall.wall + random.uniform(0.1, 0.6))
-        hall.command(random)
-    hall.until(hall.wall + 2.0)
+        services.until(services.wall + random.uniform(0.1, 0.6))
+        services.command(random)
+    services.until(services.wall + 2.0)
     seen = line.news(Sample)
     assert all(sample.t == pytest.approx(sample.clock + ahead, abs=0.021) for sample in seen)
-    wrong = [k for k, it in enumerate(seen) if joints_at(hall.arm, hall.timeline, it.t) != it.joints]
+    wrong = [k for k, it in enumerate(seen) if joints_at(services.arm, services.timeline, it.t) != it.joints]
     told = [
         k
         for k, it in enumerate(seen)
@@ -523,7 +539,7 @@ def test_who_looks_ahead_is_told_what_was_wrong() -> None:
 
 
 def test_who_follows_at_one_rate_shares_one_evaluation_and_one_encoding(
-    hall: Hall, monkeypatch: pytest.MonkeyPatch
+    services: RoomServices, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked = []
 
@@ -534,10 +550,10 @@ def test_who_follows_at_one_rate_shares_one_evaluation_and_one_encoding(
     monkeypatch.setattr(viewers, "position_at", counted)
     lines = []
     for moment in (0.0, 0.003, 0.017):  # they come at any time, and look together
-        hall.until(moment)
-        lines.append(hall.listen(samples(50.0))[0])
+        services.until(moment)
+        lines.append(services.listen(samples(50.0))[0])
     asked.clear()
-    hall.until(1.0)
+    services.until(1.0)
     assert len(asked) == 50
     assert all(
         len({id(packet) for packet in packets}) == 1
@@ -545,161 +561,161 @@ def test_who_follows_at_one_rate_shares_one_evaluation_and_one_encoding(
     )
 
 
-def test_who_comes_while_looks_are_late_shares_them_too(hall: Hall) -> None:
-    hall.engine.clock.set(0.0)
+def test_who_comes_while_looks_are_late_shares_them_too(services: RoomServices) -> None:
+    services.engine.clock.set(0.0)
     lines = []
     for moment in (0.0, 0.5, 2.5):  # in real time, and nothing was done meanwhile
-        hall.wall = moment
-        hall.engine.clock.set(moment)
-        lines.append(hall.listen(samples(50.0))[0])
-    hall.until(2.6)
+        services.wall = moment
+        services.engine.clock.set(moment)
+        lines.append(services.listen(samples(50.0))[0])
+    services.until(2.6)
     assert len({id(line.packets[-1]) for line in lines}) == 1
 
 
-def test_a_viewer_plays_by_itself_and_follows_again(hall: Hall) -> None:
-    hall.move(2.0)
-    (line, listener), (other, _) = hall.listen(samples(4.0)), hall.listen(samples(4.0))
+def test_a_viewer_plays_by_itself_and_follows_again(services: RoomServices) -> None:
+    services.move(2.0)
+    (line, listener), (other, _) = services.listen(samples(4.0)), services.listen(samples(4.0))
 
     def shown() -> list[float]:
         line.heard.clear()
-        hall.until(hall.wall + 0.5)
+        services.until(services.wall + 0.5)
         return [sample.t for sample in line.news(Sample)]
 
-    hall.broadcast.play(listener, Play(Step.REWIND))
+    services.broadcast.play(listener, Play(PlayStep.REWIND))
     assert shown() == [0.25, 0.5]
-    hall.broadcast.play(listener, Play(Step.PAUSE))
+    services.broadcast.play(listener, Play(PlayStep.PAUSE))
     assert shown() == [0.5, 0.5]
-    hall.broadcast.play(listener, Play(Step.RATE, 0.1))
-    hall.broadcast.play(listener, Play(Step.PLAY))
+    services.broadcast.play(listener, Play(PlayStep.RATE, 0.1))
+    services.broadcast.play(listener, Play(PlayStep.PLAY))
     assert shown() == pytest.approx([0.525, 0.55])
-    hall.broadcast.play(listener, Play(Step.SEEK, 0.1))
+    services.broadcast.play(listener, Play(PlayStep.SEEK, 0.1))
     assert shown() == pytest.approx([0.125, 0.15])
-    assert {sample.t for sample in other.news(Sample)} == {hall.now}
-    hall.broadcast.play(listener, Play(Step.FOLLOW))
-    assert shown() == [hall.now, hall.now]
+    assert {sample.t for sample in other.news(Sample)} == {services.now}
+    services.broadcast.play(listener, Play(PlayStep.FOLLOW))
+    assert shown() == [services.now, services.now]
     assert line.packets[-1] is other.packets[-1]
 
 
-def test_who_follows_later_does_not_wait_for_those_whom_virtual_time_has_left_behind(hall: Hall) -> None:
-    early, _ = hall.listen(samples(4.0))
-    hall.until(1.0)
-    hall.move(1.0)
-    late, _ = hall.listen(samples(4.0))
-    hall.until(1.25)
+def test_who_follows_later_does_not_wait_for_those_whom_virtual_time_has_left_behind(services: RoomServices) -> None:
+    early, _ = services.listen(samples(4.0))
+    services.until(1.0)
+    services.move(1.0)
+    late, _ = services.listen(samples(4.0))
+    services.until(1.25)
     assert early.news(Sample)[-1].t == 0.25
-    assert late.news(Sample)[-1].t == hall.now
+    assert late.news(Sample)[-1].t == services.now
 
 
-def test_a_stalled_viewer_gets_the_newest_sample_and_no_burst(hall: Hall) -> None:
-    line, _ = hall.listen(samples(50.0), stalled=True)
-    hall.until(10.0)
+def test_a_stalled_viewer_gets_the_newest_sample_and_no_burst(services: RoomServices) -> None:
+    line, _ = services.listen(samples(50.0), stalled=True)
+    services.until(10.0)
     assert len(line.queue) == 1
     line.stalled = False
     line.take()
     line.heard.clear()
-    hall.until(10.1)
+    services.until(10.1)
     assert len(line.news(Sample)) == 5
 
 
-def test_a_server_that_stalls_sends_no_burst(hall: Hall) -> None:
-    line, _ = hall.listen(samples(50.0))
-    hall.wall = 10.0
-    hall.until(10.0)
+def test_a_server_that_stalls_sends_no_burst(services: RoomServices) -> None:
+    line, _ = services.listen(samples(50.0))
+    services.wall = 10.0
+    services.until(10.0)
     assert len(line.news(Sample)) == 1
 
 
 @pytest.mark.parametrize("rate", [201.0, -1.0, float("nan")])
-def test_a_rate_that_is_none_is_refused_and_changes_nothing(hall: Hall, rate: float) -> None:
-    line, listener = hall.listen(samples(50.0))
+def test_a_rate_that_is_none_is_refused_and_changes_nothing(services: RoomServices, rate: float) -> None:
+    line, listener = services.listen(samples(50.0))
     with pytest.raises(IllegalValue, match="samples a second"):
-        hall.broadcast.subscribe(listener, samples(rate))
-    hall.until(1.0)
+        services.broadcast.subscribe(listener, samples(rate))
+    services.until(1.0)
     assert len(line.heard) == 50
 
 
-def test_nothing_is_due_where_nobody_listens(hall: Hall) -> None:
-    _, listener = hall.listen(Subscribe(1, deltas=True, rate=50.0))
-    hall.broadcast.leave(listener)
-    hall.broadcast.tell(Other(hall.timeline, hall.engine.settings), 0.0)
-    assert hall.broadcast.peek() == float("inf")
+def test_nothing_is_due_where_nobody_listens(services: RoomServices) -> None:
+    _, listener = services.listen(Subscribe(1, deltas=True, rate=50.0))
+    services.broadcast.leave(listener)
+    services.broadcast.tell(Other(services.timeline, services.engine.settings), 0.0)
+    assert services.broadcast.peek() == float("inf")
 
 
 # --- slices ---------------------------------------------------------------------------------------------------------
 
 
-def test_a_step_is_a_slice(hall: Hall) -> None:
-    lines = [hall.listen(CHANGES)[0] for _ in range(3 * SLICE)]
-    hall.engine.perform(Move(JointTarget((0.1, -1.0, 1.0, 0.0, 0.5, 0.0)), False))
-    hall.broadcast.tell(hall.engine.deltas[-1:][0], 0.0)
+def test_a_step_is_a_slice(services: RoomServices) -> None:
+    lines = [services.listen(CHANGES)[0] for _ in range(3 * SLICE)]
+    services.engine.perform(Move(JointTarget((0.1, -1.0, 1.0, 0.0, 0.5, 0.0)), False))
+    services.broadcast.tell(services.engine.deltas[-1:][0], 0.0)
     for number in range(1, 4):
-        hall.broadcast.step()
+        services.broadcast.step()
         assert sum(len(line.packets) == 2 for line in lines) == number * SLICE
-    assert hall.broadcast.peek() > hall.wall
+    assert services.broadcast.peek() > services.wall
 
 
-def test_where_there_is_no_time_for_all_each_misses_the_same(hall: Hall) -> None:
-    lines = [hall.listen(samples(50.0))[0] for _ in range(3 * SLICE)]
+def test_where_there_is_no_time_for_all_each_misses_the_same(services: RoomServices) -> None:
+    lines = [services.listen(samples(50.0))[0] for _ in range(3 * SLICE)]
     for number in range(1, 31):
-        hall.wall = number / 50.0
-        hall.broadcast.step()
-        hall.broadcast.step()
+        services.wall = number / 50.0
+        services.broadcast.step()
+        services.broadcast.step()
     assert {len(line.packets) for line in lines} == {20}
 
 
-def test_who_leaves_in_the_middle_of_a_round_costs_nobody_a_turn(hall: Hall) -> None:
-    joined = [hall.listen(samples(50.0)) for _ in range(2 * SLICE)]
-    hall.wall = 0.02
-    hall.broadcast.step()
+def test_who_leaves_in_the_middle_of_a_round_costs_nobody_a_turn(services: RoomServices) -> None:
+    joined = [services.listen(samples(50.0)) for _ in range(2 * SLICE)]
+    services.wall = 0.02
+    services.broadcast.step()
     for _, listener in (*joined[:10], *joined[-10:]):
-        hall.broadcast.leave(listener)
-    hall.until(0.02)
+        services.broadcast.leave(listener)
+    services.until(0.02)
     assert {len(line.packets) for line, _ in joined[:-10]} == {1}
     assert {len(line.packets) for line, _ in joined[-10:]} == {0}
 
 
-def test_nothing_is_sent_before_an_answer_and_not_much_later(hall: Hall) -> None:
-    line, _ = hall.listen(samples(50.0))
-    hall.broadcast.hold()
-    hall.until(HOLD - 0.001)
+def test_nothing_is_sent_before_an_answer_and_not_much_later(services: RoomServices) -> None:
+    line, _ = services.listen(samples(50.0))
+    services.broadcast.hold()
+    services.until(HOLD - 0.001)
     assert not line.heard
-    hall.broadcast.release()
-    hall.until(HOLD)
+    services.broadcast.release()
+    services.until(HOLD)
     assert len(line.heard) == 1
-    hall.until(1.0)
-    hall.broadcast.hold()
-    hall.until(1.0 + HOLD)
+    services.until(1.0)
+    services.broadcast.hold()
+    services.until(1.0 + HOLD)
     assert len(line.heard) == 51
 
 
-def test_half_of_the_time_is_left_for_those_who_listen(hall: Hall) -> None:
-    line, _ = hall.listen(samples(200.0))
-    while hall.wall < 2.0:
-        hall.broadcast.hold()
-        hall.until(hall.wall + 0.001)
+def test_half_of_the_time_is_left_for_those_who_listen(services: RoomServices) -> None:
+    line, _ = services.listen(samples(200.0))
+    while services.wall < 2.0:
+        services.broadcast.hold()
+        services.until(services.wall + 0.001)
     assert len(line.heard) > 150
 
 
 # --- news -----------------------------------------------------------------------------------------------------------
 
 
-def test_news_are_heard_by_all_and_by_who_comes_later(hall: Hall) -> None:
-    line, _ = hall.listen(samples(1.0))
-    hall.broadcast.announce(Clock(1.0, rate=2.0))
-    hall.broadcast.announce(Clock(2.0, rate=3.0))
-    hall.tell()
+def test_news_are_heard_by_all_and_by_who_comes_later(services: RoomServices) -> None:
+    line, _ = services.listen(samples(1.0))
+    services.broadcast.announce(Clock(1.0, rate=2.0))
+    services.broadcast.announce(Clock(2.0, rate=3.0))
+    services.tell()
     assert [clock.now for clock in line.news(Clock)] == [2.0]
-    later, _ = hall.listen(CHANGES)
+    later, _ = services.listen(CHANGES)
     assert later.heard[0] == Clock(2.0, rate=3.0)
 
 
-def test_who_is_stalled_hears_the_last_news_of_a_type(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_is_stalled_hears_the_last_news_of_a_type(services: RoomServices, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(broadcast, "MOST_WAITING", 10)
-    line, _ = hall.listen(Subscribe(1), stalled=True)
+    line, _ = services.listen(Subscribe(1), stalled=True)
     for number in range(10):
-        hall.broadcast.announce(Clock(float(number)))
-        hall.tell()
+        services.broadcast.announce(Clock(float(number)))
+        services.tell()
     assert len(line.queue) == 1
     line.stalled = False
     line.take()
-    hall.until(AGAIN)
+    services.until(AGAIN)
     assert [clock.now for clock in line.news(Clock)] == [0.0, 9.0]

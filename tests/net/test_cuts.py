@@ -10,13 +10,13 @@ import pytest
 
 from tests.examples import some
 from tests.net.edits import Edits
-from tests.net.test_broadcast import Hall
+from tests.net.test_broadcast import RoomServices
 from tests.net.test_mirror import bits
-from vrs_cli.engine.snapshot import Replaced as Other
+from vrs_cli.engine.snapshot import TimelineReplaced as Other
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.net.broadcast import Listener
+from vrs_cli.net.delivery_log import DeliveryLog
 from vrs_cli.net.far_end import FarEnd
-from vrs_cli.net.ledger import Ledger
 from vrs_cli.net.messages import (
     Clock,
     Command,
@@ -30,8 +30,8 @@ from vrs_cli.net.messages import (
     Told,
     Welcome,
 )
-from vrs_cli.net.packets import Form, Packet
-from vrs_cli.net.protocol import ServerConnection, State
+from vrs_cli.net.packets import MessageForm, Packet
+from vrs_cli.net.protocol import ConnectionState, ServerConnection
 from vrs_cli.values.replies import Message
 from vrs_cli.wire.codec import Encoding, Frame
 
@@ -40,12 +40,12 @@ class Wire:
     """A robot, a holder of it afar, and what is on its way between them. Private frames and changes share the line."""
 
     def __init__(self, seed: int, encoding: Encoding) -> None:
-        self.random, self.hall, self.time = random.Random(seed), Hall(), 0.0
-        self.edits = Edits(seed, self.hall.engine)
-        self.events = self.hall.engine.events.subscribe(10**9)
+        self.random, self.services, self.time = random.Random(seed), RoomServices(), 0.0
+        self.edits = Edits(seed, self.services.engine)
+        self.events = self.services.engine.events.subscribe(10**9)
         self.far = FarEnd(Hello((1,), format=encoding), lambda: self.time)
         self.far.news.append(self.heard)
-        self.ledger = Ledger("key")
+        self.delivery_log = DeliveryLog("key")
         self.told: list[str] = []
         self.begun: list[int] = []
         self.ended: list[Done] = []
@@ -89,7 +89,7 @@ class Wire:
         self.server.cut(self.time)
         self.far.cut()
         if self.listener is not None:
-            self.hall.broadcast.leave(self.listener)
+            self.services.broadcast.leave(self.listener)
             self.listener = None
 
     def to_server(self) -> None:
@@ -99,18 +99,18 @@ class Wire:
                 self.take(message, self.server)
 
     def take(self, message: object, server: ServerConnection) -> None:
-        form = Form(self.far.connection.hello.format is Encoding.JSON)
+        form = MessageForm(self.far.connection.hello.format is Encoding.JSON)
         match message:
             case Hello():
-                model = to_dict(self.hall.arm.model)
-                server.welcome(Welcome(0, "", "cell1", "a", "", "", Clock(0.0), model), self.ledger, self.time)
-                self.listener = self.hall.broadcast.join(self, form)
+                model = to_dict(self.services.arm.model)
+                server.welcome(Welcome(0, "", "cell1", "a", "", "", Clock(0.0), model), self.delivery_log, self.time)
+                self.listener = self.services.broadcast.join(self, form)
             case Subscribe() | Resync() if self.listener is not None:
                 self.on_its_way += server.frames()
                 if isinstance(message, Resync):
-                    self.hall.broadcast.resync(self.listener, full=message.full)
+                    self.services.broadcast.resync(self.listener, full=message.full)
                 else:
-                    self.hall.broadcast.subscribe(self.listener, message)
+                    self.services.broadcast.subscribe(self.listener, message)
             case Command(id):
                 self.begun.append(id)
 
@@ -123,7 +123,7 @@ class Wire:
 
     @property
     def open(self) -> bool:
-        return self.far.connection.state is State.OPEN
+        return self.far.connection.state is ConnectionState.OPEN
 
 
 @pytest.mark.parametrize("encoding", Encoding)
@@ -135,29 +135,29 @@ def test_a_hundred_cuts(encoding: Encoding) -> None:
     while cuts < some(100):
         for _ in range(wire.random.randint(1, 12)):
             wire.edits.edit()
-            wire.hall.tell()
+            wire.services.tell()
             told += 1
-            wire.ledger.tell(Told(Message(str(told))), wire.time)
+            wire.delivery_log.tell(Told(Message(str(told))), wire.time)
             wire.far.ask(lambda id: Line(id, "READY"), wire.ends)
             asked += 1
             if wire.random.random() < 0.6:
                 wire.to_server()
             for id in [id for id in wire.begun if wire.random.random() < 0.5]:
-                wire.ledger.tell(Done(id), wire.time)
+                wire.delivery_log.tell(Done(id), wire.time)
             if wire.random.random() < 0.6:
                 wire.to_client()
         wire.cut()
         cuts += 1
         wire.edits.edit()
-        wire.hall.tell()
+        wire.services.tell()
         wire.connect()
     for _ in range(3):
         wire.to_server()
         for id in wire.begun:
-            wire.ledger.tell(Done(id), wire.time)
+            wire.delivery_log.tell(Done(id), wire.time)
         wire.to_client()
     assert wire.far.mirror is not None
-    assert bits(wire.far.mirror.timeline) == bits(wire.hall.timeline)
+    assert bits(wire.far.mirror.timeline) == bits(wire.services.timeline)
     assert wire.told == [str(number) for number in range(1, told + 1)]
     assert len(set(wire.begun)) == len(wire.begun)
     ended = [done.id for done in wire.ended]

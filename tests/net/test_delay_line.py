@@ -11,7 +11,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.examples import examples
-from vrs_cli.net.delay_line import RETRANSMIT, Bursty, Constant, DelayLine, Delays, Gamma, Lossy, Normal, Trace, Ways
+from vrs_cli.net.delay_line import (
+    RETRANSMIT,
+    Bursty,
+    Constant,
+    DelayLine,
+    Delays,
+    DelayWays,
+    Gamma,
+    Lossy,
+    Normal,
+    Trace,
+)
 
 MANY = 20_000
 nanoseconds = st.integers(0, 3600 * 10**9) | st.integers(0, 10)
@@ -99,10 +110,10 @@ def test_what_is_lost_comes_after_one_wait_then_after_twice_that() -> None:
 
 
 def test_a_ways_gives_each_connection_lines_of_its_own() -> None:
-    def drawn_of(ways: Ways, connection: int) -> tuple[float, float]:
+    def drawn_of(ways: DelayWays, connection: int) -> tuple[float, float]:
         forward, backward = ways.lines(connection)
         return forward.arrival(0.0), backward.arrival(0.0)
 
-    ways = Ways(Gamma(0.2, 0.08), Gamma(0.2, 0.08), seed=1)
+    ways = DelayWays(Gamma(0.2, 0.08), Gamma(0.2, 0.08), seed=1)
     assert drawn_of(ways, 1) == drawn_of(ways, 1)
-    assert len({*drawn_of(ways, 1), *drawn_of(ways, 2), *drawn_of(Ways(ways.forward, ways.backward, 2), 1)}) == 6
+    assert len({*drawn_of(ways, 1), *drawn_of(ways, 2), *drawn_of(DelayWays(ways.forward, ways.backward, 2), 1)}) == 6

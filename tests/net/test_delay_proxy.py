@@ -13,8 +13,8 @@ from typing import Any
 
 import pytest
 
-from vrs_cli.net.delay_line import Constant, Delays, Gamma, Ways
-from vrs_cli.net.delay_proxy import MOST, Address, DelayProxy, _reset
+from vrs_cli.net.delay_line import Constant, Delays, DelayWays, Gamma
+from vrs_cli.net.delay_proxy import MOST, DelayProxy, Endpoint, _reset
 
 LOOPBACK = "127.0.0.1"
 SOON = 20.0  # [s] in which anything at all happens that does not hang
@@ -60,7 +60,7 @@ class Scene:
     """A proxy, and a server behind it that a test holds in its hands."""
 
     proxy: DelayProxy
-    at: Address
+    at: Endpoint
     time: ManualTime
     arrived: asyncio.Queue[Streams]
     told: list[str] = field(default_factory=list)
@@ -81,8 +81,8 @@ async def scene(forward: Delays = FORWARD, backward: Delays = BACKWARD) -> Async
     server = await asyncio.start_server(accept, LOOPBACK, 0)
     host, port = server.sockets[0].getsockname()
     time, told = ManualTime(), list[str]()
-    proxy = DelayProxy(Address(host, port), Ways(forward, backward), told.append, time)
-    at = await proxy.listen(Address(LOOPBACK, 0))
+    proxy = DelayProxy(Endpoint(host, port), DelayWays(forward, backward), told.append, time)
+    at = await proxy.listen(Endpoint(LOOPBACK, 0))
     try:
         yield Scene(proxy, at, time, arrived, told)
     finally:
@@ -208,7 +208,7 @@ def test_each_connection_has_delays_of_its_own() -> None:
                 dues.append(await it.time.next_due() - it.time.t)
                 it.time.go_on(it.time.t + 100.0)
                 await far_reader.readexactly(1)
-            alike = [Ways(Gamma(2.0, 1.0), BACKWARD).lines(n)[0].arrival(0.0) for n in (1, 2, 3)]
+            alike = [DelayWays(Gamma(2.0, 1.0), BACKWARD).lines(n)[0].arrival(0.0) for n in (1, 2, 3)]
             assert dues == pytest.approx(alike)
             assert len(set(dues)) == 3
 
@@ -220,8 +220,8 @@ def test_a_target_that_is_not_there_ends_the_connection() -> None:
         with socket.socket() as taken:
             taken.bind((LOOPBACK, 0))  # and nobody listens
             told = list[str]()
-            proxy = DelayProxy(Address(*taken.getsockname()), Ways(FORWARD, BACKWARD), told.append)
-            reader, _ = await asyncio.open_connection(*await proxy.listen(Address(LOOPBACK, 0)))
+            proxy = DelayProxy(Endpoint(*taken.getsockname()), DelayWays(FORWARD, BACKWARD), told.append)
+            reader, _ = await asyncio.open_connection(*await proxy.listen(Endpoint(LOOPBACK, 0)))
             with pytest.raises(ConnectionError):
                 await reader.readexactly(1)
             assert "cannot be reached" in told[0]

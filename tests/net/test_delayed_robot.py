@@ -22,8 +22,8 @@ from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import TooLate
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED
 from vrs_cli.net.client import Client, hello_of
-from vrs_cli.net.delay_line import Constant, Delays, Gamma, Ways
-from vrs_cli.net.delay_proxy import Address, DelayProxy
+from vrs_cli.net.delay_line import Constant, Delays, DelayWays, Gamma
+from vrs_cli.net.delay_proxy import DelayProxy, Endpoint
 from vrs_cli.net.far_end import Ahead
 from vrs_cli.net.messages import Delta, Done, Hello, Line, Ping, Pong, Sample, Subscribe
 from vrs_cli.net.remote import RemoteRobot
@@ -44,15 +44,15 @@ def robot(tmp_path: Path) -> Iterator[Serving]:
 @contextmanager
 def behind(it: Serving, forward: float, backward: float | Delays) -> Iterator[Serving]:
     """The same server, over a line."""
-    ways = Ways(Constant(forward), Constant(backward) if isinstance(backward, float) else backward)
+    ways = DelayWays(Constant(forward), Constant(backward) if isinstance(backward, float) else backward)
     where, there = urlsplit(it.address), it.address
     assert where.hostname is not None
     assert where.port is not None
-    target, listens, stop = Address(where.hostname, where.port), threading.Event(), threading.Event()
+    target, listens, stop = Endpoint(where.hostname, where.port), threading.Event(), threading.Event()
 
     async def run() -> None:
         proxy = DelayProxy(target, ways, lambda _text: None)
-        it.address = f"ws://{await proxy.listen(Address('127.0.0.1', 0))}"
+        it.address = f"ws://{await proxy.listen(Endpoint('127.0.0.1', 0))}"
         listens.set()
         await asyncio.get_running_loop().run_in_executor(None, stop.wait)
         await proxy.close()

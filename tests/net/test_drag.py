@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tests.net.test_room import Wire, served
-from vrs_cli.interfaces.session.grip import SILENCE
+from vrs_cli.interfaces.session.drag_control import SILENCE
 from vrs_cli.kinematics.transform import Transform, at_position
 from vrs_cli.net.messages import Drag, Pulled, Told
 from vrs_cli.trajectory.timeline import TimelineDelta
@@ -16,7 +16,7 @@ from vrs_cli.wire.steered import steered_record
 
 def drag(wire: Wire, pose: Transform | None) -> None:
     (message,) = wire.connection.receive(encode(Drag(pose), Encoding.MSGPACK), 0.0)
-    wire.guest.take(message)
+    wire.client.take(message)
 
 
 def at(wire: Wire, x: float, y: float, z: float) -> Transform:
@@ -53,7 +53,7 @@ def test_what_is_beyond_reach_is_told_and_a_cut_line_lets_go(tmp_path: Path) -> 
         ann = it.call("ann")
         drag(ann, at(ann, 0.0, 3.0, 0.0))
         ann.until(lambda: Hold(Limit.REACH, which="far") in pulled(ann).state.held.holds)
-        it.room.cut(ann.guest, ann)
+        it.room.cut(ann.client, ann)
         it.now += SILENCE + 0.1
         ann.until(lambda: pulled(ann).state.by == "")
         assert pulled(ann).state.why == "nothing was heard any more"
@@ -67,7 +67,7 @@ def test_who_does_not_drive_is_told_so_once(tmp_path: Path) -> None:
         assert ann.line("MOVE #PPOINT(0, -100, 90, 0, 20, 0)").ok
         for _ in range(5):
             drag(bob, at(bob, 0.0, 0.0, -0.1))
-            bob.until(lambda: bob.guest._pulling is None)
+            bob.until(lambda: bob.client._pulling is None)
         assert sum(isinstance(one, Told) for one in bob.heard) == 1
         assert "ann drives" in " ".join(bob.said)
         assert pulled(ann).state.by == ""

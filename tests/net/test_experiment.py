@@ -8,19 +8,19 @@ import pytest
 
 from tests.examples import some
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.net.delay_line import Bursty, Constant, Delays, Gamma, Lossy, Normal, Trace, Ways
+from vrs_cli.net.delay_line import Bursty, Constant, Delays, DelayWays, Gamma, Lossy, Normal, Trace
 from vrs_cli.net.experiment import (
     Change,
     Error,
-    Outcome,
     Strategy,
     Trial,
+    TrialOutcome,
     _Course,
     outcome_of,
     together,
     windows_of_logs,
 )
-from vrs_cli.net.flags import Flags, Window
+from vrs_cli.net.flags import Flags, FlagWindow
 
 NOTHING = Error(0.0, 0.0, 0.0, 0.0)
 USUAL = Gamma(0.2, 0.08)
@@ -36,8 +36,8 @@ KINDS = (
 
 def tried(
     lead: float, policy: str = "ABORT", forward: Delays = USUAL, backward: Delays = USUAL, robot: str = "puma560"
-) -> Outcome:
-    return outcome_of(Trial(load_robot(robot), Ways(forward, backward, 7), lead, policy, seconds=40.0, rate=25.0))
+) -> TrialOutcome:
+    return outcome_of(Trial(load_robot(robot), DelayWays(forward, backward, 7), lead, policy, seconds=40.0, rate=25.0))
 
 
 @pytest.mark.parametrize("policy", ["ABORT", "POSTPONE"])
@@ -59,7 +59,7 @@ def test_other_robots_too(robot: str) -> None:
 
 
 def test_without_flags_what_is_wrong_would_be_found() -> None:
-    course = _Course(Trial(load_robot("puma560"), Ways(USUAL, USUAL, 7), 0.3, "POSTPONE", 40.0, 25.0))
+    course = _Course(Trial(load_robot("puma560"), DelayWays(USUAL, USUAL, 7), 0.3, "POSTPONE", 40.0, 25.0))
     course.run()
     right, course.flags = course.flags, Flags()
     for window in right.windows[1:]:
@@ -122,7 +122,7 @@ def test_the_usual_table_is_what_a_prototype_found() -> None:
     """Shares of commands aborted 43, 1.3 and 0 %, flagged 8.9, 4.1 and 0.3 %, at leads of 0.2, 0.4 and 0.6 s."""
     robot = load_robot("puma560")
     for lead, aborted, flagged in ((0.2, 0.43, 0.089), (0.4, 0.013, 0.041), (0.6, 0.0, 0.003)):
-        trials = (Trial(robot, Ways(USUAL, USUAL, seed), lead, "ABORT", 100.0, 25.0) for seed in range(1, 4))
+        trials = (Trial(robot, DelayWays(USUAL, USUAL, seed), lead, "ABORT", 100.0, 25.0) for seed in range(1, 4))
         found = together([outcome_of(trial) for trial in trials])
         assert found.aborted / found.commands == pytest.approx(aborted, abs=0.05)
         assert found.flagged == pytest.approx(flagged, abs=0.015)
@@ -147,7 +147,7 @@ def test_logs_and_flags_say_the_same_of_any_events() -> None:
 
 def test_windows_of_logs() -> None:
     changes = [Change(1.0, 1.5), Change(1.25, 4.0)]
-    assert windows_of_logs(changes, [2.0, 2.0]) == (Window(1.5, 2.0),)
+    assert windows_of_logs(changes, [2.0, 2.0]) == (FlagWindow(1.5, 2.0),)
     assert windows_of_logs([], []) == ()
 
 

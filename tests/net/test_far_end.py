@@ -10,21 +10,21 @@ from msgspec import structs
 
 from tests.net.edits import Edits
 from tests.net.test_mirror import bits
-from vrs_cli.engine.feed import Missed
-from vrs_cli.engine.snapshot import Replaced
+from vrs_cli.engine.feed import MissedEvents
+from vrs_cli.engine.snapshot import TimelineReplaced
 from vrs_cli.errors import FileDamaged, RequestRefused
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.kinematics.transform import Transform, translation
 from vrs_cli.net import messages
+from vrs_cli.net.delivery_log import DeliveryLog
 from vrs_cli.net.far_end import CATCHING_UP, HELD_UP, PATIENCE, QUIET, FarEnd
-from vrs_cli.net.ledger import Ledger
 from vrs_cli.net.messages import At, Clock, Done, Line, Subscribe, Told
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.values.acts import Rest
 from vrs_cli.values.commands import Move
-from vrs_cli.values.hand import Pulled
+from vrs_cli.values.hand import DragState
 from vrs_cli.values.motion import JointOffsetTarget
-from vrs_cli.values.prompt import Status
+from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.values.questions import LineWanted
 from vrs_cli.values.replies import Message
 from vrs_cli.wire.codec import Encoding
@@ -43,7 +43,7 @@ class Wires:
         self.engine = self.edits.engine
         self.events = self.engine.events.subscribe()
         self.model: dict[str, Any] = to_dict(self.engine.model)
-        self.ledger, self.number = Ledger("key"), 0
+        self.delivery_log, self.number = DeliveryLog("key"), 0
         self.far = FarEnd(HELLO, lambda: self.now)
         self.came: list[messages.ClientMessage] = []
         self.ends: list[messages.ServerMessage] = []
@@ -62,7 +62,7 @@ class Wires:
         welcome = messages.Welcome(
             0, "", "cell1", self.life, "supervisor", "ada", clock or Clock(self.engine.now), self.model
         )
-        self.server.welcome(welcome, self.ledger, self.now)
+        self.server.welcome(welcome, self.delivery_log, self.now)
         self.answer()
 
     def cut(self) -> None:
@@ -93,9 +93,9 @@ class Wires:
 
     def tell_changes(self) -> None:
         for event in self.events.taken():
-            assert not isinstance(event, Missed)
+            assert not isinstance(event, MissedEvents)
             self.number += 1
-            if isinstance(event, Replaced):
+            if isinstance(event, TimelineReplaced):
                 self.say(messages.Replaced(snapshot_record(event.snapshot())))
             else:
                 self.say(messages.Delta(delta_record(event, Motions()), self.engine.now))
@@ -154,7 +154,7 @@ def test_a_branch_is_another_timeline_of_perhaps_the_same_version() -> None:
     id = wires.ask(lambda id: Line(id, "BRANCH trial"))
     wires.carry()
     wires.ends.clear()
-    status = Status(prompt=".", clock=wires.engine.now, end=wires.engine.end)
+    status = PromptStatus(prompt=".", clock=wires.engine.now, end=wires.engine.end)
     wires.say(Done(id, version=there.version, status=status))
     assert not wires.ends
     wires.tell_changes()
@@ -270,7 +270,7 @@ def test_another_run_of_the_robot_may_be_on_a_machine_with_another_clock() -> No
     wires = Wires(follows=False)
     pinged(wires, 5000.0, 0.2)
     wires.cut()
-    wires.ledger = Ledger("another")
+    wires.delivery_log = DeliveryLog("another")
     wires.life = "b"
     wires.connect()
     wires.ask(lambda id: Line(id, "MOVE a"))
@@ -330,7 +330,7 @@ def test_a_lost_mirror_asks_once_for_a_snapshot() -> None:
     for _ in range(3):
         drive(wires, 0.1)
     for event in wires.events.taken():
-        if not isinstance(event, Replaced | Missed):
+        if not isinstance(event, TimelineReplaced | MissedEvents):
             wires.number += 1  # without a gap
             wires.say(messages.Delta(delta_record(event, Motions()), 0.0))
     wires.carry()
@@ -384,7 +384,7 @@ class Afar(Wires):
         return sent
 
     def pulled(self, by: str, wish: messages.Drag) -> None:
-        self.say(messages.Pulled(Pulled(by, issued=wish.issued)))
+        self.say(messages.Pulled(DragState(by, issued=wish.issued)))
 
 
 def test_a_wish_is_unconfirmed_from_its_arrival_on_until_the_robot_goes_after_it() -> None:
@@ -409,9 +409,9 @@ def test_while_somebody_drags_what_moves_is_unconfirmed_from_what_is_heard_on() 
     drive(wires, 0.5)
     wires.tell_changes()
     assert far.previewed().unconfirmed == inf
-    wires.say(messages.Pulled(Pulled("bob")))
+    wires.say(messages.Pulled(DragState("bob")))
     assert far.previewed().unconfirmed == pytest.approx(far.heard)
-    wires.say(messages.Pulled(Pulled(why="bob has gone")))
+    wires.say(messages.Pulled(DragState(why="bob has gone")))
     assert far.previewed().unconfirmed == inf
 
 

@@ -13,7 +13,7 @@ from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.words.word import Role
 from vrs_cli.net.audit import Audit
-from vrs_cli.net.hub import Hub, Places
+from vrs_cli.net.hub import Hub, RobotFolders
 from vrs_cli.net.room import Plan
 from vrs_cli.net.tokens import OPEN, Grant
 
@@ -25,7 +25,7 @@ TOM = Grant("tom", Role.SUPERVISOR, teacher=True)
 def hub(tmp_path: Path) -> Iterator[Hub]:
     model = load_robot("puma560")
     audit = Audit(None, time.time, print)
-    places, usual = Places(None, tmp_path), Plan(model, tmp_path)
+    places, usual = RobotFolders(None, tmp_path), Plan(model, tmp_path)
     robots = {"cell1": model, "cell2": load_robot("cobra600")}
     it = Hub(robots, places, usual, audit, lambda _: None, print, own=2, grants=lambda: (ADA, BOB, TOM), own_idle=9.0)
     yield it

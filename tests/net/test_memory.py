@@ -11,9 +11,9 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import FileError
 from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.store import store
+from vrs_cli.interfaces.dialogue import Work
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.talk import Work
-from vrs_cli.net.memory import WAITS, Memory
+from vrs_cli.net.memory import WAITS, MemoryFile
 from vrs_cli.values.diagnostics import Severity
 
 LINES = (
@@ -29,14 +29,14 @@ LINES = (
 PROGRAM = ".PROGRAM p(a)\n; what it does\nMOVE here\nTYPE a\n.END\n"
 
 
-def opened(path: Path) -> tuple[Session, Memory]:
+def opened(path: Path) -> tuple[Session, MemoryFile]:
     session = Session(RecordingTerminal())
-    memory = Memory(session, path)
+    memory = MemoryFile(session, path)
     assert not memory.bring_back()
     return session, memory
 
 
-def carry_out(session: Session, memory: Memory, *lines: str) -> None:
+def carry_out(session: Session, memory: MemoryFile, *lines: str) -> None:
     for line in lines:
         session.perform(line)
         memory.note()
@@ -53,14 +53,14 @@ def path(tmp_path: Path) -> Path:
     return tmp_path / "cell1.v2"
 
 
-def test_a_program_that_is_not_finished_is_brought_back_without_a_word(path: Path) -> None:
+def test_a_program_that_is_not_finished_is_loaded_back_without_a_word(path: Path) -> None:
     session, memory = opened(path)
     session.load_text(".PROGRAM p\nIF a THEN\nMOVEE b\n.END\n")
     carry_out(session, memory, "n = 1")
     again, _ = opened(path)
     assert held(again) == held(session)
     path.write_text(".PROGRAM p\nIF a THEN\n.END\n.REALS\n3x 4\n.END\n")
-    found = Memory(Session(RecordingTerminal()), path).bring_back()
+    found = MemoryFile(Session(RecordingTerminal()), path).bring_back()
     assert [(one.span.line, one.severity) for one in found] == [(5, Severity.ERROR), (4, Severity.WARNING)]
 
 

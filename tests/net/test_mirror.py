@@ -15,8 +15,8 @@ from tests.net.edits import Edits
 from tests.wire.test_steered import waves
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Engine, Event
-from vrs_cli.engine.feed import Missed
-from vrs_cli.engine.snapshot import Replaced, Snapshot
+from vrs_cli.engine.feed import MissedEvents
+from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced
 from vrs_cli.interfaces.roles.observer import Observer
 from vrs_cli.interfaces.roles.viewer import Audience
 from vrs_cli.kinematics.robot_file import load_robot
@@ -46,7 +46,7 @@ class Line:
         self.heard.take()
 
     def through(self, event: Event) -> Snapshot | TimelineDelta:
-        if isinstance(event, Replaced):
+        if isinstance(event, TimelineReplaced):
             return self.sent(event.snapshot())
         delta = READER.read(encode(Delta(delta_record(event, Motions()), 0.0), self.encoding))
         assert isinstance(delta, Delta)
@@ -61,7 +61,7 @@ class Line:
         """What has happened since the last time, with numbers."""
         told = []
         for event in self.heard.taken():
-            assert not isinstance(event, Missed)
+            assert not isinstance(event, MissedEvents)
             self.seq += 1
             told.append((self.seq, self.through(event)))
         return told
@@ -188,8 +188,8 @@ def test_a_mirror_that_forgets_is_right_to_the_bit_within_its_window(seed: int) 
     assert forgot
     timeline = None
     for event in heard.taken():
-        assert not isinstance(event, Missed)
-        timeline = event.timeline if isinstance(event, Replaced) else timeline.apply(event)  # type: ignore[union-attr]
+        assert not isinstance(event, MissedEvents)
+        timeline = event.timeline if isinstance(event, TimelineReplaced) else timeline.apply(event)  # type: ignore[union-attr]
     assert timeline is not None
     assert bits(timeline) == bits(mirror.timeline)
 
@@ -253,8 +253,8 @@ def test_who_hears_of_changes_hears_what_is_known_here() -> None:
         if mirror.lost:
             mirror.replace(line.window(-inf), line.seq)
     for event in heard.taken():
-        assert not isinstance(event, Missed)
-        timeline = event.timeline if isinstance(event, Replaced) else timeline.apply(event)  # type: ignore[union-attr]
+        assert not isinstance(event, MissedEvents)
+        timeline = event.timeline if isinstance(event, TimelineReplaced) else timeline.apply(event)  # type: ignore[union-attr]
     assert timeline is not None
     assert bits(timeline) == bits(mirror.timeline)
 

@@ -25,7 +25,7 @@ from tests.net.test_mirror import bits
 from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.roles.observer import Observer
-from vrs_cli.net.nats import TAIL, Publisher, Watching
+from vrs_cli.net.nats import TAIL, PublishedRobot, Publisher
 
 SERVER = shutil.which("nats-server") or "/usr/sbin/nats-server"
 
@@ -68,7 +68,7 @@ def published(url: str, tmp_path: Path) -> Iterator[Serving]:
         assert not told
 
 
-async def caught_up(watching: Watching, served: Serving) -> None:
+async def caught_up(watching: PublishedRobot, served: Serving) -> None:
     stream = served.hub.rooms["cell1"].broadcast.stream
     async with asyncio.timeout(PATIENCE):
         while watching.mirror.seq != stream.number or watching.mirror.timeline.version != stream.timeline.version:
@@ -91,9 +91,9 @@ def test_who_comes_early_or_late_sees_the_robot_to_the_bit(url: str, published: 
     edits = Edits(4, session.engine, session.branches)
 
     async def watch() -> None:
-        early = await Watching.open(url, "cell1")
+        early = await PublishedRobot.open(url, "cell1")
         await asyncio.to_thread(edit, published, edits, some(200))
-        late = await Watching.open(url, "cell1")
+        late = await PublishedRobot.open(url, "cell1")
         await asyncio.to_thread(edit, published, edits, some(100))
         for watching in (early, late):
             await caught_up(watching, published)
@@ -113,7 +113,7 @@ def test_a_beginning_is_kept_however_long_it_goes_on(url: str, published: Servin
         number = published.hub.rooms["cell1"].broadcast.stream
         while number.number < 2 * TAIL:
             await asyncio.to_thread(edit, published, edits, 100)
-        late = await Watching.open(url, "cell1")
+        late = await PublishedRobot.open(url, "cell1")
         await caught_up(late, published)
         assert bits(late.mirror.timeline) == bits(session.engine.timeline)
         await late.close()
@@ -124,7 +124,7 @@ def test_a_beginning_is_kept_however_long_it_goes_on(url: str, published: Servin
 def test_what_is_not_there_is_told(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vrs_cli.net.nats.OPENING", 1.0)
     with pytest.raises(RequestRefused, match="no robot none is published there"):
-        asyncio.run(Watching.open(url, "none"))
+        asyncio.run(PublishedRobot.open(url, "none"))
 
 
 @pytest.mark.parametrize(
@@ -137,7 +137,7 @@ def test_what_is_not_there_is_told(url: str, monkeypatch: pytest.MonkeyPatch) ->
 )
 def test_an_address_that_refuses_is_told_at_once(address: str, why: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vrs_cli.net.nats.OPENING", 1e6)
-    for opened in (Publisher(address, print).open, partial(Watching.open, address, "cell1")):
+    for opened in (Publisher(address, print).open, partial(PublishedRobot.open, address, "cell1")):
         with pytest.raises(RequestRefused, match=f"NATS does not answer: {why}"):
             asyncio.run(soon(opened()))
 
@@ -157,7 +157,7 @@ def test_a_server_publishes_what_it_serves(url: str) -> None:
         address = running.stdout.readline().split()[2].rstrip(",")
 
         async def watch() -> str:
-            watching = await Watching.open(url, "a")
+            watching = await PublishedRobot.open(url, "a")
             await asyncio.to_thread(lambda: vrs.connect(address).move(0, -45, 180, 0, 45, 0))
             async with asyncio.timeout(PATIENCE):
                 while watching.mirror.timeline.version < 1:
@@ -194,7 +194,7 @@ def test_it_goes_on_when_nats_is_there_again(tmp_path: Path) -> None:
             publisher = Publisher(url, told.append)
             await asyncio.wrap_future(asyncio.run_coroutine_threadsafe(publisher.open(), loop))
             loop.call_soon_threadsafe(publisher.add, room)
-            watching = await Watching.open(url, "cell1")
+            watching = await PublishedRobot.open(url, "cell1")
             await asyncio.to_thread(edit, served, edits, 20)
             await caught_up(watching, served)
         await asyncio.to_thread(edit, served, edits, 20)

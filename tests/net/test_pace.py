@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from vrs_cli.net.pace import LITTLE, LUMP, MUCH, PATIENCE, Pace
+from vrs_cli.net.pace import LITTLE, LUMP, MUCH, PATIENCE, SendPace
 
 
 def test_who_is_little_behind_is_not_waited_for() -> None:
-    pace = Pace()
+    pace = SendPace()
     pace.waiting = MUCH
     assert not pace.lags(0.0)
     pace.waiting += 1
@@ -14,7 +14,7 @@ def test_who_is_little_behind_is_not_waited_for() -> None:
 
 
 def test_who_takes_what_is_typed_is_waited_for_until_little_is_left() -> None:
-    pace, waited = Pace(), 0
+    pace, waited = SendPace(), 0
     pace.waiting = MUCH + LUMP
     while pace.lags(0.9 * PATIENCE * waited):
         pace.waiting -= LUMP
@@ -24,7 +24,7 @@ def test_who_takes_what_is_typed_is_waited_for_until_little_is_left() -> None:
 
 
 def test_who_takes_nothing_is_waited_for_once() -> None:
-    pace = Pace()
+    pace = SendPace()
     pace.waiting = MUCH + 1
     assert pace.lags(0.0)
     assert pace.lags(PATIENCE)
@@ -40,7 +40,7 @@ def test_who_takes_nothing_is_waited_for_once() -> None:
 
 
 def test_who_takes_a_byte_now_and_then_takes_nothing() -> None:
-    pace, waited = Pace(), 0
+    pace, waited = SendPace(), 0
     pace.waiting = 2 * MUCH
     while pace.lags(0.1 * waited):
         pace.waiting -= 100

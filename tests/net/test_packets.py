@@ -7,7 +7,7 @@ import zlib
 import pytest
 
 from vrs_cli.net.messages import Missed, ServerMessage
-from vrs_cli.net.packets import Context, Form, Letter, Packet, Place
+from vrs_cli.net.packets import DeflateContext, DeflatedPlace, Letter, MessageForm, Packet
 
 TAIL = b"\x00\x00\xff\xff"
 
@@ -20,7 +20,10 @@ def test_a_message_is_made_once_in_each_form() -> None:
         return Missed(3)
 
     letter = Letter(make)
-    packets = [letter.packet(form) for form in (Form(True), Form(False), Form(False, True), Form(True))]
+    packets = [
+        letter.packet(form)
+        for form in (MessageForm(True), MessageForm(False), MessageForm(False, True), MessageForm(True))
+    ]
     assert made == [False, False, True]
     assert packets[0] is packets[3]
     assert packets[0].data == b'{"type":"missed","count":3}'
@@ -28,7 +31,7 @@ def test_a_message_is_made_once_in_each_form() -> None:
 
 
 def test_messages_of_one_context_are_inflated_one_after_the_other() -> None:
-    context, inflate = Context(), zlib.decompressobj(-15)
+    context, inflate = DeflateContext(), zlib.decompressobj(-15)
     texts = [b"joint 1 at %d degrees; " % number * 20 for number in range(5)]
     for text in texts:
         packet = context.deflated(Packet(text, True))
@@ -39,7 +42,7 @@ def test_messages_of_one_context_are_inflated_one_after_the_other() -> None:
 
 def test_another_context_refers_to_nothing_before_it() -> None:
     inflate = zlib.decompressobj(-15)
-    for context in (Context(), Context()):
+    for context in (DeflateContext(), DeflateContext()):
         for text in (b"what was said before", b"what was said before, again"):
             assert inflate.decompress(context.deflated(Packet(text, True)).data + TAIL) == text
 
@@ -48,15 +51,15 @@ def test_another_context_refers_to_nothing_before_it() -> None:
     ("place", "last", "follows"),
     [
         (None, None, True),
-        (None, Place(1, 4), True),
-        (Place(2, 0), None, True),
-        (Place(2, 0), Place(1, 4), True),
-        (Place(1, 5), Place(1, 4), True),
-        (Place(1, 5), Place(1, 3), False),
-        (Place(1, 5), Place(1, 5), False),
-        (Place(2, 5), Place(1, 4), False),
-        (Place(1, 5), None, False),
+        (None, DeflatedPlace(1, 4), True),
+        (DeflatedPlace(2, 0), None, True),
+        (DeflatedPlace(2, 0), DeflatedPlace(1, 4), True),
+        (DeflatedPlace(1, 5), DeflatedPlace(1, 4), True),
+        (DeflatedPlace(1, 5), DeflatedPlace(1, 3), False),
+        (DeflatedPlace(1, 5), DeflatedPlace(1, 5), False),
+        (DeflatedPlace(2, 5), DeflatedPlace(1, 4), False),
+        (DeflatedPlace(1, 5), None, False),
     ],
 )
-def test_what_follows(place: Place | None, last: Place | None, follows: bool) -> None:
+def test_what_follows(place: DeflatedPlace | None, last: DeflatedPlace | None, follows: bool) -> None:
     assert Packet(b"", True, place).follows(last) is follows

@@ -14,7 +14,7 @@ from tests.files.trajectories import planned
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import RequestRefused
-from vrs_cli.net.ledger import Bounds, Ledger
+from vrs_cli.net.delivery_log import Bounds, DeliveryLog
 from vrs_cli.net.messages import (
     Abort,
     Answer,
@@ -45,7 +45,7 @@ from vrs_cli.net.messages import (
     Withdrawn,
 )
 from vrs_cli.net.protocol import BACKLOG, HELLO_BYTES, MOST_WAITING, ClientConnection, ServerConnection
-from vrs_cli.values.prompt import Status as Around
+from vrs_cli.values.prompt import PromptStatus as Around
 from vrs_cli.values.questions import LineWanted
 from vrs_cli.values.replies import Message
 from vrs_cli.wire.codec import Encoding, Frame, encode
@@ -64,17 +64,19 @@ class Pair:
 
     def __init__(self, hello: Hello = HELLO, bounds: Bounds | None = None) -> None:
         self.now = 0.0
-        self.ledger = Ledger("key", bounds or Bounds())
+        self.delivery_log = DeliveryLog("key", bounds or Bounds())
         self.client = ClientConnection(hello)
         self.connect()
 
-    def connect(self, ledger: Ledger | None = None, life: str = "a", backlog: int = BACKLOG) -> list[ServerMessage]:
-        self.ledger = ledger or self.ledger
+    def connect(
+        self, delivery_log: DeliveryLog | None = None, life: str = "a", backlog: int = BACKLOG
+    ) -> list[ServerMessage]:
+        self.delivery_log = delivery_log or self.delivery_log
         self.server = ServerConnection(self.now, backlog=backlog)
         self.client.begin()
         (hello,) = self.to_server()
         assert isinstance(hello, Hello)
-        self.server.welcome(welcome(life), self.ledger, self.now)
+        self.server.welcome(welcome(life), self.delivery_log, self.now)
         return self.to_client()
 
     def cut(self) -> None:
@@ -106,7 +108,7 @@ def test_hello_and_welcome() -> None:
     (frame,) = client.frames()
     assert frame == '{"type":"hello","versions":[1],"format":"msgpack"}'  # a client's first word is always JSON
     assert server.receive(frame, 0.0) == [HELLO]
-    server.welcome(welcome(), Ledger("key"), 0.0)
+    server.welcome(welcome(), DeliveryLog("key"), 0.0)
     (answer,) = server.frames()
     assert isinstance(answer, bytes)
     (greeting,) = client.receive(answer)
@@ -318,7 +320,7 @@ def test_nobody_knows_what_became_of_a_command_when_the_server_begins_anew() -> 
     line = pair.line("MOVE a")
     pair.to_server()
     pair.cut()
-    welcomed, done = pair.connect(Ledger("another"), life="b")
+    welcomed, done = pair.connect(DeliveryLog("another"), life="b")
     assert isinstance(welcomed, Welcome)
     assert welcomed.fates == (Fate(line.id, Outcome.FORGOTTEN),)
     assert isinstance(done, Done)
@@ -389,10 +391,10 @@ def test_a_connection_that_is_resumed_elsewhere_is_over() -> None:
     assert pair.to_client() == [Told(Message("here"), seq=1)]
     assert len(old.frames()) == 1  # that it is closed
     old.cut(0.0)
-    assert not pair.ledger.expired(1e9)
+    assert not pair.delivery_log.expired(1e9)
     pair.cut()
-    assert not pair.ledger.expired(60.0)
-    assert pair.ledger.expired(60.1)
+    assert not pair.delivery_log.expired(60.0)
+    assert pair.delivery_log.expired(60.1)
 
 
 def test_random_cuts_lose_and_double_nothing() -> None:
@@ -459,7 +461,7 @@ def test_all_that_is_remembered_gets_through_after_a_cut() -> None:
     pair = Pair()
     pair.cut()
     for _ in range(300):
-        pair.ledger.tell(Told(Message("x" * 1000)), 0.0)
+        pair.delivery_log.tell(Told(Message("x" * 1000)), 0.0)
     assert len(pair.connect(backlog=100_000)) == 301
     assert not pair.server.closing
 
@@ -507,7 +509,7 @@ def test_changes_go_on_after_a_cut_where_they_ended() -> None:
 def test_another_life_of_the_robot_begins_with_a_snapshot() -> None:
     pair, sent = followed()
     pair.cut()
-    pair.connect(Ledger("another"), life="b")
+    pair.connect(DeliveryLog("another"), life="b")
     assert pair.to_server() == [Subscribe(1, deltas=True)]
     pair.tell(sent[3], sent[0])
     assert pair.to_client() == [sent[0]]

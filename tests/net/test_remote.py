@@ -342,13 +342,13 @@ def talker(said: bytes) -> Iterator[int]:
     """A server that says this once, whatever it hears, and hangs up."""
     with socket.create_server(("127.0.0.1", 0)) as listening:
 
-        def talk() -> None:
+        def dialogue() -> None:
             caller, _ = listening.accept()
             with caller:
                 caller.recv(4096)
                 caller.sendall(said)
 
-        talking = threading.Thread(target=talk)
+        talking = threading.Thread(target=dialogue)
         talking.start()
         yield listening.getsockname()[1]
         talking.join()

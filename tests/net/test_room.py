@@ -16,8 +16,8 @@ from vrs_cli.errors import DeviceNotReady
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.words.word import Role
 from vrs_cli.net.audit import Audit
+from vrs_cli.net.client_session import MOST_LOOKS, ClientSession
 from vrs_cli.net.driving import WhenGone
-from vrs_cli.net.guest import MOST_LOOKS, Guest
 from vrs_cli.net.limits import Allowance
 from vrs_cli.net.messages import (
     Abort,
@@ -43,12 +43,12 @@ from vrs_cli.net.messages import (
     Who,
     Window,
 )
-from vrs_cli.net.packets import Form, Packet
+from vrs_cli.net.packets import MessageForm, Packet
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.room import Plan, Room
 from vrs_cli.net.tokens import OPEN, Grant
 from vrs_cli.values.acts import Go, Goal, StopProgram
-from vrs_cli.values.hand import Brake
+from vrs_cli.values.hand import StopJog
 from vrs_cli.wire.codec import Encoding, Reader, encode
 
 _reader: Reader[FromServer] = Reader(FromServer)
@@ -75,7 +75,7 @@ class Wire:
         self.room, self.ids = room, 0
         hello = Hello((1,), name=name, attended=attended, answers=answers)
         self.connection.receive(encode(hello, Encoding.JSON), wall())
-        self.guest: Guest = room.enter(grant, hello, self)
+        self.client: ClientSession = room.enter(grant, hello, self)
 
     @property
     def sink(self) -> Wire:
@@ -90,12 +90,12 @@ class Wire:
     def ping(self) -> None:
         self.pings += 1
         if self.alive:
-            self.guest.beat()
+            self.client.beat()
 
     def command(self, text: str, until: float | None = None) -> int:
         self.ids += 1
         (line,) = self.connection.receive(encode(Line(self.ids, text, until=until), Encoding.JSON), 0.0)
-        self.guest.take(line)
+        self.client.take(line)
         return self.ids
 
     def line(self, text: str, until: float | None = None) -> Done:
@@ -176,7 +176,7 @@ def served(folder: Path, **plan: Any) -> Iterator[Served]:
 
 def waits(wire: Wire, message: ClientMessage | None = None) -> float:
     """How long a request of its is to wait [s]."""
-    return wire.guest.wait(message or Who(1))
+    return wire.client.wait(message or Who(1))
 
 
 # --- what is refused, and to whom what is said belongs ---
@@ -203,7 +203,7 @@ def test_what_is_said_while_a_line_is_carried_out_bears_its_id(tmp_path: Path) -
             ada.line(line)
         (late,) = (one for one in ada.heard if isinstance(one, Told) and "postponed" in str(one.reply))
         assert late.id == ada.ids - 1
-        ada.guest.take(At(90, Go(Goal(joint=1, change=0.1), executed=0.0)))
+        ada.client.take(At(90, Go(Goal(joint=1, change=0.1), executed=0.0)))
         ada.until(lambda: any(isinstance(one, Done) and one.id == 90 for one in ada.heard))
         assert [one.id for one in ada.heard if isinstance(one, Told) and "postponed" in str(one.reply)][1:] == [90]
 
@@ -212,7 +212,7 @@ def test_letting_go_of_a_key_is_for_who_drives(tmp_path: Path) -> None:
     with served(tmp_path) as it:
         ada, bob = it.call("ada"), it.call("bob")
         assert ada.line("x = 1").ok
-        bob.guest.take(At(1, Brake()))
+        bob.client.take(At(1, StopJog()))
         bob.until(lambda: any(isinstance(one, Done) for one in bob.heard))
         (done,) = (one for one in bob.heard if isinstance(one, Done))
         assert not done.ok
@@ -227,18 +227,18 @@ def test_a_designer_stops_drags_and_slows_his_own_motions(tmp_path: Path) -> Non
         for line in ("SPEED 50", "DO SPEED 30 ALWAYS", "DRIVE 1, 90", "ABORT", "DRIVE 1, 90"):
             assert ada.line(line).ok, line
         pose = it.room.session.engine.position().T_world_tool
-        ada.guest.take(Drag(pose))
-        ada.until(lambda: it.room.grip.pulled.by == "ada")
-        ada.guest.take(Drag())
+        ada.client.take(Drag(pose))
+        ada.until(lambda: it.room.drag_control.pulled.by == "ada")
+        ada.client.take(Drag())
         assert ada.line("DRIVE 2, -40, 1").ok
         for line in ("ABORT", "SPEED 50"):
             assert not bob.line(line).ok, "ada drives"
         for message in (Abort(90), At(91, StopProgram())):
-            bob.guest.take(message)
+            bob.client.take(message)
         bob.until(lambda: {90, 91} <= {one.id for one in bob.heard if isinstance(one, Done)})
         assert not any(one.ok for one in bob.heard if isinstance(one, Done))
         assert it.room.session.engine.end > it.room.session.engine.now, "her motion goes on"
-        ada.guest.take(Abort(90))
+        ada.client.take(Abort(90))
         ada.until(lambda: any(isinstance(one, Done) and one.id == 90 for one in ada.heard))
 
 
@@ -260,7 +260,7 @@ def test_a_part_of_a_long_timeline_says_where_it_begins(tmp_path: Path, monkeypa
         for k in range(5):
             assert ada.line(f"DRIVE 1, {(-1) ** k}").ok
         for begin in (0.0, 1e6):
-            ada.guest.take(Window(90, begin))
+            ada.client.take(Window(90, begin))
             ada.flush()
             (shown,) = (one for one in ada.heard if isinstance(one, Shown))
             ada.heard.remove(shown)
@@ -278,14 +278,14 @@ def test_who_is_there_keeps_the_lease_and_who_is_cut_loses_it(tmp_path: Path) ->
         it.pass_time(60.0)
         assert ada.pings > 5
         assert it.room.driving.lease.holder == "ada"
-        it.room.cut(ada.guest, ada)
+        it.room.cut(ada.client, ada)
         it.pass_time(5.0)
         assert not bob.line("x = 2").ok
         it.pass_time(8.0)
         assert bob.line("x = 2").ok
         assert it.room.driving.lease.holder == "bob"
         it.pass_time(60.0)
-        assert list(it.room.guests) == ["bob"], "nobody resumes ada's connection any more"
+        assert list(it.room.clients) == ["bob"], "nobody resumes ada's connection any more"
 
 
 def test_where_all_are_one_user_a_command_takes_no_lease_and_who_asks_has_it(tmp_path: Path) -> None:
@@ -306,10 +306,10 @@ def test_many_who_look_have_one_share_together_and_who_drives_does_not_wait(tmp_
         ada, lookers = it.call("ada"), [it.call(f"eve{k}") for k in range(30)]
         assert ada.line("x = 1").ok
         assert lookers[0].line("WHERE").ok
-        ada.guest.spend(9.0)
+        ada.client.spend(9.0)
         assert all(waits(wire) == 0.0 for wire in (ada, *lookers))
         for wire in lookers[1:]:
-            wire.guest.spend(0.05)  # [s] of CPU: less than each may have
+            wire.client.spend(0.05)  # [s] of CPU: less than each may have
         assert all(waits(wire) > 1.0 for wire in lookers[1:]), "1.5 s, at 0.4 of a core, of which 0.8 at once"
         assert waits(ada) == waits(lookers[0]) == 0.0, "who has asked for little does not wait for those who have"
         it.now += 2.0
@@ -321,11 +321,11 @@ def test_who_looks_at_an_idle_robot_does_not_wait_nor_for_what_was_asked_while_h
         ada, eve = it.call("ada"), it.call("eve")
         assert ada.line("x = 1").ok
         it.now += 5.0
-        eve.guest.spend(9.0)
+        eve.client.spend(9.0)
         assert waits(eve) == 0.0, "ada asks for nothing"
         it.now += 200.0
         assert ada.line("x = 1").ok
-        eve.guest.spend(9.0, typing=True)
+        eve.client.spend(9.0, typing=True)
         assert waits(eve, Complete(1, "MO")) > 10.0
         assert waits(eve) == 0.0
 
@@ -334,19 +334,19 @@ def test_the_newest_completion_alone_waits_and_abort_never(tmp_path: Path) -> No
     with served(tmp_path) as it:
         ada, eve = it.call("ada"), it.call("eve")
         assert ada.line("x = 1").ok
-        eve.guest.spend(9.0, typing=True)
-        assert eve.guest.park(Complete(1, "MO"), 50)
-        assert eve.guest.park(Check(2, "MO"), 50)
-        assert eve.guest.park(Complete(3, "MOV"), 50)
-        assert eve.guest.parked_bytes == 100
+        eve.client.spend(9.0, typing=True)
+        assert eve.client.park(Complete(1, "MO"), 50)
+        assert eve.client.park(Check(2, "MO"), 50)
+        assert eve.client.park(Complete(3, "MOV"), 50)
+        assert eve.client.parked_bytes == 100
         eve.flush()
         assert Completed(1) in eve.heard
-        assert not eve.guest.park(Abort(4), 20)
-        assert not eve.guest.park(Line(5, "abort"), 20)
-        assert eve.guest.park(Line(6, "WHERE"), 20), "in the order in which they came"
-        assert (eve.guest.unpark() or 0.0) > 1.0
+        assert not eve.client.park(Abort(4), 20)
+        assert not eve.client.park(Line(5, "abort"), 20)
+        assert eve.client.park(Line(6, "WHERE"), 20), "in the order in which they came"
+        assert (eve.client.unpark() or 0.0) > 1.0
         it.now += 100.0
-        assert eve.guest.unpark() is None
+        assert eve.client.unpark() is None
         eve.until(lambda: any(isinstance(one, Completed) and one.id == 3 for one in eve.heard))
         assert not any(isinstance(one, Completed) and one.id == 1 and one.choices for one in eve.heard)
 
@@ -371,7 +371,7 @@ def test_a_program_is_stored_by_who_drives_when_it_ends(tmp_path: Path) -> None:
         assert not ada.line(".END").ok
         assert not it.room.session.programs
         assert ada.line("WHERE").ok, "what comes from a pipe after its program is done"
-        ada.guest.holder.desk.attended = True
+        ada.client.holder.user_state.attended = True
         it.room.driving.give("bob", "ada")
         for line in (".PROGRAM p", "a = 1"):
             assert ada.line(line).ok
@@ -395,7 +395,7 @@ def test_what_becomes_of_a_program_when_its_driver_goes(
             assert ada.line(line).ok
         ada.command("EXECUTE ever")
         bob.until(lambda: it.room.session.running)
-        it.room.leave(ada.guest)
+        it.room.leave(ada.client)
         if runs:
             bob.line("WHERE")
             assert it.room.session.running
@@ -423,11 +423,11 @@ def test_a_robot_that_nobody_holds_or_watches_is_paused_and_goes_on_for_who_come
         ada.command("EXECUTE ever")
         it.pass_time(100.0)
         it.goes_on()  # somebody is connected
-        it.room.cut(ada.guest, ada)
+        it.room.cut(ada.client, ada)
         it.pass_time(59.0)
         it.goes_on()
         watching = Feed()
-        listener = it.room.broadcast.join(watching, Form(text=True))
+        listener = it.room.broadcast.join(watching, MessageForm(text=True))
         it.pass_time(100.0)
         it.goes_on()  # somebody watches
         it.room.broadcast.leave(listener)
@@ -446,14 +446,14 @@ def test_a_robot_that_does_nothing_is_not_paused_and_a_clock_that_was_stopped_st
     with served(tmp_path, realtime=1000.0, idle=60.0) as it:
         ada = it.call("ada")
         assert ada.line("WHERE").ok
-        it.room.cut(ada.guest, ada)
+        it.room.cut(ada.client, ada)
         it.pass_time(100.0)
         assert not it.room.clock().paused
         bob = it.call("bob")
         it.pass_time(10.0)
         for line in ("DRIVE 1, 100, 1", "CLOCK PAUSE"):
             assert bob.line(line).ok
-        it.room.cut(bob.guest, bob)
+        it.room.cut(bob.client, bob)
         it.pass_time(100.0)
         eve = it.call("eve")
         assert eve.line("WHERE").ok
@@ -470,11 +470,11 @@ def test_a_program_of_who_has_gone_goes_on_in_virtual_time_and_asks_who_drives_n
             assert ada.line(line).ok
         ada.command("EXECUTE ask")
         ada.until(lambda: any(isinstance(one, Asked) for one in ada.heard))
-        it.room.leave(ada.guest)
+        it.room.leave(ada.client)
         bob.command("x = 1")
         bob.until(lambda: any(isinstance(one, Asked) for one in bob.heard))
         (asked,) = (one for one in bob.heard if isinstance(one, Asked))
-        bob.guest.take(Answer(asked.number, "5"))
+        bob.client.take(Answer(asked.number, "5"))
 
         def over() -> bool:
             it.room.tick()
@@ -495,7 +495,7 @@ def test_an_error_of_vrs_itself_that_nobody_waits_for_is_raised_by_a_tick(tmp_pa
     with served(tmp_path) as it:
         actor = it.room.session.actor
         actor.call(lambda: actor.repeat(broken))
-        until(lambda: actor.mishaps)
+        until(lambda: actor.internal_errors)
         with pytest.raises(ZeroDivisionError):
             it.room.tick()
         it.room.tick()
@@ -559,7 +559,7 @@ def test_a_robot_with_too_many_names_takes_no_more_and_gives_some_back(tmp_path:
         id = ada.command("DELETER x1, x2")
         ada.until(lambda: any(isinstance(one, Asked) for one in ada.heard))
         (asked,) = (one for one in ada.heard if isinstance(one, Asked))
-        ada.guest.take(Answer(asked.number, True))
+        ada.client.take(Answer(asked.number, True))
         ada.until(lambda: any(isinstance(one, Done) and one.id == id for one in ada.heard))
         it.now += 1.0
         assert ada.line("y = 1").ok
@@ -612,7 +612,7 @@ def test_programs_have_no_network_at_a_robot_that_is_served(tmp_path: Path) -> N
 
 def test_names_are_unlike(tmp_path: Path) -> None:
     with served(tmp_path) as it:
-        names = [it.call(name).guest.name for name in ("ada", "ada", "", "", "a\x1b[2J" + "b" * 100)]
+        names = [it.call(name).client.name for name in ("ada", "ada", "", "", "a\x1b[2J" + "b" * 100)]
         assert names[:4] == ["ada", "ada-2", "guest", "guest-2"]
         assert len(names[4]) == 40
         assert names[4].isprintable()
@@ -621,7 +621,7 @@ def test_names_are_unlike(tmp_path: Path) -> None:
 def test_positions_are_computed_beside_the_connections(tmp_path: Path) -> None:
     with served(tmp_path) as it:
         ada = it.call("ada")
-        ada.guest.take(Positions(1, (0.0,) * 2000))
+        ada.client.take(Positions(1, (0.0,) * 2000))
         ada.flush()
         assert not any(isinstance(one, Located) for one in ada.heard)
         ada.until(lambda: any(isinstance(one, Located) for one in ada.heard))
@@ -631,12 +631,12 @@ def test_so_many_questions_wait_and_no_more(tmp_path: Path) -> None:
     with served(tmp_path) as it:
         ada = it.call("ada")
         for id in range(1, MOST_LOOKS + 2):
-            ada.guest.take(Complete(id, "MO", True))
+            ada.client.take(Complete(id, "MO", True))
         ada.flush()
         (refused,) = (one for one in ada.heard if isinstance(one, Refused))
         assert refused.id == MOST_LOOKS + 1
         ada.until(lambda: sum(isinstance(one, Completed) for one in ada.heard) == MOST_LOOKS)
-        ada.guest.take(Complete(999, "MO", True))
+        ada.client.take(Complete(999, "MO", True))
         ada.until(lambda: sum(isinstance(one, Completed) for one in ada.heard) == MOST_LOOKS + 1)
 
 

@@ -272,10 +272,10 @@ def test_tokens_give_robots_and_roles(tmp_path: Path) -> None:
                 assert teacher.heard[0].role == "teacher"
                 assert {"cell1", "ada"} <= set(teacher.heard[0].robots)
                 teacher.lines("WHERE", "ABORT")
-        with server.call("/robots/cell1", Hello((1,), token=made["eve"])) as guest:
-            assert guest.line("WHERE").ok
-            assert not guest.line("MOVE #PPOINT(10, -80, 80, 5, 5, 5)").ok
-            assert not guest.ask(Abort).ok  # type: ignore[attr-defined]
+        with server.call("/robots/cell1", Hello((1,), token=made["eve"])) as client:
+            assert client.line("WHERE").ok
+            assert not client.line("MOVE #PPOINT(10, -80, 80, 5, 5, 5)").ok
+            assert not client.ask(Abort).ok  # type: ignore[attr-defined]
         for token in ("", "x" * 40):
             with server.call(hello=Hello((1,), token=token)) as nobody:
                 assert isinstance(nobody.heard[0], Closing)
@@ -489,7 +489,7 @@ def test_an_error_of_vrs_itself_tells_nothing_of_the_server_s_disk(
 
     with serving(tmp_path) as server, server.call() as ada:
         monkeypatch.setattr("vrs_cli.interfaces.session.session.Session.answers", wrong)
-        monkeypatch.setattr("vrs_cli.net.locker.fetch", wrong)
+        monkeypatch.setattr("vrs_cli.net.robot_folder.fetch", wrong)
         ada.line("WHERE")
         refused = ada.ask(lambda id: Get(id, "own.v2"))
     assert isinstance(refused, Refused)
@@ -545,4 +545,4 @@ def test_the_end_of_the_server_is_told(tmp_path: Path) -> None:
 
 def test_nothing_was_told_that_nobody_expected(server: Serving) -> None:
     assert server.told == []
-    assert all(not room.session.actor.mishaps for room in server.hub.rooms.values())
+    assert all(not room.session.actor.internal_errors for room in server.hub.rooms.values())

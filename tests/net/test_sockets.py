@@ -10,7 +10,7 @@ from websockets.asyncio.client import connect
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.extensions.permessage_deflate import ClientPerMessageDeflateFactory
 
-from vrs_cli.net.packets import Context, Packet
+from vrs_cli.net.packets import DeflateContext, Packet
 from vrs_cli.net.sockets import SharedDeflate, SocketSink
 
 TEXTS = [b"joint %d stands at some degrees; " % number * 30 for number in range(4)]
@@ -19,7 +19,7 @@ TEXTS = [b"joint %d stands at some degrees; " % number * 30 for number in range(
 def heard(texts: Sequence[bytes], offer: ClientPerMessageDeflateFactory | None) -> tuple[list[object], bool]:
     """What a client gets that makes this offer, with something private between two messages for all; and whether it
     was deflated."""
-    context, deflated = Context(), []
+    context, deflated = DeflateContext(), []
 
     async def tell(connection: ServerConnection) -> None:
         sink = SocketSink(connection)

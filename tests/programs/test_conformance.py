@@ -22,7 +22,7 @@ from vrs_cli.files.bounds import Folder
 from vrs_cli.files.signal_file import parse_signals
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
-from vrs_cli.values.results import Outcome
+from vrs_cli.values.results import RunOutcome
 
 CONFORMANCE = Path(__file__).parent / "conformance"
 PROGRAMS = sorted(CONFORMANCE.glob("*.v2"))
@@ -61,7 +61,7 @@ def test_program(path: Path, tmp_path: Path) -> None:
     fault = result.fault
     stopped = [] if fault is None else [f"{fault.code} {fault.program} {fault.step}"]
     assert stopped == header(text, "fault")
-    assert result.outcome in (Outcome.COMPLETED, Outcome.HALTED, Outcome.FAILED)
+    assert result.outcome in (RunOutcome.COMPLETED, RunOutcome.HALTED, RunOutcome.FAILED)
     session.close()
     assert {one.name: one.read_text() for one in tmp_path.iterdir()} == files(header(text, "written"))
     keeps_limits(session)

@@ -14,7 +14,7 @@ from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.values.results import Outcome
+from vrs_cli.values.results import RunOutcome
 
 PROGRAMS = Path(__file__).parents[2] / "programs"
 SAMPLES = sorted(PROGRAMS.glob("*.v2"))
@@ -53,7 +53,7 @@ def test_sample(path: Path, tmp_path: Path) -> None:
     first = next(iter(session.environment.programs.values())).name
     result = session.execute(first)
     assert result.fault is None
-    assert result.outcome is Outcome.COMPLETED
+    assert result.outcome is RunOutcome.COMPLETED
     assert [line.strip() for line in result.typed] == expected
     keeps_limits(session)
 

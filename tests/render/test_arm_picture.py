@@ -6,25 +6,25 @@ import pytest
 
 from tests.interfaces.monitor.test_showing import session, shown
 from vrs_cli.kinematics.robot_file import robot_names
-from vrs_cli.render.arm_picture import LOOKS, Part, arm_picture
+from vrs_cli.render.arm_picture import LOOKS, DrawnPart, arm_picture
 from vrs_cli.render.blocks import PIPE, Page
 from vrs_cli.render.colours import Ink
 from vrs_cli.render.text import plain_text
-from vrs_cli.values.replies import Picture
+from vrs_cli.values.replies import ArmPicture
 
 FINE = Page(80, colours=True, unicode=True, height=16)
 SIZES = ((30, 10), (80, 16), (80, 24), (120, 40), (160, 50), (400, 100))
 
 
-def moving(robot: str = "puma560") -> Picture:
+def moving(robot: str = "puma560") -> ArmPicture:
     return shown(session("OPENI", "DRIVE 2, 50 AT 0.2", "DRIVE 1, 60 AT 1.4", robot=robot), "SHOW AT 1.6")
 
 
-def rows(picture: Picture, page: Page = PIPE) -> list[str]:
+def rows(picture: ArmPicture, page: Page = PIPE) -> list[str]:
     return [line.text for line in arm_picture(picture, page)]
 
 
-def inks(picture: Picture, page: Page = FINE) -> set[Ink]:
+def inks(picture: ArmPicture, page: Page = FINE) -> set[Ink]:
     drawn = list(arm_picture(picture, page))[2:-1]
     return {ink for line in drawn for text, ink in line.pieces if text.strip()}
 
@@ -45,17 +45,17 @@ def test_on_a_pipe_it_is_plain_and_the_same_each_time() -> None:
     assert text == plain_text(moving())
     assert text.isascii()
     assert all(len(row) <= 80 for row in text.split("\n"))
-    letters = {LOOKS[part].letter for part in Part}
+    letters = {LOOKS[part].letter for part in DrawnPart}
     assert letters <= set(text)
 
 
 def test_all_parts_have_their_colours() -> None:
-    assert inks(moving()) == {LOOKS[part].ink for part in Part}
+    assert inks(moving()) == {LOOKS[part].ink for part in DrawnPart}
 
 
 def test_at_rest_there_is_neither_a_plan_nor_a_target() -> None:
     still = shown(session("DRIVE 1, 60"), "SHOW")
-    assert not {LOOKS[Part.PLANNED].ink, LOOKS[Part.TARGET].ink} & inks(still)
+    assert not {LOOKS[DrawnPart.PLANNED].ink, LOOKS[DrawnPart.TARGET].ink} & inks(still)
     legend = rows(still)[-1]
     assert "past" in legend
     assert "planned" not in legend

@@ -130,7 +130,7 @@ def test_a_terminal_is_never_overrun(answers: list[Reply], width: int) -> None:
 def test_a_terminal_shows_the_same_words(answers: list[Reply], width: int) -> None:
     """In another order where columns go below each other, and with rules; drawings depend on the width."""
     for reply in answers:
-        if not isinstance(reply, replies.Plot | replies.Picture):
+        if not isinstance(reply, replies.Plot | replies.ArmPicture):
             missing = set(plain_text(reply).split()) - set(drawn(reply, width).split())
             assert not missing, type(reply)
 

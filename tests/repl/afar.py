@@ -6,19 +6,19 @@ from collections.abc import Callable
 from itertools import cycle
 from typing import Any
 
-from vrs_cli.engine.clock import Clock
+from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.conversation import Conversation
+from vrs_cli.interfaces.dialogue import Dialogue, Reading, Running, Slice, Terminal
 from vrs_cli.interfaces.monitor.running import emergency_stop
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.station.desk import Desk
-from vrs_cli.interfaces.talk import Reading, Running, Slice, Talk, Terminal
+from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.net import messages
 from vrs_cli.net.messages import FromClient, FromServer, ServerMessage
-from vrs_cli.repl.remote_seat import Outlet, RemoteSeat
+from vrs_cli.repl.remote_front_end import Outlet, RemoteFrontEnd
 from vrs_cli.values.questions import Answer, Question, ended
 from vrs_cli.values.replies import Reply, is_error
 from vrs_cli.wire.codec import Encoding, Reader, encode
@@ -34,10 +34,10 @@ class Line:
 
     name, one_user, cuts, stalls = "tester", False, 0, 0
 
-    def __init__(self, attended: bool = False, clock: Clock | None = None, folder: Folder = FREE) -> None:
+    def __init__(self, attended: bool = False, clock: RobotClock | None = None, folder: Folder = FREE) -> None:
         self.session = Session(_There(self, attended), clock=clock, folder=folder)
-        self.desk = Desk(attended=attended, lives=attended and clock is not None)
-        self.conversation = Conversation(self.session, self.desk)
+        self.user_state = UserState(attended=attended, lives=attended and clock is not None)
+        self.conversation = Conversation(self.session, self.user_state)
         self.cut = self.closed = False
         self._from_client: Reader[Any] = Reader(FromClient)
         self._from_server: Reader[Any] = Reader(FromServer)
@@ -106,24 +106,24 @@ class Line:
     def _command(self, command: messages.Command) -> None:
         match command:
             case messages.Line(text=text, more=more):
-                talk: Talk[Any] = self.conversation.lines(text, more)
+                dialogue: Dialogue[Any] = self.conversation.lines(text, more)
             case messages.At(act=act):
-                talk = self.conversation.act(act)  # type: ignore[arg-type]
+                dialogue = self.conversation.act(act)  # type: ignore[arg-type]
             case _:
-                talk = emergency_stop(self.session)
-        done = self._done(command.id, talk)
+                dialogue = emergency_stop(self.session)
+        done = self._done(command.id, dialogue)
         self._tickets[command.id] = self.session.actor.submit(
-            self.session.at(self.desk, done), urgent=isinstance(command, messages.Abort)
+            self.session.at(self.user_state, done), urgent=isinstance(command, messages.Abort)
         )
         self._drive()
 
-    def _done(self, id: int, talk: Talk[Any]) -> Talk[None]:
+    def _done(self, id: int, dialogue: Dialogue[Any]) -> Dialogue[None]:
         """The same talk, which tells what is said in the order in which it is said, and how it has ended."""
         ok, reaction = True, None
         found = refused = None
         try:
             while True:
-                said = talk.throw(reaction) if isinstance(reaction, BaseException) else talk.send(reaction)
+                said = dialogue.throw(reaction) if isinstance(reaction, BaseException) else dialogue.send(reaction)
                 reaction = None
                 if isinstance(said, Reply):
                     ok = ok and not is_error(said)
@@ -200,6 +200,8 @@ class _There:
         pass
 
 
-def seat_afar(terminal: Terminal, clock: Clock | None = None, told: list[str] | None = None) -> RemoteSeat:
+def remote_front_end(
+    terminal: Terminal, clock: RobotClock | None = None, told: list[str] | None = None
+) -> RemoteFrontEnd:
     line = Line(terminal.attended, clock)
-    return RemoteSeat(terminal, line, (told if told is not None else []).append)
+    return RemoteFrontEnd(terminal, line, (told if told is not None else []).append)

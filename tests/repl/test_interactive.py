@@ -19,9 +19,9 @@ from prompt_toolkit.input import PipeInput, create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from tests.engine.wall import ManualWall
-from vrs_cli.engine.clock import Clock
+from vrs_cli.engine.clock import RobotClock
+from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.talk import Talk
 from vrs_cli.language.words.values import Kind
 from vrs_cli.render.colours import Ink, toolkit_style
 from vrs_cli.repl import interactive
@@ -29,7 +29,7 @@ from vrs_cli.repl.history import recovery_folder
 from vrs_cli.repl.interactive import FromHistory, Shell, ValCompleter
 from vrs_cli.repl.interrupt import stoppable
 from vrs_cli.repl.lexer import ValLexer
-from vrs_cli.repl.local_seat import LocalSeat
+from vrs_cli.repl.local_front_end import LocalFrontEnd
 from vrs_cli.repl.place import Local
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.replies import Message
@@ -54,7 +54,7 @@ def keyboard() -> Iterator[PipeInput]:
         yield keys
 
 
-def run(*keys: str, file: str | None = None, clock: Clock | None = None) -> Shell:
+def run(*keys: str, file: str | None = None, clock: RobotClock | None = None) -> Shell:
     """A whole session of the shell; it must end by itself at the last key."""
     with keyboard() as pipe:
         pipe.send_text("".join(keys) + CTRL_D)  # the answer where EXIT asks about what is not stored
@@ -63,14 +63,14 @@ def run(*keys: str, file: str | None = None, clock: Clock | None = None) -> Shel
     return shell
 
 
-def seat(shell: Shell) -> LocalSeat:
-    found = shell.backstage.wait().seat
-    assert isinstance(found, LocalSeat)
+def front_end(shell: Shell) -> LocalFrontEnd:
+    found = shell.backstage.wait().front_end
+    assert isinstance(found, LocalFrontEnd)
     return found
 
 
 def session(shell: Shell) -> Session:
-    return seat(shell).session
+    return front_end(shell).session
 
 
 def lines(*texts: str) -> str:
@@ -221,7 +221,7 @@ def test_in_real_time_tasks_go_on_at_the_prompt() -> None:
     shell = run(lines(".PROGRAM tick", "WAIT.EVENT , 2", "x = 5", ".END", "PCEXECUTE tick", "EXIT"), clock=wall.clock())
     assert real(shell, "x") is None
     wall.seconds += 3.0
-    seat(shell).keep_up()
+    front_end(shell).keep_up()
     assert real(shell, "x") == 5.0
 
 
@@ -244,7 +244,7 @@ def test_execute_gives_a_living_prompt_back_and_ctrl_c_on_an_empty_line_stops_th
     )
     assert (real(shell, "a"), real(shell, "b")) == (2.0, None)
     wall.seconds += 3.0
-    seat(shell).keep_up()
+    front_end(shell).keep_up()
     assert not session(shell).running
     assert "(ABORTED)\nProgram stopped at loop, step" in capsys.readouterr().out
 
@@ -264,11 +264,11 @@ def test_ctrl_x_keeps_the_line_that_is_edited() -> None:
 def test_abort_beside_a_question_withdraws_it(capsys: pytest.CaptureFixture[str]) -> None:
     asks = lines(".PROGRAM ask", 'PROMPT "How many? ", n', ".END")
     shell = run(asks, lines("EXIT"), clock=ManualWall().clock())
-    seat(shell).take("EXECUTE ask")
-    assert seat(shell).status().asked
-    seat(shell).abort()
-    seat(shell).keep_up()
-    assert (seat(shell).status().asked, session(shell).running) == ("", False)
+    front_end(shell).take("EXECUTE ask")
+    assert front_end(shell).status().asked
+    front_end(shell).abort()
+    front_end(shell).keep_up()
+    assert (front_end(shell).status().asked, session(shell).running) == ("", False)
     assert "(ABORTED)\nProgram stopped at ask, step 1" in capsys.readouterr().out
 
 
@@ -276,7 +276,7 @@ def test_a_line_with_text_is_cleared_and_the_program_runs_on() -> None:
     wall = ManualWall(each_look=lambda: 0.01)
     shell = run(LOOP, lines("EXECUTE loop"), "b = 1", CTRL_C, lines("EXIT"), clock=wall.clock())
     wall.seconds += 3.0
-    seat(shell).keep_up()
+    front_end(shell).keep_up()
     assert session(shell).running
 
 
@@ -302,8 +302,8 @@ def test_what_goes_wrong_behind_the_prompt_is_noted() -> None:
         raise ZeroDivisionError("surprise")
 
     session(shell).settle = broken  # type: ignore[method-assign]
-    seat(shell).keep_up()
-    assert "ZeroDivisionError: surprise" in seat(shell).noted
+    front_end(shell).keep_up()
+    assert "ZeroDivisionError: surprise" in front_end(shell).noted
 
 
 # --- completion and colours ----------------------------------------------------------------------------------------
@@ -311,7 +311,7 @@ def test_what_goes_wrong_behind_the_prompt_is_noted() -> None:
 
 def test_completion_knows_what_is_defined(shell: Shell) -> None:
     work = shell.backstage.wait()
-    work.seat.take("SET pallet = TRANS(500,150,-100,90,90,0)")
+    work.front_end.take("SET pallet = TRANS(500,150,-100,90,90,0)")
     found = ValCompleter(lambda: work).get_completions(Document("MOVE pa"), CompleteEvent(text_inserted=True))
     (completion,) = found
     assert (completion.text, completion.start_position) == ("pallet", -2)
@@ -340,10 +340,10 @@ def test_a_failing_completion_is_told_in_the_toolbar(shell: Shell, monkeypatch: 
 
     monkeypatch.setattr("vrs_cli.interfaces.conversation.conversation.names_of", broken)
     assert list(ValCompleter(lambda: work).get_completions(Document("MO"), CompleteEvent(text_inserted=True))) == []
-    assert work.seat.noted.startswith("internal error: RuntimeError: no names")
+    assert work.front_end.noted.startswith("internal error: RuntimeError: no names")
     shell._look()
-    assert work.seat.noted in " ".join(shown_below(shell).split())  # all of it, with the name of the report
-    Path(work.seat.noted.rsplit(" ", 1)[1]).unlink()
+    assert work.front_end.noted in " ".join(shown_below(shell).split())  # all of it, with the name of the report
+    Path(work.front_end.noted.rsplit(" ", 1)[1]).unlink()
 
 
 # --- programs ------------------------------------------------------------------------------------------------------
@@ -440,11 +440,11 @@ def test_without_a_place_for_the_history_there_is_one_note(
 # --- Ctrl-C while a program runs -----------------------------------------------------------------------------------
 
 
-def interrupting(when: Callable[[Session], bool], number: int) -> Callable[..., Talk[None]]:
+def interrupting(when: Callable[[Session], bool], number: int) -> Callable[..., Dialogue[None]]:
     """Session.answers, with a signal as soon as the clock tells so."""
     answers = Session.answers
 
-    def pressed(session: Session, line: str) -> Talk[None]:
+    def pressed(session: Session, line: str) -> Dialogue[None]:
         told = session.engine.book.told
 
         def press(deltas: Sequence[TimelineDelta]) -> None:
@@ -540,7 +540,7 @@ def test_ctrl_c_beside_a_program_ends_what_is_done(shell: Shell) -> None:
 
 def test_the_toolbar_shows_the_clock_and_the_last_message(shell: Shell) -> None:
     work = shell.backstage.wait()
-    work.seat.take("DRIVE 1, 60")
+    work.front_end.take("DRIVE 1, 60")
     work.terminal.show(Message("all is well"))
     shell._look()
     text = shown_below(shell)

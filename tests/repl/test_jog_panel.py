@@ -15,7 +15,7 @@ from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.jog_panel import JogPanel
-from vrs_cli.values.replies import Picture
+from vrs_cli.values.replies import ArmPicture
 
 UP, DOWN, RIGHT = "\x1b[A", "\x1b[B", "\x1b[C"
 
@@ -47,7 +47,7 @@ def test_it_shows_axes_step_speed_place_and_keys() -> None:
 
 def test_it_shows_the_arm_where_there_is_room() -> None:
     session = Session(RecordingTerminal())
-    drawn: list[Picture] = []
+    drawn: list[ArmPicture] = []
     sight = Sight(session.engine.arm)
     panel = JogPanel(Jogger(session), watched=session.engine)
     with create_pipe_input() as keys, create_app_session(input=keys, output=DummyOutput()):

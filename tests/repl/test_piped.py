@@ -133,7 +133,7 @@ def test_a_port_answers_while_a_line_is_waited_for(pipe: Pipe, tmp_path: Path) -
     (tmp_path / "port.v2").write_text(PORT)
     heard: list[bytes] = []
 
-    def talk() -> Iterator[None]:
+    def dialogue() -> Iterator[None]:
         number = int(sink.getvalue().partition("TCP port ")[2].split()[0])
         with socket.create_connection(("127.0.0.1", number), PATIENCE) as peer:
             peer.sendall(b"you\n")
@@ -146,7 +146,7 @@ def test_a_port_answers_while_a_line_is_waited_for(pipe: Pipe, tmp_path: Path) -
         pipe.close()
         yield
 
-    sink = Answering("is open at", talk())
+    sink = Answering("is open at", dialogue())
     pipe.put("EXECUTE 5 port()\n")
     place = Local(file=str(tmp_path / "port.v2"), clock=realtime(), outside=Sockets())
     run(place, pipe.source, sink)

@@ -15,7 +15,7 @@ from vrs_cli.repl.interrupt import Ended, ending
 from vrs_cli.repl.place import Local
 from vrs_cli.repl.plain import run
 from vrs_cli.repl.terminal import PlainTerminal
-from vrs_cli.values.results import Outcome
+from vrs_cli.values.results import RunOutcome
 
 
 @pytest.fixture(autouse=True)
@@ -149,7 +149,7 @@ def test_a_second_ctrl_c_breaks_off_what_does_not_stop() -> None:
     with pytest.raises(KeyboardInterrupt):
         session.execute("p")
     session.terminal.type = typed  # type: ignore[method-assign]
-    assert session.execute("p").outcome is Outcome.COMPLETED
+    assert session.execute("p").outcome is RunOutcome.COMPLETED
     session.perform("READY")
 
 
@@ -235,7 +235,7 @@ def test_a_task_that_ends_with_the_shell_is_told() -> None:
 
 
 def test_an_endless_program_on_a_pipe_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vrs_cli.repl.local_seat.OWN", Limits(max_steps=1000))
+    monkeypatch.setattr("vrs_cli.repl.local_front_end.OWN", Limits(max_steps=1000))
     status, written = pipe(".PROGRAM ever", "10 GOTO 10", ".END", "EXECUTE ever")
     assert status == 1
     assert "still running after 1000 steps" in written[1]

@@ -8,7 +8,7 @@ from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from tests.files.trajectories import planned, puma
-from vrs_cli.interfaces.roles.observer import Recorded
+from vrs_cli.interfaces.roles.observer import RecordedRobot
 from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
@@ -19,7 +19,7 @@ from vrs_cli.trajectory.timeline import Timeline
 def player_at(wall: float) -> Player:
     """A player whose wall clock stands still; it began to play at 0 s."""
     timeline, _ = planned(6)
-    recorded = Recorded(arm_for(puma()), timeline)
+    recorded = RecordedRobot(arm_for(puma()), timeline)
     return Player(recorded, Playback.of(0.0, timeline.end, 1.0, 0.0), wall=lambda: wall)
 
 

@@ -51,11 +51,11 @@ def test_what_is_typed_is_noted_line_by_line_until_it_is_stored() -> None:
     with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
         pipe.send_text(f"move part{ENTER}ready{ENTER}{SAVE}{QUIT}")
         draft = ScreenDraft(session, named_program("p"), 1)
-        draft.noted = lambda: noted.append(session.desk.drafted)
+        draft.noted = lambda: noted.append(session.user_state.drafted)
         ScreenEditor(draft, Conversation(session)).run()
     assert ".PROGRAM p()\n    MOVE part\n    \n.END\n" in noted
     assert ".PROGRAM p()\n    MOVE part\n    READY\n    \n.END\n" in noted
-    assert (noted[-1], session.desk.drafted) == ("", "")
+    assert (noted[-1], session.user_state.drafted) == ("", "")
 
 
 def test_lines_become_canonical_and_blocks_indented_while_they_are_typed() -> None:
@@ -74,7 +74,7 @@ def test_lines_become_canonical_and_blocks_indented_while_they_are_typed() -> No
     ]
     assert session.environment.program("p").analysis.executable
     assert editor.message == "Program p: 7 steps"
-    assert session.desk.last_edited == "p"
+    assert session.user_state.last_edited == "p"
 
 
 def test_operators_group_as_in_the_dialect_of_the_session() -> None:
@@ -187,7 +187,7 @@ class Screen(RecordingTerminal):
         assert isinstance(question, Editing)
         if not self.keys:
             return None
-        draft = self.session.desk.on_screen
+        draft = self.session.user_state.on_screen
         assert isinstance(draft, ScreenDraft)
         with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
             pipe.send_text(self.keys)
@@ -198,7 +198,7 @@ class Screen(RecordingTerminal):
 def test_the_command_shows_what_was_stored() -> None:
     terminal = Screen(f"READY{SAVE}{QUIT}")
     terminal.session.perform("SEE p")
-    assert terminal.session.desk.on_screen is None
+    assert terminal.session.user_state.on_screen is None
     assert terminal.replies == [Message("Program p: 1 step")]
 
 

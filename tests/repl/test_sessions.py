@@ -14,10 +14,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.repl.afar import seat_afar
-from vrs_cli.interfaces.talk import Terminal
-from vrs_cli.repl.local_seat import LocalSeat
-from vrs_cli.repl.seat import Seat
+from tests.repl.afar import remote_front_end
+from vrs_cli.interfaces.dialogue import Terminal
+from vrs_cli.repl.front_end import FrontEnd
+from vrs_cli.repl.local_front_end import LocalFrontEnd
 from vrs_cli.repl.terminal import PlainTerminal
 
 SESSIONS = Path(__file__).parent / "sessions"
@@ -62,19 +62,19 @@ def exchanges(path: Path) -> Iterator[Exchange]:
         yield present
 
 
-@pytest.mark.parametrize("seated", [LocalSeat, seat_afar])
+@pytest.mark.parametrize("seated", [LocalFrontEnd, remote_front_end])
 @pytest.mark.parametrize("path", sorted(SESSIONS.glob("*.txt")), ids=lambda path: path.stem)
 def test_session(
-    path: Path, seated: Callable[[Terminal], Seat], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    path: Path, seated: Callable[[Terminal], FrontEnd], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for file in (*SESSIONS.glob("*.v2"), *SESSIONS.glob("*.pc")):
         shutil.copy(file, tmp_path)
     monkeypatch.chdir(tmp_path)
     unread, stream = Unread(), StringIO()
-    seat = seated(PlainTerminal(stream, unread))
+    front_end = seated(PlainTerminal(stream, unread))
     for exchange in exchanges(path):
         unread.lines += [line[2:] + "\n" for line in exchange.read]
-        seat.take(exchange.typed)
+        front_end.take(exchange.typed)
         answered = stream.getvalue().splitlines()
         assert answered == exchange.answers, exchange.typed
         stream.seek(0)

@@ -6,8 +6,8 @@ from io import StringIO
 import pytest
 
 from vrs_cli.errors import EndOfInput
+from vrs_cli.interfaces.dialogue import Running
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.talk import Running
 from vrs_cli.render.console import TerminalRenderer
 from vrs_cli.repl.terminal import PATIENCE, REFRESH, PlainTerminal, ShellTerminal
 from vrs_cli.values.questions import Confirmation, LineWanted, Parting

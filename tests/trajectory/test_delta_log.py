@@ -9,9 +9,9 @@ import pytest
 from vrs_cli.trajectory.delta_log import PART, DeltaLog
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Cause, TimelineDelta
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
-MOTIONS = [Motion(number, Kind.JOINT, Start.AFTER) for number in range(5)]
+MOTIONS = [Motion(number, MotionKind.JOINT, Start.AFTER) for number in range(5)]
 
 
 def delta(version: int) -> TimelineDelta:

@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 from tests.examples import examples
 from vrs_cli.trajectory import rope
 from vrs_cli.trajectory.instant import TICK
-from vrs_cli.trajectory.rope import BLOCK, FAN, SMALL, Branch, Held, Leaf
+from vrs_cli.trajectory.rope import BLOCK, FAN, SMALL, Branch, Leaf, OffsetNode
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
-MOTION = Motion(1, Kind.JOINT, Start.AFTER)
+MOTION = Motion(1, MotionKind.JOINT, Start.AFTER)
 
 
 def segment(start: float, length: float = 1.0) -> Segment:
@@ -30,11 +30,11 @@ def row(count: int, start: float = 0.0) -> list[Segment]:
     return [segment(start + k) for k in range(count)]
 
 
-def listed(held: Held | None) -> list[Segment]:
+def listed(held: OffsetNode | None) -> list[Segment]:
     return [] if held is None else list(rope.segments(held))
 
 
-def check_sound(held: Held) -> None:
+def check_sound(held: OffsetNode) -> None:
     """Counts, begins, ends and heights are what the children say."""
     node = held.node
     if isinstance(node, Leaf):
@@ -42,7 +42,7 @@ def check_sound(held: Held) -> None:
         assert list(node.row.starts) == [one.start for one in node.row]
         assert (node.begin, node.end) == (node.row[node.first].start, node.row[node.last - 1].finish)
         return
-    children = [Held(begin - child.begin, child) for begin, child in zip(node.begins, node.nodes, strict=True)]
+    children = [OffsetNode(begin - child.begin, child) for begin, child in zip(node.begins, node.nodes, strict=True)]
     assert 1 <= len(children) <= FAN
     sizes = [child.node.count for child in children]
     assert list(node.counts) == [sum(sizes[:k]) for k in range(len(sizes) + 1)]
@@ -53,7 +53,7 @@ def check_sound(held: Held) -> None:
         check_sound(child)
 
 
-def cut_up(pieces: int, length: int = SMALL) -> Held:
+def cut_up(pieces: int, length: int = SMALL) -> OffsetNode:
     """A rope of so many leaves of this length, all of one row."""
     held = rope.rope_of(row(pieces * length))
     assert held is not None
@@ -82,7 +82,7 @@ def test_of_nothing() -> None:
 def test_splices_as_of_a_list(seed: int) -> None:
     """Edits as a timeline makes them, on trees of one to three levels, beside the same edits of a list."""
     source = Random(seed)
-    held: Held | None = cut_up(*source.choice([(1, 3), (5, SMALL), (FAN + 3, 40), (FAN * 3, 8)]))
+    held: OffsetNode | None = cut_up(*source.choice([(1, 3), (5, SMALL), (FAN + 3, 40), (FAN * 3, 8)]))
     plain, versions = listed(held), []
     for _ in range(12):
         assert held is not None
@@ -120,7 +120,7 @@ def test_edits_copy_only_what_lies_along_their_way() -> None:
     assert isinstance(again.node, Branch)
 
 
-def held_row(held: Held) -> rope.Row:
+def held_row(held: OffsetNode) -> rope.Row:
     return next(rope.leaves(held, 0.0, 0.0))[1].row
 
 
@@ -160,7 +160,7 @@ def test_two_versions_that_go_on_from_one_do_not_disturb_each_other() -> None:
 
 def test_threads_that_go_on_from_one_version_do_not_disturb_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
     """Both find the end of the row free; the other one is let in just before this one takes it."""
-    held, grow, made = rope.rope_of(row(3)), Row.grow, list[Held | None]()
+    held, grow, made = rope.rope_of(row(3)), Row.grow, list[OffsetNode | None]()
     assert held is not None
     other = Thread(target=lambda: made.append(rope.splice(held, 3, 3, row(2, 7.0), 0.0)))
 

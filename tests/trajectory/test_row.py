@@ -6,9 +6,9 @@ import pytest
 
 from vrs_cli.trajectory.row import YOUNG, Row
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
-MOTIONS = [Motion(number, Kind.JOINT, Start.AFTER) for number in range(3)]
+MOTIONS = [Motion(number, MotionKind.JOINT, Start.AFTER) for number in range(3)]
 PATHS = [((0.1, -0.0), (2.0, 3.0)), ((0.1, 0.2, 0.3), (1.0, -0.0, 2.0)), ((0.5,), (0.25,)), ((1.0, 2.0, 3.0, 4.0),) * 2]
 
 

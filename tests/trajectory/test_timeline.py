@@ -12,11 +12,11 @@ from vrs_cli.trajectory.instant import LATEST, TICK
 from vrs_cli.trajectory.rope import BLOCK, SMALL
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment, rest
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 
 def motion(number: int) -> Motion:
-    return Motion(number, Kind.JOINT, Start.AFTER)
+    return Motion(number, MotionKind.JOINT, Start.AFTER)
 
 
 def ramp(number: int, start: float, finish: float) -> Segment:

@@ -14,7 +14,7 @@ from tests.net.serving import serving
 from tests.view3d.pages import Page, lost_of
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import RequestRefused
-from vrs_cli.interfaces.talk import no_answer
+from vrs_cli.interfaces.dialogue import no_answer
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.client import hello_of
 from vrs_cli.net.remote import RemoteRobot

@@ -12,28 +12,28 @@ import pytest
 from tests.view3d.pages import Page
 from vrs_cli.api.robot import Robot
 from vrs_cli.engine.position import position_at
-from vrs_cli.interfaces.roles.observer import Recorded
+from vrs_cli.interfaces.roles.observer import RecordedRobot
 from vrs_cli.interfaces.roles.playback import Playback, command_after
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.view3d.app import App
-from vrs_cli.view3d.bar import Bar
+from vrs_cli.view3d.bar import PlaybackBar
 from vrs_cli.view3d.plots import KINDS
-from vrs_cli.view3d.strip import Span
-from vrs_cli.view3d.window import Window
+from vrs_cli.view3d.strip import TimeSpan
+from vrs_cli.view3d.window import RobotWindow
 
 PLAYED = "MOVE #PPOINT(10, -90, 90, 0, 0, 0)\nDELAY 1\nMOVE #PPOINT(80, -90, 90, 0, 0, 0)\nDELAY 5"
 
 
 @pytest.fixture(scope="module")
-def recorded() -> Recorded:
+def recorded() -> RecordedRobot:
     robot = Robot()
     robot.prompt(PLAYED)
-    return Recorded(arm_for(load_robot("puma560")), robot.timeline)
+    return RecordedRobot(arm_for(load_robot("puma560")), robot.timeline)
 
 
 @pytest.fixture
-def app(recorded: Recorded) -> Iterator[App]:
+def app(recorded: RecordedRobot) -> Iterator[App]:
     app = App(lambda _told: recorded)
     yield app
     app.close()
@@ -47,12 +47,12 @@ def page(app: App) -> Iterator[Page]:
 
 
 @pytest.fixture
-def window(app: App, page: Page) -> Window:
+def window(app: App, page: Page) -> RobotWindow:
     page.until(lambda: app.windows)
     return app.windows[0]
 
 
-def played(page: Page, window: Window, found: Callable[[Playback], object]) -> Playback:
+def played(page: Page, window: RobotWindow, found: Callable[[Playback], object]) -> Playback:
     page.until(lambda: found(window.playback))
     return window.playback
 
@@ -61,18 +61,18 @@ def press(page: Page, button: str) -> None:
     page.set(page.gui("GuiButtonGroupMessage")["uuid"], button)
 
 
-def test_a_trajectory_is_played_from_its_start(page: Page, window: Window) -> None:
+def test_a_trajectory_is_played_from_its_start(page: Page, window: RobotWindow) -> None:
     assert window.playback.playing
     slider = page.gui("GuiSliderMessage")
     page.until(lambda: page.gui("GuiSliderMessage")["value"] > slider["value"])
 
 
-def test_the_slider_goes_from_start_to_end(page: Page, recorded: Recorded) -> None:
+def test_the_slider_goes_from_start_to_end(page: Page, recorded: RecordedRobot) -> None:
     page.until(lambda: page.gui("GuiSliderMessage")["max"] >= recorded.timeline.end)
     assert page.gui("GuiSliderMessage")["min"] == recorded.timeline.start
 
 
-def test_pause_seek_and_play_on(page: Page, window: Window) -> None:
+def test_pause_seek_and_play_on(page: Page, window: RobotWindow) -> None:
     press(page, "play / pause")
     played(page, window, lambda p: not p.playing)
     page.set(page.gui("GuiSliderMessage")["uuid"], 1.25)
@@ -81,7 +81,9 @@ def test_pause_seek_and_play_on(page: Page, window: Window) -> None:
     played(page, window, lambda p: p.playing)
 
 
-def test_the_arm_is_where_it_is_at_the_time_that_is_sought(page: Page, window: Window, recorded: Recorded) -> None:
+def test_the_arm_is_where_it_is_at_the_time_that_is_sought(
+    page: Page, window: RobotWindow, recorded: RecordedRobot
+) -> None:
     press(page, "play / pause")
     played(page, window, lambda p: not p.playing)
     page.set(page.gui("GuiSliderMessage")["uuid"], 2.0)
@@ -89,7 +91,7 @@ def test_the_arm_is_where_it_is_at_the_time_that_is_sought(page: Page, window: W
     page.until(lambda: page.is_at("/tool", expected))
 
 
-def test_rates_and_loop(page: Page, window: Window) -> None:
+def test_rates_and_loop(page: Page, window: RobotWindow) -> None:
     page.key("Slower")
     played(page, window, lambda p: p.rate == 0.5)
     press(page, "faster")
@@ -99,7 +101,7 @@ def test_rates_and_loop(page: Page, window: Window) -> None:
     page.until(lambda: "over and over" in page.told_of_time())
 
 
-def test_from_command_to_command(page: Page, window: Window, recorded: Recorded) -> None:
+def test_from_command_to_command(page: Page, window: RobotWindow, recorded: RecordedRobot) -> None:
     page.key("To the start")
     page.key("Play or pause")
     played(page, window, lambda p: not p.playing)
@@ -119,7 +121,7 @@ def test_nothing_is_followed_of_what_does_not_live(page: Page) -> None:
     assert "Follow the robot" not in {m["props"]["label"] for m in page.of("RegisterCommandMessage")}
 
 
-def test_where_nothing_moves_nothing_is_sent(page: Page, window: Window) -> None:
+def test_where_nothing_moves_nothing_is_sent(page: Page, window: RobotWindow) -> None:
     page.key("Play or pause")
     played(page, window, lambda p: not p.playing)
     page.until(lambda: page.quiet(0.25) == [])
@@ -133,13 +135,13 @@ def test_less_of_the_timeline_is_shown_at_will(page: Page) -> None:
 
 
 def test_the_slider_goes_from_and_to_round_times(app: App) -> None:
-    def ends(length: float, start: float) -> Span:
+    def ends(length: float, start: float) -> TimeSpan:
         bar._length = length
         return bar._span_of(Playback.of(start, start + 90.0, 1.0, 0.0), start + 1.0)
 
     with Page(app.address) as page:
         page.until(lambda: app.windows)
-        bar = next(part for part in app.windows[0].parts if isinstance(part, Bar))
+        bar = next(part for part in app.windows[0].parts if isinstance(part, PlaybackBar))
     assert ends(5.0, 116.172357) == (115.0, 120.0)
     assert ends(60.0, 116.172357) == (60.0, 120.0)
     assert ends(inf, 116.172357) == (115.0, 210.0)
@@ -165,7 +167,7 @@ def test_plots_cost_nothing_until_they_are_open(page: Page) -> None:
     page.until(lambda: page.of("GuiRemoveMessage"))
 
 
-def test_plots_tell_what_g_says(recorded: Recorded) -> None:
+def test_plots_tell_what_g_says(recorded: RecordedRobot) -> None:
     arm, timeline = recorded
     times = np.linspace(0.0, timeline.end, 50)
     joints, shares, speed = (kind.values(arm, timeline, times) for kind in KINDS)

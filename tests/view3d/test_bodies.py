@@ -17,7 +17,7 @@ from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.shapes import MeshFile
 from vrs_cli.kinematics.transform import compose, inverse
-from vrs_cli.view3d.looks import Look, looks_of
+from vrs_cli.view3d.looks import ShapeLook, looks_of
 from vrs_cli.view3d.meshes import Mesh, Points, mesh_of, moved
 
 Shares = NDArray[np.float64]
@@ -58,17 +58,17 @@ def nearest(points: Points, shares: Shares) -> tuple[Points, Shares]:
         points, shares = points[shares > NONE], shares[shares > NONE]
 
 
-def by_link(looks: Iterable[Look]) -> dict[int, list[Mesh]]:
+def by_link(looks: Iterable[ShapeLook]) -> dict[int, list[Mesh]]:
     found: dict[int, list[Mesh]] = defaultdict(list)
     for shape, mesh in looks:
         found[shape.link].append(mesh)
     return found
 
 
-def looks(model: RobotModel, kind: str) -> tuple[Look, ...]:
+def looks(model: RobotModel, kind: str) -> tuple[ShapeLook, ...]:
     if kind == "own":
         return looks_of(model)
-    return tuple(Look(s, mesh_of(s.body)) for s in capsules(model) if not isinstance(s.body, MeshFile))
+    return tuple(ShapeLook(s, mesh_of(s.body)) for s in capsules(model) if not isinstance(s.body, MeshFile))
 
 
 @pytest.mark.parametrize("kind", ["own", "capsules"])

@@ -36,7 +36,7 @@ from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.values.commands import Move, Stamp
 from vrs_cli.values.motion import JointTarget
 from vrs_cli.view3d.app import App
-from vrs_cli.view3d.delays import ERROR, HEARD, PRESENT, Delays
+from vrs_cli.view3d.delays import ERROR, HEARD, PRESENT, DelayPanel
 from vrs_cli.view3d.doubts import FLAGGED
 from vrs_cli.view3d.figure import link_node
 from vrs_cli.view3d.shown import Shown
@@ -67,7 +67,7 @@ class Looking:
             width=1000.0,
         )
         self.window = window
-        self.delays = Delays(window, self.robot)
+        self.delays = DelayPanel(window, self.robot)
         self.seen = Previewed(timeline, 1.25, 1.0, 1.5, 1.5, predicts=True, round_trip=0.5)
 
     def show(self, **changes: Any) -> None:

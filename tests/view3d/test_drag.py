@@ -24,7 +24,7 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.drag import END, RECORD, Gizmo
 from vrs_cli.view3d.placing import wxyz
-from vrs_cli.view3d.window import Window
+from vrs_cli.view3d.window import RobotWindow
 
 
 @contextmanager
@@ -35,7 +35,7 @@ def opened(app: App) -> Iterator[Page]:
     page._socket.close_socket()
 
 
-def window(app: App, number: int = 0) -> Window:
+def window(app: App, number: int = 0) -> RobotWindow:
     until(lambda: len(app.windows) > number)
     return app.windows[number]
 

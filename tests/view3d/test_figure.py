@@ -12,7 +12,7 @@ import viser
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
-from vrs_cli.kinematics.shapes import Box, Opening, Shape, opened
+from vrs_cli.kinematics.shapes import Box, LinkShape, Opening, opened
 from vrs_cli.kinematics.transform import IDENTITY, compose, inverse, rotation_z, translation
 from vrs_cli.view3d.figure import Figure, link_node
 from vrs_cli.view3d.placing import transform_of
@@ -91,7 +91,7 @@ def test_nothing_is_sent_of_what_stands_still(server: viser.ViserServer, monkeyp
 
 
 def test_a_finger_that_turns_turns_with_the_hand(server: viser.ViserServer) -> None:
-    finger = Shape(2, Box((0.01, 0.01, 0.05)), opens=(Opening(turn=(0.0, 0.0, 1.2), point=(0.03, 0.0, 0.0)),))
+    finger = LinkShape(2, Box((0.01, 0.01, 0.05)), opens=(Opening(turn=(0.0, 0.0, 1.2), point=(0.03, 0.0, 0.0)),))
     figure = Figure(server.scene, "/jaw", replace(load_robot("planar2"), shapes=(finger,)))
     ((node, opens),) = figure.fingers
     for hand in (0.0, 0.5, 1.0):

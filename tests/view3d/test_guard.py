@@ -18,7 +18,7 @@ from tests.live import PATIENCE
 from tests.view3d.pages import PROTOCOL, Page, asked_of
 from vrs_cli.api.robot import Robot
 from vrs_cli.errors import UsageError
-from vrs_cli.interfaces.roles.observer import Recorded
+from vrs_cli.interfaces.roles.observer import RecordedRobot
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.view3d.addition import GOES_ON, OPENS
@@ -28,7 +28,7 @@ from vrs_cli.view3d.door import kept_secret, opened
 
 @pytest.fixture(scope="module")
 def app() -> Iterator[App]:
-    recorded = Recorded(arm_for(load_robot("puma560")), Robot().timeline)
+    recorded = RecordedRobot(arm_for(load_robot("puma560")), Robot().timeline)
     app = App(lambda _told: recorded)
     yield app
     app.close()
@@ -122,7 +122,7 @@ def test_a_port_that_is_taken_is_said(port: int) -> None:
 
 def test_a_page_that_comes_before_all_is_there_waits_at_the_door(monkeypatch: pytest.MonkeyPatch) -> None:
     """viser answers from a thread of its own while it is still made."""
-    recorded = Recorded(arm_for(load_robot("puma560")), Robot().timeline)
+    recorded = RecordedRobot(arm_for(load_robot("puma560")), Robot().timeline)
     door, make, pages = opened(), viser.ViserServer.__init__, list[Page]()
     coming = Thread(target=lambda: pages.append(Page(door.address)))
 
@@ -151,7 +151,7 @@ def test_a_viser_that_opens_its_server_in_another_way_is_not_served(monkeypatch:
 
 def test_what_no_page_sends_is_told_in_a_line(capfd: pytest.CaptureFixture[str]) -> None:
     told: list[str] = []
-    recorded = Recorded(arm_for(load_robot("puma560")), Robot().timeline)
+    recorded = RecordedRobot(arm_for(load_robot("puma560")), Robot().timeline)
     app = App(lambda _told: recorded, tell=told.append)
     with Page(app.address) as page:
         slider = page.gui("GuiSliderMessage")
@@ -177,7 +177,7 @@ def test_the_page_finds_out_that_vrs_has_ended_and_says_so(app: App) -> None:
 
 
 def test_a_page_of_before_is_let_in_where_the_secret_is_kept(tmp_path: Path) -> None:
-    recorded = Recorded(arm_for(load_robot("puma560")), Robot().timeline)
+    recorded = RecordedRobot(arm_for(load_robot("puma560")), Robot().timeline)
     addresses = []
     for _ in range(2):
         secret = kept_secret(tmp_path / "state" / "view" / "8001")

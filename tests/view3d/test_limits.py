@@ -14,7 +14,7 @@ from vrs_cli.kinematics.joints import Joints, nearest_turn
 from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.view3d.figure import Figure, link_node
-from vrs_cli.view3d.limits import END, HAND, Limits
+from vrs_cli.view3d.limits import END, HAND, LimitsView
 from vrs_cli.view3d.shown import Shown
 
 
@@ -39,7 +39,7 @@ def drawn(server: viser.ViserServer, name: str) -> np.ndarray:
 @pytest.mark.parametrize("name", robot_names())
 def test_hands_show_the_joints(server: viser.ViserServer, name: str) -> None:
     model, random, root = load_robot(name), Random(2), f"/hands_{name}"
-    figure, limits = Figure(server.scene, root, model), Limits(server.scene, root, model)
+    figure, limits = Figure(server.scene, root, model), LimitsView(server.scene, root, model)
     limits.visible = True
     for _ in range(5):
         q = tuple(map(random.uniform, model.lower, model.upper))
@@ -60,7 +60,7 @@ def test_hands_show_the_joints(server: viser.ViserServer, name: str) -> None:
 def test_an_arc_goes_from_end_to_end(server: viser.ViserServer) -> None:
     model = load_robot("puma560")
     Figure(server.scene, "/arcs", model)
-    Limits(server.scene, "/arcs", model).visible = True
+    LimitsView(server.scene, "/arcs", model).visible = True
     for joint in range(1, 7):
         ends = server.scene.get_handle_by_name(f"{link_node('/arcs', joint - 1)}/ends{joint}").vertices
         free = server.scene.get_handle_by_name(f"{link_node('/arcs', joint - 1)}/range{joint}").vertices
@@ -73,7 +73,7 @@ def test_an_arc_goes_from_end_to_end(server: viser.ViserServer) -> None:
 def test_nothing_is_made_before_it_is_shown_and_what_is_hidden_costs_nothing(server: viser.ViserServer) -> None:
     model = load_robot("puma560")
     Figure(server.scene, "/quiet", model)
-    limits = Limits(server.scene, "/quiet", model)
+    limits = LimitsView(server.scene, "/quiet", model)
     limits.show(shown_at(model, model.poses["ready"]))
     name = f"{link_node('/quiet', 2)}/hand2"
     assert server.scene.get_handle_by_name(name) is None

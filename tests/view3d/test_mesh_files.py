@@ -12,7 +12,7 @@ import trimesh
 from tests.view3d.test_meshes import assert_closed, volume
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.shapes import Box, MeshFile, Shape
+from vrs_cli.kinematics.shapes import Box, LinkShape, MeshFile
 from vrs_cli.kinematics.transform import translation
 from vrs_cli.view3d import mesh_files
 from vrs_cli.view3d.looks import all_of
@@ -85,7 +85,7 @@ def test_a_small_file_of_many_faces_is_not_read(tmp_path: Path, monkeypatch: pyt
 def test_capsules_stand_for_missing_files_and_one_word_is_said(tmp_path: Path) -> None:
     there = written(tmp_path, "brick.stl", trimesh.creation.box((0.1, 0.2, 0.3)))
     files = {0: str(there), 1: str(tmp_path / "one.stl"), 2: str(tmp_path / "two.stl")}
-    shapes = (*(Shape(link, MeshFile(path)) for link, path in files.items()), Shape(2, Box((0.1, 0.1, 0.1))))
+    shapes = (*(LinkShape(link, MeshFile(path)) for link, path in files.items()), LinkShape(2, Box((0.1, 0.1, 0.1))))
     found = all_of(replace(load_robot("planar2"), shapes=shapes))
     assert isinstance(found.looks[0].shape.body, MeshFile)
     assert {look.shape.link for look in found.looks} == {0, 1, 2}

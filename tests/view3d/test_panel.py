@@ -23,7 +23,7 @@ from tests.net.cable import cable
 from tests.net.serving import serving
 from tests.view3d.pages import Page, asked_of, lost_of
 from vrs_cli.engine.position import position_at
-from vrs_cli.interfaces.talk import no_answer
+from vrs_cli.interfaces.dialogue import no_answer
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.client import hello_of
 from vrs_cli.net.messages import LeaseAct
@@ -36,7 +36,7 @@ from vrs_cli.view3d.panel import DRIVE, RELEASE, Panel
 from vrs_cli.view3d.panel_hand import HELD, RESTS, HeldButton, Slider, slider_range
 from vrs_cli.view3d.panel_line import EARLIER, LATER
 from vrs_cli.view3d.panel_parts import put
-from vrs_cli.view3d.window import Window
+from vrs_cli.view3d.window import RobotWindow
 
 WAITS = ".PROGRAM waits()\n  TYPE 1\n  WAIT SIG(1001)\n  TYPE 2\n.END\n"
 ASK = '.PROGRAM ask()\n  PROMPT "How many? ", n\n  TYPE "got", n\n.END\n'
@@ -96,7 +96,7 @@ def ada(app: App) -> Iterator[Sat]:
         yield it
 
 
-def window(app: App) -> Window:
+def window(app: App) -> RobotWindow:
     until(lambda: app.windows)
     return app.windows[0]
 
@@ -126,7 +126,7 @@ def test_a_mistake_stands_under_the_line_and_the_line_stays(ada: Sat) -> None:
 
 def test_a_file_that_is_too_long_is_refused_and_the_connection_stays(app: App, ada: Sat) -> None:
     ada.sees("Programs are typed")
-    panel(app).seat.load("long.v2", b"; much\n" * 400_000)
+    panel(app).front_end.load("long.v2", b"; much\n" * 400_000)
     ada.sees("at most")
     ada.type("TYPE 6*7")
     ada.sees("42")
@@ -144,7 +144,7 @@ def test_words_are_suggested_and_taken(ada: Sat) -> None:
 def test_lines_of_before_come_again(app: App, ada: Sat) -> None:
     for number in (1, 2):
         ada.type(f"x = {number}")
-        ada.until(lambda number=number: len(panel(app).seat.history) == number)
+        ada.until(lambda number=number: len(panel(app).front_end.history) == number)
     for expected in ("x = 2", "x = 1", "x = 1"):
         ada.press("Go back", EARLIER)
         ada.until(lambda expected=expected: ada.now("GuiTextMessage", label="VAL-II")["value"] == expected)
@@ -354,7 +354,7 @@ def test_a_button_that_is_held_moves_the_arm_until_it_is_let_go(app: App, ada: S
     robot = window(app).watched
     ada.until(lambda: not panel(app).hand.buttons[1].held and robot.now > robot.timeline.end > 0.1)
     assert 0.5 < joint_1(app) - before < 8.2 * robot.timeline.end, "a tenth of full speed"
-    assert "JOG" not in panel(app).seat.transcript.html(), "it was no click"
+    assert "JOG" not in panel(app).front_end.transcript.html(), "it was no click"
 
 
 def test_an_arm_whose_page_goes_while_a_button_is_held_stops(app: App, hosted: Hosted) -> None:
@@ -382,7 +382,7 @@ def test_at_a_robot_of_ones_own_nobody_asks_who_drives_until_somebody_has_asked(
     ada.type("TYPE 6*7")
     ada.sees("42")
     assert not ada.now("GuiButtonGroupMessage", label="Nobody drives")["visible"]
-    panel(app).seat.drive(LeaseAct.ASK)
+    panel(app).front_end.drive(LeaseAct.ASK)
     ada.drives("You drive")
     assert ada.now("GuiButtonGroupMessage", label="Nobody drives")["visible"]
     ada.press("Nobody drives", RELEASE)
@@ -419,7 +419,7 @@ def test_what_is_typed_and_wished_while_the_connection_is_cut_is_dropped(
                 ada.type(ASK)
                 ada.type("EXECUTE ask")
                 here = panel(app)
-                until(lambda: here.seat.question)
+                until(lambda: here.front_end.question)
                 to_it.freeze()
                 ada.type("b = 5")
                 until(lambda: here.line._checking is not None)
@@ -428,16 +428,16 @@ def test_what_is_typed_and_wished_while_the_connection_is_cut_is_dropped(
                 until(lambda: lost_of(app.address).startswith("No connection to the robot since "))
                 code, said = asked_of(app.address, "stop")
                 assert (code, said.split(".")[0]) == (503, "STOP did not reach the robot")
-                asked = here.seat.question
+                asked = here.front_end.question
                 assert asked is not None
-                here.seat.answer(asked, "3")
-                assert here.seat.question is asked, "it was not answered"
+                here.front_end.answer(asked, "3")
+                assert here.front_end.question is asked, "it was not answered"
                 to_it.open()
                 ada.sees("Not given, for the connection was cut meanwhile: b = 5")
                 until(lambda: lost_of(app.address) == "")
-                assert here.seat.history[-1] == "b = 5"
+                assert here.front_end.history[-1] == "b = 5"
                 assert here.hand.joints[0].wanted is None
-                here.seat.answer(asked, "4")
+                here.front_end.answer(asked, "4")
                 ada.sees("got 4")
                 assert "b" not in {name for name, _ in it.hub.rooms["cell1"].session.environment.values()}
         finally:

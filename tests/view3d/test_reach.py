@@ -15,7 +15,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import moved_point
 from vrs_cli.view3d.figure import Figure
-from vrs_cli.view3d.reach import CELLS, Reach, Sections, boundary, outline
+from vrs_cli.view3d.reach import CELLS, ReachView, Sections, boundary, outline
 from vrs_cli.view3d.shown import Shown
 
 TIP = (0.0, 0.0, 0.1)
@@ -67,7 +67,7 @@ def test_it_is_found_when_it_is_asked_for_and_anew_where_the_configuration_is_an
     server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
     engine = Engine(load_robot("planar2"))
     Figure(server.scene, "/arm", engine.model)
-    reach = Reach(server.scene, "/arm", engine.arm)
+    reach = ReachView(server.scene, "/arm", engine.arm)
     shown = Shown(engine.arm, engine.timeline, 0.0, engine.position(0.0), 0.0)
     reach.show(shown)
     assert server.scene.get_handle_by_name("/arm/reach") is None

@@ -14,7 +14,7 @@ from vrs_cli.interfaces.roles.preview import Expected, Previewed
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.doubts import FLAGGED, UNCONFIRMED, Doubts
-from vrs_cli.view3d.strip import COLOURS, MARK, Span, segments_in, strip
+from vrs_cli.view3d.strip import COLOURS, MARK, TimeSpan, segments_in, strip
 
 LINES = "MOVE #PPOINT(10, -90, 90, 0, 0, 0)\nDELAY 1\nMOVE #PPOINT(20, -90, 90, 0, 0, 0)\nTYPE 1 < 2"
 
@@ -33,12 +33,12 @@ def boxes(picture: str) -> list[tuple[float, float, str]]:
 
 
 def test_it_is_a_picture(timeline: Timeline) -> None:
-    root = ElementTree.fromstring(strip(timeline, Span.over(0.0, timeline.end), 800.0))
+    root = ElementTree.fromstring(strip(timeline, TimeSpan.over(0.0, timeline.end), 800.0))
     assert root.tag.endswith("svg")
 
 
 def test_every_stretch_is_where_it_is(timeline: Timeline) -> None:
-    span = Span.over(0.0, timeline.end)
+    span = TimeSpan.over(0.0, timeline.end)
     _, *stretches = boxes(strip(timeline, span, 800.0))
     expected = [(span.percent(s.start), span.percent(s.finish), COLOURS[s.phase]) for s in timeline if s.duration]
     assert [fill for _, _, fill in stretches] == [fill for _, _, fill in expected]
@@ -48,21 +48,21 @@ def test_every_stretch_is_where_it_is(timeline: Timeline) -> None:
 
 
 def test_every_command_has_a_mark_and_its_text(timeline: Timeline) -> None:
-    picture = strip(timeline, Span.over(0.0, timeline.end), 4000.0)
+    picture = strip(timeline, TimeSpan.over(0.0, timeline.end), 4000.0)
     assert picture.count('width="1"') == 3
     assert "MOVE #PPOINT(10, -90, 90, 0, 0, 0)" in picture
     assert "DELAY 1" in picture
 
 
 def test_a_text_without_room_is_cut_or_left_out(timeline: Timeline) -> None:
-    small = strip(timeline, Span.over(0.0, timeline.end), 300.0)
+    small = strip(timeline, TimeSpan.over(0.0, timeline.end), 300.0)
     assert "MOVE #PPOINT(10, -90, 90, 0, 0, 0)" not in small
     assert "…" in small
     assert small.count('width="1"') == 3
 
 
 def test_what_is_not_confirmed_is_hatched_in_amber_as_in_the_scene(timeline: Timeline) -> None:
-    span = Span(0.0, 10.0)
+    span = TimeSpan(0.0, 10.0)
     picture = strip(timeline, span, 800.0, Doubts(5.0))
     assert (50.0, 100.0, "url(#unconfirmed)") in boxes(picture)
     assert f'stroke="rgb{UNCONFIRMED}"' in picture
@@ -71,7 +71,7 @@ def test_what_is_not_confirmed_is_hatched_in_amber_as_in_the_scene(timeline: Tim
 
 def test_what_was_shown_wrongly_is_hatched_in_red_however_short(timeline: Timeline) -> None:
     flagged = ((1.0, 1.2), (3.0, 3.0001), (20.0, 21.0))
-    picture = strip(timeline, Span(0.0, 10.0), 800.0, Doubts(flagged=flagged))
+    picture = strip(timeline, TimeSpan(0.0, 10.0), 800.0, Doubts(flagged=flagged))
     red = [(begin, end) for begin, end, fill in boxes(picture) if fill == "url(#flagged)"]
     assert red == [(10.0, 12.0), (30.0, pytest.approx(30.0 + 300.0 / 800.0))]
     assert f'stroke="rgb{FLAGGED}"' in picture
@@ -80,7 +80,7 @@ def test_what_was_shown_wrongly_is_hatched_in_red_however_short(timeline: Timeli
 def test_a_command_that_will_be_refused_has_a_red_mark_with_its_text(timeline: Timeline) -> None:
     refused = Expected(1, "MOVE p < q AT 1", 2.5, refused=TooLate("it is 2.500 s"))
     seen = Previewed(timeline, 2.5, 2.4, 2.6, 2.5, expected=(refused, Expected(2, "HERE", 2.6, 2.7)))
-    picture = strip(timeline, Span(0.0, 10.0), 800.0, Doubts.of(seen))
+    picture = strip(timeline, TimeSpan(0.0, 10.0), 800.0, Doubts.of(seen))
     assert picture.count(f'fill="rgb{FLAGGED}"') == 1
     assert 'x="25.000%"' in picture
     assert "MOVE p &lt; q AT 1" in picture
@@ -89,7 +89,7 @@ def test_a_command_that_will_be_refused_has_a_red_mark_with_its_text(timeline: T
 
 def test_a_page_has_what_is_in_it(timeline: Timeline) -> None:
     middle = timeline.end / 2
-    page = Span(middle, timeline.end)
+    page = TimeSpan(middle, timeline.end)
     segments = tuple(segments_in(timeline, page))
     assert segments[0].start <= middle < segments[0].finish
     assert segments[-1] == timeline[-1]
@@ -99,14 +99,14 @@ def test_a_page_has_what_is_in_it(timeline: Timeline) -> None:
 def test_a_thousand_commands_are_no_larger_than_the_picture() -> None:
     robot = Robot()
     robot.prompt("\n".join(f"DRIVE 1, {(-1) ** k}, 100" for k in range(1000)))
-    picture = strip(robot.timeline, Span.over(0.0, robot.timeline.end), 800.0)
+    picture = strip(robot.timeline, TimeSpan.over(0.0, robot.timeline.end), 800.0)
     assert len(picture) < 400_000
     ElementTree.fromstring(picture)
 
 
 def test_texts_of_commands_do_no_harm_in_a_page(timeline: Timeline) -> None:
     evil = Timeline(structs.replace(s, motion=s.motion._replace(text="<script>alert(1)</script>")) for s in timeline)
-    picture = strip(evil, Span(0.0, 1.0), 4000.0)
+    picture = strip(evil, TimeSpan(0.0, 1.0), 4000.0)
     assert "<script" not in picture
     assert "&lt;script&gt;" in picture
 
@@ -116,11 +116,11 @@ def test_texts_of_commands_do_no_harm_in_a_page(timeline: Timeline) -> None:
     [(0.0, 0.0, (0.0, 1.0)), (0.0, 28.2, (0.0, 30.0)), (14.19, 41.2, (14.0, 42.0)), (3.0, 100.0, (0.0, 100.0))],
 )
 def test_a_span_has_round_ends(low: float, high: float, span: tuple[float, float]) -> None:
-    assert Span.over(low, high) == pytest.approx(span)
+    assert TimeSpan.over(low, high) == pytest.approx(span)
 
 
 def test_a_timeline_that_grows_is_seldom_drawn_anew() -> None:
-    spans = {Span.over(0.0, 0.02 * k) for k in range(1, 30_000)}
+    spans = {TimeSpan.over(0.0, 0.02 * k) for k in range(1, 30_000)}
     assert len(spans) < 120
 
 

@@ -10,7 +10,7 @@ import pytest
 from tests.view3d.browser import Browser, needs_browser
 from vrs_cli.api.robot import Robot
 from vrs_cli.engine.position import position_at
-from vrs_cli.interfaces.roles.observer import Recorded
+from vrs_cli.interfaces.roles.observer import RecordedRobot
 from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import link_frames
@@ -26,14 +26,14 @@ PLAYED = "MOVE #PPOINT(70, -60, 60, 20, 30, 40)\nMOVES TRANS(300, 400, -200, 90,
 
 
 @pytest.fixture(scope="module")
-def recorded() -> Recorded:
+def recorded() -> RecordedRobot:
     robot = Robot()
     robot.prompt(PLAYED)
-    return Recorded(arm_for(load_robot("puma560")), robot.timeline)
+    return RecordedRobot(arm_for(load_robot("puma560")), robot.timeline)
 
 
 @pytest.fixture
-def app(recorded: Recorded) -> Iterator[App]:
+def app(recorded: RecordedRobot) -> Iterator[App]:
     app = App(lambda _told: recorded)
     yield app
     app.close()
@@ -44,7 +44,7 @@ def matrix(T: Transform) -> np.ndarray:
 
 
 def test_the_page_shows_what_g_says_at_every_time_that_is_sought(
-    app: App, browser: Browser, recorded: Recorded
+    app: App, browser: Browser, recorded: RecordedRobot
 ) -> None:
     arm, timeline = recorded
     browser.size(320, 240)

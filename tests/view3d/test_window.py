@@ -10,13 +10,13 @@ from typing import Any
 import pytest
 
 from vrs_cli.engine.engine import Engine
-from vrs_cli.interfaces.roles.observer import Recorded
+from vrs_cli.interfaces.roles.observer import RecordedRobot
 from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.values.commands import Move, Stamp
 from vrs_cli.values.motion import JointTarget
 from vrs_cli.view3d.shown import Shown
-from vrs_cli.view3d.window import OFTEN, PERIOD, Window
+from vrs_cli.view3d.window import OFTEN, PERIOD, RobotWindow
 
 MODEL = load_robot("puma560")
 SECOND = 5.03  # [s] when the second motion begins
@@ -33,7 +33,7 @@ class Watching:
         self.timeline, self.wall, self.woken = engine.timeline, 0.0, 0
         self.shown: list[tuple[float, Shown]] = []
         client: Any = SimpleNamespace(atomic=nullcontext)
-        self.window = Window(client, Recorded(engine.arm, self.timeline), lambda: self.wall, 1.0, self._wake)
+        self.window = RobotWindow(client, RecordedRobot(engine.arm, self.timeline), lambda: self.wall, 1.0, self._wake)
         self.window.parts.append(self)
 
     def _wake(self) -> None:

@@ -16,14 +16,14 @@ from tests.laws.test_steering_laws import PROFILES, TICK, Stream, joints, parts,
 from tests.robots import KINDS
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.settings import Settings
-from vrs_cli.engine.snapshot import Replaced, Snapshot
+from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.messages import Delta, FromServer, Steered
 from vrs_cli.trajectory.state import Target
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.motion import Kind
+from vrs_cli.values.motion import MotionKind
 from vrs_cli.wire.codec import Encoding, Reader, encode
 from vrs_cli.wire.records import Form, Motions, RecordError, delta_record
 from vrs_cli.wire.steered import SteeredRecord, steered_delta, steered_record
@@ -38,10 +38,10 @@ def changes(engine: Engine, act: Callable[[], object]) -> Iterator[tuple[Timelin
     act()
     timeline = engine.timeline
     for event in told.taken():
-        if isinstance(event, Replaced):
+        if isinstance(event, TimelineReplaced):
             timeline = event.timeline
         elif isinstance(event, TimelineDelta):
-            if event.motion.kind is Kind.STEERED:
+            if event.motion.kind is MotionKind.STEERED:
                 yield timeline, event
             timeline = timeline.apply(event)
 

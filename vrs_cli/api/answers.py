@@ -9,7 +9,7 @@ from vrs_cli.render.html import html
 from vrs_cli.render.svg import picture
 from vrs_cli.render.text import plain_text
 from vrs_cli.values.replies import Plot, Reply, is_error
-from vrs_cli.values.results import Outcome, RunResult
+from vrs_cli.values.results import RunOutcome, RunResult
 
 
 class Replies(tuple[Reply, ...]):
@@ -68,7 +68,7 @@ class Run(RunResult, frozen=True):
 
     @property
     def ok(self) -> bool:
-        return self.outcome is Outcome.COMPLETED
+        return self.outcome is RunOutcome.COMPLETED
 
     @property
     def seconds(self) -> float:

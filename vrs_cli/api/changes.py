@@ -8,7 +8,7 @@ from threading import Thread
 from msgspec import Struct
 
 from vrs_cli.engine.engine import Event
-from vrs_cli.engine.feed import Missed, Subscription
+from vrs_cli.engine.feed import MissedEvents, Subscription
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 
 
@@ -33,7 +33,7 @@ def hear(subscription: Subscription[Event], callback: Callable[[Change], object]
     def listen() -> None:
         timeline: Timeline | None = None
         while (event := subscription.take()) is not None:  # also those that are there when it is ended
-            if isinstance(event, Missed):
+            if isinstance(event, MissedEvents):
                 continue  # what makes up for them comes next
             if isinstance(event, TimelineDelta):
                 assert timeline is not None

@@ -8,14 +8,14 @@ from typing import TypeAlias
 
 from msgspec import Struct, field, structs
 
-from vrs_cli.engine.clock import Clock
+from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import FileError
 from vrs_cli.files.bounds import Folder
 from vrs_cli.files.cell_file import read_cell
 from vrs_cli.files.signal_file import listed_signals, read_signals
+from vrs_cli.interfaces.dialogue import Notes
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.station import Conditions
-from vrs_cli.interfaces.talk import Notes
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
@@ -58,7 +58,7 @@ def session_of(
     model: RobotModel,
     conditions: Conditions | None,
     start: Joints | None = None,
-    clock: Clock | None = None,
+    clock: RobotClock | None = None,
 ) -> Session:
     """A session within finite limits, with its files in the current folder, unless conditions say otherwise."""
     given = conditions or Conditions()

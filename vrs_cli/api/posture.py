@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from vrs_cli.api.location import Location
 from vrs_cli.api.numbers import Floats, Units, freeze, numbers
 from vrs_cli.api.tables import figures, number_columns, table
-from vrs_cli.engine.position import Positions
+from vrs_cli.engine.position import PositionArrays
 from vrs_cli.interfaces.roles.observer import Observer
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.values.results import Position
@@ -32,7 +32,7 @@ class Posture(Struct, frozen=True, eq=False, dict=True):
     hand: Floats
 
     @classmethod
-    def of(cls, at: Position | Positions, model: RobotModel, units: Units) -> Posture:
+    def of(cls, at: Position | PositionArrays, model: RobotModel, units: Units) -> Posture:
         if isinstance(at, Position):
             time, rows = np.array(at.time), np.array(at.T_world_tool).reshape(3, 4)
         else:

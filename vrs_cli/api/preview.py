@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from vrs_cli.api.numbers import Units
 from vrs_cli.api.posture import Posture
-from vrs_cli.interfaces.roles.observer import Observer, Recorded
+from vrs_cli.interfaces.roles.observer import Observer, RecordedRobot
 from vrs_cli.interfaces.roles.preview import Expected, Previewed
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
@@ -41,7 +41,7 @@ class Preview(Struct, frozen=True, eq=False):
         """Where the robot will be at a time [s], or at times (N,); where none is given, when a command of now comes to
         it.
         """
-        observer = Observer(Recorded(self.arm, self.timeline))
+        observer = Observer(RecordedRobot(self.arm, self.timeline))
         return Posture.seen(observer, self.arrives if t is None else t, self.arm.model, self.units)
 
     def __repr__(self) -> str:

@@ -23,11 +23,12 @@ from vrs_cli.api.numbers import Floats, Units, number, numbers
 from vrs_cli.api.posture import Posture, place_text
 from vrs_cli.api.preview import Preview
 from vrs_cli.api.scene import Scene
-from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, Clock, VirtualClock, WallClock
+from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, RobotClock, VirtualClock, WallClock
 from vrs_cli.errors import JointOutOfRange, UsageError
 from vrs_cli.files.continuing import bookmark_of
 from vrs_cli.files.program_file import find_program_file
 from vrs_cli.files.trajectory_file import read_trajectory
+from vrs_cli.interfaces.dialogue import Answers, Notes, no_answer
 from vrs_cli.interfaces.monitor.files import TORN
 from vrs_cli.interfaces.monitor.plotting import plotted, selected
 from vrs_cli.interfaces.roles.held import Held
@@ -35,7 +36,6 @@ from vrs_cli.interfaces.roles.local import LocalRobot
 from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.interfaces.roles.viewer import Audience
 from vrs_cli.interfaces.station.station import Conditions
-from vrs_cli.interfaces.talk import Answers, Notes, no_answer
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
@@ -532,7 +532,7 @@ def _in_order(answers: Iterable[str]) -> Answers:
     return lambda _question: next(left, None)
 
 
-def _clock(realtime: bool | float) -> Clock:
+def _clock(realtime: bool | float) -> RobotClock:
     if realtime is False:
         return VirtualClock()
     rate = 1.0 if realtime is True else number(realtime, "realtime")

@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from vrs_cli.cli.recordings import position_object
 from vrs_cli.errors import EndOfInput, VrsError
-from vrs_cli.interfaces.talk import Running
+from vrs_cli.interfaces.dialogue import Running
 from vrs_cli.render.control import for_stream
 from vrs_cli.trajectory.instant import shown
 from vrs_cli.values.diagnostics import Severity
@@ -20,7 +20,7 @@ from vrs_cli.values.questions import LineWanted
 
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
-    from vrs_cli.interfaces.talk import Reading
+    from vrs_cli.interfaces.dialogue import Reading
     from vrs_cli.render.progress import RunProgress
     from vrs_cli.values.diagnostics import Diagnostic
     from vrs_cli.values.questions import Answer, Question

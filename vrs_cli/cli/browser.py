@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.view3d.door import Door
     from vrs_cli.view3d.hosted import Hosted
-    from vrs_cli.view3d.window import Window
+    from vrs_cli.view3d.window import RobotWindow
 
 Told = Callable[[str], None]
 Hold = Callable[[Told], "Watched"]
-First = Callable[["Window"], None]
+First = Callable[["RobotWindow"], None]
 
 
 def show(prog: str, options: argparse.Namespace) -> int:
@@ -52,7 +52,7 @@ def show(prog: str, options: argparse.Namespace) -> int:
     return 0
 
 
-def nothing(_window: Window) -> None:
+def nothing(_window: RobotWindow) -> None:
     """Nothing is to be done."""
 
 
@@ -103,10 +103,10 @@ def _opened(address: str) -> None:
 def _recorded(prog: str, options: argparse.Namespace) -> Hold:
     """Raises FileError."""
     recording = read_recording(prog, options.url, lenient=options.lenient)
-    from vrs_cli.interfaces.roles.observer import Recorded
+    from vrs_cli.interfaces.roles.observer import RecordedRobot
     from vrs_cli.kinematics.forms import arm_for
 
-    recorded = Recorded(arm_for(recording.model), recording.timeline)
+    recorded = RecordedRobot(arm_for(recording.model), recording.timeline)
     return lambda _told: recorded
 
 
@@ -153,7 +153,7 @@ def _program(prog: str, options: argparse.Namespace, stack: ExitStack) -> tuple[
     finally:
         loading.close()
 
-    def execute(window: Window) -> None:
+    def execute(window: RobotWindow) -> None:
         window.type(f"EXECUTE {names[0]}")
 
     return hosted.hold_for_browser, execute if names and not options.no_run else nothing

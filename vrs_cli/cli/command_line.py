@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 from vrs_cli.errors import UsageError
 from vrs_cli.errors import did_you_mean as suggestion
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 
 if TYPE_CHECKING:
     from vrs_cli.engine.clock import WallClock
@@ -22,7 +22,7 @@ STANDARD_STREAM = "-"
 DEFAULT_RATE = 100.0  # [Hz]
 USUAL_ROBOT = "puma560"
 FASTEST = 100_000.0  # [Hz]
-TASKS = tuple(task.value for task in Task)
+TASKS = tuple(task.value for task in ArmTask)
 WIDTH = 80  # for which argparse tries each option when it is added
 
 

@@ -14,7 +14,7 @@ from vrs_cli.cli.main import OK
 from vrs_cli.cli.signals import end_by, signal_comes
 
 if TYPE_CHECKING:
-    from vrs_cli.net.delay_proxy import Address, DelayProxy
+    from vrs_cli.net.delay_proxy import DelayProxy, Endpoint
 
 LOOPBACK = "127.0.0.1"
 LAST_PORT = 65535
@@ -46,24 +46,24 @@ def parser(prog: str) -> Parser:
     return parser
 
 
-def _address(text: str) -> Address:
+def _address(text: str) -> Endpoint:
     """HOST:PORT, [IPv6]:PORT, or PORT."""
-    from vrs_cli.net.delay_proxy import Address
+    from vrs_cli.net.delay_proxy import Endpoint
 
     host, _, port = text.rpartition(":")
     if not (port.isascii() and port.isdigit() and int(port) <= LAST_PORT) or "/" in host:
         raise argparse.ArgumentTypeError(f"{text!r} is no address, as {LOOPBACK}:7000 or 7000")
-    return Address(host.strip("[]") or LOOPBACK, int(port))
+    return Endpoint(host.strip("[]") or LOOPBACK, int(port))
 
 
 def _proxy(options: argparse.Namespace) -> DelayProxy:
-    from vrs_cli.net.delay_line import Constant, Ways
+    from vrs_cli.net.delay_line import Constant, DelayWays
     from vrs_cli.net.delay_proxy import DelayProxy
     from vrs_cli.net.delay_text import with_loss
 
     none = "0", Constant(0.0)
     forward, backward = ((way or none)[1] for way in (options.forward, options.backward))
-    ways = Ways(with_loss(forward, options.loss), with_loss(backward, options.loss), options.seed)
+    ways = DelayWays(with_loss(forward, options.loss), with_loss(backward, options.loss), options.seed)
     return DelayProxy(options.target, ways, _silent if options.quiet else partial(print, flush=True))
 
 

@@ -23,7 +23,7 @@ from vrs_cli.cli.main import FAILED, OK
 
 if TYPE_CHECKING:
     from vrs_cli.net.delay_line import Delays
-    from vrs_cli.net.experiment import Error, Outcome, Trial
+    from vrs_cli.net.experiment import Error, Trial, TrialOutcome
     from vrs_cli.render.blocks import Block, Grid
 
 LEADS = (0.0, 0.2, 0.4, 0.6, 0.8)  # [s]
@@ -106,12 +106,12 @@ rate = partial(_within, 1.0, 200.0, "Hz")  # of looks
 # --- what is tried -----------------------------------------------------------------------------------------------
 
 
-class Row(Struct, frozen=True):
+class ExperimentRow(Struct, frozen=True):
     """One line of the tables: what it is tried with, the trial of the first seed, and what came of all of them."""
 
     delays: str
     trial: Trial
-    outcome: Outcome
+    outcome: TrialOutcome
 
     @property
     def sound(self) -> bool:
@@ -124,7 +124,7 @@ class Row(Struct, frozen=True):
         return self.outcome.aborted < self.outcome.commands
 
 
-def _rows(prog: str, options: argparse.Namespace) -> list[Row]:
+def _rows(prog: str, options: argparse.Namespace) -> list[ExperimentRow]:
     """Try each case with all seeds."""
     from vrs_cli.net.experiment import together
 
@@ -132,16 +132,16 @@ def _rows(prog: str, options: argparse.Namespace) -> list[Row]:
     trials = [_with_seed(trial, number) for _, trial in cases for number in range(options.seeds)]
     found = _outcomes(trials, min(options.jobs or _cores(), len(trials)))
     parts = (found[first : first + options.seeds] for first in range(0, len(found), options.seeds))
-    return [Row(name, trial, together(part)) for (name, trial), part in zip(cases, parts, strict=True)]
+    return [ExperimentRow(name, trial, together(part)) for (name, trial), part in zip(cases, parts, strict=True)]
 
 
 def _cases(prog: str, options: argparse.Namespace) -> Iterator[tuple[str, Trial]]:
-    from vrs_cli.net.delay_line import Ways
+    from vrs_cli.net.delay_line import DelayWays
     from vrs_cli.net.experiment import Trial
 
     robot = chosen_robot(prog, options)
     for (name, forward, backward), policy, lead in product(_lines(options), options.policy, options.lead):
-        ways = Ways(forward, backward, options.seed)
+        ways = DelayWays(forward, backward, options.seed)
         yield name, Trial(robot, ways, lead, policy, options.seconds, options.rate)
 
 
@@ -169,7 +169,7 @@ def _with_seed(trial: Trial, number: int) -> Trial:
     return structs.replace(trial, ways=structs.replace(trial.ways, seed=trial.ways.seed + number))
 
 
-def _outcomes(trials: Sequence[Trial], jobs: int) -> list[Outcome]:
+def _outcomes(trials: Sequence[Trial], jobs: int) -> list[TrialOutcome]:
     if jobs == 1:
         return list(map(_outcome, trials))
     with ProcessPoolExecutor(jobs, initializer=_leave_signals) as pool:
@@ -180,7 +180,7 @@ def _outcomes(trials: Sequence[Trial], jobs: int) -> list[Outcome]:
             raise
 
 
-def _outcome(trial: Trial) -> Outcome:
+def _outcome(trial: Trial) -> TrialOutcome:
     """While it is tried nothing of it is garbage: not to look for that again and again saves a tenth of the time."""
     from vrs_cli.net.experiment import outcome_of
 
@@ -206,7 +206,7 @@ def _leave_signals() -> None:
 # --- what is told ------------------------------------------------------------------------------------------------
 
 
-def _told(options: argparse.Namespace, rows: Sequence[Row]) -> Iterator[Block]:
+def _told(options: argparse.Namespace, rows: Sequence[ExperimentRow]) -> Iterator[Block]:
     from vrs_cli.render.blocks import line
     from vrs_cli.values.numbers import count
 
@@ -225,7 +225,7 @@ def _told(options: argparse.Namespace, rows: Sequence[Row]) -> Iterator[Block]:
     yield line(f"At all other times the error of deltas is at most {degrees:g} deg, {mm:g} mm")
 
 
-def _tables(options: argparse.Namespace, delays: str, rows: Sequence[Row]) -> Iterator[Block]:
+def _tables(options: argparse.Namespace, delays: str, rows: Sequence[ExperimentRow]) -> Iterator[Block]:
     from vrs_cli.net.experiment import Strategy
     from vrs_cli.render.blocks import line
 
@@ -243,21 +243,23 @@ def _tables(options: argparse.Namespace, delays: str, rows: Sequence[Row]) -> It
         yield _grid(rows, strategies, partial(_errors, attrgetter(name)))
 
 
-def _grid(rows: Sequence[Row], headings: Sequence[str], cells: Callable[[Row], tuple[str, ...]]) -> Grid:
+def _grid(
+    rows: Sequence[ExperimentRow], headings: Sequence[str], cells: Callable[[ExperimentRow], tuple[str, ...]]
+) -> Grid:
     from vrs_cli.render.blocks import Column, Grid, number_column, number_columns
 
     columns: tuple[Column, ...] = (Column("policy"), number_column("lead s", 6), *number_columns(*headings))
     return Grid(columns, tuple((row.trial.policy, f"{row.trial.lead:g}", *cells(row)) for row in rows))
 
 
-def _shares(row: Row) -> tuple[str, ...]:
+def _shares(row: ExperimentRow) -> tuple[str, ...]:
     it = row.outcome
     return tuple(
         f"{100.0 * x:.2f}" for x in (it.aborted / it.commands, it.postponed / it.commands, it.flagged, it.unconfirmed)
     )
 
 
-def _errors(of: Callable[[Error], float], row: Row) -> tuple[str, ...]:
+def _errors(of: Callable[[Error], float], row: ExperimentRow) -> tuple[str, ...]:
     """Those of each strategy, where the robot has moved at all."""
     return tuple(f"{of(error):.3f}" if row.moved else "-" for error in row.outcome.errors.values())
 
@@ -273,7 +275,7 @@ class Drawing(Struct, frozen=True):
     curves: dict[str, tuple[float, ...]]
 
 
-def _drawings(rows: Sequence[Row]) -> Iterator[Drawing]:
+def _drawings(rows: Sequence[ExperimentRow]) -> Iterator[Drawing]:
     """One for each policy and line, of the leads at which the robot moved."""
     for (name, policy), group in groupby(rows, lambda row: (row.delays, row.trial.policy)):
         some = sorted((row for row in group if row.moved), key=lambda row: row.trial.lead)
@@ -283,7 +285,7 @@ def _drawings(rows: Sequence[Row]) -> Iterator[Drawing]:
             yield Drawing(f"{policy}, {name}", tuple(row.trial.lead for row in some), curves)
 
 
-def _charts(rows: Sequence[Row]) -> Iterator[Block]:
+def _charts(rows: Sequence[ExperimentRow]) -> Iterator[Block]:
     from vrs_cli.render.blocks import PIPE, line
     from vrs_cli.render.chart import WIDTH, chart
     from vrs_cli.values.replies import Curve, Plot
@@ -306,7 +308,7 @@ def _between(at: Sequence[float], values: Sequence[float], x: float) -> float:
     return values[right - 1] + part * (values[right] - values[right - 1])
 
 
-def _draw(path: str, rows: Sequence[Row]) -> None:
+def _draw(path: str, rows: Sequence[ExperimentRow]) -> None:
     """Raises UsageError where there are not two leads at which the robot moved, FileError."""
     from vrs_cli.render.plots import Curves, plot_panels
 
@@ -317,11 +319,11 @@ def _draw(path: str, rows: Sequence[Row]) -> None:
     plot_panels(path, "lead [s]", panels, "Mean error of what is seen")
 
 
-def _object(options: argparse.Namespace, rows: Sequence[Row]) -> dict[str, object]:
+def _object(options: argparse.Namespace, rows: Sequence[ExperimentRow]) -> dict[str, object]:
     return {"seeds": options.seeds, "seconds": options.seconds, "rate": options.rate, "rows": [*map(_row_object, rows)]}
 
 
-def _row_object(row: Row) -> dict[str, object]:
+def _row_object(row: ExperimentRow) -> dict[str, object]:
     it = row.outcome
     errors = {
         strategy.value: {"mean_deg": one.degrees, "max_deg": one.most_degrees, "mean_mm": one.mm, "max_mm": one.most_mm}

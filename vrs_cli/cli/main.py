@@ -20,7 +20,7 @@ INTERRUPTED = 130  # 128 + SIGINT, as a shell reports it
 BROKEN_PIPE = 141  # 128 + SIGPIPE
 
 
-class Row(NamedTuple):
+class Subcommand(NamedTuple):
     """A row of the table of subcommands: the module whose main(prog, arguments) it is, and what it does."""
 
     module: str
@@ -28,28 +28,30 @@ class Row(NamedTuple):
     summary: str
 
 
-SUBCOMMANDS: Mapping[str, Row] = {
-    "shell": Row("shell", "[FILE.v2]", "the interactive shell (also plain vrs)"),
-    "config": Row("config", "", "the settings of the shell, and the file that has them"),
-    "connect": Row("connect", "URL", "the shell at a robot that is served"),
-    "run": Row("run", "FILE.v2 [PROGRAM]", "load a file and execute a program of it"),
-    "steer": Row("steer", "FILE.csv", "follow a stream of targets, from a file or another program"),
-    "check": Row("check", "FILE.v2 ...", "find all mistakes in program files, without running them"),
-    "fmt": Row("fmt", "FILE.v2 ...", "print or rewrite program files as canonical VAL-II text"),
-    "robots": Row("robots", "[NAME|FILE]", "the robots that there are, or all about one"),
-    "completion": Row("completion", "SHELL", "what bash, zsh or fish need to complete vrs with the Tab key"),
-    "lsp": Row("lsp", "", "the language server, which editors start"),
-    "where": Row("where", "T.vrst --at TIME ...", "where the robot is at any time of a saved trajectory"),
-    "verify": Row("verify", "T.vrst", "whether a saved trajectory is whole, and one that the robot can do"),
-    "replay": Row("replay", "T.vrst", "play a saved trajectory, with pause, rewind and seek"),
-    "delay": Row("delay", "LISTEN TARGET", "a line with delays between a client and a server"),
-    "experiment": Row("experiment", "delays", "what delays do to commands, and to what is seen from afar"),
-    "serve": Row("serve", "", "serve robots to others over the network"),
-    "token": Row("token", "NAME ... --file FILE", "make tokens for those who may enter a server"),
-    "put": Row("transfer", "FILE URL", "put a file into the folder of a robot that is served"),
-    "get": Row("transfer", "NAME URL", "get a file from there"),
-    "view": Row("view", "[FILE.v2|T.vrst|URL]", "a robot in a browser: watch it, drive it, play it back"),
-    "export": Row("export", "T.vrst --to FORMAT", "write a saved trajectory for other programs: csv, npz, mcap, ..."),
+SUBCOMMANDS: Mapping[str, Subcommand] = {
+    "shell": Subcommand("shell", "[FILE.v2]", "the interactive shell (also plain vrs)"),
+    "config": Subcommand("config", "", "the settings of the shell, and the file that has them"),
+    "connect": Subcommand("connect", "URL", "the shell at a robot that is served"),
+    "run": Subcommand("run", "FILE.v2 [PROGRAM]", "load a file and execute a program of it"),
+    "steer": Subcommand("steer", "FILE.csv", "follow a stream of targets, from a file or another program"),
+    "check": Subcommand("check", "FILE.v2 ...", "find all mistakes in program files, without running them"),
+    "fmt": Subcommand("fmt", "FILE.v2 ...", "print or rewrite program files as canonical VAL-II text"),
+    "robots": Subcommand("robots", "[NAME|FILE]", "the robots that there are, or all about one"),
+    "completion": Subcommand("completion", "SHELL", "what bash, zsh or fish need to complete vrs with the Tab key"),
+    "lsp": Subcommand("lsp", "", "the language server, which editors start"),
+    "where": Subcommand("where", "T.vrst --at TIME ...", "where the robot is at any time of a saved trajectory"),
+    "verify": Subcommand("verify", "T.vrst", "whether a saved trajectory is whole, and one that the robot can do"),
+    "replay": Subcommand("replay", "T.vrst", "play a saved trajectory, with pause, rewind and seek"),
+    "delay": Subcommand("delay", "LISTEN TARGET", "a line with delays between a client and a server"),
+    "experiment": Subcommand("experiment", "delays", "what delays do to commands, and to what is seen from afar"),
+    "serve": Subcommand("serve", "", "serve robots to others over the network"),
+    "token": Subcommand("token", "NAME ... --file FILE", "make tokens for those who may enter a server"),
+    "put": Subcommand("transfer", "FILE URL", "put a file into the folder of a robot that is served"),
+    "get": Subcommand("transfer", "NAME URL", "get a file from there"),
+    "view": Subcommand("view", "[FILE.v2|T.vrst|URL]", "a robot in a browser: watch it, drive it, play it back"),
+    "export": Subcommand(
+        "export", "T.vrst --to FORMAT", "write a saved trajectory for other programs: csv, npz, mcap, ..."
+    ),
 }
 
 FILE_COMMANDS: Mapping[str, str] = {".v2": "shell", ".pg": "shell", ".vrst": "replay"}  # what a bare file opens
@@ -168,7 +170,7 @@ def _guarded(prog: str, subcommand: Callable[[], int]) -> int:
         if isinstance(error, OSError) and error.filename is None:  # of a stream: files are named
             _abandon_output()
             return _told(prog, f"standard output cannot be written: {error.strerror}", FAILED)
-        from vrs_cli.interfaces.conversation.mishap import internal_error
+        from vrs_cli.interfaces.conversation.internal_error import internal_error
 
         return _told(prog, internal_error(error).text, INTERNAL_ERROR)
     return status

@@ -70,9 +70,9 @@ def chosen_outside(options: argparse.Namespace, *, patience: float = inf) -> Out
         options.realtime = 1.0
     if outside is None or options.record_units is None:
         return outside
-    from vrs_cli.devices.recording import Recording
+    from vrs_cli.devices.recording import DeviceRecording
 
-    return Recording(outside, options.record_units)
+    return DeviceRecording(outside, options.record_units)
 
 
 def _check(options: argparse.Namespace, live: bool) -> None:

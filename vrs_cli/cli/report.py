@@ -83,7 +83,7 @@ def _curves(arm: RobotArm, timeline: Timeline) -> str:
     return drawn[drawn.index("<svg") :]
 
 
-class Row(NamedTuple):
+class ReportRow(NamedTuple):
     """A command of the timeline: its number, and from when to when it is under way [s]."""
 
     number: int
@@ -92,14 +92,14 @@ class Row(NamedTuple):
     end: float
 
 
-def _rows(timeline: Timeline) -> Iterator[Row]:
+def _rows(timeline: Timeline) -> Iterator[ReportRow]:
     for number, segments in groupby(timeline, lambda segment: segment.motion.number):
         first, *others = segments
         if first.motion.text:
-            yield Row(number, first.motion.text, first.start, (others or [first])[-1].finish)
+            yield ReportRow(number, first.motion.text, first.start, (others or [first])[-1].finish)
 
 
-def _commands(rows: Sequence[Row]) -> str:
+def _commands(rows: Sequence[ReportRow]) -> str:
     cells = "".join(
         f"<tr><td>{row.number}</td><td>{escape(row.text)}</td><td>{row.begin:.3f}</td><td>{row.end:.3f}</td></tr>"
         for row in rows[:MOST_COMMANDS]

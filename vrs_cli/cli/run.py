@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from vrs_cli.render.progress import RunProgress
     from vrs_cli.repl.interrupt import Stoppable
     from vrs_cli.values.diagnostics import Diagnostic
-    from vrs_cli.values.results import Beside, RunResult
+    from vrs_cli.values.results import RunResult, StoppedTask
 
 COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options, and fields of Limits
 FENCE: Mapping[str, float] = {  # round a program that nobody watches, where the system has such
@@ -343,7 +343,7 @@ class _Batch(Struct, frozen=True):
             _tell_displaced(station)
         return max(self._write_files(station), FAILED if faults else OK)
 
-    def _tell_beside(self, terminal: BatchTerminal, one: Beside) -> None:
+    def _tell_beside(self, terminal: BatchTerminal, one: StoppedTask) -> None:
         """Another task has stopped with an error."""
         from vrs_cli.cli.batch import fault_text
         from vrs_cli.render.control import for_stream

@@ -28,7 +28,7 @@ class Heard(NamedTuple):
     printed: Callable[[Object], None]
 
 
-class Row(NamedTuple):
+class FileSummary(NamedTuple):
     """A file of the summary; the seconds are the robot's."""
 
     path: str
@@ -45,7 +45,7 @@ def run_many(prog: str, options: Namespace, files: Sequence[str], run: Run) -> i
     for name in ALONE:
         if getattr(options, name) is not None:
             raise CommandLineError(f"--{name.replace('_', '-')} is for one file", "run the files one by one for it")
-    rows, objects = list[Row](), list[Object]()
+    rows, objects = list[FileSummary](), list[Object]()
     for path in files:
         if not (options.json or options.quiet):
             print(f"==> {path} <==")
@@ -60,24 +60,24 @@ def run_many(prog: str, options: Namespace, files: Sequence[str], run: Run) -> i
     return max(row.status for row in rows)
 
 
-def _row(prog: str, options: Namespace, path: str, objects: list[Object], run: Run) -> Row:
+def _row(prog: str, options: Namespace, path: str, objects: list[Object], run: Run) -> FileSummary:
     results = list["RunResult"]()
     try:
         status = run(options, path, Heard(results.append, lambda found: objects.append({"file": path, **found})))
     except VrsError as error:  # of this file: the others are executed all the same
         print(f"{prog}: {error}", file=sys.stderr)
-        return Row(path, status_of(error), BROKEN)
+        return FileSummary(path, status_of(error), BROKEN)
     if not results:
-        return Row(path, status, BROKEN)
+        return FileSummary(path, status, BROKEN)
     result = results[0]
     fault, where = result.fault, ""
     if fault is None and result.beside:
         fault, where = result.beside[0].fault, f" of task {result.beside[0].number}"
     said = result.outcome.value if fault is None else f"{fault.message} at step {fault.step}{where}"
-    return Row(path, status, said, result.ended - result.started)
+    return FileSummary(path, status, said, result.ended - result.started)
 
 
-def _tell(rows: Sequence[Row]) -> None:
+def _tell(rows: Sequence[FileSummary]) -> None:
     """On standard error, beside what programs TYPE."""
     width = max(len(row.path) for row in rows)
     for row in rows:

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from vrs_cli.net.limits import Allowance
     from vrs_cli.net.nats import Publisher
     from vrs_cli.net.room import Plan
-    from vrs_cli.net.server import Place, Server
+    from vrs_cli.net.server import ListenAddress, Server
     from vrs_cli.net.tokens import TokenFile
 
 TURN = 0.0005  # [s] after which one thread lets the next one go on: with Python's 5 ms many who look delay each line
@@ -247,12 +247,12 @@ def _is_local(host: str) -> bool:
 # --- what is made of it ---
 
 
-def _place(options: argparse.Namespace, tell: Callable[[str], None]) -> Place:
-    from vrs_cli.net.server import Place
+def _place(options: argparse.Namespace, tell: Callable[[str], None]) -> ListenAddress:
+    from vrs_cli.net.server import ListenAddress
 
     if options.insecure and not options.tls_cert and not _is_local(options.host):
         tell("--insecure: whoever is on the way can read the tokens, and drive")
-    return Place(options.host, options.port, _tls(options), tuple(options.origin))
+    return ListenAddress(options.host, options.port, _tls(options), tuple(options.origin))
 
 
 def _tls(options: argparse.Namespace) -> ssl.SSLContext | None:
@@ -292,7 +292,7 @@ def _allowance(options: argparse.Namespace) -> Allowance:
 
 def _hub(options: argparse.Namespace, server: Server, audit: Audit, folder: Path, tell: Callable[[str], None]) -> Hub:
     from vrs_cli.kinematics.robot_file import Ends, load_robot
-    from vrs_cli.net.hub import Hub, Places
+    from vrs_cli.net.hub import Hub, RobotFolders
 
     ends = Ends(options.base, options.tip)
     wanted = options.robot or ([] if options.robots_per_token else [(USUAL_ROBOT, USUAL_ROBOT)])
@@ -300,7 +300,7 @@ def _hub(options: argparse.Namespace, server: Server, audit: Audit, folder: Path
     for model in robots.values():
         tell_notes(tell, model, fitted=options.task is None)
     journal = None if options.journal is None else _made(Path(options.journal), "--journal")
-    places, usual, own = Places(journal, folder), _usual(options), options.robots_per_token
+    places, usual, own = RobotFolders(journal, folder), _usual(options), options.robots_per_token
     idle = OWN_IDLE if options.idle is None else options.idle
     return Hub(robots, places, usual, audit, server.wake, tell, own=own, grants=server.grants, own_idle=idle)
 
@@ -357,8 +357,8 @@ def _made(folder: Path, option: str) -> Path:
 
 def _warm() -> None:
     """The first line of whoever comes first is not to wait for what is loaded late."""
+    from vrs_cli.interfaces.dialogue import Notes
     from vrs_cli.interfaces.session.session import Session
-    from vrs_cli.interfaces.talk import Notes
 
     session = Session(Notes())
     for line in WARM:

@@ -30,7 +30,7 @@ from vrs_cli.errors import FileDamaged, FileError, MotionError, NonexistentFile,
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
 
-    from vrs_cli.engine.clock import Clock
+    from vrs_cli.engine.clock import RobotClock
     from vrs_cli.files.target_file import TimedTarget
     from vrs_cli.interfaces.steering import Following, Steering
     from vrs_cli.kinematics.joints import JointKind, Joints
@@ -276,7 +276,7 @@ class _Run:
         }
 
 
-def _until_stopped(targets: Iterator[TimedTarget], stop: Stoppable, clock: Clock) -> Iterator[TimedTarget]:
+def _until_stopped(targets: Iterator[TimedTarget], stop: Stoppable, clock: RobotClock) -> Iterator[TimedTarget]:
     """Each target when its time has come; no more after a signal."""
     while stop.number is None:
         it = None

@@ -45,7 +45,7 @@ class Waits(Enum):
 YET: Final = Waits.YET
 
 
-class Connection(Struct, eq=False):
+class DeviceConnection(Struct, eq=False):
     """`told`: the program knows that it is open. `unwritten` [bytes]: sent since all had left; `asked`: it is to be
     told when that is so again. `taken` [bytes]: read since the world outside was told. `returned`: a line has ended
     with CR, and a LF that follows belongs to it.
@@ -110,7 +110,7 @@ class Device(Struct, eq=False):
     dialing: bool = False
     _fresh: bool = False
     _refused: int | None = None  # of the connection that is asked for: 0 where it is there
-    _connections: dict[int, Connection] = field(default_factory=dict)
+    _connections: dict[int, DeviceConnection] = field(default_factory=dict)
 
     # --- opening and closing ---
 
@@ -120,7 +120,7 @@ class Device(Struct, eq=False):
         if self.name != TCP:
             self.outside.open(self.name, None)
             self.open = True
-            self._connections[0] = Connection(0, told=True)
+            self._connections[0] = DeviceConnection(0, told=True)
 
     def open_at(self, how: str, in_use: Collection[str] = ()) -> None:
         """FOPEN; `dialled` tells what comes of it. `in_use`: names of devices. Raises IllegalValue, FileOpened,
@@ -196,7 +196,7 @@ class Device(Struct, eq=False):
         if event is Event.REFUSED:
             self._refused = arrival.code or NetworkClosed.code
         elif event is Event.OPENED:
-            self._connections[handle] = Connection(handle, told=self.dialing)
+            self._connections[handle] = DeviceConnection(handle, told=self.dialing)
             self._refused = 0
         elif (one := self._connections.get(handle)) is None:
             return
@@ -262,18 +262,18 @@ class Device(Struct, eq=False):
         """Whether something has come since GETC had to wait; what it takes in one step it takes again."""
         return self.expired or self._fresh or not self.open
 
-    def _consumed(self, one: Connection, count: int) -> None:
+    def _consumed(self, one: DeviceConnection, count: int) -> None:
         """Told now and then, as it costs more than a byte."""
         one.taken += count
         if one.taken >= ENOUGH:
             self.outside.consumed(self.name, one.handle, one.taken)
             one.taken = 0
 
-    def _in_turn(self, first: int) -> list[Connection]:
+    def _in_turn(self, first: int) -> list[DeviceConnection]:
         """The connections, so that each has its turn."""
         return sorted(self._connections.values(), key=lambda one: (one.handle < first, one.handle))
 
-    def _told(self, one: Connection, status: int, length: int = 0) -> None:
+    def _told(self, one: DeviceConnection, status: int, length: int = 0) -> None:
         self.handle, self.status, self.length = one.handle, status, length
 
     def _nothing(self, wait: bool) -> Waits:
@@ -317,7 +317,7 @@ class Device(Struct, eq=False):
         self.status, self.length = SUCCESS, len(text)
         return None
 
-    def _until_written(self, one: Connection) -> Waits:
+    def _until_written(self, one: DeviceConnection) -> Waits:
         if not one.asked:
             one.asked = True
             self.outside.ask(self.name, one.handle)

@@ -14,7 +14,7 @@ from typing import Protocol
 from msgspec import Struct
 
 from vrs_cli.devices.address import Address
-from vrs_cli.engine.clock import Clock
+from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import DeviceNotReady
 
 TCP, SERIAL = "TCP", "SERIAL:"
@@ -79,7 +79,7 @@ class Outside(Protocol):
         """Close it with all its connections; its port is free then."""
 
     def close_all(self) -> None: ...
-    def due(self, clock: Clock) -> float:
+    def due(self, clock: RobotClock) -> float:
         """When the next arrivals are to be taken [s]; infinity where nothing is known to come."""
 
     def take(self, now: float) -> Iterable[Arrival]:
@@ -110,7 +110,7 @@ class Nothing:
     def release(self, device: str, handle: int) -> None: ...
     def close(self, device: str) -> None: ...
     def close_all(self) -> None: ...
-    def due(self, clock: Clock) -> float:  # noqa: ARG002
+    def due(self, clock: RobotClock) -> float:  # noqa: ARG002
         return inf
 
     def take(self, now: float) -> Iterable[Arrival]:  # noqa: ARG002

@@ -9,7 +9,7 @@ from typing import BinaryIO
 from vrs_cli.devices.address import Address
 from vrs_cli.devices.outside import Arrival, Outside
 from vrs_cli.devices.script import OPEN, SENT
-from vrs_cli.engine.clock import Clock
+from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import FileError, VrsError
 from vrs_cli.wire.unit_lines import UnitLine, written_unit_line
 
@@ -20,13 +20,13 @@ def line_of(arrival: Arrival, now: float) -> UnitLine:
     return UnitLine(time=now, device=arrival.device, event=event, handle=arrival.handle, data=data, code=arrival.code)
 
 
-class Recording:
+class DeviceRecording:
     """The world outside, and a file of all that comes from there."""
 
     def __init__(self, outside: Outside, path: str) -> None:
         """Raises FileError."""
         self._outside, self._path = outside, path
-        self._clock: Clock | None = None
+        self._clock: RobotClock | None = None
         try:
             self._file: BinaryIO | None = Path(path).open("wb")  # noqa: SIM115 (`close_all` closes it)
         except OSError as error:
@@ -89,7 +89,7 @@ class Recording:
         if file is not None:
             file.close()
 
-    def due(self, clock: Clock) -> float:
+    def due(self, clock: RobotClock) -> float:
         self._clock = clock
         return self._outside.due(clock)
 

@@ -18,7 +18,7 @@ from msgspec import Struct, field, structs
 
 from vrs_cli.devices.address import Address
 from vrs_cli.devices.outside import SERIAL, TCP, Arrival, Event, check_known
-from vrs_cli.engine.clock import Clock
+from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import DeviceNotReady, FileDamaged, PortTaken, VrsError
 from vrs_cli.files.opening import text_at
 from vrs_cli.trajectory.instant import LATEST, TICK, on_grid
@@ -119,7 +119,7 @@ class Script:
 
     def close_all(self) -> None: ...
 
-    def due(self, clock: Clock) -> float:
+    def due(self, clock: RobotClock) -> float:
         return min((part.look(clock.now) for part in self._parts.values()), default=inf)
 
     def take(self, now: float) -> Iterable[Arrival]:

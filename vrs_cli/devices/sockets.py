@@ -15,8 +15,8 @@ from threading import Lock
 from vrs_cli.devices.address import Address
 from vrs_cli.devices.outside import SERIAL, TCP, Arrival, check_known
 from vrs_cli.devices.serial_line import PseudoEnd, open_serial
-from vrs_cli.devices.traffic import GRACE, Ends, Traffic
-from vrs_cli.engine.clock import Clock
+from vrs_cli.devices.traffic import GRACE, NonBlockingEnd, Traffic
+from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import DeviceNotReady, PortTaken
 from vrs_cli.trajectory.instant import TICK
 
@@ -76,7 +76,7 @@ class Sockets:
             self._come.append(arrival)
         self.wake()
 
-    def _serial_line(self, device: str) -> Ends:
+    def _serial_line(self, device: str) -> NonBlockingEnd:
         """Raises DeviceNotReady."""
         if device in self._pseudo:
             return self._pseudo[device]
@@ -160,7 +160,7 @@ class Sockets:
             ends.leave()
         self._pseudo.clear()
 
-    def due(self, clock: Clock) -> float:
+    def due(self, clock: RobotClock) -> float:
         """An instant at which no program has done anything yet."""
         if not self._come:
             return inf

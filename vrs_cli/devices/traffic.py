@@ -30,7 +30,7 @@ GRACE = 0.5  # [s] that what was written has to leave when its device is closed
 ALONE = {"TCP_KEEPIDLE": 30, "TCP_KEEPINTVL": 10, "TCP_KEEPCNT": 3}  # [s], [s], times: a peer that is gone is missed
 
 
-class Ends(Protocol):
+class NonBlockingEnd(Protocol):
     """One end of a connection, which does not block."""
 
     def fileno(self) -> int: ...
@@ -71,7 +71,7 @@ class _Connection:
     when [s] that has to be. `pause`: when [s] what has come without an end of line is a line; `packets`: is it ever.
     """
 
-    def __init__(self, device: str, handle: int, ends: Ends) -> None:
+    def __init__(self, device: str, handle: int, ends: NonBlockingEnd) -> None:
         self.device, self.handle, self.ends = device, handle, ends
         self.room, self.out = WINDOW, bytearray()
         self.asked = self.ended = self.broken = False
@@ -121,7 +121,7 @@ class Traffic:
         """Connect to a numeric address: OPENED or REFUSED arrives."""
         self._do(partial(self._dial, device, host, port))
 
-    def connect(self, device: str, ends: Ends) -> None:
+    def connect(self, device: str, ends: NonBlockingEnd) -> None:
         """What is open has one connection, whose handle is 0."""
         self._do(partial(self._connected, device, 0, ends))
 
@@ -205,7 +205,7 @@ class Traffic:
         self._arrived(Arrival(port.device, Event.OPENED, handle))
         self._watch_port(port)
 
-    def _connected(self, device: str, handle: int, ends: Ends) -> None:
+    def _connected(self, device: str, handle: int, ends: NonBlockingEnd) -> None:
         one = self._connections[device, handle] = _Connection(device, handle, ends)
         self._watch(one)
 

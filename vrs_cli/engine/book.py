@@ -10,14 +10,14 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from functools import reduce
 from typing import Protocol, TypeVar
 
-from vrs_cli.engine.history import History, Step, held, records
-from vrs_cli.engine.window import ROW, Window
+from vrs_cli.engine.history import History, HistoryStep, held, records
+from vrs_cli.engine.window import ROW, MemoryWindow
 from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.trajectory.delta_log import PART, DeltaLog
 from vrs_cli.trajectory.segment import rest
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 from vrs_cli.values.results import CommandRecord
 
 AT_ONCE = 50  # changes that are planned before whoever waits may have his turn
@@ -36,7 +36,7 @@ def whole(parts: Parts[R]) -> R:
             return result
 
 
-class Journal(Protocol):
+class JournalWriter(Protocol):
     """Where every change is written down before it happens."""
 
     def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
@@ -74,14 +74,14 @@ class Book:
         self.history = history or History()
         self.number = number
         self.stream: Motion | None = None
-        self.journal: Journal | None = None
-        self.window: Window | None = None
+        self.journal: JournalWriter | None = None
+        self.window: MemoryWindow | None = None
         self.told: Callable[[Sequence[TimelineDelta]], None] = silent
 
     @classmethod
     def at(cls, joints: Joints) -> Book:
         """A book in which nothing has happened yet: the robot stands at these joints from time 0 on."""
-        initial = Timeline([rest(joints, 0.0, 0.0, Motion(0, Kind.REST, Start.AT))])
+        initial = Timeline([rest(joints, 0.0, 0.0, Motion(0, MotionKind.REST, Start.AT))])
         return cls(initial, initial)
 
     def copy(self) -> Book:
@@ -112,7 +112,7 @@ class Book:
 
     # --- changing the timeline ---
 
-    def commit(self, steps: Sequence[Step], timeline: Timeline | None = None, *, happens: bool = False) -> None:
+    def commit(self, steps: Sequence[HistoryStep], timeline: Timeline | None = None, *, happens: bool = False) -> None:
         """New commands, planned one after the other, take place: all of them or, where that raises FileError, none.
         What `happens` takes place in any case. `timeline`: what comes of them, where that is known.
         """
@@ -121,7 +121,7 @@ class Book:
         for step in steps:
             self.history.add(step)
             self.number = step.delta.motion.number
-            self.stream = step.delta.motion if step.delta.motion.kind is Kind.STEERED else None
+            self.stream = step.delta.motion if step.delta.motion.kind is MotionKind.STEERED else None
         self._let_go(deltas)
         self.told(deltas)
         if wrong is not None:
@@ -187,7 +187,7 @@ class Book:
         self.told(deltas)
         return undone[-1].clock
 
-    def keep_short(self, window: Window) -> None:
+    def keep_short(self, window: MemoryWindow) -> None:
         """Keep only the end of the book in memory from now on."""
         self.timeline, self.window = self.timeline.in_rows(ROW), window
         for _ in list(self.timeline.parts()):

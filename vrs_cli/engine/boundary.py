@@ -17,7 +17,7 @@ from msgspec import Struct
 
 from vrs_cli.engine.following import Follower
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.clearance import SHOULDER, Clearance, Hand, Pace
+from vrs_cli.kinematics.clearance import SHOULDER, Clearance, Hand, HandPace
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, cross, inverse, length, rotate
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, extremes
 from vrs_cli.trajectory.segment import CartesianPath, Turn
@@ -38,7 +38,7 @@ class Touch(NamedTuple):
     which: int
 
 
-class Survey(Struct, frozen=True):
+class PathSurvey(Struct, frozen=True):
     """What a path meets. `marks`: places around those where it passes close to a boundary, closer and closer.
 
     `beyond`: a place beyond the reach, if there is one; `endless`: a place where it could not be decided.
@@ -50,7 +50,7 @@ class Survey(Struct, frozen=True):
     endless: float | None = None
 
 
-def survey(follower: Follower, path: CartesianPath, lasting: float) -> Survey:
+def survey(follower: Follower, path: CartesianPath, lasting: float) -> PathSurvey:
     """Search all of a path, from 0 to `lasting`. Raises MotionError where no line can follow it."""
     found = _survey(follower.arm, follower.tool, path._replace(seeds=()), lasting)
     if found.beyond is not None:
@@ -61,8 +61,8 @@ def survey(follower: Follower, path: CartesianPath, lasting: float) -> Survey:
 
 
 @lru_cache(REMEMBERED)
-def _survey(arm: RobotArm, T_flange_tool: Transform, path: CartesianPath, lasting: float) -> Survey:
-    return Survey() if arm.hand is None else _Search(arm, arm.hand, inverse(T_flange_tool), path, lasting).result()
+def _survey(arm: RobotArm, T_flange_tool: Transform, path: CartesianPath, lasting: float) -> PathSurvey:
+    return PathSurvey() if arm.hand is None else _Search(arm, arm.hand, inverse(T_flange_tool), path, lasting).result()
 
 
 class _Search:
@@ -77,12 +77,12 @@ class _Search:
         self.touches: list[Touch] = []
         self.seen: list[tuple[float, Clearance]] = []
 
-    def result(self) -> Survey:
+    def result(self) -> PathSurvey:
         begin, at_begin = 0.0, self.look(0.0)
         pending = [(self.lasting, self.look(self.lasting))]
         for at, seen in ((0.0, at_begin), pending[0]):
             if self.is_beyond(seen):
-                return Survey(beyond=at)
+                return PathSurvey(beyond=at)
         self.seen.append((begin, at_begin))
         for _ in range(MOST_LOOKS):
             end, at_end = pending[-1]
@@ -91,7 +91,7 @@ class _Search:
                 middle = 0.5 * (begin + end)
                 seen = self.look(middle)
                 if self.is_beyond(seen):
-                    return Survey(beyond=middle)
+                    return PathSurvey(beyond=middle)
                 pending.append((middle, seen))
                 continue
             for which in on_boundary:
@@ -99,8 +99,8 @@ class _Search:
             begin, at_begin = pending.pop()
             self.seen.append((begin, at_begin))
             if not pending:
-                return Survey(tuple(self.touches), self.marks() if len(self.seen) > FEW_LOOKS else ())
-        return Survey(endless=begin)
+                return PathSurvey(tuple(self.touches), self.marks() if len(self.seen) > FEW_LOOKS else ())
+        return PathSurvey(endless=begin)
 
     def look(self, s: float) -> Clearance:
         return self.arm.clearance(compose(self.path.pose(s), self.T_tool_flange), self.path.configuration)
@@ -164,7 +164,7 @@ class _Search:
 # --- bounds of the derivatives ---------------------------------------------------------------------------------------
 
 
-def pace_of(path: CartesianPath, lasting: float, hand: Hand, T_tool_flange: Transform) -> Pace:
+def pace_of(path: CartesianPath, lasting: float, hand: Hand, T_tool_flange: Transform) -> HandPace:
     """Upper bounds of how fast the hand moves and turns."""
     x, y, z = hand.centre
     lever = rotate(T_tool_flange, (x, y, z))
@@ -176,7 +176,7 @@ def pace_of(path: CartesianPath, lasting: float, hand: Hand, T_tool_flange: Tran
     ax, ay, az = [most(derivative(row), lasting) for row in rates]
     swing, swing_bend = _swing(path.turns, lasting, lever)
     tilt, tilt_bend = _swing(path.turns, lasting, approach)
-    return Pace(
+    return HandPace(
         across=hypot(vx, vy) + swing,
         across_bend=hypot(ax, ay) + swing_bend,
         speed=hypot(vx, vy, vz) + swing,

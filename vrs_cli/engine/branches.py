@@ -14,7 +14,7 @@ from msgspec import Struct, structs
 
 from vrs_cli.engine.book import Book, Parts, whole
 from vrs_cli.engine.engine import Bookmark, Engine
-from vrs_cli.engine.history import Step
+from vrs_cli.engine.history import HistoryStep
 from vrs_cli.engine.planner import plan
 from vrs_cli.engine.position import destination_at
 from vrs_cli.engine.targets import retarget
@@ -30,7 +30,7 @@ class Fork(Struct, frozen=True):
     """Where a branch left main: the timeline then, and the commands that held."""
 
     timeline: Timeline
-    done: tuple[Step, ...]
+    done: tuple[HistoryStep, ...]
 
     def leaves(self, main: Book) -> bool:
         """Whether main is as it was then. What comes from a file left it before all that has happened on it."""
@@ -224,7 +224,7 @@ class Branches:
             raise UsageError(f"{MAIN} cannot be merged into itself", "MERGE branch")
         self._check_time()
         left, main = self._left(branch), self._left(self._main)
-        steps: Sequence[Step] = ()
+        steps: Sequence[HistoryStep] = ()
         if branch.fork.leaves(main.book):
             main.book.follow(left.book)
             merged = structs.replace(left, book=main.book)
@@ -239,12 +239,12 @@ class Branches:
 
     def _planned_again(
         self, name: str, fork: Fork, main: Bookmark, left: Bookmark
-    ) -> Parts[tuple[list[Step], Timeline, float]]:
+    ) -> Parts[tuple[list[HistoryStep], Timeline, float]]:
         """The commands of a branch, planned one after another on what main is now; main after them, and its clock."""
         begun, timeline = (main.book.timeline, left.book.timeline), main.book.timeline
         old, clock = fork.timeline, main.clock
         arm, slowest = self.engine.arm, main.settings.slowest
-        stood, planned = left.clock >= left.book.timeline.end, list[Step]()
+        stood, planned = left.clock >= left.book.timeline.end, list[HistoryStep]()
         for number, step in enumerate(_own_steps(name, fork, left.book), main.book.number + 1):
             motion = step.delta.motion._replace(number=number)
             when = _when(step.delta, old, timeline)
@@ -255,7 +255,7 @@ class Branches:
             except MotionError as error:
                 what = f"when {motion.text or 'a motion'} of {name} is planned again on main"
                 raise error.reworded(f"{what}: {error.detail}") from None
-            planned.append(Step.of(timeline, delta, clock, step.insert))
+            planned.append(HistoryStep.of(timeline, delta, clock, step.insert))
             timeline, old = timeline.apply(delta), old.apply(step.delta._replace(version=old.version))
             if motion.start is not Start.AT:
                 clock = max(clock, timeline.end)
@@ -267,7 +267,7 @@ class Branches:
         return planned, timeline, max(clock, left.clock)
 
 
-def _own_steps(name: str, fork: Fork, book: Book) -> Sequence[Step]:
+def _own_steps(name: str, fork: Fork, book: Book) -> Sequence[HistoryStep]:
     """The commands of a branch since it left main. Raises UsageError where the branch undid commands of main."""
     done, known = book.history.done, fork.done
     if len(done) < len(known) or any(a is not b for a, b in zip(done, known, strict=False)):

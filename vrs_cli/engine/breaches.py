@@ -27,7 +27,7 @@ from vrs_cli.trajectory.block_table import coefficients
 from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import Kind
+from vrs_cli.values.motion import MotionKind
 
 MANY = 4096  # segments that are looked at at once
 CUBIC = 4  # coefficients
@@ -132,7 +132,7 @@ class _Stretch:
     def at_the_end(self) -> Iterator[Breach]:
         """After the last segment the robot stands; but a stream of targets may have ended at any time."""
         rate = np.abs(self.end[1][-1:])
-        if self.segments[-1].motion.kind is not Kind.STEERED:
+        if self.segments[-1].motion.kind is not MotionKind.STEERED:
             yield from self._tell(rate > RATE, rate, "joint {joint} moves with {size}/s at the end")
 
     # --- laws ----------------------------------------------------------------------------------------------------

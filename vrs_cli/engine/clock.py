@@ -17,7 +17,7 @@ SLICE = 0.05  # [s] of real time: a wait lasts no longer before whoever waits ma
 SLOWEST_RATE, FASTEST_RATE = 1e-3, 1e6
 
 
-class Clock(Protocol):
+class RobotClock(Protocol):
     """The present instant of the robot [s].
 
     `realtime`: what is before `now` has happened, and does not change any more. `paused`: a clock on the wall stands.
@@ -65,7 +65,7 @@ class VirtualClock:
         self.now = to
 
 
-class Reading(NamedTuple):
+class ClockFace(NamedTuple):
     """What a clock shows at the time `wall` [s], and how it goes on from there."""
 
     now: float
@@ -91,7 +91,7 @@ class WallClock:
     def __init__(self, wall: Callable[[], float], sleep: Callable[[float], None], rate: float = 1.0) -> None:
         self.now = 0.0
         self._wall, self.sleep = wall, sleep
-        self._since = Reading(0.0, rate, False, wall())  # as it was set or changed last
+        self._since = ClockFace(0.0, rate, False, wall())  # as it was set or changed last
 
     @property
     def rate(self) -> float:
@@ -106,10 +106,10 @@ class WallClock:
         """How far the wall has come, on the time grid as all that happens."""
         return self.read().now
 
-    def read(self) -> Reading:
+    def read(self) -> ClockFace:
         """All of it as it is at one instant, for other threads too."""
         wall, since = self._wall(), self._since
-        return Reading(max(self.now, down_to_grid(since.at(wall))), since.rate, since.paused, wall)
+        return ClockFace(max(self.now, down_to_grid(since.at(wall))), since.rate, since.paused, wall)
 
     def _time(self) -> float:
         return self._since.at(self._wall())
@@ -121,7 +121,7 @@ class WallClock:
     def change(self, *, rate: float | None = None, paused: bool | None = None) -> None:
         """Change the rate, begin a pause or end it, from this instant on."""
         wall, rate = self._wall(), self.rate if rate is None else rate
-        self._since = Reading(self._since.at(wall), rate, self.paused if paused is None else paused, wall)
+        self._since = ClockFace(self._since.at(wall), rate, self.paused if paused is None else paused, wall)
 
     def wait(self, to: float) -> None:
         """Wait for a SLICE of real time at most. Raises ClockPaused where the clock stands."""
@@ -138,4 +138,4 @@ class WallClock:
             self.wait(to)
 
     def set(self, to: float) -> None:
-        self.now, self._since = to, Reading(to, self.rate, self.paused, self._wall())
+        self.now, self._since = to, ClockFace(to, self.rate, self.paused, self._wall())

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 from msgspec import structs
 
 from vrs_cli.engine.book import Book
-from vrs_cli.engine.history import Step
-from vrs_cli.engine.position import Places, places_at
+from vrs_cli.engine.history import HistoryStep
+from vrs_cli.engine.position import PlaceArrays, places_at
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.trajectory.rope import Block
+from vrs_cli.trajectory.rope import RowPart
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.results import Apart, Comparison, Extent, Pair
 
@@ -27,7 +27,7 @@ CLOSER = 64  # samples between two others, to find the greatest distance exactly
 CLOSER_ROUNDS = 3
 NOISE = 1e-12  # [m, rad] what rounding makes of one distance
 
-Compared = Callable[[Places], "Floats"]  # of what is compared, at each time (N, k, d)
+Compared = Callable[[PlaceArrays], "Floats"]  # of what is compared, at each time (N, k, d)
 
 
 def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
@@ -49,13 +49,13 @@ def first_difference(a: Timeline, b: Timeline) -> float | None:
     return None
 
 
-def _same_part(pair: tuple[Block, Block]) -> bool:
+def _same_part(pair: tuple[RowPart, RowPart]) -> bool:
     """Whether two blocks are the same part of the same row at the same time."""
     one, other = pair
     return one.row is other.row and (one.offset, one.first, one.last) == (other.offset, other.first, other.last)
 
 
-def _courses(blocks: Iterable[Block]) -> Iterator[Any]:
+def _courses(blocks: Iterable[RowPart]) -> Iterator[Any]:
     """What the robot does in each segment, without the command that asked for it: when it starts first, when it ends
     last.
     """
@@ -116,7 +116,9 @@ def _apart(arm: RobotArm, a: Timeline, b: Timeline, since: float | None) -> tupl
     return structs.replace(tool, joint=0), _greatest(arm, a, b, here, lambda at: at.joints[:, :, None])
 
 
-def _greatest(arm: RobotArm, a: Timeline, b: Timeline, here: tuple[Places, Places], compared: Compared) -> Apart:
+def _greatest(
+    arm: RobotArm, a: Timeline, b: Timeline, here: tuple[PlaceArrays, PlaceArrays], compared: Compared
+) -> Apart:
     """Find the greatest distance at the sampled times, then around it at times that are closer and closer."""
     for _ in range(CLOSER_ROUNDS - 1):
         _, times = _farthest(*here, compared)
@@ -124,7 +126,7 @@ def _greatest(arm: RobotArm, a: Timeline, b: Timeline, here: tuple[Places, Place
     return _farthest(*here, compared)[0]
 
 
-def _farthest(a: Places, b: Places, compared: Compared) -> tuple[Apart, Floats]:
+def _farthest(a: PlaceArrays, b: PlaceArrays, compared: Compared) -> tuple[Apart, Floats]:
     """The greatest distance at the times of both, and closer times around it."""
     import numpy as np
 
@@ -148,7 +150,7 @@ def _pairs(a: Book, b: Book) -> Iterator[Pair]:
     yield from (Pair(None, record) for record in others.values())
 
 
-def _identity(step: Step) -> tuple[object, ...]:
+def _identity(step: HistoryStep) -> tuple[object, ...]:
     """What two steps have in common if they are one command: a branch has the commands from before it began."""
     motion = step.delta.motion
     return motion.number, motion.text, motion.kind, motion.goal, motion.pose

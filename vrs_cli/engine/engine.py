@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterable
 from msgspec import Struct, structs
 
 from vrs_cli.engine.book import Book, Parts, silent, whole
-from vrs_cli.engine.clock import Clock, VirtualClock
+from vrs_cli.engine.clock import RobotClock, VirtualClock
 from vrs_cli.engine.corners import rounding_begins, slowing_down
 from vrs_cli.engine.feed import Feed
-from vrs_cli.engine.history import Step
+from vrs_cli.engine.history import HistoryStep
 from vrs_cli.engine.line_check import Standpoint
 from vrs_cli.engine.motions import After, Speed, fraction_of_full, program_speed
 from vrs_cli.engine.parameters import DELAY, TIME, TIME_FROM_NOW
@@ -22,7 +22,7 @@ from vrs_cli.engine.position import destination_at, finish_after, joints_at, pos
 from vrs_cli.engine.problem import NoRoomToStop
 from vrs_cli.engine.reach import reach_of
 from vrs_cli.engine.settings import Altered, Settings
-from vrs_cli.engine.snapshot import Replaced, Snapshot
+from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced
 from vrs_cli.engine.targets import (
     Situation,
     check_flag,
@@ -58,14 +58,23 @@ from vrs_cli.values.commands import (
     SetSwivel,
     SetTool,
 )
-from vrs_cli.values.motion import Frames, JointTarget, Kind, Motion, PoseTarget, RelativeTarget, Start, ToolOffsetTarget
+from vrs_cli.values.motion import (
+    Frames,
+    JointTarget,
+    Motion,
+    MotionKind,
+    PoseTarget,
+    RelativeTarget,
+    Start,
+    ToolOffsetTarget,
+)
 from vrs_cli.values.results import CommandRecord, Position, Reach
 
 NOTICEABLE = 0.01  # [rad] of a tool that is turned otherwise than asked
 SLACK = 1e-6  # [m] of the width of a hand: rounding
 LONGER = 1.0 + 1e-5  # a tick of steering, so that the next target comes before its end
 
-Event = TimelineDelta | Replaced  # the timeline has changed, or another has taken its place
+Event = TimelineDelta | TimelineReplaced  # the timeline has changed, or another has taken its place
 
 
 class Postponement(Struct, frozen=True):
@@ -76,7 +85,7 @@ class Postponement(Struct, frozen=True):
     executed: float
 
 
-class Turning(Struct, frozen=True):
+class ToolTurning(Struct, frozen=True):
     """A motion of an arm that turns its tool as nearly as it can: how far from what was asked [rad]."""
 
     text: str
@@ -94,15 +103,15 @@ class Bookmark(Struct, frozen=True):
 class Engine:
     """One robot. `events`: every change of the timeline, and every other timeline that takes its place."""
 
-    def __init__(self, model: RobotModel, *, start: Joints | None = None, clock: Clock | None = None) -> None:
+    def __init__(self, model: RobotModel, *, start: Joints | None = None, clock: RobotClock | None = None) -> None:
         self.model = model
         self.arm: RobotArm = arm_for(model)
-        self.clock: Clock = clock or VirtualClock()
+        self.clock: RobotClock = clock or VirtualClock()
         self.clock.set(0.0)
         self.settings = Settings().after(SetParameter("PROFILE", model.profile))
-        self.events: Feed[Event] = Feed(lambda: Replaced(self.timeline, self.settings))
+        self.events: Feed[Event] = Feed(lambda: TimelineReplaced(self.timeline, self.settings))
         self.postponed: list[Callable[[Postponement], None]] = []  # they are told of every one
-        self.turned: list[Callable[[Turning], None]] = []  # the same, of those that are `NOTICEABLE`
+        self.turned: list[Callable[[ToolTurning], None]] = []  # the same, of those that are `NOTICEABLE`
         self.book = Book.at(model.poses["ready"] if start is None else start)
         self.book.told = self.events.publish
 
@@ -242,7 +251,7 @@ class Engine:
             return
         angle = angle_between(self.destination(executed).T_world_tool, move.target.T_world_tool)
         for listener in tuple(self.turned) if angle > NOTICEABLE else ():
-            listener(Turning(move.text, angle))
+            listener(ToolTurning(move.text, angle))
 
     def _alter(self, alter: Alter, issued: float | None) -> None:
         """The motion under way, or a straight one from where the robot stands, goes to the displaced place from now on:
@@ -259,7 +268,7 @@ class Engine:
             altered = structs.replace(altered, nominal=place.T_world_tool)
         target = altered.place(altered.nominal)
         goal: Joints | Transform = compose(self.frames.base, target)
-        if before.kind is Kind.JOINT and not stands:
+        if before.kind is MotionKind.JOINT and not stands:
             goal = self.joints_for(target, self.destination(now).joints)
         speed = program_speed(self.settings.speed.always, self.settings, self.model)
         if not stands:
@@ -437,7 +446,10 @@ class Engine:
         check_joint_limits(self.model, target.joints)
         if not self.settings.moves:
             return
-        motion, stream = self._motion_from_now(target.joints, speed, text)._replace(kind=Kind.STEERED), self.book.stream
+        motion, stream = (
+            self._motion_from_now(target.joints, speed, text)._replace(kind=MotionKind.STEERED),
+            self.book.stream,
+        )
         if stream is not None and motion._replace(number=stream.number, goal=stream.goal) == stream:
             motion = stream  # this is one more of its targets
         executed, lasting = on_grid(self.now), up_to_grid(tick * LONGER)
@@ -449,7 +461,7 @@ class Engine:
             self.book.prolong(delta)
         else:
             delta = delta._replace(issued=executed if issued is None else on_grid(issued))
-            self.book.commit([Step.of(self.timeline, delta, self.now, insert=False)])
+            self.book.commit([HistoryStep.of(self.timeline, delta, self.now, insert=False)])
 
     def _motion_from_now(self, goal: Joints | Transform, speed: float, text: str) -> Motion:
         now = on_grid(self.now)
@@ -465,7 +477,7 @@ class Engine:
         issued = self.now if issued is None else issued
         delta = self._planned(motion, issued, executed, insert=insert)
         self._check_end(delta)
-        self.book.commit([Step.of(self.timeline, delta, issued, insert, self.settings.alter)], happens=happens)
+        self.book.commit([HistoryStep.of(self.timeline, delta, issued, insert, self.settings.alter)], happens=happens)
         return delta
 
     def _planned(self, motion: Motion, issued: float, executed: float, *, insert: bool) -> TimelineDelta:
@@ -502,7 +514,7 @@ class Engine:
         steps = [one.step for one in self.book.history.last_undone(count)]
         return self._through_history(steps, self.book.redo(count))
 
-    def _through_history(self, steps: Iterable[Step], change: Parts[float]) -> Parts[tuple[str, ...]]:
+    def _through_history(self, steps: Iterable[HistoryStep], change: Parts[float]) -> Parts[tuple[str, ...]]:
         deltas = [step.delta for step in steps]
         while True:
             self._check_not_begun(deltas)
@@ -547,7 +559,7 @@ class Engine:
         if self.book is not before:
             before.end_stream()
             before.told, self.book.told = silent, self.events.publish
-            self.events.publish([Replaced(self.timeline, self.settings)])
+            self.events.publish([TimelineReplaced(self.timeline, self.settings)])
 
     # --- what is in reach ---
 

@@ -18,7 +18,7 @@ MOST = 1000  # events that wait for one subscriber
 E = TypeVar("E")
 
 
-class Missed(Struct, frozen=True):
+class MissedEvents(Struct, frozen=True):
     """A subscriber was too slow: so many events were left out. What makes up for them comes next."""
 
     count: int
@@ -37,7 +37,7 @@ class Subscription(Generic[E]):
         self.most = most
         self.ended = False
         self._woken = woken  # called when there is something to take, in the thread of who tells
-        self._queue: Inbox[E | Missed | _End] = Inbox()
+        self._queue: Inbox[E | MissedEvents | _End] = Inbox()
 
     # --- who tells ---
 
@@ -56,22 +56,22 @@ class Subscription(Generic[E]):
             return
         missed = len(events)
         for left_out in self._queue.taken():
-            missed += left_out.count - 1 if isinstance(left_out, Missed) else 1  # not what made up for them
-        self._queue.put(Missed(missed))
+            missed += left_out.count - 1 if isinstance(left_out, MissedEvents) else 1  # not what made up for them
+        self._queue.put(MissedEvents(missed))
         self._queue.put(instead())
 
     # --- who hears ---
 
-    def take(self, timeout: float | None = None) -> E | Missed | None:
+    def take(self, timeout: float | None = None) -> E | MissedEvents | None:
         """The next event; None where none comes within so many seconds [s], and where there are no more."""
         event = self._queue.take(timeout)
         return None if isinstance(event, _End) else event
 
-    def taken(self) -> list[E | Missed]:
+    def taken(self) -> list[E | MissedEvents]:
         """All that is there now."""
         return [event for event in self._queue.taken() if not isinstance(event, _End)]
 
-    def __iter__(self) -> Iterator[E | Missed]:
+    def __iter__(self) -> Iterator[E | MissedEvents]:
         """Wait for event after event, until the subscription is ended and all that was told before has been taken."""
         while (not self.ended or self._queue) and (event := self.take()) is not None:
             yield event

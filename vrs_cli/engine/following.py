@@ -24,7 +24,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.jacobian import Twist
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints, joints_outside
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
 from vrs_cli.trajectory.segment import CartesianPath
 
@@ -361,7 +361,7 @@ class Follower:
         if self.arm.steady is not None:
             return f"a location with the tool turned as {count} joints can have it: MOVE there, and HERE"
         if count < self.arm.model.task.size:
-            return f"give the arm the task {Task.STEADY.value!r}: {count} joints cannot turn the tool every way"
+            return f"give the arm the task {ArmTask.STEADY.value!r}: {count} joints cannot turn the tool every way"
         return "turn it less on the way" if path.turns else "turn the tool otherwise first"
 
     def _outside(self, path: CartesianPath, s: float, joints: Joints) -> JointOutOfRange:

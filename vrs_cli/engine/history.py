@@ -26,7 +26,7 @@ _S = TypeVar("_S")
 WIDE = 64  # segments that a step drops: taking back a wider one is prepared when it is asked for
 
 
-class Step(Struct, frozen=True):
+class HistoryStep(Struct, frozen=True):
     """A command that took place: its delta, the inverse of it, the clock before it [s], the policy INSERT, and what
     ALTER has displaced with it.
 
@@ -40,10 +40,12 @@ class Step(Struct, frozen=True):
     altered: Altered | None = None
 
     @staticmethod
-    def of(before: Timeline, delta: TimelineDelta, clock: float, insert: bool, altered: Altered | None = None) -> Step:
-        return Step(delta, before if delta.drop > WIDE else before.inverse(delta), clock, insert, altered)
+    def of(
+        before: Timeline, delta: TimelineDelta, clock: float, insert: bool, altered: Altered | None = None
+    ) -> HistoryStep:
+        return HistoryStep(delta, before if delta.drop > WIDE else before.inverse(delta), clock, insert, altered)
 
-    def lengthened(self, timeline: Timeline) -> Step:
+    def lengthened(self, timeline: Timeline) -> HistoryStep:
         """The same step, whose motion is now all that stands on the timeline since it began."""
         segments = Row(islice(timeline, self.delta.keep, None))
         more, back = len(segments) - len(self.delta.segments), self.back
@@ -60,7 +62,7 @@ class Step(Struct, frozen=True):
 class Undone(Struct, frozen=True):
     """A step that was taken back, and the clock before that [s]."""
 
-    step: Step
+    step: HistoryStep
     clock: float
 
 
@@ -69,7 +71,9 @@ class History:
     back, the next to redo last; None for one that is not known.
     """
 
-    def __init__(self, done: Iterable[Step] = (), undone: Iterable[Undone | None] = (), forgotten: int = 0) -> None:
+    def __init__(
+        self, done: Iterable[HistoryStep] = (), undone: Iterable[Undone | None] = (), forgotten: int = 0
+    ) -> None:
         self.done = list(done)
         self.undone = list(undone)
         self.forgotten = forgotten
@@ -93,12 +97,12 @@ class History:
         if self.undone and ((last := self.undone[-1]) is None or last.step.delta.version < version):
             self.undone.clear()
 
-    def add(self, step: Step) -> None:
+    def add(self, step: HistoryStep) -> None:
         """Add a new command: what was undone before it cannot be done again."""
         self.done.append(step)
         self.undone.clear()
 
-    def last_done(self, count: int) -> Sequence[Step]:
+    def last_done(self, count: int) -> Sequence[HistoryStep]:
         """The steps that UNDO takes back, the last one first. Raises UsageError where there are not so many."""
         older = "what is older cannot be taken back any more" if self.forgotten else ""
         return _last(self.done, count, "undo", older)

@@ -13,7 +13,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.trajectory.instant import on_grid
 from vrs_cli.values.commands import SetSpeed, SpeedUnit
-from vrs_cli.values.motion import Frames, Kind, Motion, RelativeTarget, Start
+from vrs_cli.values.motion import Frames, Motion, MotionKind, RelativeTarget, Start
 
 SLOWEST = 1e-4  # fraction of nominal speed: slower is no motion
 INCH = 0.0254  # [m]
@@ -53,7 +53,7 @@ class After(Struct, frozen=True):
         pose = goal if isinstance(goal, Transform) else None
         return Motion(
             number=self.number,
-            kind=Kind.REST if goal is None else Kind.JOINT if pose is None else Kind.STRAIGHT,
+            kind=MotionKind.REST if goal is None else MotionKind.JOINT if pose is None else MotionKind.STRAIGHT,
             start=start,
             goal=goal if pose is None else None,
             pose=pose,

@@ -18,7 +18,7 @@ from vrs_cli.trajectory.laws.law import NoTimes
 from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.segment import Segment, rest, stay_inside
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 REMEMBERED = 512  # lines: a program that goes round plans each of its own once
 STREAM_STAYS = "give a time after it, or end where it begins; with PARAMETER INSERT = OFF it is dropped"
@@ -43,15 +43,15 @@ def plan_directly(problem: Problem) -> tuple[Segment, ...]:
     """
     state, motion, lasting = problem.here.joints, problem.motion, 0.0
     match motion.kind:
-        case Kind.JOINT:
+        case MotionKind.JOINT:
             segments = _joint_segments(problem)
-        case Kind.STRAIGHT:
+        case MotionKind.STRAIGHT:
             segments = _line_segments(problem)
-        case Kind.REST:
+        case MotionKind.REST:
             if not state.at_rest:
                 raise NoWay
             segments, lasting = (), on_grid(motion.duration)
-        case Kind.STEERED:
+        case MotionKind.STEERED:
             raise StreamIsOver("its targets came one by one, from the place where the arm was then", STREAM_STAYS)
     return segments or (rest(state.joints, lasting, problem.begin, motion),)
 

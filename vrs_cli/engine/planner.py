@@ -114,7 +114,7 @@ def _state(path: JointPath, s: float) -> JointState:
     return JointState(path.joints(s), path.velocity(s), path.acceleration(s))
 
 
-class Place(Struct, frozen=True):
+class CutPlace(Struct, frozen=True):
     """Where a time cuts the timeline: after `keep` segments, the state then, and the motion that is interrupted.
 
     That is the motion of the first segment that ends later, also when it would begin just then: the later command
@@ -126,7 +126,7 @@ class Place(Struct, frozen=True):
     interrupted: Motion | None
 
 
-def place_at(arm: RobotArm, timeline: Timeline, t: float) -> Place:
+def place_at(arm: RobotArm, timeline: Timeline, t: float) -> CutPlace:
     """Cut the timeline at a time."""
     keep = timeline.index_at(t) + 1
     while keep > 1 and timeline[keep - 1].start >= t and timeline[keep - 1].duration > 0.0:
@@ -134,14 +134,14 @@ def place_at(arm: RobotArm, timeline: Timeline, t: float) -> Place:
     segment = timeline[keep - 1]
     here = state_at(arm, segment, min(t - segment.start, segment.duration))
     if segment.finish > t:
-        return Place(keep, here, segment.motion)
+        return CutPlace(keep, here, segment.motion)
     if keep == len(timeline) or timeline[keep].start > t:
-        return Place(keep, here.standing(), None)
+        return CutPlace(keep, here.standing(), None)
     moving = not state_at(arm, timeline[keep], 0.0).joints.at_rest
-    return Place(keep, here if moving else here.standing(), timeline[keep].motion)
+    return CutPlace(keep, here if moving else here.standing(), timeline[keep].motion)
 
 
-def _plan_new(timeline: Timeline, place: Place, problem: Problem) -> tuple[Place, tuple[Segment, ...]]:
+def _plan_new(timeline: Timeline, place: CutPlace, problem: Problem) -> tuple[CutPlace, tuple[Segment, ...]]:
     """The segments of a motion out of what is under way, or once the arm stands; and where it cuts the timeline."""
     if problem.motion.start is Start.BLEND and place.interrupted is not None:
         corner, end = _next_rest(problem.arm, timeline, place.keep)
@@ -154,7 +154,7 @@ def _plan_new(timeline: Timeline, place: Place, problem: Problem) -> tuple[Place
         return corner, plan_motion(structs.replace(problem, here=corner.here, begin=end))
 
 
-def _next_rest(arm: RobotArm, timeline: Timeline, keep: int) -> tuple[Place, float]:
+def _next_rest(arm: RobotArm, timeline: Timeline, keep: int) -> tuple[CutPlace, float]:
     """The first place and time at which the robot stands after the first `keep` segments have begun."""
     while True:
         segment = timeline[keep - 1]
@@ -163,7 +163,7 @@ def _next_rest(arm: RobotArm, timeline: Timeline, keep: int) -> tuple[Place, flo
         if state_at(arm, timeline[keep], 0.0).joints.at_rest:
             break
         keep += 1
-    return Place(keep, rest_after(arm, segment), None), segment.finish
+    return CutPlace(keep, rest_after(arm, segment), None), segment.finish
 
 
 class _Tail(Struct, frozen=True):
@@ -194,7 +194,7 @@ class _Edit(Struct, frozen=True, dict=True):
 
     arm: RobotArm
     slowest: float
-    cut: Place
+    cut: CutPlace
     segments: tuple[Segment, ...]
     tail: _Tail
 

@@ -18,7 +18,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.block_table import BlockTable
-from vrs_cli.trajectory.rope import Block
+from vrs_cli.trajectory.rope import RowPart
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.motion import Frames
@@ -33,7 +33,7 @@ POSES = 2048  # found at once: their numbers stay in the cache
 BEYOND = 1.5  # times the limit of a joint, which no motion reaches
 
 
-class Places(Struct, frozen=True):
+class PlaceArrays(Struct, frozen=True):
     """Where the robot is at N times: (N,) [s], joints (N, n) [rad], T_world_tool (N, 3, 4) [m], hand (N,), 1 open."""
 
     times: Floats
@@ -42,14 +42,14 @@ class Places(Struct, frozen=True):
     hand: Floats
 
 
-class Positions(Places, frozen=True):
+class PositionArrays(PlaceArrays, frozen=True):
     """Places with the velocity [rad/s] and acceleration [rad/s2] of the joints, (N, n) each."""
 
     velocity: Floats
     acceleration: Floats
 
 
-Sampled = TypeVar("Sampled", bound=Places)
+Sampled = TypeVar("Sampled", bound=PlaceArrays)
 
 
 def joints_at(arm: RobotArm, timeline: Timeline, t: float) -> Joints:
@@ -146,7 +146,7 @@ def _sorted(times: Floats) -> tuple[Floats, Rows | None]:
     return times[order], back
 
 
-def _blocks(timeline: Timeline, times: Floats) -> Iterator[tuple[Block, slice]]:
+def _blocks(timeline: Timeline, times: Floats) -> Iterator[tuple[RowPart, slice]]:
     """The blocks in which sorted times (N,) lie, each with the slice of times that lie in it."""
     import numpy as np
 
@@ -196,17 +196,17 @@ def _joints_on_line(arm: RobotArm, segment: Segment, s: Floats) -> Floats:
     return q
 
 
-def places_at(arm: RobotArm, timeline: Timeline, times: Floats) -> Places:
+def places_at(arm: RobotArm, timeline: Timeline, times: Floats) -> PlaceArrays:
     """`positions_at` without the rates, which cost the most on straight lines."""
-    return _sampled(arm, timeline, times, Places)
+    return _sampled(arm, timeline, times, PlaceArrays)
 
 
-def positions_at(arm: RobotArm, timeline: Timeline, times: Floats) -> Positions:
+def positions_at(arm: RobotArm, timeline: Timeline, times: Floats) -> PositionArrays:
     """g for an array of times (N,) [s], in any order; sorted times are fastest."""
-    return _sampled(arm, timeline, times, Positions)
+    return _sampled(arm, timeline, times, PositionArrays)
 
 
-def fill(found: Positions, at: Flags, rows: Sequence[Position]) -> None:
+def fill(found: PositionArrays, at: Flags, rows: Sequence[Position]) -> None:
     """Put what was found one by one in the places that are named."""
     import numpy as np
 
@@ -232,20 +232,20 @@ def _sampled(arm: RobotArm, timeline: Timeline, times: Floats, kind: type[Sample
     return found if back is None else kind(*(column[back] for column in structs.astuple(found)))
 
 
-def _fill(arm: RobotArm, block: Block, rows: slice, out: Places) -> tuple[BlockTable, Rows]:
+def _fill(arm: RobotArm, block: RowPart, rows: slice, out: PlaceArrays) -> tuple[BlockTable, Rows]:
     """Fill the rows of the sorted times that lie in one block, but for the poses: its table, and the places there."""
     times, q = out.times[rows], out.joints[rows]
     table, part = block.table()
     places, s = table.locate(times, block.offset, part)
     _joints(arm, table, places, s, q)
-    if isinstance(out, Positions):
+    if isinstance(out, PositionArrays):
         moving = (times >= table.starts[places] + block.offset) & (s < table.durations[places]) & ~table.resting[places]
         _fill_rates(arm, table, places, s, moving, q, (out.velocity[rows], out.acceleration[rows]))
     out.hand[rows] = table.hand[places]
     return table, places
 
 
-def _fill_poses(arm: RobotArm, frames: dict[Frames, int], which: Rows, out: Places) -> None:
+def _fill_poses(arm: RobotArm, frames: dict[Frames, int], which: Rows, out: PlaceArrays) -> None:
     """Fill in T_world_tool, many rows at once: `which` (N,) tells the number of the frames at each time."""
     import numpy as np
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.jacobian import Twist
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import Transform, Vector, added, compose, cross, dot, inverse, scaled, subtracted
 from vrs_cli.trajectory.polynomial import value_and_rate
 from vrs_cli.trajectory.segment import CartesianPath
@@ -73,7 +73,7 @@ def joint_acceleration(
         poses = _flange_poses(path, s, T_flange_tool)
         return arm.steady.joint_acceleration_on(q, poses, path.twist(s), T_flange_tool)
     rate = path.twist_rate(s)
-    if arm.model.task is Task.POINTING:
+    if arm.model.task is ArmTask.POINTING:
         rate = _asked_acceleration(_free_turn(arm, path, s, q, qd), rate)
     return arm.joint_acceleration(q, qd, rate, T_flange_tool, path.demands(s, 2))
 
@@ -87,7 +87,7 @@ def joint_acceleration_and_jerk(
         return arm.steady.joint_jerk_on(q, poses, path.twist(s), T_flange_tool)
     rate, change = path.twist_rates(s)
     second, third = path.demands(s, 2), path.demands(s, 3)
-    if arm.model.task is not Task.POINTING:
+    if arm.model.task is not ArmTask.POINTING:
         qdd = arm.joint_acceleration(q, qd, rate, T_flange_tool, second)
         return qdd, arm.joint_jerk(q, qd, qdd, change, T_flange_tool, third)
     turn = _free_turn(arm, path, s, q, qd)

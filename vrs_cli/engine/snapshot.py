@@ -52,7 +52,7 @@ def fitted(delta: TimelineDelta, timeline: Timeline, first: int) -> TimelineDelt
     return delta._replace(keep=keep, drop=min(delta.drop, count - keep))
 
 
-class Replaced(Struct, frozen=True):
+class TimelineReplaced(Struct, frozen=True):
     """Another timeline has taken the place of the one before, with these settings: what a subscriber begins with, and
     hears of BRANCH, MERGE, LOAD of a trajectory. It holds the timeline itself; a snapshot is made by who sends it on.
     """

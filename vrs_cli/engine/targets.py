@@ -40,8 +40,8 @@ from vrs_cli.values.motion import (
     Frames,
     JointOffsetTarget,
     JointTarget,
-    Kind,
     Motion,
+    MotionKind,
     NamedTarget,
     PoseTarget,
     Swivel,
@@ -138,16 +138,16 @@ def retarget(arm: RobotArm, motion: Motion, destination: Joints) -> Motion:
     A joint-interpolated one keeps arm and elbow as they are there. Raises LocationOutOfRange, JointOutOfRange.
     """
     target = motion.relative
-    if target is None or motion.kind is Kind.REST:
+    if target is None or motion.kind is MotionKind.REST:
         return motion
     if isinstance(target, JointOffsetTarget):
         joints = _drive(destination, target)
         check_joint_limits(arm.model, joints)
-        if motion.kind is Kind.JOINT:
+        if motion.kind is MotionKind.JOINT:
             return motion._replace(goal=joints)
         return motion._replace(pose=compose(arm.forward(joints), motion.frames.tool))
     pose = _relative_pose(arm, target, destination, motion.frames)
-    if motion.kind is Kind.STRAIGHT:
+    if motion.kind is MotionKind.STRAIGHT:
         return motion._replace(pose=pose)
     tool = motion.frames.tool
     return motion._replace(goal=arm.holding(tool).select(compose(pose, inverse(tool)), destination))

@@ -10,11 +10,11 @@ from typing import NamedTuple
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import Vector, dot, inverse, moved_point, position, subtracted
 from vrs_cli.trajectory.polynomial import value
-from vrs_cli.trajectory.rope import Block
+from vrs_cli.trajectory.rope import RowPart
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import Kind, Motion
+from vrs_cli.values.motion import Motion, MotionKind
 
 TURN = 0.5  # [rad, m] of all joints together: on so short a way the tip turns to and fro once at most
 PROBES = (0.25, 0.5, 0.75)  # of a line: where its distance from the way is looked at
@@ -83,13 +83,13 @@ class ToolPath:
         return [line for line in found if line.begin < end and line.end > begin]
 
 
-def _block_lines(arm: RobotArm, block: Block, error: float) -> Iterator[ToolLine]:
+def _block_lines(arm: RobotArm, block: RowPart, error: float) -> Iterator[ToolLine]:
     """A line for each segment that moves; one for all that are steered without a pause."""
     steered = list[ToolLine]()
     for segment in block.row.between(block.first, block.last):
         if segment.phase is Phase.REST or segment.duration <= 0.0:
             continue
-        steers = segment.motion.kind is Kind.STEERED
+        steers = segment.motion.kind is MotionKind.STEERED
         if steered and not (steers and steered[-1].times[-1] == segment.start):
             yield _joined(steered, error)
             steered = []

@@ -14,13 +14,13 @@ from msgspec import Struct
 
 from vrs_cli.trajectory.delta_log import KeptDeltas
 from vrs_cli.trajectory.rope import SMALL
-from vrs_cli.trajectory.row import Kept, Row
+from vrs_cli.trajectory.row import Row, RowStore
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 
 ROW = 128  # segments: a row of so many grows no more; after one change no row is written beyond them (3 ms of CPU)
 
 
-class Reach(Struct, frozen=True):
+class WindowSize(Struct, frozen=True):
     """How much stays in memory: commands and deltas of the last `changes`, and the last `segments`. `checkpoint`: after
     so many changes the next one is due.
     """
@@ -33,7 +33,7 @@ class Reach(Struct, frozen=True):
 class Store(KeptDeltas, Protocol):
     """Where the past is written down. What cannot be written stays in memory."""
 
-    def keep_row(self, row: Row) -> Kept | None:
+    def keep_row(self, row: Row) -> RowStore | None:
         """Write a row; None where that is not possible now."""
 
     def keep_checkpoint(self, timeline: Timeline, commands: int, number: int) -> bool:
@@ -42,10 +42,10 @@ class Store(KeptDeltas, Protocol):
         """
 
 
-class Window:
+class MemoryWindow:
     """The end of one course of events, which is all of it that is in memory. `checkpoint`: the version of the last."""
 
-    def __init__(self, store: Store, reach: Reach, checkpoint: int = 0) -> None:
+    def __init__(self, store: Store, reach: WindowSize, checkpoint: int = 0) -> None:
         self.store, self.reach, self._checkpoint = store, reach, checkpoint
         self._first = 0  # the segments before the one with this number are away
 

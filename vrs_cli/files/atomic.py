@@ -19,7 +19,7 @@ from typing import BinaryIO
 
 from vrs_cli.errors import FileError
 from vrs_cli.files.bounds import FREE, NOFOLLOW, Folder
-from vrs_cli.files.lock import WINDOWS, Hold, hold, is_special
+from vrs_cli.files.lock import WINDOWS, HeldLock, hold, is_special
 from vrs_cli.files.naming import wrong_name
 from vrs_cli.files.opening import open_to_write, reason
 
@@ -52,14 +52,14 @@ def atomically(path: str | Path, within: Folder = FREE) -> Iterator[BinaryIO]:
             beside.close()
 
 
-class Beside:
+class NewFile:
     """A new file `name` beside `target`, to take its place with `commit`; the target is locked until `close`.
 
     Without a name the stream is that of the target itself: there is nothing, or nothing more, to replace.
     """
 
     def __init__(
-        self, target: Path, name: str | None, stream: BinaryIO, held: Hold | None, within: Folder = FREE
+        self, target: Path, name: str | None, stream: BinaryIO, held: HeldLock | None, within: Folder = FREE
     ) -> None:
         self.target, self.name, self.stream = target, name, stream
         self._held, self._within = held, within
@@ -88,7 +88,7 @@ class Beside:
             self._held.release()
 
 
-def create_beside(target: Path, held: Hold | None = None, within: Folder = FREE) -> Beside:
+def create_beside(target: Path, held: HeldLock | None = None, within: Folder = FREE) -> NewFile:
     """An open, empty, hidden file in the folder of the target (of what a link points at), which is locked; `held`: by
     the caller, for longer.
 
@@ -96,7 +96,7 @@ def create_beside(target: Path, held: Hold | None = None, within: Folder = FREE)
     """
     within.check(target)
     if is_special(target):
-        return Beside(target, None, open_to_write(target), None)
+        return NewFile(target, None, open_to_write(target), None)
     if target.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
     if WINDOWS and (wrong := wrong_name(target.name)):
@@ -107,7 +107,7 @@ def create_beside(target: Path, held: Hold | None = None, within: Folder = FREE)
         if lock.firm:
             _clear_left(target)
         handle, name = _create(target, within)
-        beside = Beside(target, name, os.fdopen(handle, "wb"), lock if held is None else None, within)
+        beside = NewFile(target, name, os.fdopen(handle, "wb"), lock if held is None else None, within)
         failed.pop_all()
     try:
         within.check_open(Path(name), handle)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from vrs_cli.engine.book import Book
 from vrs_cli.engine.engine import Bookmark, Engine
-from vrs_cli.engine.window import Reach, Window
+from vrs_cli.engine.window import MemoryWindow, WindowSize
 from vrs_cli.errors import UsageError
 from vrs_cli.files.journal import Course, Journal, Taken
 from vrs_cli.files.rebuild import history_of
@@ -65,7 +65,7 @@ def keep_journal(
     *,
     durable: bool = True,
     together: bool = False,
-    reach: Reach | None = None,
+    reach: WindowSize | None = None,
 ) -> Journal:
     """Write all that happens in the engine's book from now on to a file: a new one, or the one that was read, which the
     engine takes up. Each change is on the disk before it happens. `tell` says at once where the file is lost, and what
@@ -82,7 +82,7 @@ def keep_journal(
         it.close()
         raise
     if reach is not None and journal.past is not None:
-        book.keep_short(Window(journal, reach, it.resumed.version if it.resumed is not None else 0))
+        book.keep_short(MemoryWindow(journal, reach, it.resumed.version if it.resumed is not None else 0))
     if goes_on is not None:
         engine.take_up(goes_on)
     book.journal = journal

@@ -24,7 +24,7 @@ from vrs_cli.errors import (
     UnitNotAttached,
     VrsError,
 )
-from vrs_cli.files.atomic import Beside, create_beside
+from vrs_cli.files.atomic import NewFile, create_beside
 from vrs_cli.files.bounds import Folder
 from vrs_cli.files.folder import delete
 from vrs_cli.files.opening import text_of
@@ -39,7 +39,7 @@ class _Unit(Struct, eq=False):
 
     attached: bool = False
     path: Path | None = None
-    file: StringIO | Beside | None = None
+    file: StringIO | NewFile | None = None
     status: int = SUCCESS
     length: int = 0
 
@@ -69,14 +69,14 @@ class _Unit(Struct, eq=False):
     def write(self, text: str) -> None:
         """Raises FileNotOpened, FileError, OSError."""
         self.check_open()
-        if not isinstance(self.file, Beside):
+        if not isinstance(self.file, NewFile):
             raise FileError("the file is open to be read", "FOPENW and FOPENA open one to be written")
         self.file.stream.write(text.encode("utf-8", "replace"))
 
     def close(self) -> None:
         """What was written is in the file. Raises OSError."""
         file, self.path, self.file = self.file, None, None
-        if isinstance(file, Beside):
+        if isinstance(file, NewFile):
             try:
                 file.commit()
             finally:
@@ -161,7 +161,7 @@ class Disk(Struct, eq=False):
             if one.path is not None:
                 raise FileOpened(one.path.name, "FCLOSE closes it")
             others = [other for other in self._units.values() if other.path == path]
-            written = any(isinstance(other.file, Beside) for other in others)
+            written = any(isinstance(other.file, NewFile) for other in others)
             if written or (others and access is not Access.READ):  # many may read a file, or one may write it
                 raise FileOpened(path.name, "it is open on another unit")
             one.file = _opened(path, access, folder)
@@ -205,7 +205,7 @@ class Disk(Struct, eq=False):
     def write(self, task: int, unit: int, text: str) -> None:
         """Raises UnitNotAttached, and what `spend` does."""
         one = self._unit(task, unit)
-        if isinstance(one.file, Beside):
+        if isinstance(one.file, NewFile):
             self.spend(len(text.encode("utf-8", "replace")))
         with one.attempt():
             one.write(text)
@@ -216,7 +216,7 @@ class Disk(Struct, eq=False):
     def rest(self, task: int) -> None:
         """A task has stopped, and may go on: what it has written so far is in its files."""
         for one in self._of(task):
-            if isinstance(one.file, Beside):
+            if isinstance(one.file, NewFile):
                 with one.attempt():
                     one.file.commit()
 
@@ -248,7 +248,7 @@ class Disk(Struct, eq=False):
         return (one for (owner, _), one in list(self._units.items()) if owner == task)
 
 
-def _opened(path: Path, access: Access, within: Folder) -> StringIO | Beside:
+def _opened(path: Path, access: Access, within: Folder) -> StringIO | NewFile:
     """Raises FileError, FileExists, OSError."""
     import shutil
 

@@ -16,8 +16,8 @@ import numpy as np
 from msgspec import Struct
 
 from vrs_cli.engine.position import (
-    Places,
-    Positions,
+    PlaceArrays,
+    PositionArrays,
     accelerations_at_ends,
     joints_over,
     places_at,
@@ -93,7 +93,7 @@ def write_csv(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) 
         stream.write((form * len(rows) % tuple(rows.ravel().tolist())).encode("ascii"))
 
 
-def table(places: Places, units: JointUnits) -> Floats:
+def table(places: PlaceArrays, units: JointUnits) -> Floats:
     """(N, 1 + n + 6): t [s], joints [deg, mm], x, y, z [mm], o, a, t [deg]; degrees and millimetres are rounded."""
     T = places.T_world_tool
     columns = (shown_joints(places.joints, units), T[:, :, 3] * 1000.0, np.degrees(to_oat_batch(T)))
@@ -160,7 +160,7 @@ def _write_samples(archive: ZipFile, arm: RobotArm, timeline: Timeline, rate: fl
                 copyfileobj(file, member)
 
 
-def _samples(here: Positions) -> dict[str, Floats]:
+def _samples(here: PositionArrays) -> dict[str, Floats]:
     return {
         "times": here.times,
         "joints": here.joints,
@@ -308,7 +308,7 @@ def _with(times: Floats, smooth: Flags, more: Floats) -> tuple[Floats, Flags]:
     return np.insert(times, at, more), np.insert(smooth, at, True)
 
 
-def _interpolated(at: Positions, smooth: Flags) -> Floats:
+def _interpolated(at: PositionArrays, smooth: Flags) -> Floats:
     """The joints halfway between points (N,), as a controller has them: (N - 1, n)."""
     h = np.diff(at.times)[:, None]
     middle = 0.5 * (at.joints[:-1] + at.joints[1:])
@@ -337,7 +337,7 @@ def _joined(parts: Sequence[_Points]) -> _Points:
     return _Points(np.concatenate([part.times for part in parts]), np.concatenate([part.smooth for part in parts]))
 
 
-def _ros_points(positions: Positions, smooth: Flags, start: float) -> Iterator[str]:
+def _ros_points(positions: PositionArrays, smooth: Flags, start: float) -> Iterator[str]:
     rows = zip(
         nanoseconds(positions.times - start),
         positions.joints.tolist(),

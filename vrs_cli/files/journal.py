@@ -18,7 +18,7 @@ from msgspec import Struct
 from vrs_cli.errors import FileError
 from vrs_cli.files.atomic import create_beside, writing
 from vrs_cli.files.growing import GrowingFile
-from vrs_cli.files.lock import Hold, hold, is_special
+from vrs_cli.files.lock import HeldLock, hold, is_special
 from vrs_cli.files.opening import reason
 from vrs_cli.files.past import KeptRow, Past, Resumed, part_record, resumed
 from vrs_cli.files.trajectory_file import Recording, read_trajectory, trajectory_lines
@@ -59,7 +59,7 @@ class Taken(Struct, frozen=True):
     """
 
     path: Path
-    held: Hold
+    held: HeldLock
     file: GrowingFile | None = None
     recording: Recording | None = None
     resumed: Resumed | None = None
@@ -103,7 +103,7 @@ def take_up(path: Path, progress: Callable[[float], None] | None = None, changes
         raise
 
 
-def _read(path: Path, held: Hold, progress: Callable[[float], None] | None, changes: int | None) -> Taken:
+def _read(path: Path, held: HeldLock, progress: Callable[[float], None] | None, changes: int | None) -> Taken:
     file = GrowingFile(path)
     try:
         if changes is not None and (found := resumed(file, changes)) is not None:
@@ -171,7 +171,7 @@ class Journal:
     def path(self) -> Path:
         return self._file.path
 
-    def _begun(self, path: Path, held: Hold) -> tuple[GrowingFile, LineEncoder]:
+    def _begun(self, path: Path, held: HeldLock) -> tuple[GrowingFile, LineEncoder]:
         """A new file with all that has happened, in the place of an older one at once."""
         beside, lines, course = create_beside(path, held), LineEncoder(), self._course()
         self._places.clear()
@@ -357,7 +357,7 @@ class Journal:
         self._before = None
         self._tell(f"*File error* {old.path} {what}: all of it goes on in {path}")
 
-    def _copied(self, path: Path, held: Hold, before: _Before | None) -> GrowingFile:
+    def _copied(self, path: Path, held: HeldLock, before: _Before | None) -> GrowingFile:
         """A new file with the lines of the present one, which has what is not in memory any more. Raises OSError."""
         old, size = self._file, self._file.size if before is None else before.size
         beside = create_beside(path, held)

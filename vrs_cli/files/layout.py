@@ -20,21 +20,21 @@ Loose = Comment | BadLine  # a line of a file that is in no program or section
 EntryKey = tuple[str, tuple[float, ...]]  # a variable by its key, and its indexes
 
 
-class Beside(Struct, frozen=True):
+class EntryComments(Struct, frozen=True):
     """What belongs to a variable of a section: the lines before it (None: blank), and the comment on its line."""
 
     before: tuple[str | None, ...] = ()
     comment: str | None = None
 
 
-NOTHING = Beside()
+NOTHING = EntryComments()
 
 
 class Layout(Struct, frozen=True):
     """`parts`: lines before a program (by key) or a section (by name); `ends`: lines before the `.END` of a section."""
 
     parts: Mapping[str, tuple[Loose, ...]] = field(default_factory=dict)
-    entries: Mapping[EntryKey, Beside] = field(default_factory=dict)
+    entries: Mapping[EntryKey, EntryComments] = field(default_factory=dict)
     ends: Mapping[str, tuple[str | None, ...]] = field(default_factory=dict)
     tail: tuple[Loose, ...] = ()
 
@@ -43,7 +43,7 @@ class Layout(Struct, frozen=True):
         """That of one file."""
         parts, entries, ends = (
             dict[str, tuple[Loose, ...]](),
-            dict[EntryKey, Beside](),
+            dict[EntryKey, EntryComments](),
             dict[str, tuple[str | None, ...]](),
         )
         loose: list[Loose] = []
@@ -101,9 +101,9 @@ def _entry_key(entry: Entry) -> EntryKey:
     return entry.variable.key, tuple(indexes)
 
 
-def _entries(section: Section) -> Iterator[tuple[EntryKey, Beside]]:
+def _entries(section: Section) -> Iterator[tuple[EntryKey, EntryComments]]:
     before = defaultdict[int, list[str | None]](list)
     for at, text in section.remarks:
         before[at].append(text)
     for number, entry in enumerate(section.entries):
-        yield _entry_key(entry), Beside(tuple(before[number]), entry.comment)
+        yield _entry_key(entry), EntryComments(tuple(before[number]), entry.comment)

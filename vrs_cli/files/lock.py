@@ -22,7 +22,7 @@ NO_LOCKS = frozenset({errno.ENOLCK, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUP
 SHUT_FOLDER = frozenset({errno.EACCES, errno.EPERM, errno.EROFS})
 
 
-class Hold(AbstractContextManager["Hold"]):
+class HeldLock(AbstractContextManager["HeldLock"]):
     """A lock that is held until `release`. `firm`: nobody else has it; that cannot be said of a disk without locks,
     or of a folder that cannot be written, where there is no handle."""
 
@@ -49,7 +49,7 @@ class Hold(AbstractContextManager["Hold"]):
         self.release()
 
 
-def hold(path: Path) -> Hold:
+def hold(path: Path) -> HeldLock:
     """Lock the file of that name, whether it is there or not; a link is followed, since two names are one file. A
     device or a pipe is everybody's.
 
@@ -57,11 +57,11 @@ def hold(path: Path) -> Hold:
     """
     real = Path(os.path.realpath(path))
     if is_special(real):
-        return Hold(real, None)
+        return HeldLock(real, None)
     beside, deadline = real.with_name(f".{real.name}.lock"), time.monotonic() + PATIENCE
     while True:
         handle = _opened(beside)
-        held = Hold(beside, None) if handle is None else _taken(beside, handle)
+        held = HeldLock(beside, None) if handle is None else _taken(beside, handle)
         if held is not None:
             return held
         if time.monotonic() > deadline:
@@ -113,7 +113,7 @@ def _opened(beside: Path) -> int | None:
         return None
 
 
-def _taken(beside: Path, handle: int) -> Hold | None:
+def _taken(beside: Path, handle: int) -> HeldLock | None:
     """The lock; None where somebody else has it, or has removed its file since it was opened. Raises OSError."""
     with ExitStack() as in_vain:
         in_vain.callback(os.close, handle)
@@ -123,11 +123,11 @@ def _taken(beside: Path, handle: int) -> Hold | None:
             if error.errno not in NO_LOCKS:
                 raise
             beside.unlink(missing_ok=True)
-            return Hold(beside, None)
+            return HeldLock(beside, None)
         if locked and is_at(handle, beside):
             _sign(handle)
             in_vain.pop_all()
-            return Hold(beside, handle)
+            return HeldLock(beside, handle)
     return None
 
 

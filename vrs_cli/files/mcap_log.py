@@ -75,7 +75,7 @@ def check_mcap() -> None:
         raise UsageError("a log in MCAP needs mcap, which is not installed", how_to_install("mcap"))
 
 
-class Message(NamedTuple):
+class LogMessage(NamedTuple):
     """`time` in nanoseconds, `data` in CDR."""
 
     time: int
@@ -120,7 +120,7 @@ class _Counted:
 # --- messages --------------------------------------------------------------------------------------------------
 
 
-def _states(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[Message]:
+def _states(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[LogMessage]:
     n = arm.model.joint_count
     joint_state = _Stamped("", joint_names(arm), ("I", n), numbers=f"{n}dI4x{n}dI")
     tool = _Stamped("world", numbers="7d")
@@ -135,8 +135,8 @@ def _states(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[Message]
             strict=True,
         )
         for ns, joints, velocity, place, orientation in rows:
-            yield Message(ns, "/joint_states", joint_state(ns, *joints, n, *velocity, 0))
-            yield Message(ns, "/tool", tool(ns, *place, *orientation))
+            yield LogMessage(ns, "/joint_states", joint_state(ns, *joints, n, *velocity, 0))
+            yield LogMessage(ns, "/tool", tool(ns, *place, *orientation))
 
 
 class _Stamped:
@@ -155,14 +155,14 @@ class _Stamped:
         return CDR_HEAD + stamp + self._between + self._numbers.pack(*numbers)
 
 
-def _commands(timeline: Timeline) -> Iterator[Message]:
+def _commands(timeline: Timeline) -> Iterator[LogMessage]:
     """One where a motion begins, also where it goes on after another that was inserted."""
     before = 0
     for segment in timeline:
         motion = segment.motion
         if motion.number != before:
             ns, text = round(segment.start * NANOSECONDS), motion.text or motion.kind.value
-            yield Message(ns, "/commands", cdr(_stamp(ns), ("B", INFO), "vrs", text, "", "", ("I", 0)))
+            yield LogMessage(ns, "/commands", cdr(_stamp(ns), ("B", INFO), "vrs", text, "", "", ("I", 0)))
         before = motion.number
 
 

@@ -16,12 +16,12 @@ from msgspec import Struct
 from vrs_cli.engine.history import History
 from vrs_cli.errors import FileError, VrsError
 from vrs_cli.files.growing import GrowingFile
-from vrs_cli.files.rebuild import brought_forward
+from vrs_cli.files.rebuild import loaded_forward
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.trajectory.delta_log import PART, DeltaLog
-from vrs_cli.trajectory.rope import Part
+from vrs_cli.trajectory.rope import LeafTimes
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
@@ -69,7 +69,7 @@ _rows: _Near[Row] = _Near()
 _deltas: _Near[Sequence[TimelineDelta]] = _Near()
 
 
-class Line(NamedTuple):
+class JournalLine(NamedTuple):
     """A whole line without its checksum, and where it begins and ends in the file."""
 
     record: bytes
@@ -132,7 +132,7 @@ class Past:
         if number < last:
             raise RecordError("it is cut short")
 
-    def _line(self, place: int) -> Line:
+    def _line(self, place: int) -> JournalLine:
         """Raises RecordError."""
         line = next(lines(self.file, place), None)
         if line is None:
@@ -150,7 +150,7 @@ class KeptRow(Struct, frozen=True):
         return self.past.row(self.place)
 
 
-def lines(file: GrowingFile, place: int) -> Iterator[Line]:
+def lines(file: GrowingFile, place: int) -> Iterator[JournalLine]:
     """The lines from a place on, which follows on a line with a checksum; a last one that is torn is left out. Raises
     RecordError for one that is not as it was written.
     """
@@ -160,10 +160,10 @@ def lines(file: GrowingFile, place: int) -> Iterator[Line]:
         *whole, data = (data + chunk).split(b"\n")
         for line in whole:
             end = begin + len(line) + 1
-            yield Line(checksums.open(line), begin, end)
+            yield JournalLine(checksums.open(line), begin, end)
             begin = end
     if data and is_object(data):
-        yield Line(checksums.open(data), begin, begin + len(data))
+        yield JournalLine(checksums.open(data), begin, begin + len(data))
 
 
 def _checksums(file: GrowingFile, place: int) -> Checksums:
@@ -265,7 +265,7 @@ def _resumed(file: GrowingFile, place: int, record: CheckpointRecord) -> Resumed
     return Resumed(
         model=model,
         initial=segments_of(header.initial, Motions(), None, form),
-        timeline=brought_forward(history, timeline, new, record.number),
+        timeline=loaded_forward(history, timeline, new, record.number),
         deltas=DeltaLog.after(past, parts, [*known, *new]),
         history=history,
         number=max([record.number, *(delta.motion.number for delta in new)]),
@@ -276,16 +276,16 @@ def _resumed(file: GrowingFile, place: int, record: CheckpointRecord) -> Resumed
     )
 
 
-def _parts(record: CheckpointRecord, past: Past) -> Iterator[Part]:
+def _parts(record: CheckpointRecord, past: Past) -> Iterator[LeafTimes]:
     rows: dict[int, Row] = {}
     for it in record.parts:
         row = rows.get(it.place)
         if row is None:
             row = rows[it.place] = Row.kept_at(KeptRow(past, it.place), it.count)
-        yield Part(row, it.first, it.last, it.begin, it.end, it.offset)
+        yield LeafTimes(row, it.first, it.last, it.begin, it.end, it.offset)
 
 
-def part_record(part: Part) -> PartRecord:
+def part_record(part: LeafTimes) -> PartRecord:
     """A part of a row that is in a journal."""
     kept = part.row.kept
     assert isinstance(kept, KeptRow), "the row is in a journal"

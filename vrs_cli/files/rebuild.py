@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from msgspec import Struct
 
-from vrs_cli.engine.history import History, Step
+from vrs_cli.engine.history import History, HistoryStep
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.wire.records import RecordError
@@ -55,11 +55,11 @@ def history_of(initial: Iterable[Segment], deltas: Iterable[TimelineDelta]) -> H
     the issue time of a command, REDO to the end of the timeline.
     """
     history = History()
-    brought_forward(history, Timeline(initial), deltas, 0)
+    loaded_forward(history, Timeline(initial), deltas, 0)
     return history
 
 
-def brought_forward(history: History, timeline: Timeline, deltas: Iterable[TimelineDelta], number: int) -> Timeline:
+def loaded_forward(history: History, timeline: Timeline, deltas: Iterable[TimelineDelta], number: int) -> Timeline:
     """The timeline after more deltas; the history of what was before learns of them. `number`: of the last motion."""
     streaming = False
     for delta in deltas:
@@ -73,7 +73,7 @@ def brought_forward(history: History, timeline: Timeline, deltas: Iterable[Timel
             history.do_again()
         elif not goes_on:
             number = delta.motion.number
-            history.add(Step.of(timeline, delta, delta.issued, insert=not _overrides(timeline, delta)))
+            history.add(HistoryStep.of(timeline, delta, delta.issued, insert=not _overrides(timeline, delta)))
         timeline = apply(timeline, delta)
     if streaming:
         history.lengthen_last(timeline)

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from vrs_cli.errors import FileError
 from vrs_cli.files.atomic import write_atomically
-from vrs_cli.files.lock import Hold, hold
+from vrs_cli.files.lock import HeldLock, hold
 
 EXTENSION = ".v2"
 KEPT, DECLINED = "unstored-", "declined-"
@@ -36,7 +36,7 @@ class Recovery:
         self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="recovery")
         self._text: str | None = None
         self._path: Path | None = None
-        self._held: Hold | None = None
+        self._held: HeldLock | None = None
 
     def write(self, text: str) -> None:
         """Keep this in place of what was kept."""
@@ -81,7 +81,7 @@ class Left(NamedTuple):
     path: Path
     written: datetime
     text: str
-    held: Hold
+    held: HeldLock
 
     def remove(self) -> None:
         """It has been taken over."""

@@ -24,7 +24,7 @@ NO_LAYOUT = Layout()
 NOWHERE = Span(0, 0, 0)  # what is stored was read nowhere
 
 
-class Part(Enum):
+class MemoryPart(Enum):
     """A part of the memory; `value` is the extension of a file that holds it alone."""
 
     PROGRAMS = ".pg"
@@ -33,24 +33,27 @@ class Part(Enum):
     STRINGS = ".st"
 
 
-EVERYTHING = frozenset(Part)
+EVERYTHING = frozenset(MemoryPart)
 
 
 class _SectionRow(NamedTuple):
-    part: Part
+    part: MemoryPart
     name: str
     kinds: tuple[Kind, ...]
 
 
 _SECTIONS = (
-    _SectionRow(Part.LOCATIONS, ".LOCATIONS", (Kind.LOCATION, Kind.PRECISION)),
-    _SectionRow(Part.REALS, ".REALS", (Kind.REAL,)),
-    _SectionRow(Part.STRINGS, ".STRINGS", (Kind.STRING,)),
+    _SectionRow(MemoryPart.LOCATIONS, ".LOCATIONS", (Kind.LOCATION, Kind.PRECISION)),
+    _SectionRow(MemoryPart.REALS, ".REALS", (Kind.REAL,)),
+    _SectionRow(MemoryPart.STRINGS, ".STRINGS", (Kind.STRING,)),
 )
 
 
 def store(
-    environment: Memory, what: Collection[Part] = EVERYTHING, programs: Sequence[str] = (), layout: Layout = NO_LAYOUT
+    environment: Memory,
+    what: Collection[MemoryPart] = EVERYTHING,
+    programs: Sequence[str] = (),
+    layout: Layout = NO_LAYOUT,
 ) -> str:
     """The text of a file that brings `what` back when it is loaded, as `chosen` has it."""
     everything = not programs and set(what) >= EVERYTHING
@@ -58,7 +61,7 @@ def store(
 
 
 def chosen(
-    environment: Memory, what: Collection[Part] = EVERYTHING, programs: Sequence[str] = ()
+    environment: Memory, what: Collection[MemoryPart] = EVERYTHING, programs: Sequence[str] = ()
 ) -> list[Program | Section]:
     """What is to be written. With `programs`, only these, those that they call, and the variables that all of them use.
 
@@ -66,7 +69,7 @@ def chosen(
     """
     found = with_called(environment, programs) if programs else tuple(_programs(environment).values())
     used = variables_used(found) if programs else None
-    parts: list[Program | Section] = list(found) if Part.PROGRAMS in what else []
+    parts: list[Program | Section] = list(found) if MemoryPart.PROGRAMS in what else []
     return parts + [section for row in _SECTIONS if row.part in what for section in _section(environment, row, used)]
 
 
@@ -165,7 +168,7 @@ def _called(program: Program) -> Iterator[str]:
 def _program_key(argument: object) -> Iterator[str]:
     if isinstance(argument, ast.ProgramCall):
         yield argument.key
-    elif isinstance(argument, ast.Word):
+    elif isinstance(argument, ast.BareWord):
         yield key_of(argument.text)
 
 

@@ -78,7 +78,7 @@ class Range(NamedTuple):
         return put_inside(q, self.lower, self.upper)
 
 
-class Pace(NamedTuple):
+class JointPace(NamedTuple):
     """Of the joints [rad, m]: how far `ahead` of them they go, so as to stop without going beyond, and by how much they
     lag what they follow without being late.
     """
@@ -87,7 +87,7 @@ class Pace(NamedTuple):
     lag: Joints
 
     @classmethod
-    def of(cls, velocity: Iterable[float], acceleration: Iterable[float]) -> Pace:
+    def of(cls, velocity: Iterable[float], acceleration: Iterable[float]) -> JointPace:
         """Of joints with these limits."""
         rows = list(zip(velocity, acceleration, strict=True))
         return cls(tuple(v * max(LAG, STOPPING * v / a) for v, a in rows), tuple(v * LAG for v, _ in rows))
@@ -141,7 +141,7 @@ class Pursuit:
         self._stalled = 0  # wishes that led nowhere
 
     def follow(
-        self, T_base_flange: Transform, T_flange_tool: Transform, coming: Sequence[Joints], pace: Pace
+        self, T_base_flange: Transform, T_flange_tool: Transform, coming: Sequence[Joints], pace: JointPace
     ) -> Shortfall:
         """One wish more. `coming`: where the joints are now, and where they come to if it is the last one."""
         now, wish = coming[0], _possible(self.arm, T_base_flange)
@@ -168,7 +168,7 @@ class Pursuit:
             self._elsewhere = self._another(aim, now)
         return Shortfall(*aim.miss(now), tuple(self._holds(aim, nearest, there, now, pace)))
 
-    def _ahead(self, coming: Sequence[Joints], pace: Pace) -> tuple[Joints, Joints]:
+    def _ahead(self, coming: Sequence[Joints], pace: JointPace) -> tuple[Joints, Joints]:
         """Below and above. Towards the axis of joint 1 no farther than to it, all joints together, so that they stop
         before it from any speed; but a little, so that they can go along it. Where they would pass over: back.
         """
@@ -223,7 +223,7 @@ class Pursuit:
         """It is in reach; the joint that is latest keeps the tool from there."""
         return Shortfall(*aim.miss(now), (Hold(Limit.SPEED, late.index(max(late)) + 1),))
 
-    def _holds(self, aim: Aim, nearest: Nearest, there: Joints | None, now: Joints, pace: Pace) -> Iterator[Hold]:
+    def _holds(self, aim: Aim, nearest: Nearest, there: Joints | None, now: Joints, pace: JointPace) -> Iterator[Hold]:
         """Joints at the ends of their ranges first, then the reach, then what cannot keep up."""
         model, named = self.arm.model, False
         ends, hurried = list[tuple[int, str]](), list[int]()
@@ -323,7 +323,7 @@ class Dragging:
         tick, self._last = min(max(since, SHORTEST), LONGEST_TICK), now
         fraction, model = fraction_of_full(1.0, engine.settings).fraction, engine.model
         fastest = [v * fraction for v in model.max_velocity]
-        pace = Pace.of(fastest, [a * engine.settings.acceleration for a in model.max_acceleration])
+        pace = JointPace.of(fastest, [a * engine.settings.acceleration for a in model.max_acceleration])
         lasting = max(engine.end - now, 0.0)
         coming = [joints_at(engine.arm, engine.timeline, now + part * lasting) for part in COMING]
         before, here = pursuit.goal, coming[0]

@@ -10,7 +10,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.parameters import IDLE_PARAMETERS, IDLE_SWITCHES, Idle, idle_of
 from vrs_cli.engine.targets import check_joint_limits
 from vrs_cli.errors import IllegalValue, MotionError, WithoutEffect
-from vrs_cli.interfaces.station.brought import variables_of
+from vrs_cli.interfaces.station.loaded_file import variables_of
 from vrs_cli.interfaces.tasks.readings import Readings
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, translation
@@ -179,7 +179,7 @@ def _settings_of(program: Program, idle: set[str]) -> Iterator[Diagnostic]:
     for step in program.steps:
         if isinstance(step.statement, ast.Instruction) and step.statement.word in _SETTING:
             for word in step.statement.arguments:
-                row = idle_of(_SETTING[step.statement.word], word.text) if isinstance(word, ast.Word) else None
+                row = idle_of(_SETTING[step.statement.word], word.text) if isinstance(word, ast.BareWord) else None
                 if row is not None and word is not None and row.name not in idle:
                     idle.add(row.name)
                     yield warning(WithoutEffect, word.span, f"{row.name}: {row.summary}", "it may be set and read")

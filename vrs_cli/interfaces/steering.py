@@ -20,7 +20,7 @@ STEER = "STEER"  # the text of its motions
 SHORTEST, LONGEST = 0.001, 0.5  # [s] between targets of a stream: a longer time is a gap
 
 
-class Error(Struct):
+class TrackingError(Struct):
     """How far the robot was from each target when that came: the farthest joint of a kind [rad, m], or in time [s]."""
 
     targets: int = 0
@@ -44,9 +44,9 @@ class Following(Struct):
 
     targets: int = 0
     held: int = 0
-    lag: Error = field(default_factory=Error)
-    turning: Error = field(default_factory=Error)
-    sliding: Error = field(default_factory=Error)
+    lag: TrackingError = field(default_factory=TrackingError)
+    turning: TrackingError = field(default_factory=TrackingError)
+    sliding: TrackingError = field(default_factory=TrackingError)
 
     def count(self, joints: Joints, goal: Joints, units: JointUnits, *, held: bool, lag: float) -> None:
         self.targets += 1

@@ -20,7 +20,7 @@ from vrs_cli.errors import (
     LocationTooFar,
     StraightLineSingular,
 )
-from vrs_cli.kinematics.clearance import Clearance, Hand, Pace
+from vrs_cli.kinematics.clearance import Clearance, Hand, HandPace
 from vrs_cli.kinematics.compiled import Biases, Formulas, biases, formulas
 from vrs_cli.kinematics.configuration import NONE, Configuration, Flag
 from vrs_cli.kinematics.elimination import solve
@@ -368,7 +368,7 @@ class RobotArm:
         self,
         a: Clearance,  # noqa: ARG002 (closed forms know)
         b: Clearance,  # noqa: ARG002
-        pace: Pace,  # noqa: ARG002
+        pace: HandPace,  # noqa: ARG002
         h: float,  # noqa: ARG002
         *,
         beside_axis: bool = False,  # noqa: ARG002

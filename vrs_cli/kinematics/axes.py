@@ -28,7 +28,7 @@ PARALLEL = 1e-8  # [rad] two axes that are
 EXACT = 1e-9  # [rad, m] how near an angle or a length must be to the one that a closed form needs
 
 
-class Line(NamedTuple):
+class AxisLine(NamedTuple):
     """An axis: a point on it [m] and its direction, of length one."""
 
     point: Vector
@@ -77,9 +77,9 @@ def link_transform(link: Link, q: float) -> Transform:
     )  # fmt: skip
 
 
-def axis_of(T: Transform) -> Line:
+def axis_of(T: Transform) -> AxisLine:
     """The z axis of a frame."""
-    return Line(position(T), (T.ax, T.ay, T.az))
+    return AxisLine(position(T), (T.ax, T.ay, T.az))
 
 
 def frame(x: Vector, z: Vector, origin: Vector) -> Transform:
@@ -102,7 +102,7 @@ class _Step(NamedTuple):
 
 
 def chain_of(
-    axes: Sequence[Line],
+    axes: Sequence[AxisLine],
     kinds: Sequence[JointKind],
     T_base_flange: Transform,
     alphas: Sequence[float | None] | None = None,
@@ -134,7 +134,7 @@ def chain_of(
     return Chain(base, tuple(links), flange, tuple(signs))
 
 
-def _next(z: Vector, origin: Vector, x: Vector | None, axis: Line, alpha: float | None) -> _Step | None:
+def _next(z: Vector, origin: Vector, x: Vector | None, axis: AxisLine, alpha: float | None) -> _Step | None:
     """From the axis z through `origin` to the next one. None where it does not lie at the angle `alpha`."""
     turn = cross(z, axis.direction)
     sine, cosine = sqrt(dot(turn, turn)), dot(z, axis.direction)
@@ -155,7 +155,7 @@ def _next(z: Vector, origin: Vector, x: Vector | None, axis: Line, alpha: float 
     )
 
 
-def _parallel(z: Vector, origin: Vector, x: Vector | None, axis: Line, alpha: float | None) -> _Step | None:
+def _parallel(z: Vector, origin: Vector, x: Vector | None, axis: AxisLine, alpha: float | None) -> _Step | None:
     if alpha is not None and abs(sin(alpha)) > EXACT:
         return None
     direction = axis.direction

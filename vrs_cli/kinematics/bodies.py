@@ -10,7 +10,7 @@ from vrs_cli.kinematics.model import RobotModel, levers, link_frames, link_pose
 from vrs_cli.kinematics.model_data import NEEDED_POSES
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
 from vrs_cli.kinematics.shape_data import ShapeReader
-from vrs_cli.kinematics.shapes import Body, Box, Capsule, Cylinder, Opening, Shape
+from vrs_cli.kinematics.shapes import Body, Box, Capsule, Cylinder, LinkShape, Opening
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, along, inverse, position, rotate
 
 SHAPES = ROBOTS / "shapes"  # of the built-in robots: files of their own, for who runs a program reads none
@@ -21,12 +21,12 @@ LEAST = 0.05  # [m] an arm is drawn as one that reaches so far at least
 SHORT = 1e-6  # [m] no distance to draw
 
 
-def shapes_of(model: RobotModel) -> tuple[Shape, ...]:
+def shapes_of(model: RobotModel) -> tuple[LinkShape, ...]:
     """What a robot looks like: as its file says, as a built-in robot with the same links, or as capsules."""
     return model.shapes or _built_in(model) or capsules(model)
 
 
-def _built_in(model: RobotModel) -> tuple[Shape, ...]:
+def _built_in(model: RobotModel) -> tuple[LinkShape, ...]:
     """The shapes of the built-in robot whose links these are; none where it is not one of them."""
     for path in sorted(SHAPES.glob("*.toml")):
         known = load_robot(path.stem)
@@ -45,7 +45,7 @@ def size_of(model: RobotModel) -> float:
 # --- capsules ------------------------------------------------------------------------------------------------------
 
 
-def capsules(model: RobotModel) -> tuple[Shape, ...]:
+def capsules(model: RobotModel) -> tuple[LinkShape, ...]:
     """A body for each link out of link data alone: along the joint's axis, then across to the next one."""
     reach, n = size_of(model), model.joint_count
     radii = [reach * (THICK + (THIN - THICK) * i / n) for i in range(n + 1)]
@@ -55,16 +55,16 @@ def capsules(model: RobotModel) -> tuple[Shape, ...]:
     return (*found, *_gripper(n, radii[n]))
 
 
-def _foot(model: RobotModel, radius: float) -> list[Shape]:
+def _foot(model: RobotModel, radius: float) -> list[LinkShape]:
     """What the first joint stands on: a pedestal, where the arm reaches below it at READY or NEST; a block, where the
     first axis does not stand upright."""
     if model.base.az < UPRIGHT:
-        return [Shape(0, Box((3.0 * radius, 3.0 * radius, 2.0 * radius)), "dark")]
+        return [LinkShape(0, Box((3.0 * radius, 3.0 * radius, 2.0 * radius)), "dark")]
     top, low = 1.2 * radius, min(0.0, _lowest(model) - 2.0 * radius)
     plate, r = (0.0, 0.0, low + 0.4 * radius), 1.25 * radius
     return [
-        Shape(0, Cylinder((0.0, 0.0, low), plate, (2.0 * radius, 1.8 * radius)), "dark"),
-        Shape(0, Cylinder((0.0, 0.0, low + 0.35 * radius), (0.0, 0.0, top), (r, r)), "grey"),
+        LinkShape(0, Cylinder((0.0, 0.0, low), plate, (2.0 * radius, 1.8 * radius)), "dark"),
+        LinkShape(0, Cylinder((0.0, 0.0, low + 0.35 * radius), (0.0, 0.0, top), (r, r)), "grey"),
     ]
 
 
@@ -75,7 +75,7 @@ def _lowest(model: RobotModel) -> float:
     return least if least < -SHORT else inf
 
 
-def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[Shape]:
+def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[LinkShape]:
     """Of joint i, counted from 1: its hub, and the way to the next joint, or to the flange behind the last one."""
     link = model.links[i - 1]
     slides = link.kind is JointKind.PRISMATIC
@@ -85,45 +85,45 @@ def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[Shape]:
     run = link.d + (upper if slides else 0.0)
     corner = along(start, axis, run)
     thick, thin = radii
-    found: list[Shape] = []
+    found: list[LinkShape] = []
     if slides:
         found.append(_sleeve(i, thick))
         found.append(_rod(i, corner, axis, (0.0, -run, upper - model.lower[i - 1] - run), 0.6 * thin))
     else:
         found.append(_hub(i, start, axis, thick))
         if abs(run) > SHORT:
-            found.append(Shape(i, Capsule(start, corner, (thick, thick))))
+            found.append(LinkShape(i, Capsule(start, corner, (thick, thick))))
     if dist(corner, ORIGIN) > SHORT:
-        found.append(Shape(i, Capsule(corner, ORIGIN, (thick, thin))))
+        found.append(LinkShape(i, Capsule(corner, ORIGIN, (thick, thin))))
     return found
 
 
-def _sleeve(i: int, radius: float) -> Shape:
+def _sleeve(i: int, radius: float) -> LinkShape:
     """What the rod of a sliding joint runs in: it stands on the link before."""
-    return Shape(i - 1, Cylinder((0.0, 0.0, -radius), (0.0, 0.0, radius), (1.1 * radius, 1.1 * radius)), "dark")
+    return LinkShape(i - 1, Cylinder((0.0, 0.0, -radius), (0.0, 0.0, radius), (1.1 * radius, 1.1 * radius)), "dark")
 
 
-def _rod(i: int, corner: Vector, axis: Vector, reaches: tuple[float, ...], radius: float) -> Shape:
+def _rod(i: int, corner: Vector, axis: Vector, reaches: tuple[float, ...], radius: float) -> LinkShape:
     """What slides: from the end of the link to wherever the sleeve may be, as seen from there."""
     near, far = along(corner, axis, min(reaches) - radius), along(corner, axis, max(reaches) + radius)
-    return Shape(i, Cylinder(near, far, (radius, radius)), "steel")
+    return LinkShape(i, Cylinder(near, far, (radius, radius)), "steel")
 
 
-def _hub(i: int, centre: Vector, axis: Vector, radius: float) -> Shape:
+def _hub(i: int, centre: Vector, axis: Vector, radius: float) -> LinkShape:
     half = 1.25 * radius
     ends = along(centre, axis, -half), along(centre, axis, half)
-    return Shape(i, Cylinder(*ends, (1.02 * radius, 1.02 * radius)), "dark")
+    return LinkShape(i, Cylinder(*ends, (1.02 * radius, 1.02 * radius)), "dark")
 
 
-def _gripper(n: int, r: float) -> list[Shape]:
+def _gripper(n: int, r: float) -> list[LinkShape]:
     """Two fingers on the flange; closed they touch."""
     found = [
-        Shape(n, Cylinder((0.0, 0.0, -0.4 * r), ORIGIN, (0.9 * r, 0.9 * r)), "steel"),
-        Shape(n, Box((2.6 * r, 1.0 * r, 0.7 * r), _shifted(0.0, 0.0, 0.35 * r)), "dark"),
+        LinkShape(n, Cylinder((0.0, 0.0, -0.4 * r), ORIGIN, (0.9 * r, 0.9 * r)), "steel"),
+        LinkShape(n, Box((2.6 * r, 1.0 * r, 0.7 * r), _shifted(0.0, 0.0, 0.35 * r)), "dark"),
     ]
     for side in (-1.0, 1.0):
         finger: Body = Box((0.3 * r, 0.7 * r, 2.0 * r), _shifted(side * 0.15 * r, 0.0, 1.7 * r))
-        found.append(Shape(n, finger, "orange", (Opening((side * 0.9 * r, 0.0, 0.0)),)))
+        found.append(LinkShape(n, finger, "orange", (Opening((side * 0.9 * r, 0.0, 0.0)),)))
     return found
 
 

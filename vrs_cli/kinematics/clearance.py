@@ -34,7 +34,7 @@ class Hand(NamedTuple):
     approach: Vector  # along the last axis, in the flange's frame
 
 
-class Pace(NamedTuple):
+class HandPace(NamedTuple):
     """The greatest first and second derivatives on a way of the hand, by whatever it is measured in.
 
     `across` is that part of the speed of the wrist's centre that is square to axis 1, `tilt` the rate of the last axis.
@@ -131,7 +131,7 @@ class Turning(NamedTuple):
     outward_bend: float
 
 
-def turning(u: float, far: float, side: float, pace: Pace) -> Turning:
+def turning(u: float, far: float, side: float, pace: HandPace) -> Turning:
     """Where u is at least so much, and the wrist's centre at most `far` from axis 1."""
     rate = pace.across / u
     outward = pace.across + rate * side
@@ -139,7 +139,7 @@ def turning(u: float, far: float, side: float, pace: Pace) -> Turning:
     return Turning(rate, bend, outward, pace.across_bend + 2.0 * rate * pace.across + bend * side + rate * rate * far)
 
 
-def turning_beside_axis(side: float, pace: Pace) -> Turning:
+def turning_beside_axis(side: float, pace: HandPace) -> Turning:
     """Where u is 0 all along, the wrist's centre `side` from axis 1: joint 1 turns with it, and stands still where it
     is on the axis.
     """
@@ -148,7 +148,7 @@ def turning_beside_axis(side: float, pace: Pace) -> Turning:
     return Turning(pace.across / side, pace.across_bend / side, 0.0, 0.0)
 
 
-def from_axis(bars: TwoBars, a: float, b: float, pace: Pace, h: float) -> tuple[float, float]:
+def from_axis(bars: TwoBars, a: float, b: float, pace: HandPace, h: float) -> tuple[float, float]:
     """The least `shoulder` between two, and how far the wrist's centre is from axis 1 at most [m]."""
     far = sqrt(max(a, b, 0.0) + bars.side * bars.side) + 0.5 * pace.across * h
     return min(a, b) - 0.25 * h * h * (pace.across * pace.across + far * pace.across_bend), far

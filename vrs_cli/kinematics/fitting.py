@@ -11,7 +11,7 @@ from vrs_cli.kinematics.elimination import volume
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import RobotModel, axes_parallel, flange_steady, joint_axes, levers, plane_normal
 from vrs_cli.kinematics.numeric.search import MEASURED, some_joints
-from vrs_cli.kinematics.task import ALL_PARTS, FEWEST, Task
+from vrs_cli.kinematics.task import ALL_PARTS, FEWEST, ArmTask
 from vrs_cli.kinematics.transform import Vector, cross, dot
 
 NOTHING = 1e-6  # of the volume that rows of a length of 1 could span: what no pose of an arm exceeds it cannot do
@@ -19,38 +19,38 @@ WELL = 0.1  # of that, on the mean: what an arm does well
 PARALLEL = 1e-6  # sine
 
 SAID = {  # of a location
-    Task.STEADY: "its place counts, and the tool is turned as nearly as they can",
-    Task.POINTING: "its place counts and where the tool points, not how it is turned about that",
-    Task.UPRIGHT: "its place counts and the turn about the tool's axis, which keeps its direction",
-    Task.POSE: "all of it counts, and what they cannot do is refused",
+    ArmTask.STEADY: "its place counts, and the tool is turned as nearly as they can",
+    ArmTask.POINTING: "its place counts and where the tool points, not how it is turned about that",
+    ArmTask.UPRIGHT: "its place counts and the turn about the tool's axis, which keeps its direction",
+    ArmTask.POSE: "all of it counts, and what they cannot do is refused",
 }
 
 Rows = list[tuple[float, ...]]
 
 
-def fitting_task(model: RobotModel) -> Task | None:
+def fitting_task(model: RobotModel) -> ArmTask | None:
     """None for an arm of too few joints, which has to say."""
     count = model.joint_count
     if count >= ALL_PARTS:
-        return Task.POSE
+        return ArmTask.POSE
     if count >= FEWEST:
         return _of_four_or_five(model)
     planar = axes_parallel(model) and JointKind.PRISMATIC not in model.units.kinds
     if planar:
-        return {2: Task.POINT, 3: Task.PLANE}.get(count)
-    return Task.POSITION if count == sum(Task.POSITION.counts) else None
+        return {2: ArmTask.POINT, 3: ArmTask.PLANE}.get(count)
+    return ArmTask.POSITION if count == sum(ArmTask.POSITION.counts) else None
 
 
-def misfit_of(task: Task, model: RobotModel) -> tuple[str, str] | None:
+def misfit_of(task: ArmTask, model: RobotModel) -> tuple[str, str] | None:
     """Why an arm cannot have a task, and what would be right."""
     if not task.suits(model.joint_count):
-        joints = f"{FEWEST} or {ALL_PARTS - 1}" if task is Task.STEADY else str(task.size)
+        joints = f"{FEWEST} or {ALL_PARTS - 1}" if task is ArmTask.STEADY else str(task.size)
         return f"{task.value!r} takes {joints} joints", f"the robot has {model.joint_count}"
-    if task is Task.PLANE and plane_normal(model) is None:
-        return f"{task.value!r} is for arms that move in one plane", f"give {Task.POSITION.value!r}"
-    if task is Task.UPRIGHT and not flange_steady(model):
+    if task is ArmTask.PLANE and plane_normal(model) is None:
+        return f"{task.value!r} is for arms that move in one plane", f"give {ArmTask.POSITION.value!r}"
+    if task is ArmTask.UPRIGHT and not flange_steady(model):
         what = f"{task.value!r} is for arms whose flange keeps its direction, and this one tilts it"
-        return what, f"give {Task.POSITION.value!r}"
+        return what, f"give {ArmTask.POSITION.value!r}"
     return None
 
 
@@ -61,14 +61,18 @@ def said(model: RobotModel) -> tuple[str, ...]:
     return (f"{model.joint_count} joints: the task is {model.task.value}, {SAID[model.task]}; --task names another",)
 
 
-def _of_four_or_five(model: RobotModel) -> Task:
+def _of_four_or_five(model: RobotModel) -> ArmTask:
     """The whole pose counts only where less makes no arm of it: the place is not free, or joints do one thing."""
     if flange_steady(model):
-        return Task.UPRIGHT if model.joint_count == Task.UPRIGHT.size else Task.POSE
-    if model.joint_count == Task.POINTING.size and not _keeps_its_plane(model) and _mean(model, Task.POINTING) > WELL:
-        return Task.POINTING
-    places, all_parts = _mean(model, Task.POSITION), _mean(model, Task.POSE)
-    return Task.STEADY if min(places, all_parts) > NOTHING else Task.POSE
+        return ArmTask.UPRIGHT if model.joint_count == ArmTask.UPRIGHT.size else ArmTask.POSE
+    if (
+        model.joint_count == ArmTask.POINTING.size
+        and not _keeps_its_plane(model)
+        and _mean(model, ArmTask.POINTING) > WELL
+    ):
+        return ArmTask.POINTING
+    places, all_parts = _mean(model, ArmTask.POSITION), _mean(model, ArmTask.POSE)
+    return ArmTask.STEADY if min(places, all_parts) > NOTHING else ArmTask.POSE
 
 
 def _keeps_its_plane(model: RobotModel) -> bool:
@@ -79,7 +83,7 @@ def _keeps_its_plane(model: RobotModel) -> bool:
     )
 
 
-def _mean(model: RobotModel, task: Task) -> float:
+def _mean(model: RobotModel, task: ArmTask) -> float:
     """How well the joints do what counts, or what they can of it, on the mean of some poses: the volume of the rows, or
     of the columns if these are fewer, of unit length each.
     """

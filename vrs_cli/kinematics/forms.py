@@ -10,7 +10,7 @@ from functools import lru_cache
 
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 
 
 @lru_cache
@@ -76,7 +76,7 @@ def _parallel_axes(model: RobotModel) -> RobotArm | None:
 
 
 def _steady(model: RobotModel) -> RobotArm | None:
-    if model.task is not Task.STEADY:
+    if model.task is not ArmTask.STEADY:
         return None
     from vrs_cli.kinematics.numeric.steady.arm import SteadyArm
 

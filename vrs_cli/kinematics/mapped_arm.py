@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, NamedTuple
 from vrs_cli.errors import LocationOutOfRange
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.axes import EXACT, Chain, chain_of
-from vrs_cli.kinematics.clearance import Clearance, Hand, Pace
+from vrs_cli.kinematics.clearance import Clearance, Hand, HandPace
 from vrs_cli.kinematics.compiled import NOTHING
 from vrs_cli.kinematics.configuration import ALL, ARM, Configuration
 from vrs_cli.kinematics.jacobian import Demands, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, joint_axes, link_frames
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, rotate
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def canonical(model: RobotModel, alphas: Sequence[float | None], *, bare: bool =
     ends = zip(chain.of(model.lower), chain.of(model.upper), strict=True)
     lower, upper = zip(*((min(pair), max(pair)) for pair in ends), strict=True)
     links = tuple(link._replace(theta=0.0) for link in chain.links)
-    inner = replace(model, links=links, base=IDENTITY, flange=IDENTITY, lower=lower, upper=upper, task=Task.POSE)
+    inner = replace(model, links=links, base=IDENTITY, flange=IDENTITY, lower=lower, upper=upper, task=ArmTask.POSE)
     return Canonical(chain, inner)
 
 
@@ -163,7 +163,7 @@ class MappedArm(RobotArm):
         return self.inner.clearance(self._inner_pose(T), self._other(configuration))
 
     def least_clearance(
-        self, a: Clearance, b: Clearance, pace: Pace, h: float, *, beside_axis: bool = False
+        self, a: Clearance, b: Clearance, pace: HandPace, h: float, *, beside_axis: bool = False
     ) -> Clearance:
         return self.inner.least_clearance(a, b, pace, h, beside_axis=beside_axis)
 

@@ -10,10 +10,10 @@ from math import dist
 from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.errors import JointOutOfRange
-from vrs_cli.kinematics.axes import EXACT, Line, Link, axis_of, link_transform
+from vrs_cli.kinematics.axes import EXACT, AxisLine, Link, axis_of, link_transform
 from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits
 from vrs_cli.kinematics.profile import Profile
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import (
     IDENTITY,
     Transform,
@@ -28,7 +28,7 @@ from vrs_cli.kinematics.transform import (
 )
 
 if TYPE_CHECKING:
-    from vrs_cli.kinematics.shapes import Shape
+    from vrs_cli.kinematics.shapes import LinkShape
 
 PROFILES = tuple(Profile.__members__)  # the first is that of a robot that names none
 STILL = (0.0, 0.0, 0.0)
@@ -75,9 +75,9 @@ class RobotModel:
     poses: Mapping[str, Joints] = field(hash=False)  # a dictionary has no hash; the rest tells models apart
     base: Transform = IDENTITY
     flange: Transform = IDENTITY
-    task: Task = Task.POSE
+    task: ArmTask = ArmTask.POSE
     profile: str = PROFILES[0]
-    shapes: tuple[Shape, ...] = ()
+    shapes: tuple[LinkShape, ...] = ()
     hand_width: float = 0.0
     origin: Origin | None = field(default=None, compare=False)
     names_task: bool = field(default=True, compare=False)
@@ -92,7 +92,7 @@ class RobotModel:
         coordinates that tell a place in it, and the turn about the axis of the flange that is nearest its normal.
         """
         counts, normal = self.task.counts, plane_normal(self)
-        if self.task not in (Task.POINT, Task.PLANE) or normal is None:
+        if self.task not in (ArmTask.POINT, ArmTask.PLANE) or normal is None:
             return counts
         flange = link_frames(self, (0.0,) * self.joint_count)[-1]
         across = max(range(3), key=lambda i: abs(normal[i]))
@@ -120,7 +120,7 @@ class RobotModel:
         return JointOutOfRange(detail, hint, joint=joint, value=x, lower=lower, upper=upper)
 
 
-def joint_axes(model: RobotModel) -> tuple[Line, ...]:
+def joint_axes(model: RobotModel) -> tuple[AxisLine, ...]:
     """The axes of the joints while all of them are 0, in the base frame."""
     return tuple(map(axis_of, link_frames(model, (0.0,) * model.joint_count)[:-1]))
 

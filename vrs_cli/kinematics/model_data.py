@@ -16,11 +16,11 @@ from vrs_cli.kinematics.data_reader import ANGLE, LENGTH, TINY, DataReader, Quan
 from vrs_cli.kinematics.fitting import fitting_task, misfit_of
 from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits
 from vrs_cli.kinematics.model import PROFILES, RobotModel, levers
-from vrs_cli.kinematics.task import ALL_PARTS, Task
+from vrs_cli.kinematics.task import ALL_PARTS, ArmTask
 from vrs_cli.kinematics.transform import IDENTITY
 
 if TYPE_CHECKING:
-    from vrs_cli.kinematics.shapes import Shape
+    from vrs_cli.kinematics.shapes import LinkShape
 
 NEEDED_POSES = ("ready", "nest")
 
@@ -59,7 +59,7 @@ TURN, SLIDE = (kind.value for kind in JointKind)
 
 def to_dict(model: RobotModel) -> dict[str, Any]:
     """Plain data in metres and radians, as in the header of a trajectory file; `from_dict` takes it back."""
-    usual = model.task is Task.POSE and model.joint_count >= ALL_PARTS
+    usual = model.task is ArmTask.POSE and model.joint_count >= ALL_PARTS
     return {
         "name": model.name,
         "title": model.title,
@@ -128,7 +128,7 @@ class ModelReader(DataReader):
             raise self.wrong("profile", f"{brief(value)} is no profile", f"write one of {', '.join(PROFILES)}")
         return str(value)
 
-    def shapes(self, data: object, joints: int) -> tuple[Shape, ...]:
+    def shapes(self, data: object, joints: int) -> tuple[LinkShape, ...]:
         if data is None:
             return ()
         from vrs_cli.kinematics.shape_data import ShapeReader  # here: few robots have shapes of their own
@@ -203,19 +203,21 @@ class ModelReader(DataReader):
             str(name): str(value).lower() if isinstance(value, bool) else str(value) for name, value in data.items()
         }
 
-    def task(self, value: object, model: RobotModel) -> Task:
+    def task(self, value: object, model: RobotModel) -> ArmTask:
         if value is None:
             found = fitting_task(model)
             if found is None:
-                words = ", ".join(f'"{task.value}"' for task in Task if task.suits(model.joint_count))
+                words = ", ".join(f'"{task.value}"' for task in ArmTask if task.suits(model.joint_count))
                 if not words:
                     raise self.wrong("joints", "there is one joint", "an arm has two at least")
                 what = f"{model.joint_count} such joints do not tell what counts of a location"
                 raise self.wrong("task", what, f"give one of {words}")
             return found
-        task = next((task for task in Task if task.value == value), None)
+        task = next((task for task in ArmTask if task.value == value), None)
         if task is None:
-            raise self.wrong("task", f"{brief(value)} is none", f"give one of {', '.join(task.value for task in Task)}")
+            raise self.wrong(
+                "task", f"{brief(value)} is none", f"give one of {', '.join(task.value for task in ArmTask)}"
+            )
         if (misfit := misfit_of(task, model)) is not None:
             raise self.wrong("task", *misfit)
         return task

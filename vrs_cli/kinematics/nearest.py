@@ -17,7 +17,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.elimination import gram, positive
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.numeric.search import missing
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose
 
 LEVER = 0.1  # of the arm's length: by that a turn [rad] weighs as much as a way [m]
@@ -78,12 +78,12 @@ class Aim:
         self.pose = compose(T_base_flange, T_flange_tool)
         self.task = arm.model.task
         self.places = sum(arm.model.counts[:3])
-        self.lever = LEVER * arm.length * (SLIGHT if self.task is Task.STEADY else 1.0)
+        self.lever = LEVER * arm.length * (SLIGHT if self.task is ArmTask.STEADY else 1.0)
 
     def miss(self, q: Joints) -> Miss:
         have = compose(self.arm.forward(q), self.tool)
         _, error = self.arm.rows_that_count(q, _NO_ROWS, missing(self.task, have, self.pose))
-        turned = 0.0 if self.task is Task.STEADY else hypot(*error[self.places :])
+        turned = 0.0 if self.task is ArmTask.STEADY else hypot(*error[self.places :])
         return Miss(hypot(*error[: self.places]), turned)
 
     def nearest(self, q: Joints, lower: Joints, upper: Joints) -> Nearest:

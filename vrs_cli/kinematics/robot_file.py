@@ -13,7 +13,7 @@ from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, NotAvailable
 from vrs_cli.kinematics.fitting import misfit_of
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import URDF_OPTIONS, ModelReader
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 
 ROBOTS = Path(__file__).parent / "robots"
 
@@ -37,7 +37,7 @@ def load_robot(name_or_path: str | Path, ends: Ends = NO_ENDS, task: str | None 
     model = _loaded(name_or_path, ends)
     if task is None:
         return model
-    wanted = Task(task)
+    wanted = ArmTask(task)
     if (misfit := misfit_of(wanted, model)) is not None:
         raise NotAvailable(*misfit)
     return replace(model, task=wanted)

@@ -10,7 +10,18 @@ from reprlib import repr as brief
 from typing import Any, NamedTuple
 
 from vrs_cli.kinematics.data_reader import ANGLE, LENGTH, TINY, DataReader, Quantity
-from vrs_cli.kinematics.shapes import COLOURS, MOST_SHAPES, Body, Box, Capsule, Cylinder, MeshFile, Opening, Shape, Slab
+from vrs_cli.kinematics.shapes import (
+    COLOURS,
+    MOST_SHAPES,
+    Body,
+    Box,
+    Capsule,
+    Cylinder,
+    LinkShape,
+    MeshFile,
+    Opening,
+    Slab,
+)
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, cross, length, subtracted, translation
 
 SIZE, PLAIN = Quantity("mm", positive=True), Quantity("")
@@ -37,12 +48,12 @@ ALL_NEED, ALL_MAY = ("link", "kind"), ("colour", "opens")
 # --- values to tables ----------------------------------------------------------------------------------------------
 
 
-def to_tables(shapes: Iterable[Shape]) -> list[dict[str, Any]]:
+def to_tables(shapes: Iterable[LinkShape]) -> list[dict[str, Any]]:
     """One table a shape, in metres."""
     return [_table(shape) for shape in shapes]
 
 
-def _table(shape: Shape) -> dict[str, Any]:
+def _table(shape: LinkShape) -> dict[str, Any]:
     return {
         "link": shape.link,
         **_body_table(shape.body),
@@ -83,7 +94,7 @@ def _at(pose: Transform) -> dict[str, Any]:
 class ShapeReader(DataReader):
     """Makes shapes of tables. Files of meshes are looked for beside the file that names them."""
 
-    def shapes(self, data: object, joints: int) -> tuple[Shape, ...]:
+    def shapes(self, data: object, joints: int) -> tuple[LinkShape, ...]:
         """Of a robot with so many joints. Raises FileDamaged."""
         if not isinstance(data, list | tuple):
             raise self.wrong("shapes", "is not a list of tables", "write one [[shapes]] table for each shape")
@@ -91,14 +102,14 @@ class ShapeReader(DataReader):
             raise self.wrong("shapes", f"there are {len(data)}", f"a robot has {MOST_SHAPES} at most")
         return tuple(self.shape(table, f"shape {i}", joints) for i, table in enumerate(data, 1))
 
-    def shape(self, data: object, key: str, joints: int) -> Shape:
+    def shape(self, data: object, key: str, joints: int) -> LinkShape:
         kind = self.kind(data, key)
         keys = KINDS[kind]
         table = self.table(data, key, (*ALL_NEED, *keys.needed), (*keys.options, *ALL_MAY))
         opens = self.openings(table["opens"], f"{key}: opens") if "opens" in table else ()
         link = self.link(table["link"], f"{key}: link", joints)
         colour = self.colour(table.get("colour", next(iter(COLOURS))), f"{key}: colour")
-        return Shape(link, self.body(kind, table, key), colour, opens)
+        return LinkShape(link, self.body(kind, table, key), colour, opens)
 
     def openings(self, data: object, key: str) -> tuple[Opening, ...]:
         """Of a part that one joint slides, [x, y, z]; of others a table for each joint."""

@@ -78,7 +78,7 @@ class Opening(NamedTuple):
         return compose(translation(*scaled(self.slide, hand)), about)
 
 
-class Shape(NamedTuple):
+class LinkShape(NamedTuple):
     """A body of a link.
 
     `opens`: of a part of the hand, what the joints between the link and it do, the first one first, as seen while the

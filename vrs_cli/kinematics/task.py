@@ -12,7 +12,7 @@ ALL_PARTS = 6
 FEWEST = 4  # joints of an arm that may have the whole pose count, though it cannot take every one
 
 
-class Task(Enum):
+class ArmTask(Enum):
     """`value` is the word in a robot file; `counts`: X, Y, Z of the robot's frame and the turns about X, Y, Z of the
     flange. What does not count is not asked for: it may be what the arm makes of it. `counts` of POINT and PLANE is
     for an arm that moves in the plane X Y; `RobotModel.counts` knows the plane of each.
@@ -38,22 +38,22 @@ class Task(Enum):
     @property
     def size(self) -> int:
         """How many joints it takes to do it everywhere."""
-        return FEWEST if self is Task.STEADY else sum(self.counts)
+        return FEWEST if self is ArmTask.STEADY else sum(self.counts)
 
     def suits(self, joints: int) -> bool:
         """Whether an arm of so many joints may have it."""
-        if self is Task.STEADY and joints >= ALL_PARTS:
+        if self is ArmTask.STEADY and joints >= ALL_PARTS:
             return False
-        return self.size <= joints or (self is Task.POSE and joints >= FEWEST)
+        return self.size <= joints or (self is ArmTask.POSE and joints >= FEWEST)
 
 
 _PARTS = {
-    Task.POSE: "111111",
-    Task.POINTING: "111110",
-    Task.STEADY: "111111",  # the turns as far as they can be had
-    Task.UPRIGHT: "111001",
-    Task.POSITION: "111000",
-    Task.PLANE: "110001",
-    Task.POINT: "110000",
+    ArmTask.POSE: "111111",
+    ArmTask.POINTING: "111110",
+    ArmTask.STEADY: "111111",  # the turns as far as they can be had
+    ArmTask.UPRIGHT: "111001",
+    ArmTask.POSITION: "111000",
+    ArmTask.PLANE: "110001",
+    ArmTask.POINT: "110000",
 }
 _COUNTS = {task: tuple(letter == "1" for letter in letters) for task, letters in _PARTS.items()}

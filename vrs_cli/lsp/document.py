@@ -16,7 +16,7 @@ from msgspec.structs import replace
 
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.errors import InvalidName, UsageError
-from vrs_cli.interfaces.conversation.complete import Names, suggestions
+from vrs_cli.interfaces.conversation.complete import DefinedNames, suggestions
 from vrs_cli.interfaces.conversation.signature import Signature, blanked, signature
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.interfaces.monitor.help import page
@@ -248,11 +248,11 @@ class Document:
         return signature(before, {program.key: program for _, program in self._programs()}.get)
 
     @cached_property
-    def _names(self) -> Names:
+    def _names(self) -> DefinedNames:
         variables: dict[Kind, dict[str, str]] = {kind: {} for kind in Kind}
         for one in self._given():
             variables[one.kind].setdefault(one.variable.sigil + one.variable.name, one.owner)
-        return Names(
+        return DefinedNames(
             programs={program.name: _signature(program) for _, program in self._programs()},
             variables=variables,
             switches={row.name: row.summary for row in SWITCHES.values()},

@@ -41,7 +41,7 @@ _SYMBOLS: Mapping[SymbolKind, lsp.SymbolKind] = {
 }
 
 
-class Refused(JsonRpcInvalidParams):
+class InvalidRequest(JsonRpcInvalidParams):
     """A request that cannot be done; the editor shows the message."""
 
 
@@ -67,7 +67,7 @@ class Val2Server(LanguageServer):
         try:
             source = self.workspace.get_text_document(uri).source
         except (OSError, UnicodeError) as error:
-            raise Refused(f"{uri} is not open, and cannot be read: {error}") from None
+            raise InvalidRequest(f"{uri} is not open, and cannot be read: {error}") from None
         known = self._read.get(uri)
         if known is None or known.text != source:
             inspector = self._inspectors.setdefault(uri, Inspector(self._model))
@@ -149,7 +149,7 @@ def server(model: RobotModel) -> Val2Server:
     logging.getLogger(
         json_rpc.__name__
     ).addFilter(  # but what is refused: it has been answered, and is no fault of ours
-        lambda record: record.exc_info is None or not isinstance(record.exc_info[1], Refused)
+        lambda record: record.exc_info is None or not isinstance(record.exc_info[1], InvalidRequest)
     )
     for name, (feature, options) in _FEATURES.items():
         made.feature(name, options)(partial(feature, made))
@@ -224,7 +224,7 @@ def _rename(server: Val2Server, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
     try:
         name, spans = document.renamed(*place, params.new_name)
     except VrsError as refused:
-        raise Refused(str(refused)) from None
+        raise InvalidRequest(str(refused)) from None
     return lsp.WorkspaceEdit({uri: [lsp.TextEdit(server.range(uri, span), name) for span in spans]})
 
 

@@ -17,13 +17,13 @@ from math import inf
 from typing import NamedTuple, Protocol
 
 from vrs_cli.engine.engine import Event
-from vrs_cli.engine.snapshot import Replaced
+from vrs_cli.engine.snapshot import TimelineReplaced
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.interfaces.roles.viewer import Audience, Viewer, checked_rate
 from vrs_cli.net import messages
-from vrs_cli.net.messages import Play, ServerMessage, Step, Subscribe
-from vrs_cli.net.packets import Form, Letter, Packet, Place
+from vrs_cli.net.messages import Play, PlayStep, ServerMessage, Subscribe
+from vrs_cli.net.packets import DeflatedPlace, Letter, MessageForm, Packet
 from vrs_cli.net.stream import Listening, Stream
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.results import Position
@@ -54,7 +54,7 @@ class Parcel(NamedTuple):
     packets: tuple[Packet, ...]
     number: int
     news: int
-    place: Place | None
+    place: DeflatedPlace | None
     alone: bool
     whole: bool
 
@@ -66,12 +66,12 @@ class Parcel(NamedTuple):
 class Listener:
     """One connection. `number`: of the last change that it was sent; `news`: of the last of these."""
 
-    def __init__(self, sink: Sink, form: Form, deflates: bool) -> None:
+    def __init__(self, sink: Sink, form: MessageForm, deflates: bool) -> None:
         self.sink, self.form = sink, form
         self.deflates = deflates
         self.listening: Listening | None = None  # to changes
         self.number, self.news = NOTHING, 0
-        self.place: Place | None = None
+        self.place: DeflatedPlace | None = None
         self.channel: Channel | None = None  # of samples
 
     def takes(self, parcel: Parcel) -> bool:
@@ -154,19 +154,19 @@ class Channel:
         return len(turn)
 
 
-STEPS: Mapping[Step, Callable[[Playback, float, float], Playback]] = {  # with a value, at a time on the wall
-    Step.PLAY: lambda it, _, wall: it.play(wall),
-    Step.PAUSE: lambda it, _, wall: it.pause(wall),
-    Step.REWIND: lambda it, _, wall: it.rewind(wall),
-    Step.SEEK: lambda it, t, wall: it.seek(t, wall),
-    Step.RATE: lambda it, rate, wall: it.at_rate(checked_rate(rate, "times as fast", inf), wall),
+STEPS: Mapping[PlayStep, Callable[[Playback, float, float], Playback]] = {  # with a value, at a time on the wall
+    PlayStep.PLAY: lambda it, _, wall: it.play(wall),
+    PlayStep.PAUSE: lambda it, _, wall: it.pause(wall),
+    PlayStep.REWIND: lambda it, _, wall: it.rewind(wall),
+    PlayStep.SEEK: lambda it, t, wall: it.seek(t, wall),
+    PlayStep.RATE: lambda it, rate, wall: it.at_rate(checked_rate(rate, "times as fast", inf), wall),
 }
 
 
 class Broadcast:
     """Tells of one robot. `stream`: its changes."""
 
-    def __init__(self, watched: Watched, begin: Replaced, wall: Callable[[], float]) -> None:
+    def __init__(self, watched: Watched, begin: TimelineReplaced, wall: Callable[[], float]) -> None:
         self.stream = Stream(begin, watched.arm)
         self._watched, self._wall = watched, wall
         self._everybody = Round()
@@ -187,7 +187,7 @@ class Broadcast:
         """Whether anybody is there: who holds the robot, looks at it, or passes it on."""
         return bool(len(self._everybody))
 
-    def join(self, sink: Sink, form: Form, *, deflates: bool = False) -> Listener:
+    def join(self, sink: Sink, form: MessageForm, *, deflates: bool = False) -> Listener:
         """One more connection: it hears news, and nothing else so far."""
         listener = Listener(sink, form, deflates)
         self._everybody.add(listener)
@@ -236,7 +236,7 @@ class Broadcast:
         if listener.channel is None:
             return
         viewer = listener.channel.viewer
-        if wish.step is Step.FOLLOW:
+        if wish.step is PlayStep.FOLLOW:
             self._leave_channel(listener)
             self._enter_channel(listener, self._following(viewer.rate, viewer.ahead))
         else:
@@ -366,7 +366,9 @@ class Broadcast:
             parcel = self._parcels[got] = self._packed(*got)
         return parcel
 
-    def _packed(self, number: int, news: int, place: Place | None, listening: Listening | None, form: Form) -> Parcel:
+    def _packed(
+        self, number: int, news: int, place: DeflatedPlace | None, listening: Listening | None, form: MessageForm
+    ) -> Parcel:
         """Changes, or a snapshot in their place, then news; no more than may wait."""
         stream, packets, size, alone = self.stream, list[Packet](), 0, False
         while listening is not None and number < stream.number:
@@ -386,7 +388,7 @@ class Broadcast:
                 packets.append(letter.packet(form))
         return Parcel(tuple(packets), number, news, place, alone, whole=True)
 
-    def _instead(self, number: int, listening: Listening, form: Form) -> list[Packet]:
+    def _instead(self, number: int, listening: Listening, form: MessageForm) -> list[Packet]:
         """In place of changes that are forgotten: how many these are, and a snapshot."""
         missed = 0 if number == NOTHING else self.stream.missed(number)
         told = [Letter(lambda _full: messages.Missed(missed)).packet(form)] if missed else []

@@ -267,7 +267,7 @@ class Client:
         while again:
             try:
                 async with self._connect() as socket:
-                    await self._talk(socket)
+                    await self._dialogue(socket)
                 why = self.far.connection.why or "the connection was cut"
                 hint = A_ROBOT
             except (OSError, WebSocketException, EOFError, UnicodeError, ImportError) as error:
@@ -290,7 +290,7 @@ class Client:
             max_size=SERVER_BYTES,
         )
 
-    async def _talk(self, socket: Socket) -> None:
+    async def _dialogue(self, socket: Socket) -> None:
         """Until the socket is closed, or the connection."""
         self.far.connection.begin()
         writing = asyncio.create_task(self._write(socket))

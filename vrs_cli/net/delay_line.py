@@ -136,7 +136,7 @@ class DelayLine:
         return self._last
 
 
-class Ways(Struct, frozen=True):
+class DelayWays(Struct, frozen=True):
     """The way there and the way back, as a value. Each connection has lines of its own, the same for the same seed."""
 
     forward: Delays

@@ -14,13 +14,13 @@ from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
-from vrs_cli.net.delay_line import DelayLine, Ways
+from vrs_cli.net.delay_line import DelayLine, DelayWays
 
 PIECE = 1 << 16  # bytes that are read, and delayed, at once: as a rule one message
 MOST = 1 << 22  # bytes on one way: 10 MB/s over 0.4 s
 
 
-class Address(NamedTuple):
+class Endpoint(NamedTuple):
     host: str
     port: int
 
@@ -87,10 +87,10 @@ class _Way:
             self._went.set()
 
 
-class Connection:
+class ProxyConnection:
     """Somebody who has connected, from `peer`: the way there and the way back."""
 
-    def __init__(self, number: int, peer: str, ways: Ways, time: Time) -> None:
+    def __init__(self, number: int, peer: str, ways: DelayWays, time: Time) -> None:
         self.number, self.peer = number, peer
         self.forward, self.backward = (_Way(line, time) for line in ways.lines(number))
 
@@ -112,18 +112,20 @@ class Connection:
 class DelayProxy:
     """Listens, and connects whoever comes to the target. `tell` hears what happens."""
 
-    def __init__(self, target: Address, ways: Ways, tell: Callable[[str], None], time: Time | None = None) -> None:
-        self.connections: dict[int, Connection] = {}
+    def __init__(
+        self, target: Endpoint, ways: DelayWays, tell: Callable[[str], None], time: Time | None = None
+    ) -> None:
+        self.connections: dict[int, ProxyConnection] = {}
         self.count = 0  # connections so far
         self._target, self._ways, self._tell, self._time = target, ways, tell, time or LoopTime()
         self._server: asyncio.Server | None = None
         self._tasks: set[asyncio.Task[None]] = set()
 
-    async def listen(self, at: Address) -> Address:
+    async def listen(self, at: Endpoint) -> Endpoint:
         """Take connections from now on; where (with the port that was free, for port 0). Raises OSError."""
         self._server = await asyncio.start_server(self._accept, at.host, at.port)
         host, port = self._server.sockets[0].getsockname()[:2]
-        return Address(host, port)
+        return Endpoint(host, port)
 
     async def close(self) -> None:
         """Listen no more, and end all connections."""
@@ -136,12 +138,12 @@ class DelayProxy:
     def _accept(self, reader: StreamReader, writer: StreamWriter) -> None:
         self.count += 1
         peer = writer.get_extra_info("peername") or ("somebody who has gone", 0)
-        connection = Connection(self.count, str(Address(*peer[:2])), self._ways, self._time)
+        connection = ProxyConnection(self.count, str(Endpoint(*peer[:2])), self._ways, self._time)
         task = asyncio.create_task(self._connect(connection, reader, writer))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    async def _connect(self, connection: Connection, reader: StreamReader, writer: StreamWriter) -> None:
+    async def _connect(self, connection: ProxyConnection, reader: StreamReader, writer: StreamWriter) -> None:
         number = connection.number
         try:
             far = await asyncio.open_connection(*self._target)

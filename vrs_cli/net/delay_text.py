@@ -32,7 +32,7 @@ class DelayError(UsageError):
     text = "No delay"
 
 
-class Form(Struct, frozen=True):
+class DelayForm(Struct, frozen=True):
     """How one kind of delays is written: so many durations after its name; the last `lasting` of them are above 0."""
 
     make: Callable[..., Delays]
@@ -41,10 +41,10 @@ class Form(Struct, frozen=True):
 
 
 FORMS = {
-    "constant": Form(Constant, "DELAY"),
-    "normal": Form(Normal, "MEAN DEVIATION"),
-    "gamma": Form(Gamma, "MEAN DEVIATION"),
-    "bursty": Form(Bursty, "CALM BURST CALM_LASTS BURST_LASTS", lasting=2),
+    "constant": DelayForm(Constant, "DELAY"),
+    "normal": DelayForm(Normal, "MEAN DEVIATION"),
+    "gamma": DelayForm(Gamma, "MEAN DEVIATION"),
+    "bursty": DelayForm(Bursty, "CALM BURST CALM_LASTS BURST_LASTS", lasting=2),
 }
 TRACE = "trace"
 KINDS = (*FORMS, TRACE)

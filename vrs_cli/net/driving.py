@@ -8,7 +8,7 @@ from collections.abc import Callable
 from enum import Enum
 from threading import Lock
 
-from vrs_cli.interfaces.station.lease import Lease, Notice
+from vrs_cli.interfaces.station.lease import Notice, RobotLease
 
 
 class WhenGone(Enum):
@@ -25,11 +25,11 @@ class Driving:
     """
 
     def __init__(
-        self, wall: Callable[[], float], told: Callable[[Lease, Notice | None], None], *, by_asking: bool = False
+        self, wall: Callable[[], float], told: Callable[[RobotLease, Notice | None], None], *, by_asking: bool = False
     ) -> None:
         self._wall, self._told, self._by_asking = wall, told, by_asking
         self._lock = Lock()
-        self.lease = Lease()
+        self.lease = RobotLease()
 
     def may(self, who: str) -> None:
         """Somebody commands something: who comes first, where nobody drives, drives from then on, unless that has
@@ -80,7 +80,7 @@ class Driving:
             self._take(lease.leave(lease.holder, now))
             return lease.holder
 
-    def _take(self, step: tuple[Lease, tuple[Notice, ...]]) -> None:
+    def _take(self, step: tuple[RobotLease, tuple[Notice, ...]]) -> None:
         before, (self.lease, notices) = self.lease, step
         for notice in notices:
             self._told(self.lease, notice)

@@ -27,8 +27,8 @@ from vrs_cli.interfaces.tasks.holder_times import HolderTimes
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.net import messages
-from vrs_cli.net.delay_line import DelayLine, Ways
-from vrs_cli.net.flags import Flags, Window, merged
+from vrs_cli.net.delay_line import DelayLine, DelayWays
+from vrs_cli.net.flags import Flags, FlagWindow, merged
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.playout import Playout
 from vrs_cli.net.preview import Preview
@@ -70,7 +70,7 @@ class Trial(Struct, frozen=True):
     """One course of events. `seconds` long, seen at `rate` looks a second."""
 
     robot: RobotModel
-    ways: Ways
+    ways: DelayWays
     lead: float
     policy: str
     seconds: float
@@ -86,7 +86,7 @@ class Error(Struct, frozen=True):
     most_mm: float
 
 
-class Outcome(Struct, frozen=True):
+class TrialOutcome(Struct, frozen=True):
     """What came of a trial. `flagged`, `unconfirmed`: the share of looks at a position that a command not known yet had
     made wrong (deltas), that none had confirmed (preview). `round_trip`: the median of D_f + D_b, and what 95 of 100
     did not exceed [s]. `agreed`: the flagged windows are those of the logs of both sides; `outside`: the error of
@@ -104,16 +104,16 @@ class Outcome(Struct, frozen=True):
     outside: Error
 
 
-def outcome_of(trial: Trial) -> Outcome:
+def outcome_of(trial: Trial) -> TrialOutcome:
     """Let it all happen; the same for the same trial, to the bit."""
     course = _Course(trial)
     course.run()
     return course.outcome()
 
 
-def together(outcomes: Sequence[Outcome]) -> Outcome:
+def together(outcomes: Sequence[TrialOutcome]) -> TrialOutcome:
     """Several trials as one: counts are added, shares and errors are those on average, and the greatest of all."""
-    return Outcome(
+    return TrialOutcome(
         sum(one.commands for one in outcomes),
         sum(one.aborted for one in outcomes),
         sum(one.postponed for one in outcomes),
@@ -281,7 +281,7 @@ class _Course:
 
     # --- what came of it ---
 
-    def outcome(self) -> Outcome:
+    def outcome(self) -> TrialOutcome:
         import numpy as np
 
         was = partial(joints_over, self.robot.arm, self.robot.timeline)  # the past has stayed, to the bit
@@ -299,7 +299,7 @@ class _Course:
         }
         errors = {strategy: self._error(seen[rows], true[rows]) for strategy, (seen, true, rows) in compared.items()}
         flagged = self._flagged()
-        return Outcome(
+        return TrialOutcome(
             self.commands,
             self.aborted,
             self.postponed,
@@ -346,7 +346,7 @@ def _place(robot: RobotModel, random: Random) -> Joints:
     )
 
 
-def _measured(ways: Ways) -> TimeSync:
+def _measured(ways: DelayWays) -> TimeSync:
     """The delays both ways, as they are measured before anything is commanded."""
     sync, (forward, backward) = TimeSync(window=float(PINGS)), ways.lines("pings")
     for t0 in map(float, range(PINGS)):
@@ -372,7 +372,7 @@ def _buffer(sent: Floats, arrived: Floats) -> float:
 # --- the flags, another way --------------------------------------------------------------------------------------
 
 
-def windows_of_logs(changes: Sequence[Change], arrived: Sequence[float]) -> tuple[Window, ...]:
+def windows_of_logs(changes: Sequence[Change], arrived: Sequence[float]) -> tuple[FlagWindow, ...]:
     """The times at which a viewer saw something wrong, by what both sides have written down: the robot had changes that
     the viewer had not, and one of them was of a time before.
     """
@@ -383,5 +383,5 @@ def windows_of_logs(changes: Sequence[Change], arrived: Sequence[float]) -> tupl
         middle = (begin + end) / 2.0
         unknown = changes[bisect_right(arrived, middle) : bisect_right(applied, middle)]
         if any(change.cut <= begin for change in unknown):
-            wrong.append(Window(begin, end))
+            wrong.append(FlagWindow(begin, end))
     return merged(wrong)

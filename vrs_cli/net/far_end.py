@@ -30,11 +30,11 @@ from vrs_cli.net.in_flight import changing
 from vrs_cli.net.messages import Done, Request, ServerMessage
 from vrs_cli.net.mirror import WINDOW, ClockReading, Mirror, parting
 from vrs_cli.net.preview import Preview
-from vrs_cli.net.protocol import ClientConnection, State
+from vrs_cli.net.protocol import ClientConnection, ConnectionState
 from vrs_cli.net.timesync import Estimate, TimeSync
 from vrs_cli.net.wishes import Wishes
 from vrs_cli.values.acts import Define, Go
-from vrs_cli.values.hand import Pulled as PulledState
+from vrs_cli.values.hand import DragState as PulledState
 from vrs_cli.wire.codec import Frame
 from vrs_cli.wire.records import Form, Motions, RecordError, delta_of
 from vrs_cli.wire.refusal import Refusal
@@ -110,14 +110,14 @@ class FarEnd:
 
     def cut(self) -> None:
         """The socket is gone."""
-        self.cuts += self.connection.state in (State.OPEN, State.CLOSING)
+        self.cuts += self.connection.state in (ConnectionState.OPEN, ConnectionState.CLOSING)
         self.connection.cut()
         now = self._wall()
         self._cut_at, self._silent_since = min(self._cut_at, now), min(self._silent_since, now)
 
     @property
     def open(self) -> bool:
-        return self.connection.state is State.OPEN
+        return self.connection.state is ConnectionState.OPEN
 
     @property
     def unheard(self) -> float | None:

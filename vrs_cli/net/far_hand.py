@@ -8,7 +8,7 @@ from contextlib import suppress
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.net.messages import At, Done, Refused, Request, ServerMessage
-from vrs_cli.values.hand import Brake, Look, Press, Seen
+from vrs_cli.values.hand import Look, Press, Seen, StopJog
 
 Begin = Callable[[Callable[[int], Request], Callable[[ServerMessage], None]], object]
 
@@ -21,14 +21,14 @@ class FarHand:
     def __init__(self, begin: Begin, joints: int, units: JointUnits, seen: Seen) -> None:
         self.joints, self.units = joints, units
         self._begin, self._seen = begin, seen
-        self._on_way: list[Press | Brake | Look] = []
+        self._on_way: list[Press | StopJog | Look] = []
 
-    def do(self, act: Press | Brake | Look) -> Seen:
+    def do(self, act: Press | StopJog | Look) -> Seen:
         if act not in self._on_way:
             self._send(act)
         return self._seen
 
-    def _send(self, act: Press | Brake | Look) -> None:
+    def _send(self, act: Press | StopJog | Look) -> None:
         def hear(end: ServerMessage) -> None:
             with suppress(ValueError):  # a brake, or what was forgotten
                 self._on_way.remove(act)
@@ -37,7 +37,7 @@ class FarHand:
             elif isinstance(end, Done | Refused) and end.refusal is not None:
                 self._say(end.refusal.error())
 
-        if not isinstance(act, Brake):
+        if not isinstance(act, StopJog):
             self._on_way.append(act)
         try:
             self._begin(lambda id: At(id, act), hear)

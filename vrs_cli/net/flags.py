@@ -13,7 +13,7 @@ from operator import attrgetter
 from typing import NamedTuple
 
 
-class Window(NamedTuple):
+class FlagWindow(NamedTuple):
     """Times from `begin` on, up to `end` [s]."""
 
     begin: float
@@ -29,19 +29,19 @@ class Flags:
 
     def __init__(self, ahead: float = 0.0) -> None:
         self.ahead = ahead
-        self.windows: tuple[Window, ...] = ()  # all of them, in order, and none that touches another
+        self.windows: tuple[FlagWindow, ...] = ()  # all of them, in order, and none that touches another
 
-    def arrived(self, cut: float, applied: float, at: float) -> Window | None:
+    def arrived(self, cut: float, applied: float, at: float) -> FlagWindow | None:
         """A change of what is after `cut`, `applied` at the robot, is known at a viewer: the times of which something
         wrong was shown, None where nothing was.
         """
-        window = Window(max(cut, applied), at + self.ahead)
+        window = FlagWindow(max(cut, applied), at + self.ahead)
         if window.length <= 0.0:
             return None
         self._put(window)
         return window
 
-    def _put(self, window: Window) -> None:
+    def _put(self, window: FlagWindow) -> None:
         """As a rule it comes last: what is behind it is looked at, however many there are."""
         windows, first = self.windows, len(self.windows)
         while first and windows[first - 1].end >= window.begin:
@@ -54,12 +54,12 @@ class Flags:
         self.windows = self.windows[gone:] if gone else self.windows
 
 
-def merged(windows: Iterable[Window]) -> tuple[Window, ...]:
+def merged(windows: Iterable[FlagWindow]) -> tuple[FlagWindow, ...]:
     """The same times, in order, in windows that do not touch each other."""
-    found: list[Window] = []
+    found: list[FlagWindow] = []
     for window in sorted(windows):
         if found and window.begin <= found[-1].end:
-            found[-1] = Window(found[-1].begin, max(found[-1].end, window.end))
+            found[-1] = FlagWindow(found[-1].begin, max(found[-1].end, window.end))
         else:
             found.append(window)
     return tuple(found)

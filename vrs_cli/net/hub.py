@@ -18,7 +18,7 @@ from vrs_cli.net.room import Plan, Room
 from vrs_cli.net.tokens import Grant
 
 
-class Places(Struct, frozen=True):
+class RobotFolders(Struct, frozen=True):
     """Where robots keep what they do, and their files; None: nowhere, and in a folder that goes with the server."""
 
     journal: Path | None
@@ -39,7 +39,7 @@ class Hub:
     def __init__(
         self,
         robots: Mapping[str, RobotModel],
-        places: Places,
+        places: RobotFolders,
         usual: Plan,
         audit: Audit,
         wake: Callable[[str], None],

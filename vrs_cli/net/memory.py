@@ -19,11 +19,11 @@ from vrs_cli.errors import FileError
 from vrs_cli.files.atomic import write_atomically, writing
 from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.opening import unreadable
-from vrs_cli.files.store import EVERYTHING, Part, sections_of, store
-from vrs_cli.interfaces.conversation.entry import Entry, closes_entry, opens_entry
+from vrs_cli.files.store import EVERYTHING, MemoryPart, sections_of, store
+from vrs_cli.interfaces.conversation.entry import ProgramEntry, closes_entry, opens_entry
+from vrs_cli.interfaces.dialogue import Dialogue, beside
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.station import LONG_PROGRAM
-from vrs_cli.interfaces.talk import Talk, beside
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.printer import print_file, print_program
 from vrs_cli.values.diagnostics import Diagnostic
@@ -37,7 +37,7 @@ _SETTINGS = "; settings "
 _settings: Reader[Settings] = Reader(Settings)
 
 
-class Memory:
+class MemoryFile:
     """The file of one session. `failing`: why it cannot be written now; empty where it can. Raises FileError."""
 
     def __init__(self, session: Session, path: Path) -> None:
@@ -85,7 +85,7 @@ class Memory:
         there = self._programs
         return there.keys() != programs.keys() or any(there[key] is not one for key, one in programs.items())
 
-    def prepare(self) -> Talk[None]:
+    def prepare(self) -> Dialogue[None]:
         """Print long programs that are new, before they are written: another thread does that."""
         new = {key: one for key, one in self._now().items() if not self._is_printed(key, one)}
         if sum(len(one.steps) for one in new.values()) <= LONG_PROGRAM:
@@ -163,7 +163,7 @@ class Memory:
         """A new file with all that there is."""
         programs = self._to_write()
         printed = "".join(self._text(key, one) for key, one in programs.items())
-        text = printed + store(self._session.environment, EVERYTHING - {Part.PROGRAMS}) + self._settings_line()
+        text = printed + store(self._session.environment, EVERYTHING - {MemoryPart.PROGRAMS}) + self._settings_line()
         self._texts = {key: self._texts[key] for key in programs}
         write_atomically(self.path, _sealed(text).decode())
         self.close()
@@ -177,7 +177,7 @@ def _of_programs(text: str) -> frozenset[int]:
     """The numbers of the lines of programs: these are kept as they are, and what is wrong with them was told before."""
     inside, found = False, set[int]()
     for number, line in enumerate(text.split("\n"), start=1):
-        inside = inside or (opens_entry(line) and Entry(line).program)
+        inside = inside or (opens_entry(line) and ProgramEntry(line).program)
         if inside:
             found.add(number)
             inside = not closes_entry(line)

@@ -19,8 +19,6 @@ from vrs_cli.values.acts import (
     Compare,
     Define,
     Defined,
-    DeskAct,
-    DeskFound,
     Evaluate,
     Execute,
     Explain,
@@ -36,11 +34,13 @@ from vrs_cli.values.acts import (
     Survey,
     Surveyed,
     Undo,
+    UserAct,
+    UserFound,
     Valued,
 )
 from vrs_cli.values.diagnostics import Diagnostic
-from vrs_cli.values.hand import Pulled as PulledState
-from vrs_cli.values.prompt import Status as Around
+from vrs_cli.values.hand import DragState as PulledState
+from vrs_cli.values.prompt import PromptStatus as Around
 from vrs_cli.values.prompt import Suggestion
 from vrs_cli.values.questions import Answer as Answered
 from vrs_cli.values.questions import Question
@@ -198,7 +198,7 @@ class Line(Command, frozen=True):
 class At(Command, frozen=True):
     """An act of the holder. `issued`: when, as in `Line` [s]. `found` of `Done` is what comes of it."""
 
-    act: RobotAct | DeskAct
+    act: RobotAct | UserAct
     issued: Number | None = None
 
 
@@ -262,7 +262,7 @@ class Subscribe(Request, frozen=True):
     after: Count | None = None
 
 
-class Step(Enum):
+class PlayStep(Enum):
     """What a viewer of samples does with what it is shown."""
 
     PLAY = "play"
@@ -276,7 +276,7 @@ class Step(Enum):
 class Play(ClientMessage, frozen=True):
     """`value`: the time to SEEK [s], or the RATE."""
 
-    step: Step
+    step: PlayStep
     value: Number = 0.0
 
 
@@ -506,7 +506,7 @@ class Done(Numbered, frozen=True):
     refusal: Refusal | None = None
     version: Count = 0
     status: Around | None = None
-    found: RobotFound | DeskFound | None = None
+    found: RobotFound | UserFound | None = None
 
 
 # --- from the server: looking ---------------------------------------------------------------------------------------

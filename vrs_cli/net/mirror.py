@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Feed
 from vrs_cli.engine.settings import Settings
-from vrs_cli.engine.snapshot import Replaced, Snapshot, fitted
+from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced, fitted
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.instant import down_to_grid
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
@@ -87,7 +87,7 @@ class Mirror:
         self.clock = ClockReading()
         self.lost, self._form = False, Form.of(arm)
         self._held = _Held.of(snapshot, seq)
-        self.events: Feed[Event] = Feed(lambda: Replaced(self.timeline, self.settings))
+        self.events: Feed[Event] = Feed(lambda: TimelineReplaced(self.timeline, self.settings))
 
     # --- reading ---
 
@@ -120,7 +120,7 @@ class Mirror:
     def replace(self, snapshot: Snapshot, seq: int) -> None:
         """The timeline as it is after change `seq`, all of it or a window up to its end: all is known again."""
         self._held, self.lost = self._kept(_Held.of(snapshot, seq)), False
-        self.events.publish([Replaced(self.timeline, self.settings)])
+        self.events.publish([TimelineReplaced(self.timeline, self.settings)])
 
     def change(self, delta: TimelineDelta, seq: int) -> None:
         """The change of that number, which follows on the last one. One that is known already changes nothing; any
@@ -137,7 +137,7 @@ class Mirror:
         held = replace(held, timeline=held.timeline.apply(here), seq=seq)
         self._held = self._kept(held)
         forgot = self._held is not held
-        self.events.publish([here, Replaced(self.timeline, self.settings)] if forgot else [here])
+        self.events.publish([here, TimelineReplaced(self.timeline, self.settings)] if forgot else [here])
 
     def steer(self, target: SteeredRecord, seq: int) -> None:
         """The change of that number, which is one target of steering, in short. Where it does not become what it was,
@@ -163,7 +163,7 @@ class Mirror:
             return False
         timeline = Timeline((*older.segments[:count], *held.timeline), held.timeline.version)
         self._held = replace(held, timeline=timeline, first=older.first)
-        self.events.publish([Replaced(self.timeline, self.settings)])
+        self.events.publish([TimelineReplaced(self.timeline, self.settings)])
         return True
 
     def _kept(self, held: _Held) -> _Held:

@@ -25,7 +25,7 @@ from vrs_cli.net.client import hello_of, reason_of
 from vrs_cli.net.far_end import FarEnd
 from vrs_cli.net.messages import FromServer, Subscribe
 from vrs_cli.net.mirror import Mirror
-from vrs_cli.net.packets import Form, Packet
+from vrs_cli.net.packets import MessageForm, Packet
 from vrs_cli.net.room import Room
 from vrs_cli.wire.codec import Encoding, Reader, encode, marks_of
 from vrs_cli.wire.records import RecordError
@@ -34,7 +34,7 @@ TAIL = 500  # changes, after which a snapshot comes anew
 KEPT = 4 * TAIL  # messages of a robot that JetStream keeps
 AGAIN = 0.2  # [s] between two looks whether a robot is published
 OPENING = 10.0  # [s] until NATS has to answer, where it does not refuse, and a robot has to be there
-FORM = Form(text=False, full=True)
+FORM = MessageForm(text=False, full=True)
 
 _reader: Reader[FromServer] = Reader(FromServer)
 
@@ -224,7 +224,7 @@ class _Robot:
         self._task.cancel()
 
 
-class Watching:
+class PublishedRobot:
     """A robot that is published: `mirror` follows it."""
 
     def __init__(self, robot: str) -> None:
@@ -235,7 +235,7 @@ class Watching:
         self._task: asyncio.Task[None] | None = None
 
     @classmethod
-    async def open(cls, url: str, robot: str, told: Callable[[str], None] = lambda _text: None) -> Watching:
+    async def open(cls, url: str, robot: str, told: Callable[[str], None] = lambda _text: None) -> PublishedRobot:
         """Raises RequestRefused where NATS does not answer, or no such robot is published."""
         watching = cls(robot)
         watching._connection = await _connected(url, told, watching._begin)

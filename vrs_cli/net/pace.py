@@ -13,7 +13,7 @@ PATIENCE = (
 )
 
 
-class Pace:
+class SendPace:
     """`waiting`: bytes that wait for its socket, as the thread of the connections sees them. Who does not take a LUMP
     in PATIENCE is not waited for again before it has caught up.
     """

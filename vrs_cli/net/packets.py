@@ -23,14 +23,14 @@ LEVEL, WINDOW_BITS, MEMORY = 6, 15, 8
 _TAIL = 4  # bytes at the end of what is flushed that a frame does not carry (RFC 7692, 7.2.1)
 
 
-class Form(NamedTuple):
+class MessageForm(NamedTuple):
     """How somebody hears messages: as text (JSON) or MessagePack; `full`: with what it cannot compute by itself."""
 
     text: bool
     full: bool = False
 
 
-class Place(NamedTuple):
+class DeflatedPlace(NamedTuple):
     """Of something deflated: in the context with this number, after so many others."""
 
     context: int
@@ -42,27 +42,27 @@ class Packet(Struct, eq=False):
 
     data: bytes
     text: bool
-    place: Place | None = None
+    place: DeflatedPlace | None = None
     frame: bytes = b""
 
-    def follows(self, last: Place | None) -> bool:
+    def follows(self, last: DeflatedPlace | None) -> bool:
         """Whether somebody can inflate it who has got what is at the place `last`, and all before that."""
         place = self.place
         return place is None or place.number == 0 or last == (place.context, place.number - 1)
 
 
-class Context:
+class DeflateContext:
     """Deflates messages, each with a look back at those before it."""
 
     _numbers = count()
 
     def __init__(self) -> None:
-        self._number, self._index = next(Context._numbers), 0
+        self._number, self._index = next(DeflateContext._numbers), 0
         self._compressor = zlib.compressobj(LEVEL, zlib.DEFLATED, -WINDOW_BITS, MEMORY)
 
     def deflated(self, packet: Packet) -> Packet:
         data = self._compressor.compress(packet.data) + self._compressor.flush(zlib.Z_SYNC_FLUSH)
-        place = Place(self._number, self._index)
+        place = DeflatedPlace(self._number, self._index)
         self._index += 1
         return Packet(data[:-_TAIL], packet.text, place)
 
@@ -72,10 +72,10 @@ class Letter:
 
     def __init__(self, make: Callable[[bool], ServerMessage]) -> None:
         self._make = make
-        self._packets: dict[Form, Packet] = {}
+        self._packets: dict[MessageForm, Packet] = {}
         self.size = 0
 
-    def packet(self, form: Form) -> Packet:
+    def packet(self, form: MessageForm) -> Packet:
         found = self._packets.get(form)
         if found is None:
             frame = encode(self._make(form.full), Encoding.JSON if form.text else Encoding.MSGPACK)

@@ -42,7 +42,7 @@ class _ArrivalClock(VirtualClock):
     realtime = True
 
 
-class Plan(Struct, frozen=True):
+class PreviewPlan(Struct, frozen=True):
     """What all that is under way makes of the timeline that is `known`; `settings`: those after each command."""
 
     known: Timeline
@@ -99,7 +99,7 @@ class Preview:
     # --- what is expected ---
 
     @property
-    def plan(self) -> Plan:
+    def plan(self) -> PreviewPlan:
         """The timeline with all that is under way, and what is expected of each command, in the order of sending."""
         with self._lock:
             return self._planned()
@@ -117,7 +117,7 @@ class Preview:
         """From when on [s] the timeline is not what the robot has said; infinity where it is."""
         return min((it.begin for it in self.expected if it.begin is not None), default=inf)
 
-    def _planned(self) -> Plan:
+    def _planned(self) -> PreviewPlan:
         """Plan anew where something was sent, or the robot's own change has come."""
         known = self._followed.timeline
         if self._stale or self._plan.known is not known:
@@ -134,17 +134,17 @@ class Preview:
             self._settings = settings if it.id in confirmed else self._settings
         self._underway = {id: it for id, it in self._underway.items() if id not in confirmed}
 
-    def _planned_after(self, known: Timeline) -> Plan:
+    def _planned_after(self, known: Timeline) -> PreviewPlan:
         engine, expected, settings = self._engine, list[Expected](), list[Settings]()
         if not self._underway:
-            return Plan(known, known)
+            return PreviewPlan(known, known)
         engine.take_up(Bookmark(Book(known, known, number=UNCONFIRMED), self._settings, known.start))
         for id, it in self._underway.items():
             engine.clock.advance(it.issued + self.forward)
             begin, refused = (engine.now, None) if it.request is None else self._begin(it.request, it.issued)
             expected.append(Expected(id, it.text, it.issued, begin, refused, it.request is not None))
             settings.append(engine.settings)
-        return Plan(known, engine.timeline, tuple(expected), tuple(settings))
+        return PreviewPlan(known, engine.timeline, tuple(expected), tuple(settings))
 
     def _begin(self, request: Request, issued: float) -> tuple[float | None, VrsError | None]:
         """Plan it: from when on it changes the timeline, or why the robot will not do it."""

@@ -20,7 +20,7 @@ from math import inf
 from msgspec.structs import replace
 
 from vrs_cli.errors import RequestRefused
-from vrs_cli.net.ledger import Ledger
+from vrs_cli.net.delivery_log import DeliveryLog
 from vrs_cli.net.limits import USUAL
 from vrs_cli.net.messages import (
     VERSION,
@@ -71,7 +71,7 @@ _from_client: Reader[FromClient] = Reader(FromClient)
 _from_server: Reader[FromServer] = Reader(FromServer)
 
 
-class State(Enum):
+class ConnectionState(Enum):
     """What a connection waits for: a socket, the first message, the answer to it, anything, its end."""
 
     CUT = "cut"
@@ -82,14 +82,14 @@ class State(Enum):
 
 
 class ServerConnection:
-    """One connection at the server. `hello`: what the client has said of itself; `ledger`: what is known of the holder,
-    which another connection may resume; `why` it is closed.
+    """One connection at the server. `hello`: what the client has said of itself; `delivery_log`: of the client
+    session, which another connection may resume; `why` it is closed.
     """
 
     def __init__(self, now: float, most: int = CLIENT_BYTES, backlog: int = BACKLOG) -> None:
-        self.state = State.HELLO
+        self.state = ConnectionState.HELLO
         self.hello: Hello | None = None
-        self.ledger: Ledger | None = None
+        self.delivery_log: DeliveryLog | None = None
         self.version, self.why = 0, ""
         self._until, self._most = now + HELLO_SECONDS, most
         self._backlog = backlog
@@ -100,9 +100,9 @@ class ServerConnection:
     def receive(self, frame: Frame, now: float) -> list[ClientMessage]:
         """What is to be done about a frame. Commands come once, whatever the client repeats."""
         self.look(now)
-        if self.state is State.CLOSING:
+        if self.state is ConnectionState.CLOSING:
             return []
-        most = HELLO_BYTES if self.state is State.HELLO else self._most
+        most = HELLO_BYTES if self.state is ConnectionState.HELLO else self._most
         if len(frame) > most:
             self._refuse(f"a message of {len(frame)} bytes", f"at most {most}")
             return []
@@ -111,112 +111,114 @@ class ServerConnection:
         except RecordError as error:
             self._misunderstood(frame, error, now)
             return []
-        if self.ledger is not None and not isinstance(message, Hello):
-            return self._heard(message, self.ledger, now)
+        if self.delivery_log is not None and not isinstance(message, Hello):
+            return self._heard(message, self.delivery_log, now)
         return self._greeted(message, frame)
 
     def _misunderstood(self, frame: Frame, error: RecordError, now: float) -> None:
         """A message that a later client may send is refused; whoever sends anything else is no client."""
         marks = marks_of(frame)
-        if self.ledger is None or marks is None:
+        if self.delivery_log is None or marks is None:
             self._refuse(str(error), "see docs/protocol.md")
         else:
-            self.ledger.tell(Refused(_refusal(str(error)), marks.known_id), now)
+            self.delivery_log.tell(Refused(_refusal(str(error)), marks.known_id), now)
 
     def _greeted(self, message: ClientMessage, frame: Frame) -> list[ClientMessage]:
-        if not isinstance(message, Hello) or self.state is not State.HELLO or isinstance(frame, bytes):
+        if not isinstance(message, Hello) or self.state is not ConnectionState.HELLO or isinstance(frame, bytes):
             self._refuse("hello comes first, as JSON, and once; then the welcome of the server", "")
             return []
         if VERSION not in message.versions:
             spoken = ", ".join(map(str, message.versions)) or "none"
             self._refuse(f"the client speaks version {spoken}, this server {VERSION}", "install the same vrs on both")
             return []
-        self.state, self.version, self.hello = State.WELCOME, VERSION, message
+        self.state, self.version, self.hello = ConnectionState.WELCOME, VERSION, message
         return [message]
 
-    def _heard(self, message: ClientMessage, ledger: Ledger, now: float) -> list[ClientMessage]:
+    def _heard(self, message: ClientMessage, delivery_log: DeliveryLog, now: float) -> list[ClientMessage]:
         match message:
             case Command():
-                return [message] if self._is_new(message, ledger, now) else []
+                return [message] if self._is_new(message, delivery_log, now) else []
             case Answer(number, until=until):
-                asked = ledger.asked(number)
+                asked = delivery_log.asked(number)
                 if asked is None:
                     return []  # it was withdrawn, or answered, meanwhile
                 if until is not None and now > until:
-                    ledger.tell(asked, now)
+                    delivery_log.tell(asked, now)
                     return []
-                ledger.tell(Withdrawn(number), now)
+                delivery_log.tell(Withdrawn(number), now)
             case Bye():
-                self.state = State.CLOSING
+                self.state = ConnectionState.CLOSING
         return [message]
 
-    def _is_new(self, command: Command, ledger: Ledger, now: float) -> bool:
+    def _is_new(self, command: Command, delivery_log: DeliveryLog, now: float) -> bool:
         """Whether a command was never seen. One that was is answered from memory, or by its end when that comes. There
         is always room for ABORT.
         """
         id = command.id
-        outcome, done = ledger.outcome(id), ledger.done(id)
+        outcome, done = delivery_log.outcome(id), delivery_log.done(id)
         if outcome is Outcome.UNSEEN:
-            if ledger.begin(id, always=isinstance(command, Abort)):
+            if delivery_log.begin(id, always=isinstance(command, Abort)):
                 self._outbox.most = COMMANDING * self._backlog
                 return True
-            ledger.tell(Refused(_refusal(f"{ledger.bounds.waiting} commands wait already", "wait for some"), id), now)
+            delivery_log.tell(
+                Refused(_refusal(f"{delivery_log.bounds.waiting} commands wait already", "wait for some"), id), now
+            )
         elif outcome is Outcome.FORGOTTEN:
-            ledger.tell(Refused(_refusal(f"command {id} was there before; its end is forgotten"), id), now)
+            delivery_log.tell(Refused(_refusal(f"command {id} was there before; its end is forgotten"), id), now)
         elif done is not None:
-            ledger.tell(done, now)
+            delivery_log.tell(done, now)
         return False
 
     def look(self, now: float) -> None:
         """Time has passed: a client that says nothing is not waited for, and one that is at another connection now is
         not heard here, where what was lost may still come.
         """
-        if self.state is State.HELLO and now > self._until:
+        if self.state is ConnectionState.HELLO and now > self._until:
             self._refuse(f"no hello came within {HELLO_SECONDS:g} s", "")
-        elif self.ledger is not None and self.ledger.put != self._outbox.put:
+        elif self.delivery_log is not None and self.delivery_log.put != self._outbox.put:
             self.close("the holder is at another connection now")
 
     # --- what is sent ---
 
-    def welcome(self, welcome: Welcome, ledger: Ledger, now: float) -> None:
+    def welcome(self, welcome: Welcome, delivery_log: DeliveryLog, now: float) -> None:
         """Answer the hello: with what the caller says of the robot, and what is known of the holder. What it has missed
         follows.
         """
         assert self.hello is not None, "hello comes first"
         resume, encoding = self.hello.resume, self.hello.format
-        known = resume is not None and resume.connection == ledger.key
-        missed = ledger.since(resume.seq) if resume is not None and known else None
+        known = resume is not None and resume.connection == delivery_log.key
+        missed = delivery_log.since(resume.seq) if resume is not None and known else None
         ids = resume.unanswered if resume is not None else ()
-        fates = tuple(Fate(id, ledger.outcome(id) if known else Outcome.FORGOTTEN) for id in ids)
-        self.state, self.ledger, self._outbox.encoding = State.OPEN, ledger, encoding
-        ledger.attach(self._outbox.put, encoding)
-        said = replace(welcome, version=self.version, connection=ledger.key, seq=ledger.seq)
+        fates = tuple(Fate(id, delivery_log.outcome(id) if known else Outcome.FORGOTTEN) for id in ids)
+        self.state, self.delivery_log, self._outbox.encoding = ConnectionState.OPEN, delivery_log, encoding
+        delivery_log.attach(self._outbox.put, encoding)
+        said = replace(welcome, version=self.version, connection=delivery_log.key, seq=delivery_log.seq)
         self._outbox.send(replace(said, resumed=missed is not None, fates=fates))
         for frame in missed or ():
             self._outbox.put(frame, counts=False)  # the ledger has bounded it
-        self._say_again(ids if missed is None else (), ledger, now)
+        self._say_again(ids if missed is None else (), delivery_log, now)
 
-    def _say_again(self, ids: Iterable[int], ledger: Ledger, now: float) -> None:
+    def _say_again(self, ids: Iterable[int], delivery_log: DeliveryLog, now: float) -> None:
         """What has ended while nobody heard of it, and what waits for an answer."""
         for id in ids:
-            done = ledger.done(id)
+            done = delivery_log.done(id)
             if done is not None:
-                ledger.tell(done, now)
-        for question in ledger.questions:
-            ledger.tell(question, now)
+                delivery_log.tell(done, now)
+        for question in delivery_log.questions:
+            delivery_log.tell(question, now)
 
     def send(self, message: ServerMessage, now: float) -> None:
         """Numbered messages are remembered for a connection that is cut."""
         if isinstance(message, Numbered):
-            assert self.ledger is not None, "welcome comes first"
-            self.ledger.tell(message, now)
-        elif self.state is State.OPEN:
+            assert self.delivery_log is not None, "welcome comes first"
+            self.delivery_log.tell(message, now)
+        elif self.state is ConnectionState.OPEN:
             self._outbox.send(message)
 
     def close(self, why: str, refusal: Refusal | None = None) -> None:
         """Say why, and no more. The holder may resume."""
-        if self.state is not State.CLOSING:
-            self.state, self.why = State.CLOSING, why
+        if self.state is not ConnectionState.CLOSING:
+            self.state, self.why = ConnectionState.CLOSING, why
             self._outbox.send(Closing(why, refusal))
 
     def _refuse(self, detail: str, hint: str) -> None:
@@ -224,9 +226,9 @@ class ServerConnection:
 
     def cut(self, now: float) -> None:
         """The socket is gone."""
-        self.state = State.CLOSING
-        if self.ledger is not None and self.ledger.put == self._outbox.put:
-            self.ledger.cut(now)
+        self.state = ConnectionState.CLOSING
+        if self.delivery_log is not None and self.delivery_log.put == self._outbox.put:
+            self.delivery_log.cut(now)
 
     @property
     def waiting(self) -> int:
@@ -235,16 +237,16 @@ class ServerConnection:
 
     def frames(self, most: float = inf) -> list[Frame]:
         """What the socket is to send now: so many bytes and a frame at most."""
-        if self._outbox.overflown and self.state is not State.CLOSING:
-            self.state, self.why = State.CLOSING, f"the client has not taken {self._outbox.most} bytes"
+        if self._outbox.overflown and self.state is not ConnectionState.CLOSING:
+            self.state, self.why = ConnectionState.CLOSING, f"the client has not taken {self._outbox.most} bytes"
         taken = self._outbox.taken(most)
-        if self.ledger is not None and not self.ledger.waits and self._outbox.size <= self._backlog:
+        if self.delivery_log is not None and not self.delivery_log.waits and self._outbox.size <= self._backlog:
             self._outbox.most = self._backlog
         return taken
 
     @property
     def closing(self) -> bool:
-        return self.state is State.CLOSING or self._outbox.overflown
+        return self.state is ConnectionState.CLOSING or self._outbox.overflown
 
 
 class ClientConnection:
@@ -255,7 +257,7 @@ class ClientConnection:
     """
 
     def __init__(self, hello: Hello, most: int = SERVER_BYTES) -> None:
-        self.hello, self.state, self.why = hello, State.CUT, ""
+        self.hello, self.state, self.why = hello, ConnectionState.CUT, ""
         self.welcomed: Welcome | None = None
         self.unseen: dict[int, Command] = {}
         self._most = most
@@ -279,11 +281,11 @@ class ClientConnection:
             resume = Resume(self.welcomed.connection, self._heard, tuple(commands))
         self._outbox.send(replace(self.hello, resume=resume))
         self._outbox.encoding = self.hello.format
-        self.state, self.why = State.WELCOME, ""
+        self.state, self.why = ConnectionState.WELCOME, ""
 
     def cut(self) -> None:
         """The socket is gone."""
-        self.state = State.CUT
+        self.state = ConnectionState.CUT
 
     def frames(self) -> list[Frame]:
         """What the socket is to send now."""
@@ -291,7 +293,7 @@ class ClientConnection:
 
     @property
     def closing(self) -> bool:
-        return self.state is State.CLOSING or self._outbox.overflown
+        return self.state is ConnectionState.CLOSING or self._outbox.overflown
 
     # --- what is sent ---
 
@@ -306,7 +308,7 @@ class ClientConnection:
         """
         if isinstance(message, Answer) and message.question in self._questions:
             self._questions[message.question] = True
-        if self.state is not State.OPEN:
+        if self.state is not ConnectionState.OPEN:
             raise RequestRefused("there is no connection", "connect again")
         frame = encode(message, self._outbox.encoding)
         if len(frame) > USUAL.message:  # the server would cut the connection, and nobody would know why
@@ -332,7 +334,7 @@ class ClientConnection:
 
     def receive(self, frame: Frame) -> list[ServerMessage]:
         """The messages of a frame, each once. `Closing` is the last one, also where what came could not be read."""
-        if self.state not in (State.WELCOME, State.OPEN):
+        if self.state not in (ConnectionState.WELCOME, ConnectionState.OPEN):
             return []
         if len(frame) > self._most:
             return self._close(f"a message of {len(frame)} bytes; at most {self._most} are taken")
@@ -341,30 +343,30 @@ class ClientConnection:
         except RecordError as error:
             return self._passed_over(frame, error)
         if isinstance(message, Closing):
-            self.state, self.why = State.CLOSING, message.why
+            self.state, self.why = ConnectionState.CLOSING, message.why
             return [message]
-        if isinstance(message, Welcome) is not (self.state is State.WELCOME):
+        if isinstance(message, Welcome) is not (self.state is ConnectionState.WELCOME):
             return self._close("welcome comes first, and once")
         return self._began(message) if isinstance(message, Welcome) else self._took(message)
 
     def _passed_over(self, frame: Frame, error: RecordError) -> list[ServerMessage]:
         """A later server may say what is not known here. What must be heard counts, and is told to be unreadable."""
         marks = marks_of(frame)
-        if marks is None or self.state is not State.OPEN or type(marks.seq) is not int:
+        if marks is None or self.state is not ConnectionState.OPEN or type(marks.seq) is not int:
             return [] if isinstance(error, UnknownType) else self._close(str(error))
         ended = marks.known_id if marks.type == "done" else None
         refusal = _refusal(f"what the robot says cannot be read here: {error}", "install the same vrs on both")
         return self._took(Refused(refusal, ended, seq=marks.seq))
 
     def _close(self, why: str) -> list[ServerMessage]:
-        self.state, self.why = State.CLOSING, why
+        self.state, self.why = ConnectionState.CLOSING, why
         return [Closing(why)]
 
     def _began(self, welcome: Welcome) -> list[ServerMessage]:
         """What is new begins with what was lost of the old."""
         if welcome.version not in self.hello.versions:
             return self._close(f"the server speaks version {welcome.version}")
-        before, self.welcomed, self.state = self.welcomed, welcome, State.OPEN
+        before, self.welcomed, self.state = self.welcomed, welcome, ConnectionState.OPEN
         if not welcome.resumed:
             self._heard = welcome.seq
             self._questions.clear()

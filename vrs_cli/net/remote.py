@@ -16,8 +16,8 @@ from vrs_cli.engine.feed import Subscription
 from vrs_cli.engine.inbox import Inbox
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.files.atomic import atomically
+from vrs_cli.interfaces.dialogue import Answers, Notes
 from vrs_cli.interfaces.roles.preview import Previewed
-from vrs_cli.interfaces.talk import Answers, Notes
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.net import messages

@@ -20,21 +20,21 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.engine.clock import WallClock
-from vrs_cli.engine.feed import Missed
-from vrs_cli.engine.snapshot import Replaced
-from vrs_cli.engine.window import Reach
+from vrs_cli.engine.feed import MissedEvents
+from vrs_cli.engine.snapshot import TimelineReplaced
+from vrs_cli.engine.window import WindowSize
 from vrs_cli.errors import LimitReached, VrsError
 from vrs_cli.files.bounds import Folder
 from vrs_cli.files.continuing import keep_journal
 from vrs_cli.files.journal import Journal, take_up
 from vrs_cli.interfaces.actor.ticket import Ticket
-from vrs_cli.interfaces.conversation.mishap import internal_error
+from vrs_cli.interfaces.conversation.internal_error import internal_error
+from vrs_cli.interfaces.dialogue import Dialogue, Reading, Running
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.rights import check_may, may_all, must_drive, needed
-from vrs_cli.interfaces.session.grip import Grip
+from vrs_cli.interfaces.session.drag_control import DragControl
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.station.lease import Lease, Notice
-from vrs_cli.interfaces.talk import Reading, Running, Talk
+from vrs_cli.interfaces.station.lease import Notice, RobotLease
 from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
 from vrs_cli.kinematics.model import RobotModel
@@ -45,21 +45,21 @@ from vrs_cli.language.words.word import Role
 from vrs_cli.net import messages
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.broadcast import Broadcast
-from vrs_cli.net.chronicle import Chronicle
+from vrs_cli.net.client_session import ClientSession, ClientSocket, Pending
+from vrs_cli.net.delivery_log import DeliveryLog
 from vrs_cli.net.driving import Driving, WhenGone
-from vrs_cli.net.guest import Guest, Link, Pending
-from vrs_cli.net.ledger import Ledger
+from vrs_cli.net.durable_log import DurableLog
 from vrs_cli.net.limits import USUAL, Allowance, Meter, advice, check_growth
-from vrs_cli.net.locker import check_room
-from vrs_cli.net.memory import Memory
+from vrs_cli.net.memory import MemoryFile
 from vrs_cli.net.outbox import BESIDE
 from vrs_cli.net.pace import MUCH
 from vrs_cli.net.parts import is_long
 from vrs_cli.net.places import prefixes_of
+from vrs_cli.net.robot_folder import check_room
 from vrs_cli.net.tokens import TEACHER, Grant
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.commands import SetParameter
-from vrs_cli.values.motion import Kind
+from vrs_cli.values.motion import MotionKind
 from vrs_cli.values.questions import Answer, Question
 from vrs_cli.values.replies import Message, Reply, Tone, refusal
 from vrs_cli.version import __version__
@@ -89,7 +89,7 @@ class Plan(Struct, frozen=True):
     allowance: Allowance = USUAL
     one_user: bool = False
     idle: float = inf
-    reach: Reach = Reach()
+    reach: WindowSize = WindowSize()
 
 
 class _Console:
@@ -112,7 +112,7 @@ class _Console:
         assert self.session is not None
         tasks = self.session.tasks
         track = tasks.get(tasks.current) or tasks.get(ROBOT_PROGRAM)
-        return track.driven_by if track is not None else self.session.desk
+        return track.driven_by if track is not None else self.session.user_state
 
     def progress(self, doing: Running | Reading) -> None:
         """Nobody watches."""
@@ -128,9 +128,9 @@ class _Served(Session):
     driving: Driving
 
     def check_may(self, said: str, wanted: Role) -> None:
-        check_may(said, wanted, self.desk.role)
-        if must_drive(said, wanted, self.desk.role):
-            self.driving.may(self.desk.name)
+        check_may(said, wanted, self.user_state.role)
+        if must_drive(said, wanted, self.user_state.role):
+            self.driving.may(self.user_state.name)
 
 
 class Room:
@@ -152,34 +152,36 @@ class Room:
         self.name, self.plan, self.allowance = name, plan, plan.allowance
         self._robots = robots
         self.life = token_hex(8)
-        self.guests: dict[str, Guest] = {}
+        self.clients: dict[str, ClientSession] = {}
         self._wake, self._audit, self._tell, self._wall = wake, audit, tell, wall
-        self._said: deque[Callable[[], list[Guest]]] = deque()  # tells those whom it concerns, and says who these are
+        self._said: deque[Callable[[], list[ClientSession]]] = (
+            deque()
+        )  # tells those whom it concerns, and says who these are
         self._woken = False
-        self._pending: dict[Ticket[Any], tuple[Guest, Pending]] = {}
-        self._ledgers: dict[str, Guest] = {}
-        self._desks: dict[object, Guest] = {}
-        self._hears: Guest | None = None  # what was TYPEd last
+        self._pending: dict[Ticket[Any], tuple[ClientSession, Pending]] = {}
+        self._delivery_logs: dict[str, ClientSession] = {}
+        self._user_states: dict[object, ClientSession] = {}
+        self._hears: ClientSession | None = None  # what was TYPEd last
         self._typed_bytes = self._given_bytes = 0  # counted in the robot's thread, and in that of the connections
-        self._seated: dict[Guest, None] = {}  # at a prompt
-        self._asked_at: dict[Guest, float] = {}  # [s] when each asked for something last
-        self._away: dict[Guest, None] = {}  # whose connection is cut, in the order in which it was
+        self._seated: dict[ClientSession, None] = {}  # at a prompt
+        self._asked_at: dict[ClientSession, float] = {}  # [s] when each asked for something last
+        self._away: dict[ClientSession, None] = {}  # whose connection is cut, in the order in which it was
         self.driving = Driving(wall, self._driven, by_asking=plan.one_user)
         self.folder = Folder(plan.folder, closed=True)
         self.prefixes = prefixes_of((plan.folder, plan.journal and plan.journal.parent))
         self.session = self._session()
-        self.grip = Grip(self.session, wall)
+        self.drag_control = DragControl(self.session, wall)
         self.lookers = plan.allowance.of_looking(plan.allowance.all_looking, wall())
         self._journal: Journal | None = None
-        self._memory: Memory | None = None
-        self.chronicle = self._chronicle()
+        self._memory: MemoryFile | None = None
+        self.durable_log = self._durable_log()
         engine = self.session.engine
         if plan.causality:
             engine.perform(SetParameter("CAUSALITY", plan.causality))
         self._self = Holder(self.session)
         self._events = engine.events.subscribe(woken=self.stirred)
         first = self._events.take(0.0)
-        assert isinstance(first, Replaced)
+        assert isinstance(first, TimelineReplaced)
         self.broadcast = Broadcast(self._self, first, wall)
         self._meter = Meter(plan.allowance, wall())
         self._measured = wall() - 2 * MEASURED
@@ -193,7 +195,7 @@ class Room:
         self._activity: messages.Activity | None = None
         self._told_now = 0.0  # of the clock
         self.session.driver.lags, self.session.actor.spent = self._lags, self._spent
-        self._pulled = messages.Pulled(self.grip.pulled)
+        self._pulled = messages.Pulled(self.drag_control.pulled)
         self._pulled_at = wall()
         self.session.actor.serve()
 
@@ -208,7 +210,7 @@ class Room:
         session.lease = self._binding(self.driving.lease)
         return session
 
-    def _chronicle(self) -> Chronicle:
+    def _durable_log(self) -> DurableLog:
         """What was written down before goes on."""
         engine, path = self.session.engine, self.plan.journal
         if path is not None:
@@ -217,16 +219,16 @@ class Room:
                 self._tell(f"{path}: its last line was not written to its end, and is left out")
             self._journal = keep_journal(taken, engine, self._lost, together=True, reach=self.plan.reach)
             try:
-                self._memory = Memory(self.session, path.with_suffix(".v2"))
+                self._memory = MemoryFile(self.session, path.with_suffix(".v2"))
                 for wrong in self._memory.bring_back():
                     self._tell(f"{self._memory.path}:{wrong.span.line}: {wrong.message}")
             except BaseException:
                 self._journal.close()
                 raise
         most = self.allowance.segments
-        chronicle = Chronicle(lambda: len(engine.timeline), most, self._journal, self._memory)
-        engine.book.journal = chronicle
-        return chronicle
+        durable_log = DurableLog(lambda: len(engine.timeline), most, self._journal, self._memory)
+        engine.book.journal = durable_log
+        return durable_log
 
     def _lost(self, text: str) -> None:
         """The journal is not where it was: all have to know."""
@@ -239,7 +241,7 @@ class Room:
         self._events.end()
         self.session.close()
         try:
-            self.chronicle.settle()
+            self.durable_log.settle()
         finally:
             if self._memory is not None:
                 self._memory.close()
@@ -248,49 +250,54 @@ class Room:
 
     # --- who holds it ---
 
-    def enter(self, grant: Grant, hello: messages.Hello, link: Link) -> Guest:
+    def enter(self, grant: Grant, hello: messages.Hello, link: ClientSocket) -> ClientSession:
         """Somebody is there, perhaps again; the connection is welcomed."""
-        guest = self._known(grant, hello) or self._new(grant, hello)
-        self._away.pop(guest, None)
+        client = self._known(grant, hello) or self._new(grant, hello)
+        self._away.pop(client, None)
         connection, now = link.connection, self._wall()
-        before = guest.link
+        before = client.link
         if before is not None:
             before.connection.close("this holder has another connection now")
-            guest.detach()
+            client.detach()
             before.flush()
-        connection.welcome(self._welcome(guest, grant), guest.ledger, now)
+        connection.welcome(self._welcome(client, grant), client.delivery_log, now)
         link.flush()  # before the first that is told to all
-        guest.attach(link, hello)
+        client.attach(link, hello)
         self._mind_idleness(now)
-        return guest
+        return client
 
-    def _known(self, grant: Grant, hello: messages.Hello) -> Guest | None:
+    def _known(self, grant: Grant, hello: messages.Hello) -> ClientSession | None:
         """Who goes on: with the key of its connection, and the same token."""
-        guest = None if hello.resume is None else self._ledgers.get(hello.resume.connection)
-        return guest if guest is not None and guest.grant == grant else None
+        client = None if hello.resume is None else self._delivery_logs.get(hello.resume.connection)
+        return client if client is not None and client.grant == grant else None
 
-    def _new(self, grant: Grant, hello: messages.Hello) -> Guest:
-        guest = Guest(
-            self, self._free(grant.name or hello.name or "guest"), grant, Ledger(token_urlsafe()), hello, self._wall
+    def _new(self, grant: Grant, hello: messages.Hello) -> ClientSession:
+        client = ClientSession(
+            self,
+            self._free(grant.name or hello.name or "guest"),
+            grant,
+            DeliveryLog(token_urlsafe()),
+            hello,
+            self._wall,
         )
-        self.guests[guest.name] = self._ledgers[guest.ledger.key] = guest
-        self._desks[guest.holder.desk] = guest
+        self.clients[client.name] = self._delivery_logs[client.delivery_log.key] = client
+        self._user_states[client.holder.user_state] = client
         if hello.attended:
-            self._seated[guest] = None
-        return guest
+            self._seated[client] = None
+        return client
 
     def _free(self, wanted: str) -> str:
         """A name that no other holder has."""
         wanted = "".join(character if character.isprintable() else "?" for character in wanted)[:40]
         name, number = wanted, 1
-        while name in self.guests:
+        while name in self.clients:
             number += 1
             name = f"{wanted}-{number}"
         return name
 
-    def _welcome(self, guest: Guest, grant: Grant) -> messages.Welcome:
+    def _welcome(self, client: ClientSession, grant: Grant) -> messages.Welcome:
         role = TEACHER if grant.teacher and grant.name else grant.role.title
-        return replace(self.greeting(), role=role, name=guest.name, robots=self._robots(grant))
+        return replace(self.greeting(), role=role, name=client.name, robots=self._robots(grant))
 
     def greeting(self) -> messages.Welcome:
         """For those who look without holding it."""
@@ -314,50 +321,50 @@ class Room:
             return messages.Clock(now, rate, paused, True, wall)
         return messages.Clock(clock.reached, wall=self._wall())
 
-    def cut(self, guest: Guest, link: Link) -> None:
+    def cut(self, client: ClientSession, link: ClientSocket) -> None:
         """A socket is gone."""
         link.connection.cut(self._wall())
-        if guest.link is link:
-            guest.detach()
-            self._away[guest] = None
+        if client.link is link:
+            client.detach()
+            self._away[client] = None
             if len(self._away) > MOST_AWAY:
                 self.leave(next(iter(self._away)))
 
-    def leave(self, guest: Guest) -> None:
+    def leave(self, client: ClientSession) -> None:
         """A holder is gone for good."""
-        self._away.pop(guest, None)
-        self._seated.pop(guest, None)
-        if self.guests.pop(guest.name, None) is None:
+        self._away.pop(client, None)
+        self._seated.pop(client, None)
+        if self.clients.pop(client.name, None) is None:
             return
-        del self._ledgers[guest.ledger.key], self._desks[guest.holder.desk]
-        self._asked_at.pop(guest, None)
-        drove = self.driving.lease.drives(guest.name)
-        guest.holder.desk.left = self.plan.when_gone is not WhenGone.ABORT
-        guest.leave()
-        self.driving.leave(guest.name)
+        del self._delivery_logs[client.delivery_log.key], self._user_states[client.holder.user_state]
+        self._asked_at.pop(client, None)
+        drove = self.driving.lease.drives(client.name)
+        client.holder.user_state.left = self.plan.when_gone is not WhenGone.ABORT
+        client.leave()
+        self.driving.leave(client.name)
         if drove:
-            self._driver_gone(guest.name)
+            self._driver_gone(client.name)
 
-    def present(self, guest: Guest) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        return self._robots(guest.grant), tuple(self.guests)
+    def present(self, client: ClientSession) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        return self._robots(client.grant), tuple(self.clients)
 
     # --- what is asked of it ---
 
-    def others_ask(self, guest: Guest) -> bool:
+    def others_ask(self, client: ClientSession) -> bool:
         earliest = self._wall() - LATELY
-        return any(at > earliest for other, at in self._asked_at.items() if other is not guest)
+        return any(at > earliest for other, at in self._asked_at.items() if other is not client)
 
-    def ask(self, guest: Guest, talk: Talk[Any], pending: Pending, *, urgent: bool = False) -> None:
+    def ask(self, client: ClientSession, dialogue: Dialogue[Any], pending: Pending, *, urgent: bool = False) -> None:
         if pending.id:
-            self._asked_at[guest] = self._wall()
+            self._asked_at[client] = self._wall()
         self.broadcast.hold()
-        ticket = guest.holder.submit(talk, urgent=urgent, outlet=partial(self._hear, guest))
-        self._pending[ticket] = guest, pending
+        ticket = client.holder.submit(dialogue, urgent=urgent, outlet=partial(self._hear, client))
+        self._pending[ticket] = client, pending
 
-    def awaited(self, guest: Guest) -> tuple[Ticket[Any], ...]:
-        return tuple(ticket for ticket, (asker, it) in self._pending.items() if asker is guest and it.answer is None)
+    def awaited(self, client: ClientSession) -> tuple[Ticket[Any], ...]:
+        return tuple(ticket for ticket, (asker, it) in self._pending.items() if asker is client and it.answer is None)
 
-    def checked(self, talk: Talk[Any], always: Callable[[], bool]) -> Talk[Any]:
+    def checked(self, dialogue: Dialogue[Any], always: Callable[[], bool]) -> Dialogue[Any]:
         """In the robot's thread. Raises FileError, LimitReached where nothing may be changed now."""
         try:
             self._check()
@@ -365,14 +372,14 @@ class Room:
             if not always():
                 raise
         try:
-            found = yield from talk
+            found = yield from dialogue
         finally:
-            self.chronicle.note()
-        yield from self.chronicle.prepare()
+            self.durable_log.note()
+        yield from self.durable_log.prepare()
         return found
 
     def _check(self) -> None:
-        self.chronicle.check()
+        self.durable_log.check()
         if (now := self._wall()) - self._measured > MEASURED:
             self._measured, self._grown = now, self._too_large()
         if self._grown is not None:
@@ -398,39 +405,39 @@ class Room:
             return True
         return not isinstance(statement, ProgramHeader | None) and may_all(*needed(statement))
 
-    def stops(self, guest: Guest) -> None:
+    def stops(self, client: ClientSession) -> None:
         session = self.session
         if session.running or self._self.now < session.engine.end:
-            said = Message(f"{guest.name} stops the robot", Tone.WARNING)
-            for other in self.guests.values():
-                if other is not guest:
+            said = Message(f"{client.name} stops the robot", Tone.WARNING)
+            for other in self.clients.values():
+                if other is not client:
                     other.show(said)
                     self._flush(other)
 
     @staticmethod
-    def _flush(guest: Guest) -> None:
-        if guest.link is not None:
-            guest.link.flush()
+    def _flush(client: ClientSession) -> None:
+        if client.link is not None:
+            client.link.flush()
 
-    def note(self, guest: Guest, what: str, result: str) -> None:
-        self._audit.note(self.name, guest.name, guest.address, what, result)
+    def note(self, client: ClientSession, what: str, result: str) -> None:
+        self._audit.note(self.name, client.name, client.address, what, result)
 
     # --- what it says: in its own thread ---
 
-    def _hear(self, guest: Guest, ticket: Ticket[Any], said: Reply | Question | None) -> None:
+    def _hear(self, client: ClientSession, ticket: Ticket[Any], said: Reply | Question | None) -> None:
         """In the robot's thread. Who is told a long reply has the next request carried out when he has taken it."""
         if said is not None and not isinstance(said, Question) and is_long(said):
-            self.session.actor.let_wait(guest.holder.desk)
+            self.session.actor.let_wait(client.holder.user_state)
         self._put(lambda: self._tell_of(ticket, said))
 
-    def _by_itself(self, desk: object, reply: Reply) -> None:
+    def _by_itself(self, user_state: object, reply: Reply) -> None:
         ticket = self.session.actor.at_work
-        self.session.actor.tell(lambda: self._put(lambda: self._show(desk, reply, ticket)))
+        self.session.actor.tell(lambda: self._put(lambda: self._show(user_state, reply, ticket)))
 
-    def _typed(self, desk: object, text: str, newline: bool) -> None:
+    def _typed(self, user_state: object, text: str, newline: bool) -> None:
         size = len(text) + BESIDE
-        self._hears, self._typed_bytes = self._desks.get(desk), self._typed_bytes + size
-        self.session.actor.tell(lambda: self._put(lambda: self._type(desk, text, newline, size)))
+        self._hears, self._typed_bytes = self._user_states.get(user_state), self._typed_bytes + size
+        self.session.actor.tell(lambda: self._put(lambda: self._type(user_state, text, newline, size)))
 
     def _lags(self) -> bool:
         """Whether time waits until what programs have TYPEd is given on; virtual time also for who hears it."""
@@ -438,21 +445,21 @@ class Room:
             return True
         return self._hears is not None and not self.session.engine.realtime and self._hears.pace.lags(self._wall())
 
-    def _spent(self, desk: object, ticket: Ticket[Any], seconds: float) -> None:
+    def _spent(self, user_state: object, ticket: Ticket[Any], seconds: float) -> None:
         """A request of somebody has cost CPU time [s]. In any thread."""
-        guest, asked = self._desks.get(desk), self._pending.get(ticket)
-        if guest is not None:
-            guest.spend(seconds, typing=asked is not None and asked[1].typing)
+        client, asked = self._user_states.get(user_state), self._pending.get(ticket)
+        if client is not None:
+            client.spend(seconds, typing=asked is not None and asked[1].typing)
 
-    def _driven(self, lease: Lease, notice: Notice | None) -> None:
+    def _driven(self, lease: RobotLease, notice: Notice | None) -> None:
         self.session.lease = self._binding(lease)
         self._put(lambda: self._tell_lease(notice))
 
-    def _binding(self, lease: Lease) -> Lease | None:
+    def _binding(self, lease: RobotLease) -> RobotLease | None:
         """Whoever holds the robot of one user may drive it, as long as nobody has asked to do so alone."""
         return None if self.plan.one_user and not lease.holder else lease
 
-    def _put(self, tell: Callable[[], list[Guest]]) -> None:
+    def _put(self, tell: Callable[[], list[ClientSession]]) -> None:
         self._said.append(tell)
         self.stirred()
 
@@ -467,24 +474,24 @@ class Room:
     def pump(self) -> None:
         """Give what was said to those whom it concerns."""
         self._woken = False
-        touched: dict[Guest, None] = {}
+        touched: dict[ClientSession, None] = {}
         until = time.thread_time() + TOGETHER
         while self._said and time.thread_time() < until:
-            for guest in self._give(self._said.popleft()):
-                touched[guest] = None
-        for guest in touched:
-            self._flush(guest)
+            for client in self._give(self._said.popleft()):
+                touched[client] = None
+        for client in touched:
+            self._flush(client)
         if self._said:
             self.stirred()
         for event in self._events.taken():
-            if not isinstance(event, Missed):
+            if not isinstance(event, MissedEvents):
                 applied = self._self.now
                 self.broadcast.tell(event, applied)
-                if isinstance(event, TimelineDelta) and event.motion.kind is not Kind.STEERED:
+                if isinstance(event, TimelineDelta) and event.motion.kind is not MotionKind.STEERED:
                     self._told_now = applied  # what is told in short does not say it
         self._announce()
 
-    def _give(self, tell: Callable[[], list[Guest]]) -> list[Guest]:
+    def _give(self, tell: Callable[[], list[ClientSession]]) -> list[ClientSession]:
         """The same, whatever goes wrong with one of them."""
         try:
             return tell()
@@ -492,41 +499,43 @@ class Room:
             self._tell(internal_error(error).text)
             return []
 
-    def _tell_of(self, ticket: Ticket[Any], said: Reply | Question | None) -> list[Guest]:
+    def _tell_of(self, ticket: Ticket[Any], said: Reply | Question | None) -> list[ClientSession]:
         """Of a request; None for its end."""
-        guest, pending = self._pending[ticket]
+        client, pending = self._pending[ticket]
         if said is None:
             del self._pending[ticket]
-            guest.ended(pending, ticket)
+            client.ended(pending, ticket)
             self.broadcast.release()
         else:
-            guest.heard(pending, ticket, said)
-        return [guest]
+            client.heard(pending, ticket, said)
+        return [client]
 
-    def _type(self, desk: object, text: str, newline: bool, size: int) -> list[Guest]:
+    def _type(self, user_state: object, text: str, newline: bool, size: int) -> list[ClientSession]:
         """What a program TYPEs, to whoever drives it, and to all consoles."""
         self._given_bytes += size
-        hearing = [guest for guest in self.guests.values() if guest.console or guest.holder.desk is desk]
-        for guest in hearing:
-            guest.type(text, newline)
+        hearing = [
+            client for client in self.clients.values() if client.console or client.holder.user_state is user_state
+        ]
+        for client in hearing:
+            client.type(text, newline)
         return hearing
 
-    def _show(self, desk: object, reply: Reply, ticket: Ticket[Any] | None = None) -> list[Guest]:
+    def _show(self, user_state: object, reply: Reply, ticket: Ticket[Any] | None = None) -> list[ClientSession]:
         """Tell who is at a desk, all where nobody is, what the robot says by itself; with the id of the command of that
         ticket, to who has given it.
         """
-        everybody = list(self.guests.values())
-        hearing = [guest for guest in everybody if guest.holder.desk is desk] or everybody
+        everybody = list(self.clients.values())
+        hearing = [client for client in everybody if client.holder.user_state is user_state] or everybody
         asker, asked = self._pending.get(ticket, (None, None)) if ticket is not None else (None, None)
-        for guest in hearing:
-            guest.show(reply, asked.id or None if asked is not None and guest is asker else None)
+        for client in hearing:
+            client.show(reply, asked.id or None if asked is not None and client is asker else None)
         return hearing
 
-    def _tell_lease(self, notice: Notice | None) -> list[Guest]:
+    def _tell_lease(self, notice: Notice | None) -> list[ClientSession]:
         """It is in other hands, or asked for."""
-        everybody = list(self.guests.values())
-        for guest in everybody:
-            guest.tell(messages.Lease(self.driving.lease.holder, notice))
+        everybody = list(self.clients.values())
+        for client in everybody:
+            client.tell(messages.Lease(self.driving.lease.holder, notice))
         return everybody
 
     def _announce(self) -> None:
@@ -546,7 +555,7 @@ class Room:
 
     def _announce_pulled(self) -> None:
         """What holds the tool at once, how far it is from the wish some times a second."""
-        pulled, before, now = self.grip.pulled, self._pulled.state, self._wall()
+        pulled, before, now = self.drag_control.pulled, self._pulled.state, self._wall()
         if pulled == before:
             return
         same = pulled.by == before.by and pulled.held.holds == before.held.holds
@@ -566,10 +575,10 @@ class Room:
         the robot's thread and nobody has waited for.
         """
         now = self._wall()
-        for guest in tuple(self._away):
-            if guest.link is None and guest.ledger.expired(now):
-                self.leave(guest)
-        driver = self.guests.get(self.driving.lease.holder)
+        for client in tuple(self._away):
+            if client.link is None and client.delivery_log.expired(now):
+                self.leave(client)
+        driver = self.clients.get(self.driving.lease.holder)
         if driver is not None and driver.link is not None and now - driver.heard_at > ALIVE:
             driver.link.ping()
         if gone := self.driving.lapsed():
@@ -581,8 +590,8 @@ class Room:
         self._push_status()
         self._note_ends()
         self._announce()
-        if self.session.actor.mishaps:
-            raise self.session.actor.mishaps.pop(0)
+        if self.session.actor.internal_errors:
+            raise self.session.actor.internal_errors.pop(0)
 
     def _driver_gone(self, who: str) -> None:
         """What becomes of the program is a setting."""
@@ -624,7 +633,7 @@ class Room:
 
     def _withdraw_questions(self) -> None:
         """A program that was stopped asks nothing any more."""
-        asked = tuple(one for guest in self.guests.values() for one in guest.asked_by_programs)
+        asked = tuple(one for client in self.clients.values() for one in client.asked_by_programs)
         if not asked:
             return
 
@@ -646,7 +655,7 @@ class Room:
         """What a program that has ended changed is written down."""
         ran, self._ran = self._ran, self.session.running
         if ran and not self._ran:
-            self._self.call(lambda _session: self.chronicle.note())
+            self._self.call(lambda _session: self.durable_log.note())
 
     def _push_status(self) -> None:
         """What stands around a prompt, to those who sit at one: where something has happened, and each second."""
@@ -656,6 +665,6 @@ class Room:
         if now == self._looked:
             return
         self._looked = now
-        for guest in self._seated:
-            if guest.link is not None:
-                guest.look()
+        for client in self._seated:
+            if client.link is not None:
+                client.look()

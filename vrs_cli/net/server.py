@@ -23,10 +23,10 @@ from websockets.http11 import Request, Response
 from websockets.typing import Origin
 
 from vrs_cli.errors import LimitReached, RequestRefused, VrsError
-from vrs_cli.interfaces.conversation.mishap import internal_error
+from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.net import messages
 from vrs_cli.net.audit import Audit
-from vrs_cli.net.guest import TYPING, Guest
+from vrs_cli.net.client_session import TYPING, ClientSession
 from vrs_cli.net.hub import Hub
 from vrs_cli.net.limits import Allowance, Bucket, Crowd
 from vrs_cli.net.protocol import ServerConnection
@@ -52,7 +52,7 @@ SHORT = 2.0  # [s] in which a client takes leave
 ROBOTS = "/robots/"
 
 
-class Place(Struct, frozen=True):
+class ListenAddress(Struct, frozen=True):
     """Where a server listens. `origins`: the pages of which sites may open a connection; programs send none."""
 
     host: str
@@ -72,7 +72,7 @@ class _Link:
         self.connection, self.socket = connection, socket
         peer = socket.remote_address or ("", 0)
         self.host, self.address = str(peer[0]), f"{peer[0]}:{peer[1]}"
-        self.guest: Guest | None = None
+        self.client: ClientSession | None = None
         self.room: Room | None = None
         self.rate = Bucket(allowance.rate, allowance.burst, time.monotonic())
         self.fast = 0  # messages that came too fast, one after the other
@@ -98,12 +98,12 @@ class _Link:
     @property
     def _has_more(self) -> bool:
         """Whether a long reply goes on here."""
-        return self.guest is not None and self.guest.link is self and self.guest.has_more
+        return self.client is not None and self.client.link is self and self.client.has_more
 
     def _count(self) -> None:
         """Say how far it is behind."""
-        if self.guest is not None and self.guest.link is self:
-            self.guest.pace.waiting = self.connection.waiting + self.sink.waiting
+        if self.client is not None and self.client.link is self:
+            self.client.pace.waiting = self.connection.waiting + self.sink.waiting
 
     async def _drain(self) -> None:
         """Go on, a part of a long reply after the other, whenever the socket has taken what it holds."""
@@ -115,8 +115,8 @@ class _Link:
                             await self.socket.drain()
                     self._count()
                 else:
-                    assert self.guest is not None
-                    self.guest.tell_more()
+                    assert self.client is not None
+                    self.client.tell_more()
                     self.flush()
                     await asyncio.sleep(0)  # others have their turns
         self._drains = False
@@ -136,8 +136,8 @@ class _Link:
             await (await self.socket.ping())
         except ConnectionClosed:
             return
-        if self.guest is not None:
-            self.guest.beat()
+        if self.client is not None:
+            self.client.beat()
 
     def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
         task = asyncio.get_running_loop().create_task(work)
@@ -151,7 +151,12 @@ class Server:
     """
 
     def __init__(
-        self, place: Place, allowance: Allowance, audit: Audit, tokens: TokenFile | None, tell: Callable[[str], None]
+        self,
+        place: ListenAddress,
+        allowance: Allowance,
+        audit: Audit,
+        tokens: TokenFile | None,
+        tell: Callable[[str], None],
     ) -> None:
         self._place, self._allowance, self._audit, self._tokens, self._tell = place, allowance, audit, tokens, tell
         self._crowd = Crowd(allowance)
@@ -159,11 +164,11 @@ class Server:
         self._strangers: set[_Link] = set()  # who have not said who they are
         self._looked = 0.0  # [s] when the tokens were looked at
         self._due: dict[str, asyncio.Event] = {}
-        self._told, self._mishaps = "", 0
+        self._told, self._internal_errors = "", 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._hub: Hub | None = None
         self._broadcasts: set[asyncio.Task[None]] = set()
-        self._waiting: dict[Guest, asyncio.Task[None]] = {}  # whose requests wait for their share
+        self._waiting: dict[ClientSession, asyncio.Task[None]] = {}  # whose requests wait for their share
         self.opened: list[Callable[[Room], None]] = []  # they are told of every robot that is served
         self._too_fast = LimitReached(f"more than {allowance.rate:g} messages a second", "send fewer, or wait")
 
@@ -249,9 +254,9 @@ class Server:
                 link.flush()
                 if link.connection.closing:
                     break
-                if link.guest is not None:
-                    link.guest.spend(time.thread_time() - begun, typing=typing)
-                    while link.guest.parked_bytes > MOST_PARKED:
+                if link.client is not None:
+                    link.client.spend(time.thread_time() - begun, typing=typing)
+                    while link.client.parked_bytes > MOST_PARKED:
                         await asyncio.sleep(TICK)
         except ConnectionClosed:
             pass
@@ -261,34 +266,34 @@ class Server:
             self._gone(link)
 
     async def _taken(self, link: _Link, message: messages.ClientMessage, size: int) -> None:
-        guest, room = link.guest, link.room
+        client, room = link.client, link.room
         if isinstance(message, messages.Hello):
             await self._enter(link, message)
-        elif guest is not None and room is not None:
+        elif client is not None and room is not None:
             if link.fast and not isinstance(message, messages.Abort | messages.Interrupt):
-                guest.refuse(message, self._too_fast)
+                client.refuse(message, self._too_fast)
                 return
-            if guest.park(message, size):
-                self._unpark(guest)
+            if client.park(message, size):
+                self._unpark(client)
             else:
-                guest.take(message)
+                client.take(message)
             if isinstance(message, messages.Bye):
                 link.connection.why = "left"
-                room.leave(guest)
+                room.leave(client)
 
-    def _unpark(self, guest: Guest) -> None:
+    def _unpark(self, client: ClientSession) -> None:
         """Have what waits for a client's share done in its time, whether it is still connected or not."""
-        if guest not in self._waiting:
-            self._waiting[guest] = asyncio.get_running_loop().create_task(self._wait_for_share(guest))
+        if client not in self._waiting:
+            self._waiting[client] = asyncio.get_running_loop().create_task(self._wait_for_share(client))
 
-    async def _wait_for_share(self, guest: Guest) -> None:
+    async def _wait_for_share(self, client: ClientSession) -> None:
         try:
-            while (left := guest.unpark()) is not None:
-                if guest.link is not None:
-                    guest.link.flush()
+            while (left := client.unpark()) is not None:
+                if client.link is not None:
+                    client.link.flush()
                 await asyncio.sleep(min(left, LONGEST_WAIT))
         finally:
-            del self._waiting[guest]
+            del self._waiting[client]
 
     async def _enter(self, link: _Link, hello: messages.Hello) -> None:
         """Let somebody in, or say why not."""
@@ -303,9 +308,9 @@ class Server:
             return
         self._strangers.discard(link)
         self._follow(name)
-        link.room, link.guest = room, room.enter(grant, hello, link)
+        link.room, link.client = room, room.enter(grant, hello, link)
         room.pump()
-        self._audit.note(name, link.guest.name, link.address, "(enter)", "done")
+        self._audit.note(name, link.client.name, link.address, "(enter)", "done")
 
     async def _opened(self, name: str) -> Room:
         """Raises RequestRefused where a robot cannot be served; why is for whoever runs the server."""
@@ -341,12 +346,12 @@ class Server:
 
     def _gone(self, link: _Link) -> None:
         """A socket is closed, or cut."""
-        guest, room = link.guest, link.room
-        if guest is None or room is None:
+        client, room = link.client, link.room
+        if client is None or room is None:
             return
-        self._crowd.leave(guest.grant.name)
-        room.cut(guest, link)
-        self._audit.note(room.name, guest.name, link.address, "(leave)", link.connection.why or "cut")
+        self._crowd.leave(client.grant.name)
+        room.cut(client, link)
+        self._audit.note(room.name, client.name, link.address, "(leave)", link.connection.why or "cut")
 
     # --- robots ---
 
@@ -404,8 +409,8 @@ class Server:
         try:
             act()
         except Exception as error:
-            self._mishaps += 1
-            if self._mishaps <= MISHAPS:
+            self._internal_errors += 1
+            if self._internal_errors <= MISHAPS:
                 self._tell(internal_error(error).text)
             return False
         return True
@@ -420,14 +425,14 @@ class Server:
             self._tell(tokens.wrong)
         self._told = tokens.wrong
         for room in self.hub.rooms.values():
-            for guest in tuple(room.guests.values()):
-                if not tokens.tokens.holds(guest.grant, time.time()):
-                    self._revoke(room, guest)
+            for client in tuple(room.clients.values()):
+                if not tokens.tokens.holds(client.grant, time.time()):
+                    self._revoke(room, client)
 
-    def _revoke(self, room: Room, guest: Guest) -> None:
-        link = guest.link
+    def _revoke(self, room: Room, client: ClientSession) -> None:
+        link = client.link
         if link is not None:
             refused = RequestRefused("your token was revoked, or has ended", "ask whoever runs the server")
             link.connection.close(refused.detail, Refusal.of(refused))
             link.flush()
-        room.leave(guest)
+        room.leave(client)

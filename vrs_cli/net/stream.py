@@ -16,10 +16,10 @@ from msgspec import Struct, field
 
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.settings import Settings
-from vrs_cli.engine.snapshot import Replaced, Snapshot
+from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.net import messages
-from vrs_cli.net.packets import Context, Form, Letter, Packet, Place
+from vrs_cli.net.packets import DeflateContext, DeflatedPlace, Letter, MessageForm, Packet
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.wire.records import Motions, delta_record
 from vrs_cli.wire.snapshots import snapshot_record
@@ -27,13 +27,13 @@ from vrs_cli.wire.steered import steered_record
 
 REMEMBERED, REMEMBERED_BYTES = 1000, 256 * 1024  # changes
 SEGMENTS, SNAPSHOT_BYTES = 1000, 256 * 1024  # of a snapshot (15 ms of CPU), which begins later rather than to have more
-TEXT = Form(text=True)  # the longest form
+TEXT = MessageForm(text=True)  # the longest form
 
 
 class Listening(NamedTuple):
     """How somebody hears changes: in which form, deflated or not, and the last how many seconds of them (None: all)."""
 
-    form: Form
+    form: MessageForm
     deflates: bool = False
     window: float | None = None
 
@@ -43,15 +43,15 @@ class _Change(Struct):
     last.
     """
 
-    packets: dict[Form, Packet]
+    packets: dict[MessageForm, Packet]
     size: int  # bytes of the packets
-    deflated: dict[Form, Packet] = field(default_factory=dict)
+    deflated: dict[MessageForm, Packet] = field(default_factory=dict)
 
 
 class Stream:
     """`number`: of the last change; `timeline` and `settings`: as they are after it."""
 
-    def __init__(self, begin: Replaced, arm: RobotArm) -> None:
+    def __init__(self, begin: TimelineReplaced, arm: RobotArm) -> None:
         self.number = 0
         self._arm = arm
         self.timeline: Timeline = begin.timeline
@@ -59,9 +59,9 @@ class Stream:
         self._replaced = 0  # the last change that was another timeline
         self._changes: dict[int, _Change] = {}
         self._bytes = 0
-        self._listeners: Counter[Form] = Counter()
-        self._encoded_until: dict[Form, int] = {}  # by form; this matters where nobody hears it
-        self._contexts: dict[Form, Context] = {}
+        self._listeners: Counter[MessageForm] = Counter()
+        self._encoded_until: dict[MessageForm, int] = {}  # by form; this matters where nobody hears it
+        self._contexts: dict[MessageForm, DeflateContext] = {}
         self._snapshots: dict[Listening, Packet] = {}
 
     # --- the robot tells ---
@@ -71,7 +71,7 @@ class Stream:
         more changes. Raises ValueError for one that does not fit.
         """
         number = self.number + 1
-        if isinstance(event, Replaced):
+        if isinstance(event, TimelineReplaced):
             self.timeline, self.settings, self._replaced = event.timeline, event.settings, number
             self._forget(0)
         else:
@@ -109,17 +109,17 @@ class Stream:
 
     # --- somebody hears ---
 
-    def begin(self, form: Form) -> None:
+    def begin(self, form: MessageForm) -> None:
         """One more listener hears changes in this form."""
         self._listeners[form] += 1
         self._encoded_until[form] = self.number
 
-    def end(self, form: Form) -> None:
+    def end(self, form: MessageForm) -> None:
         """A listener of this form is gone. It may come back: the next changes are encoded as if it were there."""
         self._listeners[form] -= 1
         self._encoded_until[form] = self.number + REMEMBERED
 
-    def after(self, number: int, listening: Listening, last: Place | None) -> Packet | None:
+    def after(self, number: int, listening: Listening, last: DeflatedPlace | None) -> Packet | None:
         """The change after that number, for somebody who has got what was deflated up to the place `last`; None where
         it is not remembered in that form.
         """
@@ -129,12 +129,14 @@ class Stream:
             return None
         return self._deflated(number + 1, change, packet, listening.form, last) if listening.deflates else packet
 
-    def _deflated(self, number: int, change: _Change, packet: Packet, form: Form, last: Place | None) -> Packet:
+    def _deflated(
+        self, number: int, change: _Change, packet: Packet, form: MessageForm, last: DeflatedPlace | None
+    ) -> Packet:
         """A change deflated, if it is or can be, and follows on what somebody has got. Who gets it as it is can take
         what is deflated next.
         """
         if form not in change.deflated and number == self.number:
-            change.deflated[form] = self._contexts.setdefault(form, Context()).deflated(packet)
+            change.deflated[form] = self._contexts.setdefault(form, DeflateContext()).deflated(packet)
         found = change.deflated.get(form, packet)
         if found.follows(last) and found is not packet:
             return found
@@ -158,7 +160,7 @@ class Stream:
         window, count = listening.window, len(self.timeline)
         first = 0 if window is None else self.timeline.index_at(now - window)
         _, packet = self._last_part(first, count, listening.form)
-        return Context().deflated(packet) if listening.deflates else packet
+        return DeflateContext().deflated(packet) if listening.deflates else packet
 
     def part(self, begin: float, end: float | None = None) -> Snapshot:
         """The timeline from `begin` to `end` [s]; where that is too much, its last part."""
@@ -166,7 +168,7 @@ class Stream:
         after = len(timeline) if end is None else timeline.index_at(end) + 1
         return self._last_part(timeline.index_at(begin), after, TEXT)[0]
 
-    def _last_part(self, first: int, after: int, form: Form) -> tuple[Snapshot, Packet]:
+    def _last_part(self, first: int, after: int, form: MessageForm) -> tuple[Snapshot, Packet]:
         """The segments from one number to before another: so many of the last ones as a snapshot may have."""
         first = max(first, after - SEGMENTS)
         while True:

@@ -9,13 +9,13 @@ from math import floor, log10
 from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.kinematics.transform import Vector, along, position
-from vrs_cli.render.blocks import Line, Page, Piece
+from vrs_cli.render.blocks import Page, Piece, TextLine
 from vrs_cli.render.canvas import FINE, PLAIN, Canvas, Cell, Dot
 from vrs_cli.render.colours import Ink
 from vrs_cli.values.numbers import fixed, seconds
 
 if TYPE_CHECKING:
-    from vrs_cli.values.replies import Picture
+    from vrs_cli.values.replies import ArmPicture
     from vrs_cli.values.results import Position
 
 WIDTH, HEIGHT = 80, 21  # columns and rows of all, where a page has no end
@@ -29,7 +29,7 @@ EDGE = 0.04  # of the reach: left free around it
 DOTTED = 3  # of a line in dots, each third is drawn
 
 
-class Part(IntEnum):
+class DrawnPart(IntEnum):
     """What is drawn, from the back to the front."""
 
     REACH = 0
@@ -42,7 +42,7 @@ class Part(IntEnum):
     TARGET = 7
 
 
-class Look(NamedTuple):
+class PartStyle(NamedTuple):
     """How a part is drawn: its ink, and its letter where there are no dots."""
 
     ink: Ink
@@ -50,15 +50,15 @@ class Look(NamedTuple):
     name: str = ""
 
 
-LOOKS: Mapping[int, Look] = {
-    Part.REACH: Look(Ink.NOTE, "'", "reach"),
-    Part.PAST: Look(Ink.CURVE_3, ".", "past"),
-    Part.PLANNED: Look(Ink.CURVE_2, ":", "planned"),
-    Part.BASE: Look(Ink.NOTE, "="),
-    Part.LINK: Look(Ink.HEADING, "#"),
-    Part.JOINT: Look(Ink.CURVE_6, "O"),
-    Part.HAND: Look(Ink.CURVE_4, "%"),
-    Part.TARGET: Look(Ink.CURVE_5, "X", "target"),
+LOOKS: Mapping[int, PartStyle] = {
+    DrawnPart.REACH: PartStyle(Ink.NOTE, "'", "reach"),
+    DrawnPart.PAST: PartStyle(Ink.CURVE_3, ".", "past"),
+    DrawnPart.PLANNED: PartStyle(Ink.CURVE_2, ":", "planned"),
+    DrawnPart.BASE: PartStyle(Ink.NOTE, "="),
+    DrawnPart.LINK: PartStyle(Ink.HEADING, "#"),
+    DrawnPart.JOINT: PartStyle(Ink.CURVE_6, "O"),
+    DrawnPart.HAND: PartStyle(Ink.CURVE_4, "%"),
+    DrawnPart.TARGET: PartStyle(Ink.CURVE_5, "X", "target"),
 }
 
 
@@ -80,7 +80,7 @@ class View(NamedTuple):
 SIDE, ABOVE = View("from the side (X, Z)", 0, 2), View("from above (X, Y)", 0, 1)
 
 
-class Frame(NamedTuple):
+class ViewFrame(NamedTuple):
     """Where a view stands: its upper left corner [m], and cells a metre across (one is twice as high as wide). `size`:
     how far the arm reaches from its middle [m].
     """
@@ -94,7 +94,7 @@ class Frame(NamedTuple):
     size: float
 
 
-def arm_picture(picture: Picture, page: Page) -> Iterator[Line]:
+def arm_picture(picture: ArmPicture, page: Page) -> Iterator[TextLine]:
     """What the robot does, both views side by side, the scale and what is what."""
     yield from ArmDrawing().lines(picture, page)
 
@@ -104,22 +104,24 @@ class ArmDrawing:
 
     def __init__(self) -> None:
         self._page: tuple[object, ...] = ()
-        self._frames: tuple[Frame, ...] = ()
+        self._frames: tuple[ViewFrame, ...] = ()
         self._reach: tuple[Canvas, ...] = ()  # with nothing else
         self._behind: tuple[object, ...] = ()  # the lines that do not change now
         self._canvases: tuple[Canvas, ...] = ()
-        self._kept: dict[tuple[Frame, int], tuple[Points, Sequence[Cell]]] = {}  # what lines cover in a view
+        self._kept: dict[tuple[ViewFrame, int], tuple[Points, Sequence[Cell]]] = {}  # what lines cover in a view
         self._new = dict(self._kept)
         self._rows: dict[tuple[int, int], tuple[Piece, ...]] = {}  # of those, by view and row
 
-    def lines(self, picture: Picture, page: Page) -> Iterator[Line]:
+    def lines(self, picture: ArmPicture, page: Page) -> Iterator[TextLine]:
         fine, width = page.unicode, max(page.width or WIDTH, LEAST_WIDTH)
         canvases = self._drawn(picture, page, width)
         frames = self._frames
         yield _fitted(_doing(picture), width)
-        yield Line(tuple((f"{frame.view.title[: frame.width]:<{frame.width + GAP}}", Ink.HEADING) for frame in frames))
+        yield TextLine(
+            tuple((f"{frame.view.title[: frame.width]:<{frame.width + GAP}}", Ink.HEADING) for frame in frames)
+        )
         for row in range(frames[0].height):
-            yield Line(
+            yield TextLine(
                 tuple(piece for view, canvas in enumerate(canvases) for piece in self._row(view, canvas, row, fine))
             )
         yield _fitted((*_scale(frames[0], fine), *_legend(picture, fine)), width)
@@ -133,7 +135,7 @@ class ArmDrawing:
                 self._rows[view, row] = kept
         return kept
 
-    def _drawn(self, picture: Picture, page: Page, width: int) -> list[Canvas]:
+    def _drawn(self, picture: ArmPicture, page: Page, width: int) -> list[Canvas]:
         here = (page, picture.reach, picture.links[0])
         if here != self._page:
             height = max((page.height or HEIGHT) - WORDS, LEAST_HEIGHT)
@@ -149,7 +151,7 @@ class ArmDrawing:
 
     def _drawn_behind(self, pen: Pen, past: Lines, planned: Lines) -> Canvas:
         """What stays while the arm moves on one line: all of the way but that line."""
-        for part, lines in ((Part.PAST, past), (Part.PLANNED, planned)):
+        for part, lines in ((DrawnPart.PAST, past), (DrawnPart.PLANNED, planned)):
             for points in lines:
                 pen.canvas.lay(part, self._cells_of(pen, points))
         return pen.canvas
@@ -160,7 +162,7 @@ class ArmDrawing:
         kept = self._new.get(key) or self._kept.get(key)
         if kept is None:
             canvas = pen.canvas.empty()
-            Pen(pen.frame, pen.fine, canvas).line(Part.PAST, points)
+            Pen(pen.frame, pen.fine, canvas).line(DrawnPart.PAST, points)
             kept = (points, canvas.cells())
         self._new[key] = kept
         return kept[1]
@@ -171,7 +173,7 @@ class ArmDrawing:
             yield Pen(frame, page.unicode, canvas.copy())
 
 
-def _doing(picture: Picture) -> Iterator[Piece]:
+def _doing(picture: ArmPicture) -> Iterator[Piece]:
     at = picture.position
     tool = "  ".join(f"{axis} {fixed(1e3 * x, 1)}" for axis, x in zip("XYZ", position(at.T_world_tool), strict=True))
     yield f"At {seconds(at.time)}  ", Ink.NOTE
@@ -179,19 +181,19 @@ def _doing(picture: Picture) -> Iterator[Piece]:
     yield ((at.text or "moving") if at.moving else "at rest"), Ink.INSTRUCTION
 
 
-def _fitted(pieces: Iterable[Piece], width: int) -> Line:
+def _fitted(pieces: Iterable[Piece], width: int) -> TextLine:
     """As much of them as a line has room for."""
     left, found = width, list[Piece]()
     for text, ink in pieces:
         found.append((text[:left], ink))
         left -= len(found[-1][0])
-    return Line(tuple(found))
+    return TextLine(tuple(found))
 
 
 # --- where the views stand -----------------------------------------------------------------------------------------
 
 
-def _frames(picture: Picture, width: int, height: int) -> tuple[Frame, ...]:
+def _frames(picture: ArmPicture, width: int, height: int) -> tuple[ViewFrame, ...]:
     """On one scale, each in the middle of its place."""
     low, high = _box(picture)
     size = max(b - a for a, b in zip(low, high, strict=True))
@@ -205,13 +207,13 @@ def _frames(picture: Picture, width: int, height: int) -> tuple[Frame, ...]:
     return tuple(_frame(view, low, high, scale, wide, rows) for view in views)
 
 
-def _frame(view: View, low: Vector, high: Vector, scale: float, width: int, height: int) -> Frame:
+def _frame(view: View, low: Vector, high: Vector, scale: float, width: int, height: int) -> ViewFrame:
     size = 0.5 * max(b - a for a, b in zip(low, high, strict=True))
     middle = [0.5 * (low[i] + high[i]) for i in (view.right, view.up)]
-    return Frame(view, middle[0] - 0.5 * width / scale, middle[1] + height / scale, scale, width, height, size)
+    return ViewFrame(view, middle[0] - 0.5 * width / scale, middle[1] + height / scale, scale, width, height, size)
 
 
-def _box(picture: Picture) -> tuple[Vector, Vector]:
+def _box(picture: ArmPicture) -> tuple[Vector, Vector]:
     """The least and the greatest of all coordinates that the arm can have; it stays while the arm moves."""
     columns = list(zip(*picture.reach, picture.links[0], strict=True))
     low, high = tuple(map(min, columns)), tuple(map(max, columns))
@@ -224,7 +226,7 @@ def _box(picture: Picture) -> tuple[Vector, Vector]:
 class Pen:
     """Draws points of the world [m] in one view. `size` [m]: of the arm."""
 
-    def __init__(self, frame: Frame, fine: bool, canvas: Canvas) -> None:
+    def __init__(self, frame: ViewFrame, fine: bool, canvas: Canvas) -> None:
         self.frame, self.fine, self.canvas, self.size = frame, fine, canvas, frame.size
         self.across = frame.scale * canvas.dots_wide
         self.down = 0.5 * frame.scale * canvas.dots_high
@@ -233,49 +235,49 @@ class Pen:
         x, y = self.frame.view.of(p)
         return (x - self.frame.left) * self.across - 0.5, (self.frame.top - y) * self.down - 0.5
 
-    def line(self, part: Part, points: Sequence[Vector], thick: float = 0.0, every: int = 1) -> None:
+    def line(self, part: DrawnPart, points: Sequence[Vector], thick: float = 0.0, every: int = 1) -> None:
         dots = round(thick * self.across) if self.fine else 1
         for a, b in pairwise(map(self.dot, points)):
             self.canvas.stroke(part, a, b, max(dots, 1), every if self.fine else 1)
 
-    def disc(self, part: Part, p: Vector, radius: float) -> None:
+    def disc(self, part: DrawnPart, p: Vector, radius: float) -> None:
         self.canvas.disc(part, self.dot(p), max(radius * self.across, 1.5) if self.fine else 0.0)
 
-    def cross(self, part: Part, p: Vector) -> None:
+    def cross(self, part: DrawnPart, p: Vector) -> None:
         (x, y), arm = self.dot(p), 2 if self.fine else 0
         self.canvas.stroke(part, (x - arm, y), (x + arm, y))
         self.canvas.stroke(part, (x, y - arm), (x, y + arm))
 
 
-def _drawn_reach(picture: Picture, frame: Frame, fine: bool) -> Canvas:
+def _drawn_reach(picture: ArmPicture, frame: ViewFrame, fine: bool) -> Canvas:
     canvas = Canvas(frame.width, frame.height, *(FINE if fine else PLAIN))
-    Pen(frame, fine, canvas).line(Part.REACH, _outline(frame.view, picture.reach), every=DOTTED)
+    Pen(frame, fine, canvas).line(DrawnPart.REACH, _outline(frame.view, picture.reach), every=DOTTED)
     return canvas
 
 
-def _drawn_before(pen: Pen, picture: Picture) -> Canvas:
+def _drawn_before(pen: Pen, picture: ArmPicture) -> Canvas:
     """The line under way, and the arm."""
     for points in picture.past[-1:]:
-        pen.line(Part.PAST, points)
+        pen.line(DrawnPart.PAST, points)
     for points in picture.planned[:1]:
-        pen.line(Part.PLANNED, points)
+        pen.line(DrawnPart.PLANNED, points)
     if pen.frame.view is SIDE:
         _draw_base(pen, picture.links[0])
     count = len(picture.links) - 1
     for i, link in enumerate(pairwise(picture.links)):
-        pen.line(Part.LINK, link, THICK * pen.size * (1.0 - 0.5 * i / count))
+        pen.line(DrawnPart.LINK, link, THICK * pen.size * (1.0 - 0.5 * i / count))
     for p in picture.joints:
-        pen.disc(Part.JOINT, p, 0.5 * THICK * pen.size)
+        pen.disc(DrawnPart.JOINT, p, 0.5 * THICK * pen.size)
     _draw_hand(pen, picture.position)
     if picture.target is not None:
-        pen.cross(Part.TARGET, picture.target)
+        pen.cross(DrawnPart.TARGET, picture.target)
     return pen.canvas
 
 
 def _draw_base(pen: Pen, base: Vector) -> None:
     (x, y, z), half = base, THICK * pen.size
     left, right = (x - half, y, z - half), (x + half, y, z - half)
-    pen.line(Part.BASE, (left, base, right, left))
+    pen.line(DrawnPart.BASE, (left, base, right, left))
 
 
 def _draw_hand(pen: Pen, at: Position) -> None:
@@ -283,7 +285,7 @@ def _draw_hand(pen: Pen, at: Position) -> None:
     T, long = at.T_world_tool, HAND * pen.size
     for side in (-0.5 * long * at.hand, 0.5 * long * at.hand):
         root = along(position(T), (T.sx, T.sy, T.sz), side)
-        pen.line(Part.HAND, (position(T), root, along(root, (T.ax, T.ay, T.az), long)))
+        pen.line(DrawnPart.HAND, (position(T), root, along(root, (T.ax, T.ay, T.az), long)))
 
 
 def _outline(view: View, points: Sequence[Vector]) -> list[Vector]:
@@ -319,7 +321,7 @@ def _cells(canvas: Canvas, row: int, fine: bool) -> Iterator[Piece]:
             yield canvas.braille(row, first, last) if fine else look.letter * (last - first), look.ink
 
 
-def _scale(frame: Frame, fine: bool) -> Iterator[Piece]:
+def _scale(frame: ViewFrame, fine: bool) -> Iterator[Piece]:
     """A bar of a round length, at least four cells."""
     least = 4.0 / frame.scale
     power = 10.0 ** floor(log10(least))
@@ -329,8 +331,13 @@ def _scale(frame: Frame, fine: bool) -> Iterator[Piece]:
     yield f"{bar} {1e3 * metres:g} mm", Ink.NOTE
 
 
-def _legend(picture: Picture, fine: bool) -> Iterator[Piece]:
-    there = {Part.REACH: True, Part.PAST: picture.past, Part.PLANNED: picture.planned, Part.TARGET: picture.target}
+def _legend(picture: ArmPicture, fine: bool) -> Iterator[Piece]:
+    there = {
+        DrawnPart.REACH: True,
+        DrawnPart.PAST: picture.past,
+        DrawnPart.PLANNED: picture.planned,
+        DrawnPart.TARGET: picture.target,
+    }
     for part, is_there in there.items():
         if is_there:
             look = LOOKS[part]

@@ -15,7 +15,7 @@ GAP = 2  # blanks between the columns of a grid
 LEAST_FOLD = 20  # a folded column is never narrower
 
 
-class Line(Struct, frozen=True):
+class TextLine(Struct, frozen=True):
     """One line of text in pieces."""
 
     pieces: tuple[Piece, ...]
@@ -25,9 +25,9 @@ class Line(Struct, frozen=True):
         return "".join(text for text, _ in self.pieces)
 
 
-def line(text: str = "", ink: Ink = Ink.TEXT) -> Line:
+def line(text: str = "", ink: Ink = Ink.TEXT) -> TextLine:
     """A line of one piece."""
-    return Line(((text, ink),))
+    return TextLine(((text, ink),))
 
 
 class Column(Struct, frozen=True):
@@ -71,7 +71,7 @@ class Grid(Struct, frozen=True):
         )
 
 
-Block = Line | Grid
+Block = TextLine | Grid
 
 
 class Page(Struct, frozen=True):
@@ -135,7 +135,7 @@ def shortened(text: str, room: int) -> str:
     return text if len(text) <= room else f"{text[: room - 3]}..."
 
 
-def grid_lines(grid: Grid) -> tuple[Line, ...]:
+def grid_lines(grid: Grid) -> tuple[TextLine, ...]:
     """A grid as lines: headings, then rows."""
     widths = grid.widths()
     heads = tuple((column.heading, Ink.HEADING) for column in grid.columns)
@@ -146,7 +146,7 @@ def grid_lines(grid: Grid) -> tuple[Line, ...]:
     return tuple(lines)
 
 
-def _row(grid: Grid, widths: tuple[int, ...], cells: tuple[Piece, ...]) -> Line:
+def _row(grid: Grid, widths: tuple[int, ...], cells: tuple[Piece, ...]) -> TextLine:
     gap = "" if grid.tight else " " * GAP
     last = len(cells) - 1
     pieces: list[Piece] = []
@@ -157,4 +157,4 @@ def _row(grid: Grid, widths: tuple[int, ...], cells: tuple[Piece, ...]) -> Line:
         else:
             pieces += [(text, ink), ("" if i == last else space, Ink.TEXT)]
         pieces.append(("" if i == last else gap, Ink.TEXT))
-    return Line(tuple(piece for piece in pieces if piece[0]))
+    return TextLine(tuple(piece for piece in pieces if piece[0]))

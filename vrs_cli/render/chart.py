@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from math import ceil, floor, log10
 from typing import TYPE_CHECKING, NamedTuple
 
-from vrs_cli.render.blocks import Line, Page, Piece, line
+from vrs_cli.render.blocks import Page, Piece, TextLine, line
 from vrs_cli.render.canvas import FINE, PLAIN, Canvas
 from vrs_cli.render.colours import CURVES, Ink
 from vrs_cli.values.numbers import fixed
@@ -55,7 +55,7 @@ def round_step(least: float) -> float:
     return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= least * (1.0 - 1e-9))
 
 
-def chart(plot: Plot, page: Page) -> Iterator[Line]:
+def chart(plot: Plot, page: Page) -> Iterator[TextLine]:
     """The title, the drawing, the time axis and the legend: all is seen at once where the page is not too low."""
     width = WIDTH if page.width is None else max(LEAST_WIDTH, min(page.width - LABEL - 2, 2 * WIDTH))
     fine = page.unicode and page.colours
@@ -71,7 +71,7 @@ def chart(plot: Plot, page: Page) -> Iterator[Line]:
     figures = Scale.over(high, low, height, TICKS * height).figures()
     for row in range(height):
         axis = (f"{figures.get(row, ''):>{LABEL - 1}} {'+' if row in figures else '|'}", Ink.NOTE)
-        yield Line((axis, *_cells(canvas, row, plot.curves, fine)))
+        yield TextLine((axis, *_cells(canvas, row, plot.curves, fine)))
     yield from _time_axis(plot.times, width)
     yield from legend
 
@@ -122,7 +122,7 @@ def _cells(canvas: Canvas, row: int, curves: Sequence[Curve], fine: bool) -> Ite
             yield (marks, CURVES[owner % len(CURVES)])
 
 
-def _time_axis(times: Sequence[float], width: int) -> Iterator[Line]:
+def _time_axis(times: Sequence[float], width: int) -> Iterator[TextLine]:
     figures = Scale.over(times[0], times[-1], width, width / TICK).figures()
     yield line(" " * LABEL + "".join("+" if column in figures else "-" for column in range(width)), Ink.NOTE)
     shown = ""
@@ -133,7 +133,7 @@ def _time_axis(times: Sequence[float], width: int) -> Iterator[Line]:
     yield line(" " * LABEL + f"{shown} s", Ink.NOTE)
 
 
-def _legend(curves: Sequence[Curve], width: int, fine: bool) -> Iterator[Line]:
+def _legend(curves: Sequence[Curve], width: int, fine: bool) -> Iterator[TextLine]:
     """The curves with their least and greatest values, as many in a row as fit."""
     together = max((width - LABEL) // ENTRY, 1)
     for first in range(0, len(curves), together):
@@ -142,4 +142,4 @@ def _legend(curves: Sequence[Curve], width: int, fine: bool) -> Iterator[Line]:
             span = f" {fixed(min(curve.values))} to {fixed(max(curve.values))}"
             label = f"{'──' if fine else curve.mark} {curve.label}"
             pieces += [(label, CURVES[number % len(CURVES)]), (f"{span:<{ENTRY - len(label)}}", Ink.NOTE)]
-        yield Line((*pieces[:-1], (pieces[-1][0].rstrip(), Ink.NOTE)))
+        yield TextLine((*pieces[:-1], (pieces[-1][0].rstrip(), Ink.NOTE)))

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from vrs_cli.render.blocks import Block, Grid, Line, Page, grid_lines, split
+from vrs_cli.render.blocks import Block, Grid, Page, TextLine, grid_lines, split
 from vrs_cli.render.colours import COLOURS, Ink, Palette, rich_style
 from vrs_cli.render.control import visible
 from vrs_cli.render.layout import blocks
@@ -50,7 +50,7 @@ class TerminalRenderer:
     def draw(self, reply: Reply) -> None:
         page = self.page
         for block in blocks(reply, page):
-            for part in (block,) if isinstance(block, Line) else _fitted(block, page):
+            for part in (block,) if isinstance(block, TextLine) else _fitted(block, page):
                 drawn = _table(part, self._palette) if isinstance(part, Grid) else rich_text(part, self._palette)
                 self.console.print(drawn)
 
@@ -68,7 +68,7 @@ def _fitted(grid: Grid, page: Page) -> Iterator[Block]:
         yield from (part,) if part.boxed and page.unicode else grid_lines(part)
 
 
-def rich_text(line: Line, palette: Palette = COLOURS) -> Text:
+def rich_text(line: TextLine, palette: Palette = COLOURS) -> Text:
     return Text.assemble(*((visible(text), rich_style(ink, palette)) for text, ink in line.pieces))
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from html import escape
 from itertools import groupby
 
-from vrs_cli.render.blocks import PIPE, Block, Grid, Line, Piece
+from vrs_cli.render.blocks import PIPE, Block, Grid, Piece, TextLine
 from vrs_cli.render.colours import COLOURS, Ink
 from vrs_cli.render.layout import blocks
 from vrs_cli.render.svg import picture
@@ -24,7 +24,7 @@ def blocks_html(shown: Iterable[Block]) -> str:
         if is_grid:
             parts += [_table(grid) for grid in run if isinstance(grid, Grid)]
         else:
-            lines = "\n".join(pieces_html(line.pieces) for line in run if isinstance(line, Line))
+            lines = "\n".join(pieces_html(line.pieces) for line in run if isinstance(line, TextLine))
             parts.append(f"<pre>{lines}</pre>")
     return "".join(parts)
 

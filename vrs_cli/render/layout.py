@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.words.values import default_form, numbers_of
 from vrs_cli.render.arm_picture import arm_picture
-from vrs_cli.render.blocks import Block, Column, Grid, Line, Page, line, number_column, number_columns
+from vrs_cli.render.blocks import Block, Column, Grid, Page, TextLine, line, number_column, number_columns
 from vrs_cli.render.chart import chart
 from vrs_cli.render.colours import Ink
 from vrs_cli.render.displaced import sentences
@@ -71,7 +71,7 @@ def _program_stopped(reply: replies.ProgramStopped, _page: Page) -> Iterator[Blo
     yield line(reply.what, TONES[reply.tone])
     yield line(f"Program stopped at {reply.program}, step {reply.step}", Ink.NOTE)
     if reply.source:
-        yield Line((("    ", Ink.TEXT), *scan(reply.source)))
+        yield TextLine((("    ", Ink.TEXT), *scan(reply.source)))
 
 
 # --- positions and values ------------------------------------------------------------------------------------------
@@ -209,19 +209,19 @@ def _strings(reply: replies.StringTable, _page: Page) -> Iterator[Block]:
 
 def _program_text(reply: replies.ProgramText, page: Page) -> Iterator[Block]:
     yield from _program_part(reply, page)
-    yield Line(tuple(scan(".END")))
+    yield TextLine(tuple(scan(".END")))
 
 
 def _program_part(listed: replies.ProgramText | replies.ProgramPart, _page: Page) -> Iterator[Block]:
     from vrs_cli.language.text.parser import variables_in
 
     if listed.header:
-        yield Line(tuple(scan(listed.header)))
+        yield TextLine(tuple(scan(listed.header)))
     variables = variables_in((listed.header, *(step.text for step in listed.steps)))
     for step in listed.steps:
         mark = "?" if step.bad else " "
         text = ((step.text, Ink.ERROR),) if step.bad else tuple(scan(step.text, variables))
-        yield Line(((f"{step.number:5d} {mark} ", Ink.NOTE), *text))
+        yield TextLine(((f"{step.number:5d} {mark} ", Ink.NOTE), *text))
 
 
 def _file_table(reply: replies.FileTable, _page: Page) -> Iterator[Block]:
@@ -231,7 +231,7 @@ def _file_table(reply: replies.FileTable, _page: Page) -> Iterator[Block]:
     width = max(len(row.name) for row in reply.rows)
     for row in reply.rows:
         size = "folder" if row.size is None else f"{row.size} bytes"
-        yield Line(((f"{row.name:<{width}}", Ink.NAME), (f"  {size:>14}", Ink.NOTE)))
+        yield TextLine(((f"{row.name:<{width}}", Ink.NAME), (f"  {size:>14}", Ink.NOTE)))
 
 
 def _program_names(reply: replies.ProgramNames, _page: Page) -> Iterator[Block]:
@@ -325,7 +325,7 @@ def _help_overview(reply: replies.HelpOverview, page: Page) -> Iterator[Block]:
         yield line(group.title, Ink.HEADING)
         words = " ".join(word.replace(" ", "\0") for word in group.words)
         for text in wrap(words, (page.width or PLAIN_WIDTH) - 2, break_on_hyphens=False, break_long_words=False):
-            yield Line((("  ", Ink.TEXT), *scan(text.replace("\0", " "))))
+            yield TextLine((("  ", Ink.TEXT), *scan(text.replace("\0", " "))))
     yield line("HELP word explains one of them.", Ink.NOTE)
 
 
@@ -336,23 +336,25 @@ def _help_topic(reply: replies.HelpTopic, page: Page) -> Iterator[Block]:
     for form, summary in reply.rows:
         forms = wrap(form, column) if len(form) <= 2 * column else [form]
         if len(forms[-1]) > column:
-            yield Line((("  ", Ink.TEXT), *scan(forms.pop())))
+            yield TextLine((("  ", Ink.TEXT), *scan(forms.pop())))
         texts = wrap(_sentence(summary), width - column - 4)
         for left, right in zip_longest(forms, texts, fillvalue=""):
-            yield Line((("  ", Ink.TEXT), *scan(left), (" " * (column + 2 - len(left)), Ink.TEXT), (right, Ink.TEXT)))
+            yield TextLine(
+                (("  ", Ink.TEXT), *scan(left), (" " * (column + 2 - len(left)), Ink.TEXT), (right, Ink.TEXT))
+            )
 
 
 def _help_page(reply: replies.HelpPage, page: Page) -> Iterator[Block]:
     for number, entry in enumerate(reply.entries):
         if number:
             yield line()
-        yield Line((*scan(entry.form), (f"   ({_of(entry)})", Ink.NOTE)))
+        yield TextLine((*scan(entry.form), (f"   ({_of(entry)})", Ink.NOTE)))
         for text in wrap(_sentence(entry.summary), (page.width or PLAIN_WIDTH) - 4):
             yield line(f"    {text}")
         if entry.note:
             yield line(f"    {_sentence(entry.note)}", Ink.WARNING)
         if entry.example:
-            yield Line((("    Example: ", Ink.NOTE), *scan(entry.example)))
+            yield TextLine((("    Example: ", Ink.NOTE), *scan(entry.example)))
 
 
 def _of(entry: replies.HelpEntry) -> str:
@@ -523,14 +525,14 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.ProgramStopped: _program_stopped,
     replies.Whereabouts: _whereabouts,
     replies.WhereaboutsTable: _whereabouts_table,
-    replies.Picture: arm_picture,
+    replies.ArmPicture: arm_picture,
     replies.ReachReport: _reach,
     replies.LocationTable: _locations,
     replies.RealTable: _reals,
     replies.StringTable: _strings,
     replies.ProgramText: _program_text,
     replies.ProgramPart: _program_part,
-    replies.FileText: lambda reply, _page: (Line(tuple(scan(text))) for text in reply.lines),
+    replies.FileText: lambda reply, _page: (TextLine(tuple(scan(text))) for text in reply.lines),
     replies.FileTable: _file_table,
     replies.ProgramNames: _program_names,
     replies.StatusReport: _status,

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Protocol, TextIO
 
-from vrs_cli.render.blocks import Grid, Line, Page, grid_lines, line, split
+from vrs_cli.render.blocks import Grid, Page, TextLine, grid_lines, line, split
 from vrs_cli.render.colours import COLOURS, Ink
 from vrs_cli.render.control import visible
 from vrs_cli.render.html import pieces_html
@@ -22,29 +22,29 @@ class Writer(Protocol):
     """One format."""
 
     def begin(self) -> str: ...
-    def line(self, line: Line, seconds: float) -> str:
+    def line(self, line: TextLine, seconds: float) -> str:
         """A line that came so many seconds after the begin."""
 
     def end(self) -> str: ...
 
 
-def lines_of(reply: Reply) -> Iterator[Line]:
+def lines_of(reply: Reply) -> Iterator[TextLine]:
     """A reply in lines."""
     for block in blocks(reply, PAGE):
         for part in split(block, WIDTH) if isinstance(block, Grid) else (block,):
             yield from grid_lines(part) if isinstance(part, Grid) else (part,)
 
 
-def typed_line(prompt: str, text: str) -> Line:
+def typed_line(prompt: str, text: str) -> TextLine:
     """A line that somebody typed."""
-    return Line(((prompt, Ink.NOTE), (text, Ink.HEADING)))
+    return TextLine(((prompt, Ink.NOTE), (text, Ink.HEADING)))
 
 
 class TextWriter:
     def begin(self) -> str:
         return ""
 
-    def line(self, line: Line, seconds: float) -> str:  # noqa: ARG002 (the interface)
+    def line(self, line: TextLine, seconds: float) -> str:  # noqa: ARG002 (the interface)
         return f"{line.text}\n"
 
     def end(self) -> str:
@@ -55,7 +55,7 @@ class HtmlWriter:
     def begin(self) -> str:
         return '<!DOCTYPE html>\n<html><head><meta charset="utf-8"><title>vrs</title></head><body><pre>\n'
 
-    def line(self, line: Line, seconds: float) -> str:  # noqa: ARG002 (the interface)
+    def line(self, line: TextLine, seconds: float) -> str:  # noqa: ARG002 (the interface)
         return f"{pieces_html(line.pieces)}\n"
 
     def end(self) -> str:
@@ -68,7 +68,7 @@ class CastWriter:
     def begin(self) -> str:
         return json.dumps({"version": 2, "width": WIDTH, "height": HEIGHT, "title": "vrs"}) + "\n"
 
-    def line(self, line: Line, seconds: float) -> str:
+    def line(self, line: TextLine, seconds: float) -> str:
         drawn = "".join(_ansi(text, ink) for text, ink in line.pieces)
         return json.dumps([round(seconds, 3), "o", f"{drawn}\r\n"]) + "\n"
 
@@ -116,8 +116,8 @@ class Transcript:
         self._put(self._writer.end())
         self._stream.close()
 
-    def _line(self, one: Line) -> None:
-        shown = Line(tuple((visible(text), ink) for text, ink in one.pieces))
+    def _line(self, one: TextLine) -> None:
+        shown = TextLine(tuple((visible(text), ink) for text, ink in one.pieces))
         self._put(self._writer.line(shown, self._clock() - self._begun))
 
     def _put(self, text: str) -> None:

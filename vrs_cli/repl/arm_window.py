@@ -18,11 +18,11 @@ from prompt_toolkit.output import Output
 from prompt_toolkit.styles import Style
 
 from vrs_cli.render.arm_picture import ArmDrawing
-from vrs_cli.render.blocks import Line, Page
+from vrs_cli.render.blocks import Page, TextLine
 from vrs_cli.render.colours import Ink, toolkit_style
 from vrs_cli.render.console import has_unicode
 from vrs_cli.repl.colours import colour_depth
-from vrs_cli.values.replies import Picture
+from vrs_cli.values.replies import ArmPicture
 
 RATE = 20.0  # pictures a second
 ESCAPE = 0.05  # [s] after which the key Esc is one, and not the beginning of another
@@ -43,12 +43,12 @@ class ArmWindow(Container):
     drawing them. `below`: the rows that it leaves free.
     """
 
-    def __init__(self, look: Callable[[], Picture], below: Callable[[], int]) -> None:
+    def __init__(self, look: Callable[[], ArmPicture], below: Callable[[], int]) -> None:
         self._look, self._below = look, below
         self._drawing = ArmDrawing()
         self._unicode = has_unicode(os.environ)
         self._where: tuple[int, int, int, int] | None = None
-        self._lines: list[Line] = []  # what is on the screen, there
+        self._lines: list[TextLine] = []  # what is on the screen, there
 
     def reset(self) -> None:
         """It begins anew with each picture."""
@@ -91,7 +91,7 @@ class ArmWindow(Container):
         return []
 
 
-def _put(lines: Sequence[Line], screen: Screen, x: int, y: int) -> None:
+def _put(lines: Sequence[TextLine], screen: Screen, x: int, y: int) -> None:
     for number, line in enumerate(lines, y):
         row = screen.data_buffer[number]
         for column, (mark, ink) in enumerate(_cells(line), x):
@@ -99,7 +99,7 @@ def _put(lines: Sequence[Line], screen: Screen, x: int, y: int) -> None:
                 row[column] = Char(mark, STYLES[ink])
 
 
-def _rewrite(before: Sequence[Line], lines: Sequence[Line], at: WritePosition, cursor: Point) -> None:
+def _rewrite(before: Sequence[TextLine], lines: Sequence[TextLine], at: WritePosition, cursor: Point) -> None:
     """Write the cells that are others than before. The cursor stands somewhere, and is put there again."""
     app, y = get_app(), cursor.y
     out, depth = app.output, app.color_depth
@@ -125,7 +125,7 @@ def _move(out: Output, down: int, x: int) -> None:
         out.cursor_forward(x)
 
 
-def _changes(old: Line, new: Line) -> Iterator[tuple[int, list[Cell]]]:
+def _changes(old: TextLine, new: TextLine) -> Iterator[tuple[int, list[Cell]]]:
     """The columns from which on cells are others, and these cells."""
     if old == new:
         return
@@ -143,7 +143,7 @@ def _changes(old: Line, new: Line) -> Iterator[tuple[int, list[Cell]]]:
         yield first, cells[first : last + 1]
 
 
-def _cells(line: Line) -> Iterator[Cell]:
+def _cells(line: TextLine) -> Iterator[Cell]:
     return chain.from_iterable([zip(text, repeat(ink)) for text, ink in line.pieces])
 
 
@@ -154,7 +154,7 @@ class ArmScreen:
 
     def __init__(
         self,
-        look: Callable[[], Picture] | None,
+        look: Callable[[], ArmPicture] | None,
         text: Callable[[], str],
         keys: KeyBindings,
         over: Callable[[], bool] = lambda: False,

@@ -10,7 +10,7 @@ from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.net.client import Client
 from vrs_cli.net.messages import Abort, ClientMessage, Refused, Request
 from vrs_cli.net.remote import LEAVING, Loop
-from vrs_cli.repl.remote_seat import Outlet
+from vrs_cli.repl.remote_front_end import Outlet
 from vrs_cli.wire.refusal import Refusal
 
 PAST = 60.0  # [s] of the timeline that are there at first

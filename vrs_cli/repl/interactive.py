@@ -32,18 +32,18 @@ from vrs_cli.repl.backstage import Backstage
 from vrs_cli.repl.colours import STYLE, colour_depth
 from vrs_cli.repl.config import Config, read_config
 from vrs_cli.repl.echo import typed_ahead, unechoed
+from vrs_cli.repl.front_end import KEEPING_UP, RESTING, FrontEnd
 from vrs_cli.repl.history import history_path, open_history
 from vrs_cli.repl.interrupt import Ended, aborting, stoppable
 from vrs_cli.repl.lexer import ValLexer
 from vrs_cli.repl.place import Place
-from vrs_cli.repl.seat import KEEPING_UP, RESTING, Seat
 from vrs_cli.repl.toolbar import GAP, signature_row, toolbar, vi_mode
 from vrs_cli.repl.word_at import asked_about
 from vrs_cli.version import __version__
 
 if TYPE_CHECKING:
     from vrs_cli.repl.terminal import ShellTerminal
-    from vrs_cli.values.prompt import Status
+    from vrs_cli.values.prompt import PromptStatus
 
 BANNER = f"vrs {__version__}: VAL-II for a virtual robot. HELP says what there is, EXIT leaves."
 IDLE = "."
@@ -56,7 +56,7 @@ QUESTION = "\0"  # comes in place of a line when a program asks for one
 class Work(NamedTuple):
     """What is made behind the first prompt: a seat, and a terminal that can ask."""
 
-    seat: Seat
+    front_end: FrontEnd
     terminal: ShellTerminal
 
     @classmethod
@@ -70,15 +70,15 @@ class Work(NamedTuple):
         terminal.pager, terminal.palette = pager_of(config.pager, os.environ), config.palette
         terminal.vi = config.keys == "vi"
         terminal.whole_lines = place.lives
-        work = cls(place.seat(terminal), terminal)
-        terminal.screens, terminal.interrupt = work.seat, work.interrupt
+        work = cls(place.front_end(terminal), terminal)
+        terminal.screens, terminal.interrupt = work.front_end, work.interrupt
         parser.parse_prompt("WHERE")  # the first key must not wait for it
         return work
 
     def interrupt(self) -> bool:
         """Ctrl-C: stop what is waited for; False when that is nothing."""
         self.terminal.echoed = True
-        return self.seat.interrupt()
+        return self.front_end.interrupt()
 
 
 # --- what prompt-toolkit asks for -----------------------------------------------------------------------------------
@@ -96,9 +96,9 @@ class ValCompleter(Completer):
         if work is None or (complete_event.text_inserted and not text.strip()):
             return []
         try:
-            found = work.seat.suggestions(text, complete_event.completion_requested)
+            found = work.front_end.suggestions(text, complete_event.completion_requested)
         except Exception as error:
-            work.seat.note(error)
+            work.front_end.note(error)
             return []
         return [Completion(one.text, -one.length, display_meta=one.meta) for one in found]
 
@@ -111,7 +111,7 @@ class Shell:
 
     def __init__(self, place: Place) -> None:
         self.place = place
-        self._status: Status | None = None  # as it was when it was looked at last
+        self._status: PromptStatus | None = None  # as it was when it was looked at last
         history, note = open_history(history_path(os.environ))
         self._answers: PromptSession[str] | None = None
         config = read_config(os.environ)
@@ -147,11 +147,11 @@ class Shell:
             if self.place.waits:
                 work = self.backstage.wait()
                 with _interruptible(work):
-                    work.seat.begin()
+                    work.front_end.begin()
             while self._unhurt_round():
                 pass
         if self.backstage.ready is not None and not self._hung_up:
-            self.backstage.ready.seat.end()
+            self.backstage.ready.front_end.end()
         return 0
 
     @property
@@ -186,19 +186,19 @@ class Shell:
         with _interruptible(work):
             work.terminal.pages = "\n" not in line
             if line == QUESTION:
-                work.seat.answer()
+                work.front_end.answer()
             else:
-                work.seat.take(line)
+                work.front_end.take(line)
             work.terminal.end_progress()
-        if work.seat.was_cut():
-            self._drop_typed_ahead(work.seat)
+        if work.front_end.was_cut():
+            self._drop_typed_ahead(work.front_end)
         return not work.terminal.leaving
 
-    def _drop_typed_ahead(self, seat: Seat) -> None:
+    def _drop_typed_ahead(self, front_end: FrontEnd) -> None:
         """Lines that were typed while the connection was cut stay in the history."""
         for line in typed_ahead(self.prompts.app.input):
             self.prompts.history.append_string(line)
-            seat.drop(line)
+            front_end.drop(line)
 
     def _read(self) -> str:
         """One line, or QUESTION."""
@@ -225,21 +225,21 @@ class Shell:
         while True:
             work = self.backstage.ready
             if work is not None:
-                work.seat.woken_by(partial(_soon, loop, woken.set))
-            await rested(woken, KEEPING_UP if work is None else work.seat.rest())
+                work.front_end.woken_by(partial(_soon, loop, woken.set))
+            await rested(woken, KEEPING_UP if work is None else work.front_end.rest())
             if work is not None:
-                work.seat.keep_up()
-                self._turn_to_question(work.seat, prompts)
+                work.front_end.keep_up()
+                self._turn_to_question(work.front_end, prompts)
             self._look()
             state, now = self._state().partition(GAP)[2], monotonic()
             if state != shown or now - drawn >= RESTING:
                 shown, drawn = state, now
                 self._redraw()
 
-    def _turn_to_question(self, seat: Seat, prompts: PromptSession[str]) -> None:
+    def _turn_to_question(self, front_end: FrontEnd, prompts: PromptSession[str]) -> None:
         """Leave an empty prompt for a question of a program, and a question that waits for no answer any more."""
-        idle = prompts is self.prompts and not prompts.default_buffer.text and bool(seat.status().asked)
-        withdrawn = prompts is not self.prompts and seat.withdrawn
+        idle = prompts is self.prompts and not prompts.default_buffer.text and bool(front_end.status().asked)
+        withdrawn = prompts is not self.prompts and front_end.withdrawn
         if (idle or withdrawn) and not prompts.app.is_done:
             prompts.app.erase_when_done = True
             prompts.app.exit(result=QUESTION if idle else "")
@@ -248,18 +248,18 @@ class Shell:
         work = self.backstage.ready
         if work is not None:
             with _interruptible(work):
-                work.seat.stop_program()
+                work.front_end.stop_program()
 
     def _send_abort(self) -> None:
         """Stop the robot, whatever is being carried out. Safe in a signal handler."""
         if self.backstage.ready is not None:
-            self.backstage.ready.seat.abort()
+            self.backstage.ready.front_end.abort()
 
     def _abort(self) -> None:
         """Ctrl-X at a prompt: the line that is edited stays, what was stopped is told above it."""
         if self.backstage.ready is not None:
             self._send_abort()
-            run_in_terminal(self.backstage.ready.seat.keep_up)
+            run_in_terminal(self.backstage.ready.front_end.keep_up)
 
     def _leave_entry(self) -> bool:
         """Ctrl-C or Ctrl-D while a program is typed: back to the prompt, or on with it. False where none was."""
@@ -267,7 +267,7 @@ class Shell:
         if work is None or status is None or self._hung_up or not status.in_program:
             return False
         with _interruptible(work):
-            work.seat.leave_entry()
+            work.front_end.leave_entry()
         return True
 
     def _leave(self) -> bool:
@@ -276,7 +276,7 @@ class Shell:
         if work is None or self._hung_up:
             return True
         with _interruptible(work):
-            work.seat.leave()
+            work.front_end.leave()
         return work.terminal.leaving
 
     # --- what the prompt shows ---
@@ -284,10 +284,10 @@ class Shell:
     def _before_render(self, _app: object) -> None:
         self._look()
 
-    def _look(self) -> Status | None:
+    def _look(self) -> PromptStatus | None:
         """What there is to be shown; None while the robot is made ready."""
         work = self.backstage.ready
-        self._status = None if work is None else work.seat.status()
+        self._status = None if work is None else work.front_end.status()
         return self._status
 
     def _hidden(self) -> Container[str]:
@@ -301,21 +301,23 @@ class Shell:
         state: StyleAndTextTuples = [("", self._state())]
         if self.backstage.ready is None:
             return state
-        found = self.backstage.ready.seat.signature(self.prompts.default_buffer.document.current_line_before_cursor)
+        found = self.backstage.ready.front_end.signature(
+            self.prompts.default_buffer.document.current_line_before_cursor
+        )
         width = self.prompts.app.output.get_size().columns
         return state if found is None else [*signature_row(found, width), ("", "\n"), *state]
 
     def _help(self, document: Document) -> None:
         """F1: above the prompt."""
         work = self.backstage.wait()
-        run_in_terminal(partial(work.seat.take, f"? {asked_about(document)}"))
+        run_in_terminal(partial(work.front_end.take, f"? {asked_about(document)}"))
 
     def _state(self) -> str:
         work, status = self.backstage.ready, self._status
         width = self.prompts.app.output.get_size().columns
         if work is None or status is None:
             return toolbar(None, "", width)
-        noted = work.seat.noted
+        noted = work.front_end.noted
         note = f"\n{fill(noted, width, initial_indent=' ', break_on_hyphens=False)}" if noted else ""
         mode = vi_mode(self.prompts.app)
         return toolbar(status, status.asked or work.terminal.last, width, mode) + note

@@ -8,20 +8,20 @@ from typing import NamedTuple
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.patch_stdout import patch_stdout
 
-from vrs_cli.interfaces.jog.jogger import Hand, Panel
+from vrs_cli.interfaces.jog.jogger import JogArm, JogKeys
 from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.arm_window import ArmScreen
 from vrs_cli.repl.toolbar import ABORT
-from vrs_cli.values.replies import Picture, Whereabouts
+from vrs_cli.values.replies import ArmPicture, Whereabouts
 
 
 class Action(NamedTuple):
     """What keys do; `act` is None for those that leave."""
 
     keys: tuple[str, ...]
-    act: Callable[[Panel], None] | None
+    act: Callable[[JogKeys], None] | None
 
 
 KEYS = f"""\
@@ -48,12 +48,12 @@ class JogPanel:
 
     def __init__(
         self,
-        hand: Hand,
+        hand: JogArm,
         speed: float = 100.0,
         watched: Watched | None = None,
         abort: Callable[[], None] | None = None,
     ) -> None:
-        self.panel, self._watched, self._abort = Panel(hand, speed=speed), watched, abort
+        self.panel, self._watched, self._abort = JogKeys(hand, speed=speed), watched, abort
 
     def text(self) -> str:
         """What is shown now."""
@@ -73,7 +73,7 @@ class JogPanel:
         with patch_stdout(raw=True):
             ArmScreen(self.picture(), self.text, self._bindings(), abort=self._abort).run()
 
-    def picture(self) -> Callable[[], Picture] | None:
+    def picture(self) -> Callable[[], ArmPicture] | None:
         """The arm now; None where nothing is seen of it."""
         watched = self._watched
         if watched is None:
@@ -88,7 +88,7 @@ class JogPanel:
                 bindings.add(key)(self._handler(action.act))
         return bindings
 
-    def _handler(self, act: Callable[[Panel], None] | None) -> Callable[[KeyPressEvent], None]:
+    def _handler(self, act: Callable[[JogKeys], None] | None) -> Callable[[KeyPressEvent], None]:
         def handle(event: KeyPressEvent) -> None:
             if act is None:
                 event.app.exit()

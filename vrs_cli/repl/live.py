@@ -13,7 +13,7 @@ from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.arm_window import ArmScreen
 from vrs_cli.repl.toolbar import ABORT
-from vrs_cli.values.replies import Picture, Whereabouts
+from vrs_cli.values.replies import ArmPicture, Whereabouts
 
 STANDS = 1.0  # [s] after its last motion the arm is believed to be at rest
 KEYS = f"{ABORT}   any other key ends the picture, not the motion"
@@ -41,7 +41,7 @@ class Live:
         doing = at.text or "moving" if at.moving else "at rest"
         return f"t {at.time:.2f} s, {doing}\n{plain_text(Whereabouts(at, units=watched.arm.model.units))}{KEYS}"
 
-    def _picture(self) -> Picture:
+    def _picture(self) -> ArmPicture:
         return self._sight.picture(self._watched.timeline, self._watched.now)
 
     def _over(self) -> bool:

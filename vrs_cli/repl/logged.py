@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import FileError
-from vrs_cli.interfaces.talk import Reading, Running, Terminal
+from vrs_cli.interfaces.dialogue import Reading, Running, Terminal
 from vrs_cli.values.questions import Answer, OnScreen, Question
 from vrs_cli.values.replies import Message, Reply, Tone
 

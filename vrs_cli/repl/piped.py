@@ -9,7 +9,7 @@ from io import IncrementalNewlineDecoder, TextIOBase
 from queue import Empty, Queue
 from threading import Thread
 
-from vrs_cli.repl.seat import Driven
+from vrs_cli.repl.front_end import Driven
 
 AHEAD = 1000  # lines that are read before somebody wants them
 CHUNK = 65536  # bytes that are read at once

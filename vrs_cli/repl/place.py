@@ -10,13 +10,13 @@ from msgspec import Struct
 
 if TYPE_CHECKING:
     from vrs_cli.devices.outside import Outside
-    from vrs_cli.engine.clock import Clock
-    from vrs_cli.interfaces.talk import Terminal
+    from vrs_cli.engine.clock import RobotClock
+    from vrs_cli.interfaces.dialogue import Terminal
     from vrs_cli.kinematics.model import RobotModel
-    from vrs_cli.repl.local_seat import LocalSeat
+    from vrs_cli.repl.front_end import FrontEnd
+    from vrs_cli.repl.local_front_end import LocalFrontEnd
     from vrs_cli.repl.recorder import Recorder
-    from vrs_cli.repl.remote_seat import Far, RemoteSeat
-    from vrs_cli.repl.seat import Seat
+    from vrs_cli.repl.remote_front_end import Far, RemoteFrontEnd
     from vrs_cli.values.dialect import Dialect
 
 
@@ -31,7 +31,7 @@ class Place(Protocol):
     def waits(self) -> bool: ...
     @property
     def afar(self) -> bool: ...
-    def seat(self, terminal: Terminal) -> Seat:
+    def front_end(self, terminal: Terminal) -> FrontEnd:
         """Raises VrsError."""
 
 
@@ -44,7 +44,7 @@ class Local(Struct):
     model: RobotModel | None = None
     file: str | None = None
     recorder: Recorder | None = None
-    clock: Clock | None = None
+    clock: RobotClock | None = None
     recovery: Path | None = None
     outside: Outside | None = None
     dialect: Dialect | None = None
@@ -70,11 +70,11 @@ class Local(Struct):
 
         return bool(files_in(self.recovery))
 
-    def seat(self, terminal: Terminal) -> LocalSeat:
-        from vrs_cli.repl.local_seat import LocalSeat
+    def front_end(self, terminal: Terminal) -> LocalFrontEnd:
+        from vrs_cli.repl.local_front_end import LocalFrontEnd
 
         ours = (self.model, self.file, self.recorder, self.clock, self.recovery, self.outside, self.dialect, self.cell)
-        return LocalSeat(terminal, *ours)
+        return LocalFrontEnd(terminal, *ours)
 
 
 class Afar(Struct):
@@ -89,7 +89,7 @@ class Afar(Struct):
 
     lives = waits = afar
 
-    def seat(self, terminal: Terminal) -> RemoteSeat:
-        from vrs_cli.repl.remote_seat import RemoteSeat
+    def front_end(self, terminal: Terminal) -> RemoteFrontEnd:
+        from vrs_cli.repl.remote_front_end import RemoteFrontEnd
 
-        return RemoteSeat(terminal, self.far, self.told)
+        return RemoteFrontEnd(terminal, self.far, self.told)

@@ -22,24 +22,24 @@ def run(place: Place, source: Iterable[str], sink: TextIO) -> int:
     """
     lines = piped(source) if place.lives and not place.afar else None
     terminal = PlainTerminal(sink, _unmarked(lines or source))
-    seat = place.seat(terminal)
+    front_end = place.front_end(terminal)
     if lines is not None:
-        lines.robot, lines.after = seat.driven, sink.flush
-    with stoppable(seat.interrupt):
-        seat.begin()
+        lines.robot, lines.after = front_end.driven, sink.flush
+    with stoppable(front_end.interrupt):
+        front_end.begin()
     for line in terminal.lines:
-        with stoppable(seat.interrupt):
-            seat.take(line.rstrip("\r\n"))
+        with stoppable(front_end.interrupt):
+            front_end.take(line.rstrip("\r\n"))
         sink.flush()
-        if seat.was_cut():
-            seat.drop("the lines after this one")
+        if front_end.was_cut():
+            front_end.drop("the lines after this one")
             break
-        if terminal.leaving or seat.interrupted:
+        if terminal.leaving or front_end.interrupted:
             break
-    with stoppable(seat.interrupt):
-        seat.leave_entry("the input ended: ")
-    seat.end()
-    return FAILED if terminal.failed or seat.failed or seat.interrupted else OK
+    with stoppable(front_end.interrupt):
+        front_end.leave_entry("the input ended: ")
+    front_end.end()
+    return FAILED if terminal.failed or front_end.failed or front_end.interrupted else OK
 
 
 def _unmarked(source: Iterable[str]) -> Iterator[str]:

@@ -13,14 +13,14 @@ from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 
 from vrs_cli.engine.position import position_at
 from vrs_cli.interfaces.monitor.showing import Sight
-from vrs_cli.interfaces.roles.observer import Recorded, Watched
+from vrs_cli.interfaces.roles.observer import RecordedRobot, Watched
 from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.arm_window import ArmScreen
 from vrs_cli.repl.toolbar import ABORT
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.replies import Picture, Whereabouts
+from vrs_cli.values.replies import ArmPicture, Whereabouts
 
 BAR = 30  # characters
 SKIP, FAR_SKIP = 1.0, 10.0  # [s]
@@ -104,7 +104,7 @@ class Player(Struct):
         sight = Sight(self.watched.arm)
         return ArmScreen(lambda: self._picture(sight), self.text, self._bindings(), abort=self.abort)
 
-    def _picture(self, sight: Sight) -> Picture:
+    def _picture(self, sight: Sight) -> ArmPicture:
         """The arm at the time that is shown."""
         return sight.picture(self.watched.timeline, self.playback.at(self.wall()))
 
@@ -128,7 +128,7 @@ class Player(Struct):
 def play(arm: RobotArm, timeline: Timeline, rate: float) -> None:
     """Play a trajectory on the terminal, from its start, `rate` seconds of it in one second."""
     playback = Playback.of(timeline.start, timeline.end, rate, time.monotonic())
-    Player(Recorded(arm, timeline), playback).screen().run()
+    Player(RecordedRobot(arm, timeline), playback).screen().run()
 
 
 async def watch(

@@ -35,13 +35,13 @@ from prompt_toolkit.widgets import SearchToolbar
 
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.conversation.entry import INDENT, depth
-from vrs_cli.interfaces.editor.screen import Page, canonical, canonical_line
+from vrs_cli.interfaces.editor.screen import EditedProgram, canonical, canonical_line
 from vrs_cli.interfaces.monitor.help import page as help_page
 from vrs_cli.render.colours import COLOURS, Palette
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.colours import STYLE, colour_depth
+from vrs_cli.repl.front_end import Screens
 from vrs_cli.repl.lexer import ValLexer
-from vrs_cli.repl.seat import Screens
 from vrs_cli.repl.toolbar import ABORT, signature_row, vi_mode
 from vrs_cli.repl.word_at import asked_about
 from vrs_cli.values.diagnostics import Diagnostic, Severity
@@ -89,7 +89,7 @@ class Underlined(Processor):
 class ScreenEditor:
     """One program on the screen."""
 
-    def __init__(self, page: Page, screens: Screens, palette: Palette = COLOURS, *, vi: bool = False) -> None:
+    def __init__(self, page: EditedProgram, screens: Screens, palette: Palette = COLOURS, *, vi: bool = False) -> None:
         self.page, self._screens = page, screens
         self.message = ""
         self.findings: tuple[Diagnostic, ...] = ()

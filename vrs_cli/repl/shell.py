@@ -10,7 +10,7 @@ from vrs_cli.repl.place import Local, Place
 
 if TYPE_CHECKING:
     from vrs_cli.devices.outside import Outside
-    from vrs_cli.engine.clock import Clock
+    from vrs_cli.engine.clock import RobotClock
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.repl.recorder import Recorder
     from vrs_cli.values.dialect import Dialect
@@ -22,7 +22,7 @@ def main(
     model: RobotModel | None = None,
     file: str | None = None,
     save: str | None = None,
-    clock: Clock | None = None,
+    clock: RobotClock | None = None,
     outside: Outside | None = None,
     dialect: Dialect | None = None,
     cell: str | None = None,

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, TextIO
 
-from vrs_cli.interfaces.talk import Reading, Running
+from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.render.blocks import shortened
 from vrs_cli.render.colours import COLOURS
 from vrs_cli.render.control import for_stream, visible
@@ -33,7 +33,7 @@ from vrs_cli.values.replies import Reply, is_error
 
 if TYPE_CHECKING:
     from vrs_cli.render.console import TerminalRenderer
-    from vrs_cli.repl.seat import Screens
+    from vrs_cli.repl.front_end import Screens
 
 PATIENCE = 0.5  # [s] a program runs before its progress is shown
 REFRESH = 0.1  # [s] between two lines of progress

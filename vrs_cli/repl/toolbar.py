@@ -11,7 +11,7 @@ from prompt_toolkit.key_binding.vi_state import InputMode
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.conversation.signature import Signature
-    from vrs_cli.values.prompt import Status
+    from vrs_cli.values.prompt import PromptStatus
 
 GAP = " | "
 ABORT = "^X ABORT"
@@ -19,7 +19,7 @@ ACTIVE = "class:argument"
 LEAST_MESSAGE = 12  # columns: a shorter rest of the line says nothing
 
 
-def toolbar(status: Status | None, last: str, width: int, mode: str = "") -> str:
+def toolbar(status: PromptStatus | None, last: str, width: int, mode: str = "") -> str:
     """As much of it as fits, the most useful first. Without a robot yet: that it is being made ready. `mode`: of vi."""
     if status is None:
         return " one moment: the robot is being made ready"[:width]
@@ -68,7 +68,7 @@ def _message(last: str, room: int) -> str:
     return GAP + shortened(last, room)
 
 
-def _state(status: Status) -> tuple[str, ...]:
+def _state(status: PromptStatus) -> tuple[str, ...]:
     from vrs_cli.language.words.values import millimetres
     from vrs_cli.values.numbers import fixed
 
@@ -82,7 +82,7 @@ def _state(status: Status) -> tuple[str, ...]:
     )
 
 
-def _pace(status: Status) -> tuple[str, ...]:
+def _pace(status: PromptStatus) -> tuple[str, ...]:
     """In real time: the rate where it is not 1, and what the arm does."""
     clock = status.pace
     if clock is None:

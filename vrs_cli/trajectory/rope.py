@@ -61,17 +61,17 @@ class Branch(Struct):
 Node = Leaf | Branch
 
 
-class Held(NamedTuple):
+class OffsetNode(NamedTuple):
     """A node whose times are all `offset` later than it says [s]."""
 
     offset: float
     node: Node
 
-    def shifted(self, shift: float) -> Held:
-        return Held(self.offset + shift, self.node) if shift else self
+    def shifted(self, shift: float) -> OffsetNode:
+        return OffsetNode(self.offset + shift, self.node) if shift else self
 
 
-class Block(NamedTuple):
+class RowPart(NamedTuple):
     """Segments of a row from `first` to before `last`, no more than BLOCK, at times `offset` later [s]."""
 
     offset: float
@@ -137,23 +137,23 @@ def _ends_row(node: Node) -> bool:
     return isinstance(node, Leaf) and not node.row.closed and node.last == len(node.row)
 
 
-def _branch(children: Sequence[Held]) -> Held:
+def _branch(children: Sequence[OffsetNode]) -> OffsetNode:
     """A branch over nodes of one height."""
     nodes = tuple([node for _, node in children])
     begins = array("d", [offset + node.begin for offset, node in children])
     counts = array("q", accumulate([node.count for node in nodes], initial=0))
     offset, last = children[-1]
-    return Held(0.0, Branch(last.height + 1, nodes, begins, counts, counts[-1], begins[0], offset + last.end))
+    return OffsetNode(0.0, Branch(last.height + 1, nodes, begins, counts, counts[-1], begins[0], offset + last.end))
 
 
-def _branches(children: Sequence[Held]) -> list[Held]:
+def _branches(children: Sequence[OffsetNode]) -> list[OffsetNode]:
     """As few branches as hold the children, about as many in each."""
     pieces = -(-len(children) // FAN)
     cuts = [len(children) * piece // pieces for piece in range(pieces + 1)] if pieces else []
     return [_branch(children[first:last]) for first, last in pairwise(cuts)]
 
 
-def _root(level: list[Held]) -> Held | None:
+def _root(level: list[OffsetNode]) -> OffsetNode | None:
     """One node over all, no higher than it must be."""
     while len(level) > 1:
         level = _branches(level)
@@ -165,12 +165,12 @@ def _root(level: list[Held]) -> Held | None:
     return held
 
 
-def rope_of(segments: Sequence[Segment]) -> Held | None:
+def rope_of(segments: Sequence[Segment]) -> OffsetNode | None:
     """A rope of segments in time order; None of none."""
-    return Held(0.0, _leaf(segments)) if segments else None
+    return OffsetNode(0.0, _leaf(segments)) if segments else None
 
 
-class Part(NamedTuple):
+class LeafTimes(NamedTuple):
     """A leaf as numbers: the segments of a row from `first` to before `last`, which begin and end at these times [s] of
     that row; the timeline has them `offset` later."""
 
@@ -182,29 +182,31 @@ class Part(NamedTuple):
     offset: float
 
 
-def parts(held: Held, index: int = 0) -> Iterator[tuple[int, Part]]:
+def parts(held: OffsetNode, index: int = 0) -> Iterator[tuple[int, LeafTimes]]:
     """The leaves from the one that has segment number `index` on, each with the number of its first segment."""
     yield from _parts(held, 0, index)
 
 
-def _parts(held: Held, before: int, index: int) -> Iterator[tuple[int, Part]]:
+def _parts(held: OffsetNode, before: int, index: int) -> Iterator[tuple[int, LeafTimes]]:
     offset, node = held
     if isinstance(node, Leaf):
-        yield before, Part(node.row, node.first, node.last, node.begin, node.end, offset)
+        yield before, LeafTimes(node.row, node.first, node.last, node.begin, node.end, offset)
         return
     place = max(bisect_right(node.counts, index - before) - 1, 0)
     for number in range(place, len(node.nodes)):
         yield from _parts(_child(node, number).shifted(offset), before + node.counts[number], index)
 
 
-def rope_of_parts(row: Iterable[Part]) -> Held | None:
+def rope_of_parts(row: Iterable[LeafTimes]) -> OffsetNode | None:
     """The rope that has these leaves; None of none."""
-    return _root([Held(it.offset, Leaf(it.row, it.first, it.last, it.last - it.first, it.begin, it.end)) for it in row])
+    return _root(
+        [OffsetNode(it.offset, Leaf(it.row, it.first, it.last, it.last - it.first, it.begin, it.end)) for it in row]
+    )
 
 
-def in_rows(held: Held, most: int) -> Held:
+def in_rows(held: OffsetNode, most: int) -> OffsetNode:
     """The same rope, of which no row in memory is longer than `most` segments."""
-    pieces: list[Part] = []
+    pieces: list[LeafTimes] = []
     for _, part in parts(held):
         if part.row.away or len(part.row) <= most:
             pieces.append(part)
@@ -213,7 +215,7 @@ def in_rows(held: Held, most: int) -> Held:
             row = Row()
             row.take(part.row, first, min(first + most, part.last), 0.0)
             count = len(row)
-            pieces.append(Part(row, 0, count, row.starts[0], row.finishes[count - 1], part.offset))
+            pieces.append(LeafTimes(row, 0, count, row.starts[0], row.finishes[count - 1], part.offset))
     made = rope_of_parts(pieces)
     assert made is not None
     return made
@@ -224,13 +226,15 @@ def in_rows(held: Held, most: int) -> Held:
 _EDITING = Lock()  # two threads that go on from one version must not both put something on behind the same row
 
 
-def splice(held: Held, first: int, last: int, new: Sequence[Segment], shift: float) -> Held | None:
+def splice(held: OffsetNode, first: int, last: int, new: Sequence[Segment], shift: float) -> OffsetNode | None:
     """`new` in place of the segments from index `first` to before `last`; all after them later by `shift` [s]."""
     with _EDITING:
         return _root(_splice(held, 0.0, first, last, new, shift))
 
 
-def _splice(held: Held, base: float, first: int, last: int, new: Sequence[Segment], shift: float) -> list[Held]:
+def _splice(
+    held: OffsetNode, base: float, first: int, last: int, new: Sequence[Segment], shift: float
+) -> list[OffsetNode]:
     """Nodes of the same height; none where nothing is left. `base` is what the offset of `held` counts from."""
     offset, node = held
     if first == 0 and last >= node.count and not new:
@@ -252,12 +256,12 @@ def _splice(held: Held, base: float, first: int, last: int, new: Sequence[Segmen
         middle = _merge_sparse(_children(node, low, i) + middle + _children(node, j, high, shift))
         i, j = low, high
     if middle and len(node.nodes) + len(middle) - (j - i) <= FAN:
-        return [Held(offset, _patch(node, i, j, middle, shift))]
+        return [OffsetNode(offset, _patch(node, i, j, middle, shift))]
     row = _children(node, 0, i) + middle + _children(node, j, len(node.nodes), shift)
     return [part.shifted(offset) for part in _branches(row)]
 
 
-def _patch(node: Branch, first: int, last: int, middle: list[Held], shift: float) -> Branch:
+def _patch(node: Branch, first: int, last: int, middle: list[OffsetNode], shift: float) -> Branch:
     """A branch with `middle` in place of the children from `first` to before `last`, those after it later by `shift`.
 
     What every edit does on every level: nothing is counted anew that stays.
@@ -274,28 +278,28 @@ def _patch(node: Branch, first: int, last: int, middle: list[Held], shift: float
     return Branch(node.height, nodes, begins, counts, counts[-1], begins[0], end)
 
 
-def _child(node: Branch, place: int) -> Held:
+def _child(node: Branch, place: int) -> OffsetNode:
     child = node.nodes[place]
-    return Held(node.begins[place] - child.begin, child)
+    return OffsetNode(node.begins[place] - child.begin, child)
 
 
-def _children(node: Branch, first: int, last: int, shift: float = 0.0) -> list[Held]:
+def _children(node: Branch, first: int, last: int, shift: float = 0.0) -> list[OffsetNode]:
     """Those from `first` to before `last`, later by `shift`."""
     row = zip(node.begins[first:last], node.nodes[first:last], strict=True)
-    return [Held(begin - child.begin + shift, child) for begin, child in row]
+    return [OffsetNode(begin - child.begin + shift, child) for begin, child in row]
 
 
 def _splice_leaf(
     offset: float, leaf: Leaf, base: float, first: int, last: int, new: Sequence[Segment], shift: float
-) -> list[Held]:
+) -> list[OffsetNode]:
     """What is before and after new segments stays where it is."""
     count = leaf.count
     new = list(_shifted(new, -(base + offset)))
     if last < count:
-        parts = [Held(offset, _part(leaf, 0, first))] if first else []
-        parts += [Held(offset, _leaf(new))] if new else []
-        return [*parts, Held(offset + shift, _part(leaf, last, count) if last else leaf)]
-    return [Held(offset, part) for part in _replace_end(leaf, first, new)]
+        parts = [OffsetNode(offset, _part(leaf, 0, first))] if first else []
+        parts += [OffsetNode(offset, _leaf(new))] if new else []
+        return [*parts, OffsetNode(offset + shift, _part(leaf, last, count) if last else leaf)]
+    return [OffsetNode(offset, part) for part in _replace_end(leaf, first, new)]
 
 
 def _replace_end(leaf: Leaf, first: int, new: Sequence[Segment]) -> list[Leaf]:
@@ -321,11 +325,11 @@ def _shifted(segments: Iterable[Segment], shift: float) -> Iterator[Segment]:
     return (segment.shifted(shift) for segment in segments) if shift else iter(segments)
 
 
-def _merge_sparse(row: list[Held]) -> list[Held]:
+def _merge_sparse(row: list[OffsetNode]) -> list[OffsetNode]:
     """A row of nodes in which sparse ones have joined the neighbour before them, where that has room, and a small leaf
     the row of the one before it, where more is to come behind it.
     """
-    made: list[Held] = []
+    made: list[OffsetNode] = []
     for place, held in enumerate(row):
         if made and (_is_sparse(held.node) or _is_sparse(made[-1].node)):
             made[-1:] = _merge_neighbours(made[-1], held)
@@ -346,14 +350,14 @@ def _takes(left: Node, right: Node) -> bool:
     return _ends_row(left) and right.height == 0 and right.count <= SMALL
 
 
-def _merge_leaves(left: Held, right: Held) -> Held:
+def _merge_leaves(left: OffsetNode, right: OffsetNode) -> OffsetNode:
     """Two leaves as one, the first of which ends its row."""
     assert isinstance(left.node, Leaf)
     _take(left.node.row, right, left.offset)
-    return Held(left.offset, _grown(left.node))
+    return OffsetNode(left.offset, _grown(left.node))
 
 
-def _merge_neighbours(left: Held, right: Held) -> list[Held]:
+def _merge_neighbours(left: OffsetNode, right: OffsetNode) -> list[OffsetNode]:
     """Two neighbours of one height as one node, if that can hold both."""
     a, b = left.node, right.node
     if isinstance(a, Branch) and isinstance(b, Branch):
@@ -367,10 +371,10 @@ def _merge_neighbours(left: Held, right: Held) -> list[Held]:
     row = Row()
     _take(row, left, offset)
     _take(row, right, offset)
-    return [Held(offset, _whole(row))]
+    return [OffsetNode(offset, _whole(row))]
 
 
-def _take(row: Row, held: Held, offset: float) -> None:
+def _take(row: Row, held: OffsetNode, offset: float) -> None:
     """Put the segments of a leaf behind a row, their times counted from `offset`."""
     leaf = held.node
     assert isinstance(leaf, Leaf)
@@ -380,7 +384,7 @@ def _take(row: Row, held: Held, offset: float) -> None:
 # --- reading -----------------------------------------------------------------------------------------------------
 
 
-def locate(held: Held, t: float) -> tuple[float, Row, int]:
+def locate(held: OffsetNode, t: float) -> tuple[float, Row, int]:
     """The last segment that begins by time t, the first one before all: its row and place there, and by how much its
     times are later than it says [s].
     """
@@ -396,7 +400,7 @@ def locate(held: Held, t: float) -> tuple[float, Row, int]:
     return offset, leaf.row, place if place > first else first
 
 
-def index_at(held: Held, t: float) -> int:
+def index_at(held: OffsetNode, t: float) -> int:
     """The index of the last segment that begins by time t; 0 before the first."""
     offset, node = held
     before = 0
@@ -409,7 +413,7 @@ def index_at(held: Held, t: float) -> int:
     return before + max(bisect_right(node.row.starts, t - offset, node.first, node.last) - node.first - 1, 0)
 
 
-def segment(held: Held, index: int) -> Segment:
+def segment(held: OffsetNode, index: int) -> Segment:
     """The segment of an index, 0 <= index < count, at its time."""
     offset, node = held
     while isinstance(node, Branch):
@@ -421,7 +425,7 @@ def segment(held: Held, index: int) -> Segment:
     return node.row[node.first + index].shifted(offset)
 
 
-def leaves(held: Held, first: float, last: float) -> Iterator[tuple[float, Leaf]]:
+def leaves(held: OffsetNode, first: float, last: float) -> Iterator[tuple[float, Leaf]]:
     """The leaves that are in force at some time from `first` to `last`, in order, each with the offset of its times."""
     offset, node = held
     if isinstance(node, Leaf):
@@ -433,7 +437,7 @@ def leaves(held: Held, first: float, last: float) -> Iterator[tuple[float, Leaf]
         yield from leaves(child, first, last)
 
 
-def blocks(held: Held, first: float, last: float) -> Iterator[Block]:
+def blocks(held: OffsetNode, first: float, last: float) -> Iterator[RowPart]:
     """What is in force at some time from `first` to `last`, in order, in blocks."""
     for offset, leaf in leaves(held, first, last):
         row = leaf.row
@@ -441,10 +445,10 @@ def blocks(held: Held, first: float, last: float) -> Iterator[Block]:
         high = bisect_right(row.starts, last - offset, low + 1, leaf.last)
         edges = [low, *range(low - low % BLOCK + BLOCK, high, BLOCK), high]
         for begin, end in pairwise(edges):
-            yield Block(offset, row, begin, end)
+            yield RowPart(offset, row, begin, end)
 
 
-def segments(held: Held) -> Iterator[Segment]:
+def segments(held: OffsetNode) -> Iterator[Segment]:
     """All segments at their times."""
     for offset, leaf in leaves(held, -inf, inf):
         yield from _shifted(leaf.row.between(leaf.first, leaf.last), offset)

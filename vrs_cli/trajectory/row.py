@@ -23,7 +23,7 @@ CODES = {phase: code for code, phase in enumerate(PHASES)}
 COLUMNS = ("finishes", "motions", "paths", "phases", "starts", "tables")
 
 
-class Kept(Protocol):
+class RowStore(Protocol):
     """Where a row is written down."""
 
     def read(self) -> Row:
@@ -46,13 +46,13 @@ class Row(Sequence[Segment]):
         self.tables: dict[int, Any] = {}
         self._packed = self._count = 0
         self.closed = self.away = False
-        self.kept: Kept | None = None
+        self.kept: RowStore | None = None
         self.grow(segments)
 
     # --- leaving memory ---
 
     @classmethod
-    def kept_at(cls, kept: Kept, count: int) -> Row:
+    def kept_at(cls, kept: RowStore, count: int) -> Row:
         """A row of so many segments that is written down, and not in memory."""
         row = cls()
         row.closed, row.kept, row._count = True, kept, count

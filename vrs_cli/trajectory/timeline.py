@@ -14,7 +14,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from vrs_cli.trajectory import rope
-from vrs_cli.trajectory.rope import Block, Held, Part
+from vrs_cli.trajectory.rope import LeafTimes, OffsetNode, RowPart
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import Path, Segment
 from vrs_cli.values.motion import Motion
@@ -55,7 +55,7 @@ class Timeline:
         made = rope.rope_of(tuple(segments))
         if made is None:
             raise ValueError("a timeline has at least one segment: s_0, the initial pose")
-        self._rope: Held = made
+        self._rope: OffsetNode = made
         self.version = version
 
     # --- reading ---
@@ -111,14 +111,14 @@ class Timeline:
         offset, row, place = rope.locate(self._rope, t)
         return row.paths[place], _since(row, place, offset, t)
 
-    def blocks(self, first: float, last: float) -> Iterator[Block]:
+    def blocks(self, first: float, last: float) -> Iterator[RowPart]:
         """What is in force from time `first` to `last` in order, as parts of the rows that versions share."""
         return rope.blocks(self._rope, first, last)
 
     # --- in which rows it is ---
 
     @classmethod
-    def of_parts(cls, parts: Iterable[Part], version: int) -> Timeline:
+    def of_parts(cls, parts: Iterable[LeafTimes], version: int) -> Timeline:
         """The timeline whose rope has these leaves. Raises ValueError for none."""
         made = rope.rope_of_parts(parts)
         if made is None:
@@ -126,12 +126,12 @@ class Timeline:
         return cls._made(made, version)
 
     @classmethod
-    def _made(cls, held: Held, version: int) -> Timeline:
+    def _made(cls, held: OffsetNode, version: int) -> Timeline:
         timeline = cls.__new__(cls)
         timeline._rope, timeline.version = held, version
         return timeline
 
-    def parts(self, index: int = 0) -> Iterator[tuple[int, Part]]:
+    def parts(self, index: int = 0) -> Iterator[tuple[int, LeafTimes]]:
         """Its leaves, from the one that has segment number `index` on, each with the number of its first segment."""
         return rope.parts(self._rope, index)
 

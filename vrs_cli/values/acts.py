@@ -13,7 +13,7 @@ from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, is_rotation
 from vrs_cli.values.diagnostics import Diagnostic
-from vrs_cli.values.hand import Brake, Look, Press, Seen
+from vrs_cli.values.hand import Look, Press, Seen, StopJog
 from vrs_cli.values.motion import (
     AlignedTarget,
     JointOffsetTarget,
@@ -239,25 +239,25 @@ class Survey(Act["Surveyed"], frozen=True, omit_defaults=True):
     known: tuple[str, ...] = ()
 
 
-class Listed(Struct, frozen=True):
+class PartialList(Struct, frozen=True):
     """A list, or its first rows: there are `more`."""
 
     more: int = 0
 
 
-class Places(Listed, frozen=True, kw_only=True):
+class LocationList(PartialList, frozen=True, kw_only=True):
     """LISTL: transformations, and then precision points, each kind in the order of names."""
 
     rows: tuple[NamedLocation, ...]
 
 
-class Programs(Listed, frozen=True, kw_only=True):
+class ProgramList(PartialList, frozen=True, kw_only=True):
     """DIRECTORY."""
 
     rows: tuple[ProgramName, ...]
 
 
-class Text(Listed, frozen=True, kw_only=True):
+class StepList(PartialList, frozen=True, kw_only=True):
     """LISTP: the header and steps of one program."""
 
     name: str
@@ -292,9 +292,9 @@ class Surveyed(Spoken, frozen=True):
     whose lease it is, empty where nobody has one.
     """
 
-    places: Places | None
-    programs: Programs | None
-    text: Text | None
+    places: LocationList | None
+    programs: ProgramList | None
+    text: StepList | None
     marks: tuple[str, ...]
     tasks: tuple[TaskRow, ...]
     branches: tuple[BranchSeen, ...]
@@ -346,7 +346,7 @@ class StopProgram(Act[None], frozen=True):
     """Stop the program that runs beside an empty line."""
 
 
-DeskAct = Attend | LeaveEntry | StopProgram | ReadDraft | KeepDraft | Press | Brake | Look
+UserAct = Attend | LeaveEntry | StopProgram | ReadDraft | KeepDraft | Press | StopJog | Look
 
 
-DeskFound = Findings | Kept | Seen
+UserFound = Findings | Kept | Seen

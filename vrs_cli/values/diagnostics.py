@@ -86,7 +86,7 @@ def warning(kind: type[VrsError], span: Span, detail: str = "", hint: str = "", 
     return Diagnostic(Severity.WARNING, kind.code, kind.text, detail, hint, span, mend)
 
 
-class Findings:
+class DiagnosticCollector:
     """The diagnostics so far."""
 
     def __init__(self) -> None:

@@ -54,7 +54,7 @@ class Shortfall(Struct, frozen=True, omit_defaults=True):
     holds: tuple[Hold, ...] = ()
 
 
-class Pulled(Struct, frozen=True, omit_defaults=True):
+class DragState(Struct, frozen=True, omit_defaults=True):
     """Who drags the tool, empty for nobody, and how it follows; `why` it was let go, where that was not by who dragged
     it. `issued`: when the newest wish was given that the robot goes after, or passes over, as its sender says [s].
     """
@@ -111,7 +111,7 @@ class Press(Act[Seen], frozen=True):
     speed: float
 
 
-class Brake(Act[Seen], frozen=True):
+class StopJog(Act[Seen], frozen=True, tag="Brake"):
     """Stop now."""
 
 

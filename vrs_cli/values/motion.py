@@ -12,7 +12,7 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 
 
-class Kind(Enum):
+class MotionKind(Enum):
     """JOINT: joint-interpolated. STRAIGHT: the tool tip on a straight line. REST: stand still (DELAY, hand, tool).
     STEERED: the joints follow a stream of targets, which are not kept.
     """
@@ -25,7 +25,7 @@ class Kind(Enum):
     @property
     def space(self) -> str:
         """Where such a motion is planned, as tables say it."""
-        return "joint" if self is Kind.STEERED else str(self.value)
+        return "joint" if self is MotionKind.STEERED else str(self.value)
 
 
 class Start(Enum):
@@ -84,7 +84,7 @@ class Motion(NamedTuple):
     """
 
     number: int
-    kind: Kind
+    kind: MotionKind
     start: Start
     goal: Joints | None = None
     pose: Transform | None = None

@@ -12,7 +12,7 @@ class Pace(Struct, frozen=True):
     paused: bool = False
 
 
-class Status(Struct, frozen=True):
+class PromptStatus(Struct, frozen=True):
     """`prompt` stands before the next line, `indent` in it; `in_program`: that line is one of a program, and `typed`
     says whether something would be lost if it were left now. `asked`: what a program asks, whose question nobody has
     before him. `hidden`: the words (HAND, TIME) that are names of variables here.

@@ -81,7 +81,7 @@ class WhereaboutsTable(Spoken, frozen=True):
     units: JointUnits = TURNING
 
 
-class Picture(Spoken, frozen=True):
+class ArmPicture(Spoken, frozen=True, tag="Picture"):
     """SHOW: the arm at one time, as points in the world [m].
 
     `links`: from the base to the flange, a corner where a link has one; `joints` of them are joints. `past`, `planned`:
@@ -421,7 +421,7 @@ Reply = (
     | ProgramStopped
     | Whereabouts
     | WhereaboutsTable
-    | Picture
+    | ArmPicture
     | ReachReport
     | LocationTable
     | RealTable

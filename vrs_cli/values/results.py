@@ -206,7 +206,7 @@ class ProgramFault(Struct, frozen=True):
     numbers: Mapping[str, float | Place]
 
 
-class Outcome(Enum):
+class RunOutcome(Enum):
     """How a run ended; `value` is VAL-II's word for it."""
 
     COMPLETED = "Program completed"
@@ -219,7 +219,7 @@ class Outcome(Enum):
     WATCHED = "(WATCH)"
 
 
-class Beside(Struct, frozen=True):
+class StoppedTask(Struct, frozen=True):
     """Another task that stopped with an error, and when it did [s]."""
 
     number: int
@@ -243,6 +243,6 @@ class RunResult(Spoken, frozen=True):
     ended: float
     typed: tuple[str, ...]
     fault: ProgramFault | None
-    outcome: Outcome
-    beside: tuple[Beside, ...] = ()
+    outcome: RunOutcome
+    beside: tuple[StoppedTask, ...] = ()
     detail: str = ""

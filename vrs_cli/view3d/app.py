@@ -16,13 +16,13 @@ import rich
 import viser
 
 from vrs_cli.errors import RequestRefused, VrsError
-from vrs_cli.interfaces.conversation.mishap import internal_error
+from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.view3d.door import HOST, Door, opened
 from vrs_cli.view3d.furnish import furnish
 from vrs_cli.view3d.guard import Guard
 from vrs_cli.view3d.stage import backdrop
-from vrs_cli.view3d.window import TITLE, Window
+from vrs_cli.view3d.window import TITLE, RobotWindow
 
 AGAIN = 2.0  # [s] until a robot that does not answer is asked again
 
@@ -49,13 +49,13 @@ class App:
         door: Door | None = None,
         title: str = "",
         rate: float = 1.0,
-        first: Callable[[Window], object] = lambda _window: None,
+        first: Callable[[RobotWindow], object] = lambda _window: None,
         tell: Told = lambda _text: None,
         wall: Callable[[], float] = time.monotonic,
     ) -> None:
         self._hold, self._title, self._tell, self._wall = hold, title, tell, wall
         self._rate, self._first = rate, first
-        self._windows: dict[int, Window] = {}
+        self._windows: dict[int, RobotWindow] = {}
         self._gone: set[int] = set()  # browsers that went before there was a window
         self._lock, self._stirred, self._ended = Lock(), Event(), Event()
         self._came = False  # whether there was a window
@@ -71,7 +71,7 @@ class App:
         guard.let_in()
 
     @property
-    def windows(self) -> tuple[Window, ...]:
+    def windows(self) -> tuple[RobotWindow, ...]:
         with self._lock:
             return tuple(self._windows.values())
 
@@ -110,10 +110,10 @@ class App:
         if first:
             window.doing(lambda: self._first(window))(None)
 
-    def _furnished(self, client: viser.ClientHandle, watched: Watched) -> Window:
+    def _furnished(self, client: viser.ClientHandle, watched: Watched) -> RobotWindow:
         # viser gathers what comes within that time, and wakes for it: a tick is gathered as it is
         client._websock_connection.get_message_buffer().window_duration_sec = 0.0
-        window = Window(client, watched, self._wall, self._rate, self._stirred.set)
+        window = RobotWindow(client, watched, self._wall, self._rate, self._stirred.set)
         try:
             _hear(window)
             furnish(window, self._title or watched.arm.model.title)
@@ -187,20 +187,20 @@ class App:
             due = min((window.due for window in self.windows), default=inf)
             self._stirred.wait(None if due == inf else max(due - self._wall(), 0.0))
 
-    def _tick(self, window: Window) -> None:
+    def _tick(self, window: RobotWindow) -> None:
         try:
             window.tick(self._wall())
         except Exception as error:  # all others go on
             window.tell(internal_error(error).text)
 
 
-def _hear(window: Window) -> None:
+def _hear(window: RobotWindow) -> None:
     """What the robot says may be seen."""
     if window.robot is not None:
         window.robot.listen(lambda _message: window.wake())
 
 
-def lost(window: Window) -> str:
+def lost(window: RobotWindow) -> str:
     """Since when the robot of a window is not heard; empty where it is."""
     silent = None if window.robot is None else window.robot.unheard
     if window.robot is None or silent is None:

@@ -18,8 +18,8 @@ from vrs_cli.view3d.doubts import Doubts
 from vrs_cli.view3d.panel_parts import put
 from vrs_cli.view3d.redrawing import Redrawing
 from vrs_cli.view3d.shown import Shown
-from vrs_cli.view3d.strip import COLOURS, Span, strip
-from vrs_cli.view3d.window import Window
+from vrs_cli.view3d.strip import COLOURS, TimeSpan, strip
+from vrs_cli.view3d.window import RobotWindow
 
 STANDS = 0.5  # [s] between two times that are told of a robot that stands, while it is followed
 HANDS_OFF = 0.4  # [s] after the user moved the slider in which it is left alone
@@ -71,10 +71,10 @@ LEGEND = (
 RANGES = (inf, 60.0, 20.0, 5.0)  # [s] of the timeline that are under the slider, one after the other
 
 
-class Bar:
+class PlaybackBar:
     """The controls in the container of the page that is open, and the keys. `span`: what is under the slider."""
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: RobotWindow) -> None:
         self._window, gui = window, window.client.gui
         actions = [action for action in ACTIONS if window.robot is not None or not action.live]
         self._actions = {action.button: action for action in actions}
@@ -86,7 +86,7 @@ class Bar:
         for action in actions:
             gui.add_command(action.label, hotkey=action.key).on_trigger(window.doing_with(self._key(action)))
         gui.add_command("Show more or less of the timeline", hotkey="V").on_trigger(window.doing(self._zoom))
-        self.span, self._length = Span(0.0, 1.0), inf
+        self.span, self._length = TimeSpan(0.0, 1.0), inf
         self._drawing = Redrawing(window.wall)
         self._told_at = self._moved_at = -inf
         self._stood = False
@@ -136,14 +136,14 @@ class Bar:
         self._stood, self._told_at = stands, wall
         return True
 
-    def _span_of(self, playback: Playback, t: float) -> Span:
+    def _span_of(self, playback: Playback, t: float) -> TimeSpan:
         """All of it, or the page of it in which t is; from and to round times."""
         if self._length == inf:
-            return Span.over(playback.start, playback.end)
+            return TimeSpan.over(playback.start, playback.end)
         low = floor(t / self._length) * self._length
-        return Span(low, low + self._length)
+        return TimeSpan(low, low + self._length)
 
-    def _draw(self, timeline: Timeline, span: Span, doubts: Doubts) -> None:
+    def _draw(self, timeline: Timeline, span: TimeSpan, doubts: Doubts) -> None:
         if span != self.span:
             self.span = span
             self._slider.min, self._slider.max = span
@@ -158,7 +158,7 @@ class Bar:
             self._cursor.content = told
 
 
-def _cursor(span: Span, shown: Shown) -> str:
+def _cursor(span: TimeSpan, shown: Shown) -> str:
     """A line at the time that is shown, over the strip, which stands before it."""
     line = "position:absolute;top:-33px;height:20px;width:2px;margin-left:-1px"
     at, now = span.percent(shown.t), span.percent(shown.now)

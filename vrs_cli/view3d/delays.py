@@ -24,7 +24,7 @@ from vrs_cli.view3d.figure import Colour
 from vrs_cli.view3d.ghosts import Ghost, coincides
 from vrs_cli.view3d.paths import THICK
 from vrs_cli.view3d.shown import Shown
-from vrs_cli.view3d.window import Window
+from vrs_cli.view3d.window import RobotWindow
 
 PREDICTED = (58, 124, 214)
 OPACITY = 0.35  # of the robot that is predicted
@@ -36,10 +36,10 @@ NARROW = 900.0  # [px] of a picture in which it would cover the arm
 PRESENT, HEARD = "at its present", "as it is heard, with a prediction"
 
 
-class Delays:
+class DelayPanel:
     """Nodes /predicted, /unconfirmed, /flagged; the panel is there once there is something to tell."""
 
-    def __init__(self, window: Window, robot: RemoteRobot) -> None:
+    def __init__(self, window: RobotWindow, robot: RemoteRobot) -> None:
         self._window, self._robot = window, robot
         scene, self._arm = window.client.scene, robot.arm
         self._ahead = Ahead.AUTO if robot.ahead is Ahead.PRESENT else robot.ahead  # what is predicted, if anything is

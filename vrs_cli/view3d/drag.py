@@ -16,12 +16,12 @@ from vrs_cli.interfaces.recording import Tolerance, recorded_program
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, inverse, position
 from vrs_cli.net import messages
 from vrs_cli.net.remote import RemoteRobot
-from vrs_cli.values.hand import Limit, Pulled
+from vrs_cli.values.hand import DragState, Limit
+from vrs_cli.view3d.panel_front_end import PanelFrontEnd
 from vrs_cli.view3d.panel_parts import Hands, OneOf, boxed, put
-from vrs_cli.view3d.panel_seat import PanelSeat
 from vrs_cli.view3d.placing import place, transform_of
 from vrs_cli.view3d.shown import Shown
-from vrs_cli.view3d.window import Window
+from vrs_cli.view3d.window import RobotWindow
 
 AGAIN = 0.1  # [s] after which a wish that stays is said again: the robot knows that the hand is there
 SIZE = 0.28  # of the reach: the gizmo
@@ -46,16 +46,16 @@ class Gizmo:
     and /limit.
     """
 
-    def __init__(self, window: Window, robot: RemoteRobot, seat: PanelSeat, hands: Hands) -> None:
-        self._window, self._robot, self._seat = window, robot, seat
+    def __init__(self, window: RobotWindow, robot: RemoteRobot, front_end: PanelFrontEnd, hands: Hands) -> None:
+        self._window, self._robot, self._front_end = window, robot, front_end
         scene, reach = window.client.scene, robot.arm.length
         self.node = scene.add_transform_controls("/drag", scale=SIZE * reach, depth_test=False, visible=False)
         self.label = scene.add_label("/held", "", visible=False)
         self.ball = scene.add_icosphere("/limit", radius=LIT * reach, color=RED, opacity=0.45, visible=False)
-        self.pulled = Pulled()
+        self.pulled = DragState()
         self._along = TOOL
         self._tool: Transform | None = None  # where it was shown last
-        self._grip: Transform | None = None  # T_gizmo_tool, while it is dragged
+        self._drag_control: Transform | None = None  # T_gizmo_tool, while it is dragged
         self._wish: Transform | None = None
         self._said: Transform | None = None
         self._said_at = -inf
@@ -72,7 +72,7 @@ class Gizmo:
         self.name = gui.add_text("Name", "part")
         self.here = gui.add_button("HERE", hint="Keep the place under this name")
         self.record = gui.add_button(RECORD, hint="Of what is dragged, under this name", icon=viser.Icon.PLAYER_RECORD)
-        hands.on(self.here, lambda _: self._seat.command(f"HERE {self._named()}"))
+        hands.on(self.here, lambda _: self._front_end.command(f"HERE {self._named()}"))
         hands.on(self.record, lambda _: self._record())
         gui.add_command("Drag the tool, or not", hotkey="G").on_trigger(self._window.doing(self._toggle))
 
@@ -94,10 +94,10 @@ class Gizmo:
         gizmo = transform_of(event.target)
         if event.phase == "start" and self._tool is not None:
             self._robot.drag(None)  # what a cut has broken off is let go only now
-            self._grip = compose(inverse(gizmo), self._tool)
-        if self._grip is None:
+            self._drag_control = compose(inverse(gizmo), self._tool)
+        if self._drag_control is None:
             return
-        self._wish = compose(gizmo, self._grip)
+        self._wish = compose(gizmo, self._drag_control)
         self._window.wake()
         if event.phase == "end":
             self._robot.drag(self._wish)
@@ -106,7 +106,7 @@ class Gizmo:
 
     def drop(self) -> None:
         """Nothing is wished any more until the gizmo is taken again."""
-        self._grip = self._wish = self._said = None
+        self._drag_control = self._wish = self._said = None
 
     def _tell(self) -> None:
         """The newest wish, once a tick at most."""
@@ -121,25 +121,25 @@ class Gizmo:
         """In the thread of the connection."""
         if isinstance(message, messages.Pulled):
             before, self.pulled = self.pulled, message.state
-            if message.state.why and before.by == self._seat.name:
-                self._seat.note(f"The tool is let go: {message.state.why}")
+            if message.state.why and before.by == self._front_end.name:
+                self._front_end.note(f"The tool is let go: {message.state.why}")
 
     # --- showing ---
 
     def show(self, shown: Shown) -> None:
         self._tell()
-        live, dragged = self._window.playback.follows, self._grip is not None
+        live, dragged = self._window.playback.follows, self._drag_control is not None
         tool = self._tool = shown.position.T_world_tool
-        may = self._robot.open and self._seat.may_drive and self.pulled.by in ("", self._seat.name)
+        may = self._robot.open and self._front_end.may_drive and self.pulled.by in ("", self._front_end.name)
         put(self.node, visible=bool(self.on.value) and may and (live or dragged))
         if not dragged:
             along_tool = self._along == TOOL
             place(self.node, tool if along_tool else at_position(IDENTITY, *position(tool)))
-        pulled = self.pulled if live or dragged else Pulled()
+        pulled = self.pulled if live or dragged else DragState()
         if pulled.held.holds or shown.reads:
             self._show_why(shown, pulled)
 
-    def _show_why(self, shown: Shown, pulled: Pulled) -> None:
+    def _show_why(self, shown: Shown, pulled: DragState) -> None:
         model, held = shown.arm.model, pulled.held
         text = "; ".join(hold.said(model) for hold in held.holds)
         if held.away >= VISIBLE:
@@ -154,8 +154,8 @@ class Gizmo:
         put(self.ball, visible=bool(joint))
         put(self.why, content=boxed(text or self._follows(pulled)))
 
-    def _follows(self, pulled: Pulled) -> str:
-        if pulled.by in ("", self._seat.name):
+    def _follows(self, pulled: DragState) -> str:
+        if pulled.by in ("", self._front_end.name):
             return "The tool follows the gizmo"
         return "Somebody else drags the tool"
 
@@ -171,9 +171,9 @@ class Gizmo:
         self._began, self.record.label = None, RECORD
         name = self._named()
         text = recorded_program(robot.arm, robot.timeline, began, robot.now, name, TOLERANCE)
-        self._seat.load(name, text.encode())
+        self._front_end.load(name, text.encode())
         motions = text.count("\nMOVE ")
-        self._seat.note(f"{name} has {motions} motions: EXECUTE {name}, LISTP {name}, STORE {name}")
+        self._front_end.note(f"{name} has {motions} motions: EXECUTE {name}, LISTP {name}, STORE {name}")
 
     def _named(self) -> str:
         name = str(self.name.value).strip()

@@ -11,7 +11,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, link_pose
 from vrs_cli.kinematics.shapes import MeshFile, Opening, opened, rgb
 from vrs_cli.kinematics.transform import IDENTITY, Transform, inverse
-from vrs_cli.view3d.looks import Look, looks_of
+from vrs_cli.view3d.looks import ShapeLook, looks_of
 from vrs_cli.view3d.meshes import joined
 from vrs_cli.view3d.placing import Rooted, place
 
@@ -54,7 +54,7 @@ class Figure(Rooted):
         for k, group in enumerate(_groups(looks_of(model), one_colour=colour is not None)):
             self._add(f"{link_node(root, group[0].shape.link)}/body{k}", group)
 
-    def _add(self, name: str, group: list[Look]) -> None:
+    def _add(self, name: str, group: list[ShapeLook]) -> None:
         first = group[0].shape
         mesh = joined([look.mesh for look in group])
         node = self._scene.add_mesh_simple(
@@ -109,9 +109,9 @@ def link_node(root: str, i: int) -> str:
     return "/".join((root, *map(str, range(i + 1))))
 
 
-def _groups(looks: Iterable[Look], one_colour: bool) -> list[list[Look]]:
+def _groups(looks: Iterable[ShapeLook], one_colour: bool) -> list[list[ShapeLook]]:
     """Shapes that move together and have one colour: a node each."""
-    groups: dict[tuple[object, ...], list[Look]] = {}
+    groups: dict[tuple[object, ...], list[ShapeLook]] = {}
     for look in looks:
         shape = look.shape
         key = shape.link, shape.opens, isinstance(shape.body, MeshFile), None if one_colour else shape.colour

@@ -7,15 +7,15 @@ from math import tan
 import numpy as np
 
 from vrs_cli.view3d.at_will import AtWill
-from vrs_cli.view3d.bar import Bar
-from vrs_cli.view3d.delays import Delays
+from vrs_cli.view3d.bar import PlaybackBar
+from vrs_cli.view3d.delays import DelayPanel
 from vrs_cli.view3d.looks import all_of
 from vrs_cli.view3d.panel import Panel
 from vrs_cli.view3d.plots import Plots
 from vrs_cli.view3d.scenery import scenery
 from vrs_cli.view3d.shown import Shown
 from vrs_cli.view3d.stage import FIELD, camera_for
-from vrs_cli.view3d.window import Window
+from vrs_cli.view3d.window import RobotWindow
 
 ORANGE = (222, 120, 40)  # of what can be pressed
 EDGE = 12.0  # [px] from the edges of the picture
@@ -28,7 +28,7 @@ CHOICES = 230.0  # [px] the width of the panel of what is to be shown
 class Edges:
     """viser's own panel, which has the bar, is as wide as the picture, however wide that is."""
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: RobotWindow) -> None:
         self._window, self._panel, self._width = window, window.client.gui.main_panel, window.width
         self._panel.float(x=EDGE, y=-EDGE, width=self._wide, height=HEIGHT)
 
@@ -42,7 +42,7 @@ class Edges:
         return max(self._width - 2.0 * EDGE, CHOICES)
 
 
-def furnish(window: Window, title: str) -> None:
+def furnish(window: RobotWindow, title: str) -> None:
     """All parts of a window, in the order in which they are shown. What is shown at will has its box in `choices`."""
     client, model = window.client, window.watched.arm.model
     with client.atomic():
@@ -57,7 +57,7 @@ def furnish(window: Window, title: str) -> None:
     gui.set_panel_label(title)
     choices = gui.add_panel()
     window.parts.append(Edges(window))
-    bar = Bar(window)
+    bar = PlaybackBar(window)
     window.parts.append(bar)
     with choices.add_tab("Show"):
         at_will = AtWill(window)
@@ -66,14 +66,14 @@ def furnish(window: Window, title: str) -> None:
     choices.minimize()
     if window.robot is not None:
         panel = Panel(window)
-        at_will.explain(panel.seat)
+        at_will.explain(panel.front_end)
         window.parts += panel.parts
         window.closing.append(panel.close)
-        window.type = panel.seat.type
-        window.parts.append(Delays(window, window.robot))
+        window.type = panel.front_end.type
+        window.parts.append(DelayPanel(window, window.robot))
 
 
-def _look(window: Window) -> None:
+def _look(window: RobotWindow) -> None:
     """So that all of the robot is seen, above the bar."""
     camera, base = window.client.camera, window.watched.timeline[-1].motion.frames.base
     covers = SHEET if window.width < PHONE else HEIGHT + EDGE

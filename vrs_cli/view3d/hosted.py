@@ -14,18 +14,18 @@ from msgspec.structs import replace
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.client import Client, hello_of
-from vrs_cli.net.hub import Hub, Places
+from vrs_cli.net.hub import Hub, RobotFolders
 from vrs_cli.net.limits import UNMEASURED, Allowance
 from vrs_cli.net.remote import Loop, RemoteRobot
 from vrs_cli.net.room import Plan
-from vrs_cli.net.server import Place, Server
+from vrs_cli.net.server import ListenAddress, Server
 from vrs_cli.net.tokens import TokenFile, add_tokens
 
 BROWSER, SHELL = "browser", "shell"  # who holds it, as all see them called
 OPENING = 10.0  # [s] until it listens
 
 
-class _Here(Places, frozen=True):
+class _Here(RobotFolders, frozen=True):
     """The one robot that there is has the folder itself, not one of its own in it."""
 
     def plan(self, name: str, model: RobotModel, usual: Plan) -> Plan:
@@ -53,7 +53,7 @@ class Hosted:
             allowance = Allowance(folder=UNMEASURED)
             audit = Audit(None, time.time, tell)
             server = Server(
-                Place("127.0.0.1", 0), allowance, audit, TokenFile(here / "tokens.toml", (model.name,)), tell
+                ListenAddress("127.0.0.1", 0), allowance, audit, TokenFile(here / "tokens.toml", (model.name,)), tell
             )
             plan = Plan(model, folder or here, realtime=rate, allowance=allowance, one_user=True)
             hub = Hub({model.name: model}, _Here(None, folder or here), plan, audit, server.wake, tell)

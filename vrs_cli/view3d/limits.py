@@ -26,20 +26,20 @@ FINEST = 5.0  # [deg] between corners of an arc
 NEAR = 0.05  # of its range: so near to its end a joint is marked
 
 
-class Hand(NamedTuple):
+class LimitHand(NamedTuple):
     """What shows the value of a joint."""
 
     mesh: MeshHandle
     label: LabelHandle
 
 
-class Limits:
+class LimitsView:
     """Hidden at first, and made when it is first shown. It stands in the nodes of a `Figure`, and so moves with it."""
 
     def __init__(self, scene: SceneApi, root: str, model: RobotModel) -> None:
         self._scene, self._root, self._model = scene, root, model
         self._nodes: list[SceneNodeHandle] = []
-        self._hands: list[Hand] = []
+        self._hands: list[LimitHand] = []
         self._visible = False
 
     @property
@@ -82,7 +82,7 @@ class Limits:
             f"{moving}/hand{joint}/value", "", position=meshes.tip, font_screen_scale=0.85, anchor="center-center"
         )
         self._nodes.append(hand)
-        self._hands.append(Hand(hand, label))
+        self._hands.append(LimitHand(hand, label))
 
     def _drawn(self, name: str, mesh: Mesh, colour: tuple[int, int, int], T: Transform | None = None) -> MeshHandle:
         at = translation(0.0, 0.0, 0.0) if T is None else T

@@ -11,15 +11,15 @@ from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.bodies import capsules, shapes_of
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, link_frames
-from vrs_cli.kinematics.shapes import MeshFile, Shape
+from vrs_cli.kinematics.shapes import LinkShape, MeshFile
 from vrs_cli.view3d.mesh_files import read_mesh
 from vrs_cli.view3d.meshes import Mesh, Points, mesh_of, moved
 
 
-class Look(NamedTuple):
+class ShapeLook(NamedTuple):
     """A shape and its surface, in the frame of its link."""
 
-    shape: Shape
+    shape: LinkShape
     mesh: Mesh
 
 
@@ -27,30 +27,30 @@ class Looks(NamedTuple):
     """All that is seen of a robot. `missing`: what is said of files of meshes that cannot be read; their links have
     capsules instead."""
 
-    looks: tuple[Look, ...]
+    looks: tuple[ShapeLook, ...]
     missing: str = ""
 
 
-def looks_of(model: RobotModel) -> tuple[Look, ...]:
+def looks_of(model: RobotModel) -> tuple[ShapeLook, ...]:
     """All that is seen of a robot."""
     return all_of(model).looks
 
 
 @lru_cache
 def all_of(model: RobotModel) -> Looks:
-    found, bare, why = list[Look](), set[int](), list[VrsError]()
+    found, bare, why = list[ShapeLook](), set[int](), list[VrsError]()
     for shape in shapes_of(model):
         try:
-            found.append(Look(shape, _mesh(shape)))
+            found.append(ShapeLook(shape, _mesh(shape)))
         except VrsError as error:
             why.append(error)
             bare.add(shape.link)
     instead = [shape for shape in capsules(model) if shape.link in bare] if bare else []
     looks = [look for look in found if look.shape.link not in bare]
-    return Looks((*looks, *(Look(shape, _mesh(shape)) for shape in instead)), _said(why))
+    return Looks((*looks, *(ShapeLook(shape, _mesh(shape)) for shape in instead)), _said(why))
 
 
-def _mesh(shape: Shape) -> Mesh:
+def _mesh(shape: LinkShape) -> Mesh:
     return read_mesh(shape.body) if isinstance(shape.body, MeshFile) else mesh_of(shape.body)
 
 

@@ -7,18 +7,18 @@ from html import escape
 import viser
 
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.conversation.mishap import internal_error
+from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.net.messages import LeaseAct
 from vrs_cli.render.colours import Ink
 from vrs_cli.view3d.drag import Gizmo
+from vrs_cli.view3d.panel_front_end import PanelFrontEnd
 from vrs_cli.view3d.panel_hand import HandPanel
 from vrs_cli.view3d.panel_line import CommandLine
 from vrs_cli.view3d.panel_parts import Hands, boxed, put
-from vrs_cli.view3d.panel_programs import Programs
-from vrs_cli.view3d.panel_seat import PanelSeat
+from vrs_cli.view3d.panel_programs import ProgramsPanel
 from vrs_cli.view3d.panel_signals import SignalsPanel
-from vrs_cli.view3d.shown import Part, Shown
-from vrs_cli.view3d.window import Window
+from vrs_cli.view3d.shown import Shown, ShownPart
+from vrs_cli.view3d.window import RobotWindow
 
 WIDTH, LEAST, SHARE = 400.0, 320.0, 0.4  # [px] usually, at least, and of the page where that is narrow
 DRIVE, ASK, RELEASE, GIVE = "Drive", "Ask to drive", "Let others drive", "Give to "
@@ -31,58 +31,58 @@ class Panel:
     `parts`: itself, and what is shown beside it.
     """
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: RobotWindow) -> None:
         assert window.robot is not None, "a trajectory is not driven"
         assert window.surveying is not None, "a robot can be asked"
         self.robot, self._wall, self._surveying = window.robot, window.wall, window.surveying
         self._drives = window.drives
-        self.seat = PanelSeat(window.robot, window.surveying.happened)
+        self.front_end = PanelFrontEnd(window.robot, window.surveying.happened)
         self.hands = Hands(self._refused)
         self._breaks = self.robot.breaks
         self._waits: tuple[int, float] = 0, 0.0  # the command that is waited for, since that time of the day [s]
-        self.parts: list[Part] = [self]
+        self.parts: list[ShownPart] = [self]
         self._build(window, window.client.gui)
 
-    def _build(self, window: Window, gui: viser.GuiApi) -> None:
+    def _build(self, window: RobotWindow, gui: viser.GuiApi) -> None:
         panel = gui.add_panel(order=-1.0)
         with panel.add_tab("Commands" if self._drives else "Robot", viser.Icon.TERMINAL_2):
             self.news = gui.add_html("")
             self.lease = gui.add_button_group("Nobody drives", (DRIVE,), visible=False)
             with gui.add_folder(None, visible=self._drives):
-                self.line = CommandLine(gui, self.seat, self.hands, self._wall)
+                self.line = CommandLine(gui, self.front_end, self.hands, self._wall)
             self._add_tabs(window, gui)
         panel.dock_left()
         panel.set_width(min(WIDTH, max(LEAST, SHARE * window.width)))
         self.hands.on(self.lease, self._lease)
 
-    def _add_tabs(self, window: Window, gui: viser.GuiApi) -> None:
+    def _add_tabs(self, window: RobotWindow, gui: viser.GuiApi) -> None:
         tabs = gui.add_tab_group()
         with tabs.add_tab("Programs"):
-            self.programs = Programs(gui, self.seat, self.hands, self._surveying)
+            self.programs = ProgramsPanel(gui, self.front_end, self.hands, self._surveying)
         if self._drives:
             with tabs.add_tab("Move"):
-                self.hand = HandPanel(gui, self.seat, self.hands, self.robot.arm, self._wall)
+                self.hand = HandPanel(gui, self.front_end, self.hands, self.robot.arm, self._wall)
             with tabs.add_tab("Drag"):
-                self.gizmo = Gizmo(window, self.robot, self.seat, self.hands)
+                self.gizmo = Gizmo(window, self.robot, self.front_end, self.hands)
                 self.parts.append(self.gizmo)
         with tabs.add_tab("Signals"):
-            self.signals = SignalsPanel(gui, self.seat, self.hands, drives=self._drives)
+            self.signals = SignalsPanel(gui, self.front_end, self.hands, drives=self._drives)
 
     def _lease(self, what: str) -> None:
         if what.startswith(GIVE):
-            self.seat.drive(LeaseAct.GIVE, what.removeprefix(GIVE))
+            self.front_end.drive(LeaseAct.GIVE, what.removeprefix(GIVE))
         else:
-            self.seat.drive({DRIVE: LeaseAct.ACQUIRE, ASK: LeaseAct.ASK, RELEASE: LeaseAct.RELEASE}[what])
+            self.front_end.drive({DRIVE: LeaseAct.ACQUIRE, ASK: LeaseAct.ASK, RELEASE: LeaseAct.RELEASE}[what])
 
     def _refused(self, error: Exception) -> None:
-        self.seat.note(str(error) if isinstance(error, VrsError) else internal_error(error).text, Ink.ERROR)
+        self.front_end.note(str(error) if isinstance(error, VrsError) else internal_error(error).text, Ink.ERROR)
 
     def show(self, shown: Shown) -> None:
         """What has come since."""
         if not shown.reads:
             return
         wall = self._wall()
-        found, drives = shown.surveyed, self._drives and self.robot.open and self.seat.may_drive
+        found, drives = shown.surveyed, self._drives and self.robot.open and self.front_end.may_drive
         self._show_state(wall)
         if self._breaks != self.robot.breaks:
             self._breaks = self.robot.breaks
@@ -102,7 +102,7 @@ class Panel:
             self.gizmo.drop()
 
     def _show_state(self, wall: float) -> None:
-        driver = self.seat.who_drives(self.seat.lease.driver)
+        driver = self.front_end.who_drives(self.front_end.lease.driver)
         news = self._waited_for(wall) if self.robot.open else NO_CONNECTION
         news = news if self._drives else news or driver
         put(self.news, content=boxed(escape(news)), visible=bool(news))
@@ -111,21 +111,21 @@ class Panel:
     @property
     def _shares(self) -> bool:
         """Whether it matters who drives: at a robot of one user only once that one has asked for it."""
-        return self._drives and (bool(self.seat.lease.driver) or not self.robot.welcome.one_user)
+        return self._drives and (bool(self.front_end.lease.driver) or not self.robot.welcome.one_user)
 
     def _waited_for(self, wall: float) -> str:
         """What has been under way for a while."""
-        first = next(((id, text) for id, text in self.seat.waiting.items() if text), None)
+        first = next(((id, text) for id, text in self.front_end.waiting.items() if text), None)
         if first is None or first[0] != self._waits[0]:
             self._waits = 0 if first is None else first[0], wall
         long = first is not None and wall > self._waits[1] + A_WHILE
         return f"Under way: {first[1]}" if first is not None and long else ""
 
     def _offers(self) -> tuple[str, ...]:
-        lease = self.seat.lease
+        lease = self.front_end.lease
         if not lease.driver:
             return (DRIVE,)
-        if lease.driver != self.seat.name:
+        if lease.driver != self.front_end.name:
             return (ASK,)
         return (*((GIVE + lease.asking,) if lease.asking else ()), RELEASE)
 

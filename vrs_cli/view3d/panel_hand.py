@@ -24,9 +24,9 @@ from vrs_cli.net.far_hand import FarHand
 from vrs_cli.render.colours import Ink
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import Surveyed
-from vrs_cli.values.hand import Axis, Brake, Frame, Press, Seen
+from vrs_cli.values.hand import Axis, Frame, Press, Seen, StopJog
+from vrs_cli.view3d.panel_front_end import PanelFrontEnd
 from vrs_cli.view3d.panel_parts import Act, Hands, OneOf, put
-from vrs_cli.view3d.panel_seat import PanelSeat
 from vrs_cli.view3d.shown import Shown
 
 RESTS = 0.2  # [s] after which a slider that is moved no more is meant
@@ -132,9 +132,9 @@ class HandPanel:
     """`arm`: the robot's, whose joints have names, ranges and units."""
 
     def __init__(
-        self, gui: viser.GuiApi, seat: PanelSeat, hands: Hands, arm: RobotArm, wall: Callable[[], float]
+        self, gui: viser.GuiApi, front_end: PanelFrontEnd, hands: Hands, arm: RobotArm, wall: Callable[[], float]
     ) -> None:
-        self._seat, self._arm, self._wall = seat, arm, wall
+        self._front_end, self._arm, self._wall = front_end, arm, wall
         self._frame, self._index = WORLD, 0
         self._hand: FarHand | None = None
         self._told = ""
@@ -202,21 +202,21 @@ class HandPanel:
         self._do(Press(axis, round(sign * FARTHER * speed / 100.0 * full_speed(self._arm.model, axis), 3), speed))
 
     def _let_go(self) -> None:
-        self._do(Brake())
+        self._do(StopJog())
 
-    def _do(self, act: Press | Brake) -> None:
+    def _do(self, act: Press | StopJog) -> None:
         """What there is to say of it is noted once."""
-        robot, model = self._seat.robot, self._arm.model
+        robot, model = self._front_end.robot, self._arm.model
         if self._hand is None:
             here = position_at(self._arm, robot.timeline, robot.timeline.end)
             self._hand = FarHand(robot.begin, model.joint_count, model.units, Seen(here, here.time))
         said = self._hand.do(act).said
         if said and said != self._told:
-            self._seat.note(said, Ink.WARNING)
+            self._front_end.note(said, Ink.WARNING)
         self._told = said if isinstance(act, Press) else ""
 
     def _command(self, axis: str, amount: float) -> None:
-        self._seat.command(f"{JOG} {axis}, {plain(round(amount, 2))}", again=f"{JOG} {axis}")
+        self._front_end.command(f"{JOG} {axis}, {plain(round(amount, 2))}", again=f"{JOG} {axis}")
 
     # --- what is seen ---
 
@@ -228,11 +228,13 @@ class HandPanel:
             button.look(wall)
         speed = self.speed.taken(wall)
         if speed is not None:
-            self._seat.command(f"SPEED {plain(speed)}", again="SPEED")
+            self._front_end.command(f"SPEED {plain(speed)}", again="SPEED")
         elif found is not None:
             self.speed.follow(found.monitor_speed, wall)
         here = position_at(self._arm, shown.timeline, shown.now).joints
-        begun = any(text.startswith(JOG) for text in self._seat.waiting.values())  # where that leads is not known yet
+        begun = any(
+            text.startswith(JOG) for text in self._front_end.waiting.values()
+        )  # where that leads is not known yet
         for number, joint in enumerate(self.joints, 1):
             wanted = None if begun else joint.taken(wall)
             if wanted is not None:

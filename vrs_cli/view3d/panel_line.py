@@ -16,8 +16,8 @@ from vrs_cli.values.diagnostics import Diagnostic
 from vrs_cli.values.prompt import Suggestion
 from vrs_cli.values.questions import Confirmation, Parting
 from vrs_cli.values.replies import Diagnosed, DiagnosticsReport
+from vrs_cli.view3d.panel_front_end import PanelFrontEnd
 from vrs_cli.view3d.panel_parts import Hands, boxed, put
-from vrs_cli.view3d.panel_seat import PanelSeat
 from vrs_cli.view3d.typing_field import TypingField
 
 SUGGESTED = 8  # words at most
@@ -38,8 +38,8 @@ class _Checking(NamedTuple):
 class CommandLine:
     """`hands` does what is typed and clicked, in order, in a thread of its own."""
 
-    def __init__(self, gui: viser.GuiApi, seat: PanelSeat, hands: Hands, wall: Callable[[], float]) -> None:
-        self._seat, self._hands, self._wall = seat, hands, wall
+    def __init__(self, gui: viser.GuiApi, front_end: PanelFrontEnd, hands: Hands, wall: Callable[[], float]) -> None:
+        self._front_end, self._hands, self._wall = front_end, hands, wall
         self._typing, self._answering = TypingField(), TypingField()
         self._lines = deque[str]()
         self._checking: _Checking | None = None
@@ -87,7 +87,7 @@ class CommandLine:
     def _take(self, text: str) -> None:
         """Lines that are ended: looked at one after the other, and sent."""
         if text.strip()[:2].upper() in {word[:2] for word in STOPPING}:  # waits for nothing
-            self._seat.type(text)
+            self._front_end.type(text)
             return
         self._lines.append(text)
         self._next()
@@ -96,7 +96,7 @@ class CommandLine:
         if self._checking is not None or not self._lines:
             return
         checking = self._checking = _Checking(self._lines.popleft(), self._wall())
-        self._seat.check(checking.text, lambda mistake: self._hands.do(lambda: self._checked(checking, mistake)))
+        self._front_end.check(checking.text, lambda mistake: self._hands.do(lambda: self._checked(checking, mistake)))
 
     def _checked(self, checking: _Checking, mistake: Diagnostic | None) -> None:
         """A line without mistake is sent; another one is put back, with what came after it."""
@@ -104,7 +104,7 @@ class CommandLine:
             return
         self._checking = None
         if mistake is None:
-            self._seat.type(checking.text)
+            self._front_end.type(checking.text)
             self._next()
             return
         self._lines.clear()
@@ -119,7 +119,7 @@ class CommandLine:
         self._checking = None
         self._lines.clear()
         for line in lines:
-            self._seat.drop(line)
+            self._front_end.drop(line)
 
     # --- completion and history ---
 
@@ -128,7 +128,7 @@ class CommandLine:
         if not text.strip():
             self._suggest(text, ())
             return
-        self._seat.complete(text, lambda choices: self._hands.do(lambda: self._suggest(text, choices)))
+        self._front_end.complete(text, lambda choices: self._hands.do(lambda: self._suggest(text, choices)))
 
     def _suggest(self, text: str, choices: tuple[Suggestion, ...]) -> None:
         if text != self._asked_for:
@@ -149,9 +149,9 @@ class CommandLine:
 
     def _recall(self, what: str) -> None:
         if what in (UNDO, REDO):
-            self._seat.command(what.upper())
+            self._front_end.command(what.upper())
             return
-        history = self._seat.history
+        history = self._front_end.history
         self._at = min(max(self._at + (1 if what == EARLIER else -1), 0), len(history))
         self.put(history[-self._at] if self._at else "")
 
@@ -166,10 +166,10 @@ class CommandLine:
 
     def _give(self, value: bool | str) -> None:
         if self._shown is not None:
-            self._seat.answer(self._shown, value)
+            self._front_end.answer(self._shown, value)
 
     def _show_question(self) -> None:
-        asked = self._seat.question
+        asked = self._front_end.question
         if asked is self._shown:
             return
         self._shown = asked
@@ -189,9 +189,9 @@ class CommandLine:
             checking = self._checking
             self._hands.do(lambda: self._checked(checking, None))  # the robot has enough to do
         self._show_question()
-        status = self._seat.status
+        status = self._front_end.status
         put(self.field, label=status.prompt.strip() if status.in_program else LABEL)
-        transcript = self._seat.transcript
+        transcript = self._front_end.transcript
         if transcript.version != self._version:
             self._version = transcript.version
             self.said.content = _scrolled(transcript.html())

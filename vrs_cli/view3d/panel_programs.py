@@ -8,9 +8,9 @@ import viser
 
 from vrs_cli.render.html import pieces_html
 from vrs_cli.render.scan import scan
-from vrs_cli.values.acts import Surveyed, TaskRow, Text
+from vrs_cli.values.acts import StepList, Surveyed, TaskRow
+from vrs_cli.view3d.panel_front_end import PanelFrontEnd
 from vrs_cli.view3d.panel_parts import Hands, boxed, put
-from vrs_cli.view3d.panel_seat import PanelSeat
 from vrs_cli.view3d.surveying import Surveying
 
 RUN, STEP, PROCEED, PAUSE, GO_ON, ABORT = "Run", "Step", "Proceed", "Pause", "Go on", "Abort"
@@ -20,11 +20,11 @@ LIT = "background:#ffe08a;color:#000"  # the step that is being done
 STANDS = "background:#e4e4e4;color:#000"  # the step at which a program has stopped
 
 
-class Programs:
+class ProgramsPanel:
     """`lead`: what drives is hidden where somebody else does."""
 
-    def __init__(self, gui: viser.GuiApi, seat: PanelSeat, hands: Hands, surveying: Surveying) -> None:
-        self._seat, self._surveying = seat, surveying
+    def __init__(self, gui: viser.GuiApi, front_end: PanelFrontEnd, hands: Hands, surveying: Surveying) -> None:
+        self._front_end, self._surveying = front_end, surveying
         self._shown: tuple[object, ...] = ()
         self.choice = gui.add_dropdown("Program", (NONE,))
         self.leading = gui.add_folder(None)
@@ -46,33 +46,33 @@ class Programs:
         self._surveying.happened()
 
     def _do(self, what: str) -> None:
-        seat, task = self._seat, self._surveying.task
+        front_end, task = self._front_end, self._surveying.task
         name = self.choice.value
         stopped = task is not None and not task.running and task.step is not None
         match what:
             case _ if name == NONE and what in (RUN, STEP):
-                seat.note("No program is in memory: type one, or load a file")
+                front_end.note("No program is in memory: type one, or load a file")
             case "Run":
-                seat.command(f"EXECUTE {name}")
+                front_end.command(f"EXECUTE {name}")
             case "Step":
                 goes_on = stopped and task is not None and task.program.lower() == name.lower()
-                seat.command("SSTEP" if goes_on else f"SSTEP {name}")
+                front_end.command("SSTEP" if goes_on else f"SSTEP {name}")
             case "Proceed":
-                seat.command("PROCEED")
+                front_end.command("PROCEED")
             case "Pause" | "Go on":
-                seat.command("CLOCK PAUSE" if what == PAUSE else "CLOCK GO")
+                front_end.command("CLOCK PAUSE" if what == PAUSE else "CLOCK GO")
             case "Abort":
-                seat.command("ABORT")
+                front_end.command("ABORT")
 
     def _load(self, file: viser.UploadedFile) -> None:
-        self._seat.load(file.name, file.content)
+        self._front_end.load(file.name, file.content)
 
     # --- what is seen ---
 
     def refresh(self, found: Surveyed, *, drives: bool) -> None:
         put(self.leading, visible=drives)
         put(self.loading, visible=drives)
-        pace = self._seat.status.pace
+        pace = self._front_end.status.pace
         clock = () if pace is None else (GO_ON if pace.paused else PAUSE,)
         put(self.run, options=(RUN, STEP, PROCEED, *clock, ABORT))
         self._list(found)
@@ -103,7 +103,7 @@ def _said(task: TaskRow | None) -> str:
     return f"<b>{escape(task.program)}</b> {escape(task.state)}{where}{escape(asks)}"
 
 
-def _listing(text: Text | None, task: TaskRow | None) -> str:
+def _listing(text: StepList | None, task: TaskRow | None) -> str:
     """The steps, with a mark at the present one, to which the page scrolls (`addition`)."""
     if text is None:
         return boxed("Programs are typed as .PROGRAM name() ... .END, or loaded from a file.")

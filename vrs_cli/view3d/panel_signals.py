@@ -8,8 +8,8 @@ import viser
 
 from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.values.acts import Surveyed
+from vrs_cli.view3d.panel_front_end import PanelFrontEnd
 from vrs_cli.view3d.panel_parts import OFF, ON, Hands, put
-from vrs_cli.view3d.panel_seat import PanelSeat
 
 USUAL = 8  # signals of a bank that are there always
 MOST = 32  # of a bank
@@ -21,8 +21,8 @@ class SignalsPanel:
     whatever their number.
     """
 
-    def __init__(self, gui: viser.GuiApi, seat: PanelSeat, hands: Hands, *, drives: bool) -> None:
-        self._seat = seat
+    def __init__(self, gui: viser.GuiApi, front_end: PanelFrontEnd, hands: Hands, *, drives: bool) -> None:
+        self._front_end = front_end
         self._on: frozenset[int] = frozenset()
         self.banks = {
             title: gui.add_button_group(title, _lamps(bank[:usual], frozenset()) or ("",), visible=bool(usual))
@@ -33,7 +33,7 @@ class SignalsPanel:
 
     def _switch(self, lamp: str) -> None:
         number = int(lamp.split()[-1])
-        self._seat.command(f"SIGNAL {-number if number in self._on else number}", again="SIGNAL")
+        self._front_end.command(f"SIGNAL {-number if number in self._on else number}", again="SIGNAL")
 
     def refresh(self, found: Surveyed) -> None:
         self._on = frozenset(found.on)

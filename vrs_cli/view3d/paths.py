@@ -19,7 +19,7 @@ from vrs_cli.kinematics.model import RobotModel, levers
 from vrs_cli.kinematics.transform import Vector, position
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.motion import Kind
+from vrs_cli.values.motion import MotionKind
 from vrs_cli.view3d.placing import Rooted, gathered, move_points
 from vrs_cli.view3d.redrawing import Redrawing
 from vrs_cli.view3d.shown import Shown
@@ -198,12 +198,12 @@ def _begins(before: ToolLine | None, line: ToolLine) -> bool:
     """Whether a command takes over there; a stream of targets is one."""
     if before is None:
         return True
-    steered = before.motion.kind is line.motion.kind is Kind.STEERED
+    steered = before.motion.kind is line.motion.kind is MotionKind.STEERED
     return before.motion.number != line.motion.number and not steered
 
 
 def _colour(line: ToolLine, colour: Colour) -> Colour:
-    blends = line.phase is Phase.BLEND and line.motion.kind is not Kind.STEERED
+    blends = line.phase is Phase.BLEND and line.motion.kind is not MotionKind.STEERED
     return BLENDS[colour] if blends else colour
 
 

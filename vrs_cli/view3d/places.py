@@ -19,7 +19,7 @@ LONG = 0.055  # of the reach: the axes
 NEAR = 0.01  # of the reach: names of places so near to each other stand in one label
 
 
-class Places(Rooted):
+class PlacesView(Rooted):
     """Nodes /places ...; a precision point is where its joints bring the tool."""
 
     def __init__(self, scene: SceneApi, model: RobotModel) -> None:

@@ -19,11 +19,11 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.render.colours import COLOURS, CURVES
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.view3d.bar import Bar
+from vrs_cli.view3d.bar import PlaybackBar
 from vrs_cli.view3d.redrawing import Redrawing
 from vrs_cli.view3d.shown import Shown
-from vrs_cli.view3d.strip import Span
-from vrs_cli.view3d.window import Window
+from vrs_cli.view3d.strip import TimeSpan
+from vrs_cli.view3d.window import RobotWindow
 
 SAMPLES = 600  # of a curve: more than there are pixels
 WIDTH, TALL = 380.0, 150  # [px] of the panel, and of a plot
@@ -34,7 +34,7 @@ LEGEND = f"padding:2px {MARGIN} 6px;font-size:0.75rem;font-variant-numeric:tabul
 STEP = 1e-4  # [s] over which the speed of the tool is measured
 
 
-class Kind(NamedTuple):
+class PlotKind(NamedTuple):
     """A plot: how its box and its curves are called, and their values (N, curves) in the unit that people read."""
 
     box: str
@@ -67,26 +67,26 @@ def _tool_speed(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
     return speed
 
 
-KINDS: tuple[Kind, ...] = (
-    Kind("joints", "Joints [deg, mm]", _joint_names, _joints),
-    Kind("joint speeds", "Joint speeds [% of limit]", _joint_names, _shares, (-105.0, 105.0)),
-    Kind("tool speed", "Tool speed [mm/s]", lambda _arm: ["tool"], _tool_speed),
+KINDS: tuple[PlotKind, ...] = (
+    PlotKind("joints", "Joints [deg, mm]", _joint_names, _joints),
+    PlotKind("joint speeds", "Joint speeds [% of limit]", _joint_names, _shares, (-105.0, 105.0)),
+    PlotKind("tool speed", "Tool speed [mm/s]", lambda _arm: ["tool"], _tool_speed),
 )
 
 
 class Plots:
     """Boxes in the container of the page that is open, and a panel with what they choose, of what the bar spans."""
 
-    def __init__(self, window: Window, bar: Bar) -> None:
+    def __init__(self, window: RobotWindow, bar: PlaybackBar) -> None:
         self._window, self._bar, gui = window, bar, window.client.gui
         self._panel: viser.PanelHandle | None = None
-        self._open: dict[Kind, _Plot] = {}
+        self._open: dict[PlotKind, _Plot] = {}
         self._lock = Lock()
         for kind in KINDS:
             box = gui.add_checkbox(kind.box, initial_value=False)
             box.on_update(window.doing_with(partial(self._choose, kind)))
 
-    def _choose(self, kind: Kind, event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
+    def _choose(self, kind: PlotKind, event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
         with self._lock:
             if event.target.value and kind not in self._open:
                 with self._container():
@@ -120,7 +120,7 @@ class Plots:
 class _Plot:
     """One plot in the container that is open, with a line at the time that is shown."""
 
-    def __init__(self, kind: Kind, window: Window) -> None:
+    def __init__(self, kind: PlotKind, window: RobotWindow) -> None:
         self._kind, self._arm = kind, window.watched.arm
         gui, arm = window.client.gui, self._arm
         names = kind.names(arm)
@@ -142,7 +142,7 @@ class _Plot:
         self._follows = gui.add_html("")
         self._drawing = Redrawing(window.wall)
 
-    def show(self, shown: Shown, span: Span) -> None:
+    def show(self, shown: Shown, span: TimeSpan) -> None:
         timeline = shown.timeline
         self._drawing.look((timeline.version, id(timeline)), span, lambda: self._draw(timeline, span))
         if shown.reads:
@@ -150,7 +150,7 @@ class _Plot:
             if follows != self._follows.content:
                 self._follows.content = follows
 
-    def _draw(self, timeline: Timeline, span: Span) -> None:
+    def _draw(self, timeline: Timeline, span: TimeSpan) -> None:
         times = np.linspace(span.low, span.high, SAMPLES)
         self._plot.data = (times, *np.ascontiguousarray(self._kind.values(self._arm, timeline, times).T))
 

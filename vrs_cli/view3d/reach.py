@@ -32,7 +32,7 @@ Grid = NDArray[np.float64]  # (distance from the first axis, height)
 Sections = NDArray[np.float64]  # (S, 2, 3): pieces of an outline by distance, height and angle about the first axis
 
 
-class Reach:
+class ReachView:
     """Hidden at first. It stands in the node of a `Figure`, and is found anew where configuration or TOOL change."""
 
     def __init__(self, scene: SceneApi, root: str, arm: RobotArm) -> None:

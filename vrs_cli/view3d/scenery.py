@@ -7,16 +7,16 @@ from viser import SceneApi
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.view3d.figure import Figure
 from vrs_cli.view3d.paths import USUAL, Around, Path
-from vrs_cli.view3d.shown import Part, Shown
+from vrs_cli.view3d.shown import Shown, ShownPart
 from vrs_cli.view3d.stage import Stage
 
 
-def scenery(scene: SceneApi, model: RobotModel, around: Around = USUAL) -> list[Part]:
+def scenery(scene: SceneApi, model: RobotModel, around: Around = USUAL) -> list[ShownPart]:
     """All parts of the scene itself, with the way of the tool so far `around` the present."""
-    return [Arm(scene, model), Path(scene, model, around=around)]
+    return [ArmScene(scene, model), Path(scene, model, around=around)]
 
 
-class Arm:
+class ArmScene:
     """The robot where it is, with what is around it."""
 
     def __init__(self, scene: SceneApi, model: RobotModel) -> None:

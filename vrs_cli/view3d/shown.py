@@ -35,7 +35,7 @@ class Shown(NamedTuple):
         return self.timeline.locate(self.t)[0].motion.frames
 
 
-class Part(Protocol):
+class ShownPart(Protocol):
     """Something in a scene or a panel. It remembers what it drew last, and sends nothing where that is still so."""
 
     def show(self, shown: Shown) -> None: ...

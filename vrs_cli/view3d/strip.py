@@ -29,14 +29,14 @@ STEPS = (1.0, 2.0, 5.0, 10.0)  # that a span grows by, times a power of ten
 MARKS = 20  # of these in a span, about
 
 
-class Span(NamedTuple):
+class TimeSpan(NamedTuple):
     """The times that are shown [s]."""
 
     low: float
     high: float
 
     @classmethod
-    def over(cls, low: float, high: float) -> Span:
+    def over(cls, low: float, high: float) -> TimeSpan:
         """From and to round times: a timeline that grows is not drawn anew all the time."""
         high = max(high, low + SHORTEST)
         length = high - low
@@ -52,7 +52,7 @@ class Span(NamedTuple):
         return 100.0 * (self.within(t) - self.low) / (self.high - self.low)
 
 
-def strip(timeline: Timeline, span: Span, width: float, doubts: Doubts = NO_DOUBTS) -> str:
+def strip(timeline: Timeline, span: TimeSpan, width: float, doubts: Doubts = NO_DOUBTS) -> str:
     """The picture, which is about so many pixels wide. What is in doubt is hatched."""
     segments = tuple(segments_in(timeline, span))
     parts = [*_stretches(segments, span, width), *_commands(segments, span, width), *_doubts(doubts, span, width)]
@@ -73,7 +73,7 @@ def _hatch(name: str, colour: tuple[int, int, int], degrees: int) -> str:
 HATCHES = _hatch("unconfirmed", UNCONFIRMED, 45) + _hatch("flagged", FLAGGED, -45)
 
 
-def _doubts(doubts: Doubts, span: Span, width: float) -> Iterator[str]:
+def _doubts(doubts: Doubts, span: TimeSpan, width: float) -> Iterator[str]:
     """Flagged times have some width, however short they are."""
     least = 100.0 * SEEN / width
     if doubts.unconfirmed < span.high:
@@ -88,7 +88,7 @@ def _doubts(doubts: Doubts, span: Span, width: float) -> Iterator[str]:
             yield f'<rect x="{at:.3f}%" width="2" height="{HEIGHT + 4}" {red}><title>{escape(text)}</title></rect>'
 
 
-def segments_in(timeline: Timeline, span: Span) -> Iterator[Segment]:
+def segments_in(timeline: Timeline, span: TimeSpan) -> Iterator[Segment]:
     """Those of which something is in it, in order."""
     for index in range(timeline.index_at(span.low), len(timeline)):
         segment = timeline[index]
@@ -97,7 +97,7 @@ def segments_in(timeline: Timeline, span: Span) -> Iterator[Segment]:
         yield segment
 
 
-def _stretches(segments: tuple[Segment, ...], span: Span, width: float) -> Iterator[str]:
+def _stretches(segments: tuple[Segment, ...], span: TimeSpan, width: float) -> Iterator[str]:
     drawn, least = -1.0, 100.0 * LEAST / width
     for segment in segments:
         begin, end = span.percent(segment.start), span.percent(segment.finish)
@@ -106,7 +106,7 @@ def _stretches(segments: tuple[Segment, ...], span: Span, width: float) -> Itera
             drawn = end
 
 
-def _commands(segments: tuple[Segment, ...], span: Span, width: float) -> Iterator[str]:
+def _commands(segments: tuple[Segment, ...], span: TimeSpan, width: float) -> Iterator[str]:
     """A mark where each begins, and its text as far as there is room."""
     begins = [
         (span.percent(segment.start), segment.motion.text)

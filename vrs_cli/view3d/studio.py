@@ -15,7 +15,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.paths import USUAL, Around
 from vrs_cli.view3d.scenery import scenery
-from vrs_cli.view3d.shown import Part, Shown
+from vrs_cli.view3d.shown import Shown, ShownPart
 from vrs_cli.view3d.stage import backdrop
 
 MOST_SEGMENTS = 400  # whose way is drawn as usual: a recording has all of it anew for each of them, 30 MB for so many
@@ -28,11 +28,11 @@ class Studio:
     of the tool it is less where there are many segments.
     """
 
-    def __init__(self, scene: SceneApi, arm: RobotArm, timeline: Timeline, *parts: Part) -> None:
+    def __init__(self, scene: SceneApi, arm: RobotArm, timeline: Timeline, *parts: ShownPart) -> None:
         self._arm, self._timeline = arm, timeline
         backdrop(scene)
         seen = scenery(scene, arm.model, NEAR if len(timeline) > MOST_SEGMENTS else USUAL)
-        self._parts: tuple[Part, ...] = (*seen, *parts)
+        self._parts: tuple[ShownPart, ...] = (*seen, *parts)
 
     def show(self, t: float) -> Shown:
         """The moment t [s]."""

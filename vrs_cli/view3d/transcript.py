@@ -23,7 +23,7 @@ MOST_ROWS = 60  # of one: more of them are for a file
 LONGEST = 2000  # characters of a line that a program TYPEs
 
 
-class Entry(NamedTuple):
+class TranscriptEntry(NamedTuple):
     """`open`: a line that a program TYPEs and has not ended; `again`: what takes its place if it comes next."""
 
     html: str
@@ -31,12 +31,12 @@ class Entry(NamedTuple):
     again: str = ""
 
 
-class Transcript:
+class PanelTranscript:
     """Any thread may add, and look. `version` is another one when something was added."""
 
     def __init__(self) -> None:
         self.version = 0
-        self._entries: deque[Entry] = deque(maxlen=MOST)
+        self._entries: deque[TranscriptEntry] = deque(maxlen=MOST)
         self._lock = Lock()
 
     def html(self) -> str:
@@ -46,7 +46,7 @@ class Transcript:
     def echo(self, prompt: str, text: str, again: str = "") -> None:
         """Lines as they were typed. `again`: what they are another one of, if they come one after the other."""
         lines = "\n".join(pieces_html(((prompt, Ink.NOTE), *scan(one))) for one in text.split("\n"))
-        entry = Entry(f'<pre style="font-weight:600">{lines}</pre>', again=again)
+        entry = TranscriptEntry(f'<pre style="font-weight:600">{lines}</pre>', again=again)
         with self._lock:
             if again and self._entries and self._entries[-1].again == again:
                 self._entries.pop()
@@ -64,13 +64,13 @@ class Transcript:
         with self._lock:
             before = self._entries.pop().open if self._entries and self._entries[-1].open else ""
             whole = (before + text)[:LONGEST]
-            self._add(Entry(f"<pre>{escape(whole)}</pre>", "" if newline else whole))
+            self._add(TranscriptEntry(f"<pre>{escape(whole)}</pre>", "" if newline else whole))
 
     def _put(self, text: str) -> None:
         with self._lock:
-            self._add(Entry(text))
+            self._add(TranscriptEntry(text))
 
-    def _add(self, entry: Entry) -> None:
+    def _add(self, entry: TranscriptEntry) -> None:
         self._entries.append(entry)
         self.version += 1
 

@@ -11,7 +11,7 @@ import viser
 
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import RequestRefused, VrsError
-from vrs_cli.interfaces.conversation.mishap import internal_error
+from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.interfaces.roles.preview import Previewed
@@ -19,7 +19,7 @@ from vrs_cli.language.words.word import Role
 from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.net.tokens import TEACHER
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.view3d.shown import Part, Shown
+from vrs_cli.view3d.shown import Shown, ShownPart
 from vrs_cli.view3d.surveying import Surveying
 
 TITLE = "vrs"
@@ -33,7 +33,7 @@ RED = (200, 60, 50)
 Change = Callable[[Playback, float], Playback]
 
 
-class Window:
+class RobotWindow:
     """`robot`: what is watched, where it is one that can be asked and driven; None for a trajectory of a file. `parts`
     are shown whatever of them has changed, in their order; `closing`: what is to be done when the browser goes. `type`
     has a line carried out as one that the user types. It is to be shown when it is `due`, by the time of the day [s];
@@ -52,7 +52,7 @@ class Window:
         self.client, self.watched, self.wall = client, watched, wall
         self.robot = watched if isinstance(watched, RemoteRobot) else None
         self.surveying = None if self.robot is None else Surveying(self.robot)
-        self.parts: list[Part] = []
+        self.parts: list[ShownPart] = []
         self.type: Callable[[str], object] = lambda _line: None
         self.closing: list[Callable[[], object]] = []
         self.playback = self._begin(wall(), rate)
@@ -143,7 +143,7 @@ class Window:
         """Whether the robot's clock goes on by itself."""
         return self.robot is not None and self.robot.rate is not None
 
-    def _show(self, part: Part, shown: Shown) -> None:
+    def _show(self, part: ShownPart, shown: Shown) -> None:
         """A part that is at fault is told of once, and stands still from then on."""
         try:
             part.show(shown)

@@ -29,7 +29,7 @@ class UnknownType(RecordError):
     """A message of a type that is not known here: a later version may have it."""
 
 
-class Marks(msgspec.Struct):
+class MessageMarks(msgspec.Struct):
     """What tells messages apart, whatever else they hold."""
 
     type: str
@@ -41,7 +41,7 @@ class Marks(msgspec.Struct):
         return self.id if type(self.id) is int and self.id >= 0 else None
 
 
-_text_marks, _binary_marks = msgspec.json.Decoder(Marks), msgspec.msgpack.Decoder(Marks)
+_text_marks, _binary_marks = msgspec.json.Decoder(MessageMarks), msgspec.msgpack.Decoder(MessageMarks)
 _json, _msgpack = msgspec.json.Encoder(), msgspec.msgpack.Encoder()
 
 
@@ -84,7 +84,7 @@ class Reader(Generic[M]):
         return message
 
 
-def marks_of(frame: Frame) -> Marks | None:
+def marks_of(frame: Frame) -> MessageMarks | None:
     """What a frame says to be; None where it is no message."""
     try:
         return _text_marks.decode(frame) if isinstance(frame, str) else _binary_marks.decode(frame)

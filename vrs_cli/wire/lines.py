@@ -27,9 +27,9 @@ from vrs_cli.wire.records import (
     DeltaRecord,
     Form,
     Motions,
-    Record,
     RecordError,
     SegmentRecord,
+    StrictRecord,
     Time,
     delta_of,
     delta_record,
@@ -109,13 +109,13 @@ class HeaderRecord(msgspec.Struct, frozen=True, omit_defaults=True):
     crc: str | None = None
 
 
-class RowRecord(Record, frozen=True):
+class RowRecord(StrictRecord, frozen=True):
     """Segments that follow each other in a timeline; all their motions are described."""
 
     row: Annotated[tuple[SegmentRecord, ...], msgspec.Meta(min_length=1)]
 
 
-class PartRecord(Record, frozen=True, array_like=True):
+class PartRecord(StrictRecord, frozen=True, array_like=True):
     """A part of a row: where the line of the row begins in the file, how many segments it has, and those from `first`
     to before `last`; when they begin and end as the row says; the timeline has them `offset` later.
     """
@@ -129,7 +129,7 @@ class PartRecord(Record, frozen=True, array_like=True):
     offset: Time
 
 
-class CheckpointRecord(Record, frozen=True):
+class CheckpointRecord(StrictRecord, frozen=True):
     """What the lines above make. `checkpoint`: the version of the timeline; `number`: of the last motion; `commands`:
     how many hold; `deltas`: where the lines of each PART-th delta begin; `before`: the checkpoint before this one.
     """

@@ -24,15 +24,15 @@ from vrs_cli.values.motion import (
     AlignedTarget,
     Frames,
     JointOffsetTarget,
-    Kind,
     Motion,
+    MotionKind,
     RelativeTarget,
     Start,
     Swivel,
     ToolOffsetTarget,
 )
 
-NEEDS = {Kind.JOINT: "goal", Kind.STEERED: "goal", Kind.STRAIGHT: "pose"}  # to be planned again
+NEEDS = {MotionKind.JOINT: "goal", MotionKind.STEERED: "goal", MotionKind.STRAIGHT: "pose"}  # to be planned again
 
 LARGEST = 1e15  # of any number: what is reckoned from it stays finite
 DEGREE = 5  # of a polynomial, at most
@@ -57,16 +57,16 @@ Name = Annotated[str, msgspec.Meta(max_length=200)]
 Text = Annotated[str, msgspec.Meta(max_length=100_000)]
 
 
-class Record(msgspec.Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True):
+class StrictRecord(msgspec.Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True):
     """Keys in the order of the fields; an unknown key is refused."""
 
 
-class FramesRecord(Record, frozen=True):
+class FramesRecord(StrictRecord, frozen=True):
     base: Rows | None = None
     tool: Rows | None = None
 
 
-class RelativeRecord(Record, frozen=True):
+class RelativeRecord(StrictRecord, frozen=True):
     """DRIVE: `joint` and `change`; DEPART: `offset`; ALIGN: `aligned`, true."""
 
     joint: Count | None = None
@@ -75,14 +75,14 @@ class RelativeRecord(Record, frozen=True):
     aligned: bool | None = None
 
 
-class SwivelRecord(Record, frozen=True):
+class SwivelRecord(StrictRecord, frozen=True):
     joint: Count
     value: Number | None = None
 
 
-class MotionRecord(Record, frozen=True):
+class MotionRecord(StrictRecord, frozen=True):
     number: Count
-    kind: Kind
+    kind: MotionKind
     start: Start
     text: str = ""
     goal: tuple[Number, ...] | None = None
@@ -100,17 +100,17 @@ class MotionRecord(Record, frozen=True):
     swivel: SwivelRecord | None = None
 
 
-class TurnRecord(Record, frozen=True):
+class TurnRecord(StrictRecord, frozen=True):
     axis: Axis
     angle: Coefficients
 
 
-class GuideRecord(Record, frozen=True):
+class GuideRecord(StrictRecord, frozen=True):
     weights: Numbers
     value: Coefficients
 
 
-class LineRecord(Record, frozen=True):
+class LineRecord(StrictRecord, frozen=True):
     """A Cartesian path."""
 
     position: tuple[Coefficients, Coefficients, Coefficients]
@@ -124,7 +124,7 @@ class LineRecord(Record, frozen=True):
     guides: tuple[GuideRecord, ...] = ()
 
 
-class SegmentRecord(Record, frozen=True):
+class SegmentRecord(StrictRecord, frozen=True):
     """`motion` is absent when it is the motion of the delta; exactly one of `joints` and `line` is there."""
 
     start: Time
@@ -135,7 +135,7 @@ class SegmentRecord(Record, frozen=True):
     line: LineRecord | None = None
 
 
-class DeltaRecord(Record, frozen=True):
+class DeltaRecord(StrictRecord, frozen=True):
     version: Count
     motion: Count | MotionRecord
     issued: Number

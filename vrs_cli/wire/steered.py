@@ -17,11 +17,11 @@ from vrs_cli.trajectory.instant import TICK, TICKS_PER_SECOND
 from vrs_cli.trajectory.laws.table import LAWS
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.motion import Kind, Motion
-from vrs_cli.wire.records import Count, Form, Joints, MotionRecord, Motions, Record, RecordError, Time
+from vrs_cli.values.motion import Motion, MotionKind
+from vrs_cli.wire.records import Count, Form, Joints, MotionRecord, Motions, RecordError, StrictRecord, Time
 
 
-class SteeredRecord(Record, frozen=True):
+class SteeredRecord(StrictRecord, frozen=True):
     """One target of a stream. `executed`: when [s]; `tick`: for how long [2^-30 s]; `rates`: what each joint does then
     (the velocity that it comes to, for a profile without jerk limits, else its jerk); `crc`: of all numbers of the
     segments, as IEEE 754 doubles. `motion` is absent when it is the one that the timeline ends with.
@@ -40,7 +40,7 @@ def steered_record(delta: TimelineDelta, before: Timeline, arm: RobotArm) -> Ste
     follows is not all that the joints do.
     """
     motion, segments = delta.motion, delta.segments
-    rates = LAWS[motion.profile].steering_of(segments) if motion.kind is Kind.STEERED and segments else None
+    rates = LAWS[motion.profile].steering_of(segments) if motion.kind is MotionKind.STEERED and segments else None
     if rates is None or delta.cause is not Cause.COMMAND:
         return None
     tick = round(segments[0].duration * TICKS_PER_SECOND)
@@ -58,7 +58,7 @@ def steered_delta(record: SteeredRecord, before: Timeline, arm: RobotArm, form: 
     where it does not become what it was; who has that has to ask for the full form.
     """
     motion = before[len(before) - 1].motion if record.motion is None else Motions().resolve(record.motion, form)
-    if motion.kind is not Kind.STEERED or len(record.rates) != form.joint_count or not record.tick:
+    if motion.kind is not MotionKind.STEERED or len(record.rates) != form.joint_count or not record.tick:
         raise RecordError("a target of steering for a motion, or a robot, that has none")
     if record.executed * TICKS_PER_SECOND % 1.0:
         raise RecordError(f"{record.executed!r} s is no multiple of 2^-30 s")

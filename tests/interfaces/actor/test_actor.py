@@ -18,8 +18,8 @@ from vrs_cli.errors import FileError, RequestRefused, UsageError
 from vrs_cli.interfaces.actor import actor as module
 from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.actor.ticket import Ticket
+from vrs_cli.interfaces.dialogue import Dialogue, Slice, beside
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.talk import Slice, Talk, beside
 from vrs_cli.values.questions import Answer, Confirmation, Question
 from vrs_cli.values.replies import Message, Reply
 
@@ -36,7 +36,7 @@ def stepped(actor: Actor) -> None:
         actor.step()
 
 
-def noting(done: list[str], name: str, parts: int = 1) -> Talk[str]:
+def noting(done: list[str], name: str, parts: int = 1) -> Dialogue[str]:
     for part in range(parts):
         done.append(f"{name}{part}")
         yield Slice.MORE
@@ -78,11 +78,11 @@ def test_what_is_done_costs_who_asks_for_it(served: Session) -> None:
             pass
         return until
 
-    def talk() -> Talk[float]:
+    def dialogue() -> Dialogue[float]:
         yield Slice.MORE
         return busy()
 
-    served.actor.submit(talk(), by="ada").result()
+    served.actor.submit(dialogue(), by="ada").result()
     served.actor.submit(beside(busy), by="bob").result()
     served.actor.call(lambda: None).result()
     assert spent["ada"] >= 0.02
@@ -118,7 +118,7 @@ def test_what_is_urgent_comes_between_the_parts_of_others_and_those_not_begun_ar
         second.result()
 
 
-def sure() -> Talk[Answer]:
+def sure() -> Dialogue[Answer]:
     answer = yield Confirmation("Sure (Y/N)?")
     yield Message(str(answer))
     return answer
@@ -137,7 +137,7 @@ def test_who_waits_for_an_answer_lets_others_go_first(actor: Actor) -> None:
 
 
 def test_a_late_answer_is_not_taken_for_that_to_another_question(actor: Actor) -> None:
-    def twice() -> Talk[tuple[Answer, Answer]]:
+    def twice() -> Dialogue[tuple[Answer, Answer]]:
         return (yield Confirmation("Sure (Y/N)?")), (yield Confirmation("Quite sure (Y/N)?"))
 
     asking = actor.submit(twice())
@@ -164,7 +164,7 @@ class Gone(RecordingTerminal):
 def test_what_could_not_be_shown_is_raised_in_the_request(actor: Actor) -> None:
     left: list[str] = []
 
-    def talk() -> Talk[None]:
+    def dialogue() -> Dialogue[None]:
         try:
             yield Message("one")
             yield Message("two")
@@ -172,7 +172,7 @@ def test_what_could_not_be_shown_is_raised_in_the_request(actor: Actor) -> None:
             left.append("in order")
 
     with pytest.raises(BrokenPipeError):
-        actor.finish(actor.submit(talk()), Gone())
+        actor.finish(actor.submit(dialogue()), Gone())
     assert left == ["in order"]
     assert actor.peek() == inf
 
@@ -180,13 +180,13 @@ def test_what_could_not_be_shown_is_raised_in_the_request(actor: Actor) -> None:
 def test_a_request_that_is_withdrawn_leaves_all_in_order(actor: Actor) -> None:
     left: list[str] = []
 
-    def talk() -> Talk[None]:
+    def dialogue() -> Dialogue[None]:
         try:
             yield Confirmation("?")
         finally:
             left.append("in order")
 
-    asking, waiting = actor.submit(talk()), actor.submit(noting(left, "never"))
+    asking, waiting = actor.submit(dialogue()), actor.submit(noting(left, "never"))
     actor.step()
     for ticket in (asking, waiting):
         ticket.withdraw()

@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrs_cli.files.bounds import Folder
-from vrs_cli.interfaces.conversation.complete import Names, suggestions
+from vrs_cli.interfaces.conversation.complete import DefinedNames, suggestions
 from vrs_cli.language.words.values import Kind
 
-NAMES = Names(
+NAMES = DefinedNames(
     programs={"pick.place": "5 steps", "part.in": "1 step"},
     variables={
         Kind.REAL: {"count": "12"},
@@ -160,7 +160,7 @@ def test_files_of_a_closed_folder_and_no_others(tmp_path: Path, monkeypatch: pyt
     monkeypatch.chdir(tmp_path)
 
     def offered(text: str) -> list[str]:
-        return [one.text for one in suggestions(text, Names(), Folder(inside, closed=True))]
+        return [one.text for one in suggestions(text, DefinedNames(), Folder(inside, closed=True))]
 
     assert offered("LOAD ") == ["cell1.v2", "mine/"]
     assert offered("LOAD mine/") == ["mine.v2"]

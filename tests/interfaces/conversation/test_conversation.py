@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from tests.examples import examples
 from vrs_cli.interfaces.conversation.conversation import Conversation
+from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.station.desk import Desk
-from vrs_cli.interfaces.talk import Talk
+from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
@@ -67,9 +67,9 @@ def conversation() -> Conversation:
 
 
 def test_several_lines_at_once() -> None:
-    talk = conversation()
-    talk.take(".PROGRAM p\na = 1\n.END\nEXECUTE p\nb = a+1")
-    assert dict(talk.session.environment.kinds()).keys() == {"a", "b"}
+    dialogue = conversation()
+    dialogue.take(".PROGRAM p\na = 1\n.END\nEXECUTE p\nb = a+1")
+    assert dict(dialogue.session.environment.kinds()).keys() == {"a", "b"}
 
 
 def test_a_broken_pipe_is_for_the_caller(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -84,9 +84,9 @@ def test_a_broken_pipe_is_for_the_caller(monkeypatch: pytest.MonkeyPatch) -> Non
 # --- at a desk of one's own ----------------------------------------------------------------------------------------
 
 
-def said(session: Session, desk: Desk, talk: Talk[None]) -> list[str]:
+def said(session: Session, user_state: UserState, dialogue: Dialogue[None]) -> list[str]:
     """What a talk says at somebody's desk, as a pipe would have it."""
-    session.converse(session.at(desk, talk))
+    session.converse(session.at(user_state, dialogue))
     assert isinstance(session.terminal, PlainTerminal)
     assert isinstance(session.terminal.stream, StringIO)
     text = session.terminal.stream.getvalue()
@@ -97,17 +97,17 @@ def said(session: Session, desk: Desk, talk: Talk[None]) -> list[str]:
 
 def test_two_who_type_do_not_hear_of_each_others_program() -> None:
     session = Session(PlainTerminal(StringIO(), iter([])))
-    one, other = (Conversation(session, Desk()) for _ in range(2))
-    assert said(session, one.desk, one.lines(".PROGRAM p\na = 1")) == []
+    one, other = (Conversation(session, UserState()) for _ in range(2))
+    assert said(session, one.user_state, one.lines(".PROGRAM p\na = 1")) == []
     assert (one.status().prompt, one.status().indent, other.status().prompt) == ("    2.? ", "    ", ".")
-    assert said(session, other.desk, other.lines("LISTR 2")) == ["2                2"]
-    assert said(session, one.desk, one.lines(".END")) == ["Program p: 1 step"]
+    assert said(session, other.user_state, other.lines("LISTR 2")) == ["2                2"]
+    assert said(session, one.user_state, one.lines(".END")) == ["Program p: 1 step"]
 
 
 def test_who_may_only_look_types_no_program() -> None:
     session = Session(PlainTerminal(StringIO(), iter([])))
-    viewer = Conversation(session, Desk(role=Role.OBSERVER))
-    assert said(session, viewer.desk, viewer.lines(".PROGRAM p\na = 1\n.END\nWHERE t"))[0].startswith(
+    viewer = Conversation(session, UserState(role=Role.OBSERVER))
+    assert said(session, viewer.user_state, viewer.lines(".PROGRAM p\na = 1\n.END\nWHERE t"))[0].startswith(
         "*Not in your role*"
     )
     assert not session.programs
@@ -116,25 +116,25 @@ def test_who_may_only_look_types_no_program() -> None:
 @pytest.mark.parametrize("pasted", [(), ("a = 1",), ("TYPE 1", "TYPE 2", ".END", "TYPE 7")], ids=len)
 def test_a_program_that_is_refused_to_who_is_there_goes_with_its_paste(pasted: tuple[str, ...]) -> None:
     session = Session(PlainTerminal(StringIO(), iter([])))
-    viewer = Conversation(session, Desk(role=Role.OBSERVER, attended=True))
-    first, *more = said(session, viewer.desk, viewer.lines("\n".join((".PROGRAM q", *pasted))))
+    viewer = Conversation(session, UserState(role=Role.OBSERVER, attended=True))
+    first, *more = said(session, viewer.user_state, viewer.lines("\n".join((".PROGRAM q", *pasted))))
     assert first.startswith("*Not in your role*")
     assert [line for line in more if line] == [" 7"] * (".END" in pasted), "no step of it is done as a command"
     assert (viewer.entry, viewer.status().prompt, viewer.in_program) == (None, ".", False)
-    assert said(session, viewer.desk, viewer.lines("TYPE 8")) == [" 8"]
+    assert said(session, viewer.user_state, viewer.lines("TYPE 8")) == [" 8"]
 
 
 def test_who_leaves_a_robot_that_others_hold_is_asked_nothing() -> None:
     session = Session(PlainTerminal(StringIO(), iter([])))
-    visitor = Conversation(session, Desk(attended=True))
-    assert said(session, visitor.desk, visitor.lines("a = 1\nEXIT")) == []
+    visitor = Conversation(session, UserState(attended=True))
+    assert said(session, visitor.user_state, visitor.lines("a = 1\nEXIT")) == []
 
 
 def test_the_status_is_what_a_prompt_shows() -> None:
-    talk = conversation()
-    talk.desk.attended = True
-    talk.take("SPEED 50\nDRIVE 1, 10\nhand = 3")
-    status = talk.status()
+    dialogue = conversation()
+    dialogue.user_state.attended = True
+    dialogue.take("SPEED 50\nDRIVE 1, 10\nhand = 3")
+    status = dialogue.status()
     assert (status.prompt, status.running, status.monitor_speed, status.speed_unit) == (".", False, 50.0, "%")
     assert status.clock == status.end > 0.0
     assert (status.hidden, status.pace, status.branch) == (("hand",), None, "main")

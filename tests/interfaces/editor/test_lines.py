@@ -102,7 +102,7 @@ def test_parameters_are_not_the_variables_of_the_memory() -> None:
     session.perform("EDIT p(part)")
     session.perform("MOVE part")
     session.perform("E")
-    assert session.desk.editor is None
+    assert session.user_state.editor is None
     assert session.environment.program("p").analysis.executable
 
 
@@ -125,7 +125,7 @@ def test_a_program_that_runs_is_not_edited(monkeypatch: pytest.MonkeyPatch) -> N
 
     def ask(_question: object) -> str:
         session.perform("EDIT q")
-        session.desk.editor = None
+        session.user_state.editor = None
         with pytest.raises(UsageError, match="p is running"):
             session.perform("EDIT p")
         tried.append("p")

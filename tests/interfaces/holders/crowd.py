@@ -17,7 +17,7 @@ from tests.engine.mirror import mirrored
 from tests.interfaces.terminals import RecordingTerminal
 from tests.live import PATIENCE
 from vrs_cli.engine.engine import Event
-from vrs_cli.engine.feed import Missed, Subscription
+from vrs_cli.engine.feed import MissedEvents, Subscription
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.files.continuing import keep_journal
 from vrs_cli.files.journal import Journal, take
@@ -108,11 +108,11 @@ class Watcher:
             if self.heard == self.raises_after:
                 raise ZeroDivisionError
 
-    def hear(self, event: Event | Missed) -> None:
+    def hear(self, event: Event | MissedEvents) -> None:
         self.heard += 1
-        if isinstance(event, Missed):
+        if isinstance(event, MissedEvents):
             self.missed += event.count
-        self.timeline = mirrored([event], self.timeline) if not isinstance(event, Missed) else self.timeline
+        self.timeline = mirrored([event], self.timeline) if not isinstance(event, MissedEvents) else self.timeline
 
     def catch_up(self) -> None:
         for event in self.events.taken():
@@ -168,7 +168,7 @@ class Crowd:
         late.catch_up()
         self.faults = disk.faults
         assert not self.wrong, self.wrong[:3]
-        assert not session.actor.mishaps, session.actor.mishaps
+        assert not session.actor.internal_errors, session.actor.internal_errors
         self._agree(session, journal, (quick, late))
         assert late.missed > 0, "so few lines are not too many for anybody"
 

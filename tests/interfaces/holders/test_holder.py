@@ -10,7 +10,7 @@ from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.station.lease import Lease
+from vrs_cli.interfaces.station.lease import RobotLease
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.acts import Go, Goal, ListCommands
 from vrs_cli.values.motion import JointTarget
@@ -24,7 +24,7 @@ def done(session: Session, holder: Holder, line: str) -> list[str]:
     return [str(said) for said in ticket.heard()]
 
 
-def test_an_editor_is_open_at_one_desk(session: Session) -> None:
+def test_an_editor_is_open_at_one_user_state(session: Session) -> None:
     a, b = Holder(session), Holder(session)
     done(session, a, "EDIT mine")
     done(session, b, "x = 7")
@@ -32,7 +32,7 @@ def test_an_editor_is_open_at_one_desk(session: Session) -> None:
     done(session, a, "ABORT")  # a step of the program
     done(session, a, "E")
     assert [step.statement.word for step in session.programs["mine"].program.steps] == ["TYPE", "ABORT"]  # type: ignore[union-attr]
-    assert session.desk.editor is None
+    assert session.user_state.editor is None
 
 
 def test_a_bare_do_repeats_what_its_holder_did(session: Session) -> None:
@@ -170,7 +170,7 @@ UP = Go(Goal.of(JointTarget((0.0, -1.0, 1.0, 0.0, 1.0, 0.0))))
 )
 def test_who_does_not_drive_is_told_who_does(session: Session, line: str) -> None:
     session.load_text(SWING)
-    session.lease = Lease().acquire("ann", 0.0)[0]
+    session.lease = RobotLease().acquire("ann", 0.0)[0]
     bob = Holder(session, name="bob")
     assert refusal(session, bob.ask(line)) == LEASED
     assert refusal(session, Holder(session, Role.DESIGNER, "bob").submit(act_on(session, UP))) == LEASED
@@ -179,7 +179,7 @@ def test_who_does_not_drive_is_told_who_does(session: Session, line: str) -> Non
 
 def test_who_does_not_drive_looks_and_stops(session: Session) -> None:
     session.load_text(SWING)
-    session.lease = Lease().acquire("ann", 0.0)[0]
+    session.lease = RobotLease().acquire("ann", 0.0)[0]
     ann, bob = Holder(session, name="ann"), Holder(session, name="bob")
     run, where = ann.ask("EXECUTE swing"), bob.ask("WHERE")
     for _ in range(30):
@@ -190,7 +190,7 @@ def test_who_does_not_drive_looks_and_stops(session: Session) -> None:
 
 
 def test_the_lease_counts_when_the_line_begins(session: Session) -> None:
-    lease, _ = Lease().acquire("ann", 0.0)
+    lease, _ = RobotLease().acquire("ann", 0.0)
     session.lease = lease
     ann, bob = Holder(session, name="ann"), Holder(session, name="bob")
     before = ann.ask("DRIVE 1, 5")
@@ -204,7 +204,7 @@ def test_the_lease_counts_when_the_line_begins(session: Session) -> None:
 
 def test_what_a_program_asks_is_asked_of_who_has_the_lease(session: Session) -> None:
     session.load_text(ASKS)
-    lease, _ = Lease().acquire("ann", 0.0)
+    lease, _ = RobotLease().acquire("ann", 0.0)
     session.lease = lease
     ann, bob = Holder(session, name="ann"), Holder(session, name="bob")
     done(session, ann, "EXECUTE 3 asks")
@@ -257,4 +257,4 @@ def test_who_leaves_is_forgotten_though_a_program_runs_on_another_branch(session
     a.leave()
     for _ in range(5):
         session.actor.step()
-    assert session.branches.seen_by(a.desk)[0] is session.engine.timeline
+    assert session.branches.seen_by(a.user_state)[0] is session.engine.timeline

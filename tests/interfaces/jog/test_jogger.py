@@ -20,14 +20,14 @@ from vrs_cli.errors import (
     UndefinedValue,
     UsageError,
 )
-from vrs_cli.interfaces.jog.jogger import AHEAD, AXES, HeldDown, Jogger, Panel, axis_of
+from vrs_cli.interfaces.jog.jogger import AHEAD, AXES, HeldDown, Jogger, JogKeys, axis_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.joints import largest_change
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import angle_between, compose, distance, inverse
 from vrs_cli.values.diagnostics import LineRefused
-from vrs_cli.values.hand import Axis, Brake, Frame, Look, Press
+from vrs_cli.values.hand import Axis, Frame, Look, Press, StopJog
 from vrs_cli.values.questions import Answer, Jogging, Question
 from vrs_cli.values.replies import Message
 
@@ -315,7 +315,7 @@ def test_a_step_is_issued_and_executed_now(live: Session, wall: ManualWall) -> N
 
 
 def test_space_stops(live: Session, wall: ManualWall) -> None:
-    panel = Panel(Jogger(live))
+    panel = JogKeys(Jogger(live))
     panel.step = 50.0
     panel.move(1.0)
     wall.seconds += 0.3
@@ -356,7 +356,7 @@ def test_a_reversal_brakes_and_reverses(live: Session, wall: ManualWall, axis: A
 
 
 def test_many_keys_to_and_fro_stay_where_they_began(live: Session, wall: ManualWall) -> None:
-    panel = Panel(Jogger(live, speed=100.0), frame=Frame.WORLD, index=0)
+    panel = JogKeys(Jogger(live, speed=100.0), frame=Frame.WORLD, index=0)
     engine, begun = live.engine, live.engine.position().T_world_tool
     for k in range(60):
         panel.move(-1.0 if k % 2 else 1.0)
@@ -423,7 +423,7 @@ def test_keys_begin_slow(live: Session) -> None:
             asked.append(question)
             return True
 
-    live.terminal, live.desk.attended = Keys(), True
+    live.terminal, live.user_state.attended = Keys(), True
     live.perform("JOG")
     (keys,) = asked
     assert isinstance(keys, Jogging)
@@ -434,7 +434,7 @@ def test_keys_begin_slow(live: Session) -> None:
 
 
 def test_the_panel_steps_through_axes_frames_steps_and_speeds(session: Session) -> None:
-    panel = Panel(Jogger(session))
+    panel = JogKeys(Jogger(session))
     assert (panel.axis, panel.unit) == (Axis(Frame.JOINT, 0), "deg")
     panel.next_axis(-1)
     assert panel.axis.name == "6"
@@ -455,7 +455,7 @@ def test_the_panel_steps_through_axes_frames_steps_and_speeds(session: Session) 
 
 
 def test_the_panel_says_why_nothing_moves(session: Session) -> None:
-    panel = Panel(Jogger(session))
+    panel = JogKeys(Jogger(session))
     session.perform("DISABLE POWER")
     panel.move(1.0)
     assert "ENABLE POWER" in panel.look().said
@@ -482,7 +482,7 @@ def test_an_arm_that_is_held_moves_evenly_and_stops_when_it_is_let_go(live: Sess
     held = held_down(live, wall, 20)
     heights = [engine.position(begun + 0.7 + 0.1 * k).T_world_tool.pz for k in range(13)]
     assert [b - a for a, b in pairwise(heights)] == pytest.approx([0.005] * 12, abs=1e-6), "50 mm/s"
-    seen = held.do(Brake())
+    seen = held.do(StopJog())
     assert seen.end - engine.now < 0.1
     assert distance(before, engine.position(seen.end).T_world_tool) == pytest.approx(0.1, abs=0.005)
 
@@ -500,7 +500,7 @@ def test_an_arm_that_was_stopped_by_hand_waits_until_the_button_is_let_go(live: 
     with pytest.raises(UsageError, match="let the button go"):
         held.do(UP)
     assert live.engine.end == stands
-    held.do(Brake())
+    held.do(StopJog())
     held.do(UP)
     assert live.engine.end > live.engine.now
 
@@ -509,8 +509,8 @@ def test_what_something_else_does_is_not_braked_by_a_button_that_is_let_go(live:
     held = held_down(live, wall, 5)
     live.perform("JOG 1, 30")
     end = live.engine.end
-    held.do(Brake())
+    held.do(StopJog())
     assert live.engine.end == end
-    HeldDown(live).do(Brake())
+    HeldDown(live).do(StopJog())
     assert live.engine.end == end, "nor by one that was never pressed"
     assert held.do(Look()).end == end

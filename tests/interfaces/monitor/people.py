@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, TypeVar
 
 from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.talk import Reading, Running
 from vrs_cli.language.words.values import Kind, numbers_of
 from vrs_cli.values.questions import Amendment, Answer, Question
 

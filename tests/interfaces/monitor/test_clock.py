@@ -19,7 +19,7 @@ from vrs_cli.repl.toolbar import toolbar
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.values.commands import SetParameter
 from vrs_cli.values.replies import ClockReport, Message, Whereabouts
-from vrs_cli.values.results import Outcome
+from vrs_cli.values.results import RunOutcome
 
 PROGRAMS = Path(__file__).parents[3] / "programs"
 SLOW = "DRIVE 1, 90, 20"  # five seconds and more
@@ -71,7 +71,7 @@ def test_a_program_that_is_late_is_interrupted_now(terminal: RecordingTerminal) 
 
     terminal.progress = press  # type: ignore[method-assign]
     result = session.execute("main")
-    assert result.outcome is Outcome.ABORTED
+    assert result.outcome is RunOutcome.ABORTED
     brake = next(record for record in session.engine.records() if record.text == "BRAKE")
     assert brake.executed >= pressed[0]
 
@@ -91,7 +91,7 @@ def test_a_program_gives_the_timeline_of_batch_to_the_bit(path: Path, tmp_path: 
         session.load_text(text)
         session.engine.perform(SetParameter("CAUSALITY", "POSTPONE"))
         result = session.execute(next(iter(session.environment.programs)))
-        assert result.outcome is Outcome.COMPLETED
+        assert result.outcome is RunOutcome.COMPLETED
         timelines.append([repr(segment) for segment in session.engine.timeline])
     assert timelines[0] == timelines[1] == timelines[2]
 
@@ -178,7 +178,7 @@ def test_ctrl_c_in_a_program_brakes(session: Session, wall: ManualWall) -> None:
         return 0.0
 
     wall.each_look = look
-    assert session.execute("main").outcome is Outcome.ABORTED
+    assert session.execute("main").outcome is RunOutcome.ABORTED
     assert session.engine.end < 2.0
     assert session.engine.records()[-1].text == "BRAKE"
 
@@ -407,13 +407,13 @@ def test_plain_where_tells_its_time_while_time_passes(
 
 
 def test_the_toolbar_tells_pace_and_motion(session: Session, wall: ManualWall) -> None:
-    talk = Conversation(session)
-    assert toolbar(talk.status(), "", 160).startswith(" t 0.00 s | ^X ABORT | at rest | X")
+    dialogue = Conversation(session)
+    assert toolbar(dialogue.status(), "", 160).startswith(" t 0.00 s | ^X ABORT | at rest | X")
     session.perform(SLOW)
     wall.seconds += 1.0
     session.perform("CLOCK RATE = 2")
-    assert toolbar(talk.status(), "", 160).startswith(
+    assert toolbar(dialogue.status(), "", 160).startswith(
         f" t 1.00 s | ^X ABORT | rate 2, moves until {session.engine.end:.1f} s | X"
     )
     session.perform("CLOCK PAUSE")
-    assert "paused, moves" in toolbar(talk.status(), "", 160)
+    assert "paused, moves" in toolbar(dialogue.status(), "", 160)

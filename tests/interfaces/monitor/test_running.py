@@ -8,8 +8,8 @@ import pytest
 
 from tests.interfaces.monitor.people import PART, Person, at, last, loaded
 from tests.interfaces.terminals import RecordingTerminal
+from vrs_cli.interfaces.dialogue import Running
 from vrs_cli.interfaces.monitor.running import emergency_stop
-from vrs_cli.interfaces.talk import Running
 from vrs_cli.language.words.values import Kind
 from vrs_cli.values import replies
 

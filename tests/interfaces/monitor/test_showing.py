@@ -13,7 +13,7 @@ from vrs_cli.interfaces.monitor.showing import pictured
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import position
-from vrs_cli.values.replies import Picture
+from vrs_cli.values.replies import ArmPicture
 
 LINES = ("BASE 100, 200, 300", "TOOL TRANS(0,0,150)", "DRIVE 1, 60", "OPENI", "DRIVE 2, 20 AT 5", "DRIVE 3, -20 AT 5.2")
 
@@ -25,12 +25,12 @@ def session(*lines: str, robot: str = "puma560") -> Session:
     return made
 
 
-def shown(of: Session, line: str) -> Picture:
+def shown(of: Session, line: str) -> ArmPicture:
     terminal = of.terminal
     assert isinstance(terminal, RecordingTerminal)
     of.perform(line)
     picture = terminal.replies[-1]
-    assert isinstance(picture, Picture)
+    assert isinstance(picture, ArmPicture)
     return picture
 
 

@@ -19,7 +19,7 @@ from vrs_cli.trajectory.timeline import Timeline
 
 
 @dataclass
-class Hall:
+class RoomServices:
     """A robot, and the clock on the wall of those who watch it."""
 
     arm: RobotArm = field(default_factory=lambda: arm_for(puma()))
@@ -31,25 +31,25 @@ class Hall:
         return Audience(self, lambda: self.wall)
 
 
-def shown(hall: Hall, audience: Audience) -> list[float]:
+def shown(services: RoomServices, audience: Audience) -> list[float]:
     """The times that are shown at the next instant at which somebody looks."""
-    hall.wall = audience.peek()
+    services.wall = audience.peek()
     return [look.position.time for look in audience.step()]
 
 
 def test_a_viewer_looks_at_its_own_rate() -> None:
-    hall = Hall()
-    audience = hall.audience()
+    services = RoomServices()
+    audience = services.audience()
     slow, fast = audience.join(2.0), audience.join(4.0)
     who = []
     while audience.peek() <= 1.0:
-        hall.wall = audience.peek()
+        services.wall = audience.peek()
         who.append([look.viewer for look in audience.step()])
     assert who == [[fast], [slow, fast], [fast], [slow, fast]]
 
 
 def test_nobody_looks_where_nobody_is() -> None:
-    audience = Hall().audience()
+    audience = RoomServices().audience()
     viewer = audience.join()
     audience.leave(viewer)
     assert audience.peek() == inf
@@ -57,59 +57,59 @@ def test_nobody_looks_where_nobody_is() -> None:
 
 
 def test_looks_that_were_missed_are_left_out() -> None:
-    hall = Hall()
-    audience = hall.audience()
+    services = RoomServices()
+    audience = services.audience()
     viewer = audience.join(10.0)
-    hall.wall = 5.0
+    services.wall = 5.0
     assert len(audience.step()) == 1
     assert viewer.due == pytest.approx(5.1)
 
 
 def test_a_viewer_of_real_time_sees_the_present() -> None:
-    hall = Hall()
-    audience = hall.audience()
+    services = RoomServices()
+    audience = services.audience()
     audience.join(4.0)
     for _ in range(8):
-        hall.now = audience.peek()
-        assert shown(hall, audience) == [hall.now]
+        services.now = audience.peek()
+        assert shown(services, audience) == [services.now]
 
 
 def test_following_plays_on_at_its_rate_when_virtual_time_jumps() -> None:
-    hall = Hall()
-    audience = hall.audience()
+    services = RoomServices()
+    audience = services.audience()
     viewer = audience.join(4.0)
-    hall.wall = 60.0
+    services.wall = 60.0
     audience.step()
-    hall.now = 40.0
-    assert shown(hall, audience) == [0.25]
-    hall.wall = 64.25
+    services.now = 40.0
+    assert shown(services, audience) == [0.25]
+    services.wall = 64.25
     [look] = audience.step()
-    assert (look.position.time, viewer.playback.behind(hall.wall)) == (4.25, 35.75)
-    viewer.playback = viewer.playback.follow(hall.wall)
-    assert shown(hall, audience) == [40.0]
+    assert (look.position.time, viewer.playback.behind(services.wall)) == (4.25, 35.75)
+    viewer.playback = viewer.playback.follow(services.wall)
+    assert shown(services, audience) == [40.0]
 
 
 def test_a_viewer_pauses_seeks_and_plays_faster() -> None:
-    hall = Hall(now=5.0)
-    audience = hall.audience()
+    services = RoomServices(now=5.0)
+    audience = services.audience()
     viewer = audience.join(1.0)
-    viewer.playback = viewer.playback.rewind(hall.wall).at_rate(0.5, hall.wall)
-    assert shown(hall, audience) == [0.5]
-    viewer.playback = viewer.playback.pause(hall.wall)
-    assert shown(hall, audience) == [0.5]
-    viewer.playback = viewer.playback.play(hall.wall)
-    assert shown(hall, audience) == [1.0]
-    viewer.playback = viewer.playback.seek(99.0, hall.wall)
-    assert shown(hall, audience) == [5.0]
+    viewer.playback = viewer.playback.rewind(services.wall).at_rate(0.5, services.wall)
+    assert shown(services, audience) == [0.5]
+    viewer.playback = viewer.playback.pause(services.wall)
+    assert shown(services, audience) == [0.5]
+    viewer.playback = viewer.playback.play(services.wall)
+    assert shown(services, audience) == [1.0]
+    viewer.playback = viewer.playback.seek(99.0, services.wall)
+    assert shown(services, audience) == [5.0]
 
 
 def test_undo_takes_who_follows_back() -> None:
-    hall = Hall(now=5.0)
-    audience = hall.audience()
+    services = RoomServices(now=5.0)
+    audience = services.audience()
     audience.join(1.0)
-    assert shown(hall, audience) == [5.0]
-    hall.now = 2.0
-    assert shown(hall, audience) == [2.0]
+    assert shown(services, audience) == [5.0]
+    services.now = 2.0
+    assert shown(services, audience) == [2.0]
 
 
 def test_viewers_of_one_rate_share_one_evaluation(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -120,21 +120,21 @@ def test_viewers_of_one_rate_share_one_evaluation(monkeypatch: pytest.MonkeyPatc
         return position.position_at(arm, timeline, t)
 
     monkeypatch.setattr(viewers, "position_at", counted)
-    hall = Hall()
-    audience = hall.audience()
+    services = RoomServices()
+    audience = services.audience()
     for moment in (0.0, 0.003, 0.011):
-        hall.wall = moment
+        services.wall = moment
         audience.join(20.0)
-    hall.now = 40.0
+    services.now = 40.0
     for number in range(1, 6):
-        assert len(shown(hall, audience)) == 3
+        assert len(shown(services, audience)) == 3
         assert len(asked) == number
 
 
 @pytest.mark.parametrize("rate", [0.0, -1.0, nan, inf, 1e9])
 def test_a_rate_that_is_none_is_refused(rate: float) -> None:
     with pytest.raises(IllegalValue, match="looks a second"):
-        Hall().audience().join(rate)
+        RoomServices().audience().join(rate)
 
 
 RATES = st.floats(0.1, 10.0)

@@ -46,7 +46,7 @@ from vrs_cli.values.motion import (
     ToolOffsetTarget,
 )
 from vrs_cli.values.numbers import Value
-from vrs_cli.values.results import Outcome
+from vrs_cli.values.results import RunOutcome
 from vrs_cli.wire.snapshots import ShowBranch
 
 DOWN = (0.0, -0.7, 3.1, 0.0, 0.7, 0.0)
@@ -84,7 +84,7 @@ def session() -> Session:
 
 
 def done(session: Session, act: Act[Any], role: Role = Role.SUPERVISOR) -> Any:
-    session.desk.role = role
+    session.user_state.role = role
     return session.converse(act_on(session, act))
 
 
@@ -179,7 +179,7 @@ def test_programs_and_values(session: Session) -> None:
     assert done(session, Define(text)).names == ("twice",)
     done(session, Assign("a", Valued.of(4.0)))
     run = done(session, Execute("twice"))
-    assert (run.outcome, run.typed) == (Outcome.COMPLETED, (" 8",))
+    assert (run.outcome, run.typed) == (RunOutcome.COMPLETED, (" 8",))
     assert done(session, Evaluate("b+1")).value == 9.0
     with pytest.raises(ProgramNotExecutable, match="line 2: "):
         done(session, Define(".PROGRAM wrong()\n  MOVEE a\n.END\n"))

@@ -27,7 +27,7 @@ def wall() -> ManualWall:
 @pytest.fixture
 def session(terminal: RecordingTerminal, wall: ManualWall) -> Session:
     session = Session(terminal, clock=wall.clock())
-    session.desk.lives = True
+    session.user_state.lives = True
     return session
 
 
@@ -116,20 +116,20 @@ def test_a_question_of_a_program_waits_while_another_task_goes_on(
 def test_a_question_whose_program_is_stopped_needs_no_answer(session: Session, wall: ManualWall) -> None:
     load(session, 'PROMPT "How many? ", n')
     session.perform("EXECUTE main")
-    talk = session.driver.ask()
-    assert next(talk) == LineWanted("How many? ")
+    dialogue = session.driver.ask()
+    assert next(dialogue) == LineWanted("How many? ")
     assert not session.driver.withdrawn
     session.perform("ABORT")
     later(session, wall, 1.0)
     assert session.driver.withdrawn
     with pytest.raises(StopIteration):
-        talk.send("5")
+        dialogue.send("5")
     assert not session.running
 
 
 def test_the_limits_of_a_program_hold_though_nobody_waits_for_it(terminal: RecordingTerminal, wall: ManualWall) -> None:
     session = Session(terminal, clock=wall.clock(), limits=Limits(max_elements=5000))
-    session.desk.lives = True
+    session.user_state.lives = True
     load(session, "FOR i = 1 TO 100000", "a[i] = i", "WAIT", "END")
     session.perform("EXECUTE main")
     later(session, wall, 1000.0)
@@ -140,7 +140,7 @@ def test_the_limits_of_a_program_hold_though_nobody_waits_for_it(terminal: Recor
 
 def test_what_is_typed_beside_a_program_is_not_stored_and_what_that_computes_does_not_count(wall: ManualWall) -> None:
     session = Session(Person(), clock=wall.clock())
-    session.desk.lives = True
+    session.user_state.lives = True
     load(session, "x = 1", "WAIT SIG(1001)", "y = 2")
     session.perform("EXECUTE main")
     session.perform("z = 3")
@@ -153,7 +153,7 @@ def test_what_is_typed_beside_a_program_is_not_stored_and_what_that_computes_doe
 def test_leaving_asks_while_a_program_runs(wall: ManualWall) -> None:
     person = Person(sure=False)
     session = Session(person, clock=wall.clock())
-    session.desk.lives = True
+    session.user_state.lives = True
     load(session, "WAIT SIG(1001)")
     session.unstored.programs_stored(one.program for one in session.programs.values())
     session.perform("EXECUTE main")

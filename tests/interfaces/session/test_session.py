@@ -22,7 +22,7 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.values.diagnostics import LineRefused, Severity
 from vrs_cli.values.replies import Message
-from vrs_cli.values.results import Outcome
+from vrs_cli.values.results import RunOutcome
 
 PLACES = """
 .LOCATIONS
@@ -73,7 +73,7 @@ def test_wait_lets_time_pass(session: Session) -> None:
 def test_a_busy_loop_lets_time_pass(session: Session) -> None:
     load(session, "TIMER 1 = 0", "WHILE TIMER(1) < 1 DO", "END")
     result = session.execute("p")
-    assert result.outcome is Outcome.COMPLETED
+    assert result.outcome is RunOutcome.COMPLETED
     assert 1.0 <= result.ended < 1.1
 
 
@@ -109,7 +109,7 @@ def test_messages_off_types_nothing(session: Session, terminal: RecordingTermina
 def test_a_motion_that_cannot_be_done_is_placed(session: Session) -> None:
     load(session, "MOVE a", "", "MOVE SHIFT(a BY 5000)", "MOVE b")
     result = session.execute("p")
-    assert result.outcome is Outcome.FAILED
+    assert result.outcome is RunOutcome.FAILED
     assert result.fault is not None
     assert (result.fault.program, result.fault.step, result.fault.line) == ("p", 3, 4)
     assert "mm" in result.fault.message
@@ -118,8 +118,8 @@ def test_a_motion_that_cannot_be_done_is_placed(session: Session) -> None:
 
 def test_proceed_goes_on_behind_the_fault_and_retry_repeats_it(session: Session) -> None:
     load(session, 'TYPE "one"', "x = nothing", 'TYPE "two"')
-    assert session.execute("p").outcome is Outcome.FAILED
-    assert session.converse(session.wait(session.resume(retry=True))).outcome is Outcome.FAILED
+    assert session.execute("p").outcome is RunOutcome.FAILED
+    assert session.converse(session.wait(session.resume(retry=True))).outcome is RunOutcome.FAILED
 
     session.perform("nothing = 3")
     assert session.converse(session.wait(session.resume(retry=True))).typed == ("two",)
@@ -128,16 +128,16 @@ def test_proceed_goes_on_behind_the_fault_and_retry_repeats_it(session: Session)
 def test_pause_and_proceed(session: Session) -> None:
     load(session, 'TYPE "one"', "PAUSE", 'TYPE "two"')
     first = session.execute("p")
-    assert (first.outcome, first.typed) == (Outcome.PAUSED, ("one",))
+    assert (first.outcome, first.typed) == (RunOutcome.PAUSED, ("one",))
     second = session.converse(session.wait(session.resume()))
-    assert (second.outcome, second.typed) == (Outcome.COMPLETED, ("two",))
+    assert (second.outcome, second.typed) == (RunOutcome.COMPLETED, ("two",))
     with pytest.raises(NoProgramSpecified):
         session.converse(session.wait(session.resume()))
 
 
 def test_halt_ends_it(session: Session) -> None:
     load(session, "HALT", 'TYPE "never"')
-    assert session.execute("p").outcome is Outcome.HALTED
+    assert session.execute("p").outcome is RunOutcome.HALTED
 
 
 def test_a_program_that_never_ends_is_stopped(session: Session) -> None:
@@ -159,7 +159,7 @@ def test_interrupt_stops_program_and_robot(session: Session) -> None:
     load(session, "SPEED 10", "MOVE a", "WAIT SIG(1001)")
     session.terminal.progress = lambda _doing: session.interrupt() if session.engine.now > 1.0 else None  # type: ignore[method-assign]
     result = session.execute("p")
-    assert result.outcome is Outcome.ABORTED
+    assert result.outcome is RunOutcome.ABORTED
     assert session.engine.end < 3.0
     assert not session.running
 

@@ -13,11 +13,11 @@ import vrs_cli as vrs
 from tests.interfaces.terminals import RecordingTerminal
 from tests.net.serving import serving
 from vrs_cli.errors import UsageError
+from vrs_cli.interfaces.dialogue import no_answer
 from vrs_cli.interfaces.roles.held import Held
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.session.survey import MOST_PLACES, MOST_STEPS
-from vrs_cli.interfaces.talk import no_answer
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.values.acts import Survey, Surveyed

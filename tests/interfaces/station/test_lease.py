@@ -5,13 +5,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrs_cli.errors import LeaseHeld
-from vrs_cli.interfaces.station.lease import Granted, Lease, Lost, Notice, Requested
+from vrs_cli.interfaces.station.lease import Granted, Lost, Notice, Requested, RobotLease
 
-ANN = Lease().acquire("ann", 0.0)[0]  # until 10 s
+ANN = RobotLease().acquire("ann", 0.0)[0]  # until 10 s
 
 
 def test_who_comes_first_drives() -> None:
-    lease, told = Lease().acquire("ann", 0.0)
+    lease, told = RobotLease().acquire("ann", 0.0)
     assert told == (Granted("ann"),)
     assert lease.drives("ann")
     assert not lease.drives("bob")
@@ -53,11 +53,11 @@ def test_only_the_holder_gives() -> None:
     with pytest.raises(LeaseHeld, match="ann drives"):
         ANN.give("bob", "bob", 1.0)
     with pytest.raises(LeaseHeld, match="nobody drives"):
-        Lease().give("bob", "bob", 1.0)
+        RobotLease().give("bob", "bob", 1.0)
 
 
 def test_who_asks_for_what_nobody_holds_drives() -> None:
-    assert Lease().ask("bob", 0.0) == Lease().acquire("bob", 0.0)
+    assert RobotLease().ask("bob", 0.0) == RobotLease().acquire("bob", 0.0)
 
 
 def test_who_leaves_gives_to_who_asked_first() -> None:
@@ -77,7 +77,7 @@ ACTS = st.lists(st.tuples(st.sampled_from(("acquire", "ask", "beat", "leave")), 
 @given(ACTS)
 def test_laws(acts: list[tuple[str, str, float]]) -> None:
     """One drives at a time; the lease changes hands only by giving or after its time, and who loses it is told."""
-    lease, now = Lease(), 0.0
+    lease, now = RobotLease(), 0.0
     for act, who, passed in acts:
         now += passed
         before, told = lease, tuple[Notice, ...]()

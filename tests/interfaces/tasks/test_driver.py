@@ -15,7 +15,7 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.language.run.robot import TICK
 from vrs_cli.language.run.signals import InputChange
-from vrs_cli.values.results import Outcome
+from vrs_cli.values.results import RunOutcome
 
 # --- time ---
 
@@ -129,7 +129,7 @@ def test_a_signal_of_the_last_step_is_reacted_to(session: Session) -> None:
     load(session, "REACT 2001, seen", "CALL sets")
     load(session, "SIGNAL 2001", "STOP", name="sets")
     load(session, "seen = 1", name="seen")
-    assert session.execute("main").outcome is Outcome.COMPLETED
+    assert session.execute("main").outcome is RunOutcome.COMPLETED
     assert value(session, "seen") == 1.0
 
 
@@ -209,8 +209,8 @@ def test_what_helps_is_said_by_who_sets_the_limits(session: Session) -> None:
     assert "(give more max_time)" in fault.message
 
 
-@pytest.mark.parametrize(("most", "outcome"), [(3, Outcome.COMPLETED), (2, Outcome.FAILED)])
-def test_steps_are_counted_exactly(session: Session, most: int, outcome: Outcome) -> None:
+@pytest.mark.parametrize(("most", "outcome"), [(3, RunOutcome.COMPLETED), (2, RunOutcome.FAILED)])
+def test_steps_are_counted_exactly(session: Session, most: int, outcome: RunOutcome) -> None:
     load(session, "x = 1", "x = 2", "x = 3")
     result = session.execute("main", limits=Limits(max_steps=most))
     assert result.outcome is outcome
@@ -241,7 +241,7 @@ def test_what_a_program_holds_types_and_writes_has_limits(
         load(session, "AUTO b[]", "FOR i = 1 TO 20000", "b[i] = i", "END", "CALL own", name="own")
         load(session, "LOCAL c[]", "c[n] = n", name="kept")
         result = session.execute("main", limits=limits)
-        assert result.outcome is Outcome.FAILED
+        assert result.outcome is RunOutcome.FAILED
         assert result.fault is not None
         assert result.fault.code == LimitReached.code
         assert told in result.fault.message
@@ -255,6 +255,6 @@ def test_a_step_that_is_mended_in_vain_for_ever_is_stopped(session: Session, ste
     load(session, "REACTE again", step)
     load(session, "n = 1", name="again")
     result = session.execute("main", limits=limits)
-    assert result.outcome is Outcome.FAILED
+    assert result.outcome is RunOutcome.FAILED
     assert result.fault is not None
     assert result.fault.code == LimitReached.code

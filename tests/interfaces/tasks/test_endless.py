@@ -15,7 +15,7 @@ from vrs_cli.files.signal_file import parse_signals
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.language.run.robot import TICK
-from vrs_cli.values.results import Outcome, RunResult
+from vrs_cli.values.results import RunOutcome, RunResult
 
 
 def message(result: RunResult) -> str:
@@ -43,7 +43,7 @@ def test_it_says_what_it_waits_for(session: Session, condition: str, told: str) 
 
 def test_after_signal_retry_goes_on(session: Session) -> None:
     load(session, "WAIT SIG(1001)", "x = 1")
-    assert session.execute("main").outcome is Outcome.FAILED
+    assert session.execute("main").outcome is RunOutcome.FAILED
     session.perform("SIGNAL 1001")
     session.perform("RETRY")
     assert value(session, "x") == 1.0

@@ -84,13 +84,13 @@ def test_who_commands_with_the_delay_as_offset_is_never_late() -> None:
     assert engine.deltas[0].executed == engine.now
 
 
-def test_lines_of_a_desk_are_issued_and_executed_by_its_times() -> None:
+def test_lines_of_a_user_state_are_issued_and_executed_by_its_times() -> None:
     """The first request of a line is issued when it was given, later ones when they come; AT is by the desk's clock."""
     wall = ManualWall(0.0)
     session = Session(RecordingTerminal(), MODEL, clock=wall.clock())
-    desk = session.desk
+    user_state = session.user_state
     wall.seconds = 5.0
-    desk.times, desk.issued = HolderTimes(offset=-0.25), 4.75
+    user_state.times, user_state.issued = HolderTimes(offset=-0.25), 4.75
     session.perform("MOVE #PPOINT(10, -90, 90, 0, 0, 0) AT 4.75")
     wall.seconds = 6.0
     session.perform("MOVE #PPOINT(20, -90, 90, 0, 0, 0) IN 0.5")

@@ -11,7 +11,7 @@ from vrs_cli.files.disk import Disk
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.run.effects import TaskState
 from vrs_cli.values.replies import ProgramStopped, Reply
-from vrs_cli.values.results import Outcome
+from vrs_cli.values.results import RunOutcome
 
 
 def test_a_program_on_the_stack_is_left_alone_until_kill(session: Session) -> None:
@@ -73,7 +73,7 @@ def test_another_task_that_fails_is_told_and_does_not_stop_the_first(session: Se
     load(session, "WAIT.EVENT , 0.5", "y = nothing", name="other")
     session.start(3, "other")
     result = session.execute("main")
-    assert (result.outcome, value(session, "x")) == (Outcome.COMPLETED, 1.0)
+    assert (result.outcome, value(session, "x")) == (RunOutcome.COMPLETED, 1.0)
     assert [(one.number, one.fault.program, one.fault.step, one.at) for one in result.beside] == [(3, "other", 2, 0.5)]
 
 

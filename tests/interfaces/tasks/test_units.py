@@ -102,8 +102,14 @@ def test_a_script_answers_what_the_program_writes() -> None:
         '{"after": "name?\\r\\n", "in": 0.1, "data": "ada\\n"}',
         '{"after": "bye", "event": "closed"}',
     )
-    talk = ("READ (lun, h) $line", 'WRITE (lun, h) "name?"', *READ, 'WRITE (lun, h) "good", /S', 'WRITE (lun, h) "bye"')
-    assert typed(session, *OPEN, *talk, *READ) == ("1 1 ada", "101 1 ")
+    dialogue = (
+        "READ (lun, h) $line",
+        'WRITE (lun, h) "name?"',
+        *READ,
+        'WRITE (lun, h) "good", /S',
+        'WRITE (lun, h) "bye"',
+    )
+    assert typed(session, *OPEN, *dialogue, *READ) == ("1 1 ada", "101 1 ")
 
 
 def test_a_line_that_is_waited_for_in_vain() -> None:

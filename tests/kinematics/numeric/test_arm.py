@@ -19,7 +19,7 @@ from vrs_cli.kinematics.elimination import solve, square, squares, volume
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.numeric.search import turn_between
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import compose, rotate, rotation_about, rotation_x, translation
 from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.segment import CartesianPath, Guide
@@ -28,7 +28,7 @@ from vrs_cli.values.motion import JointTarget, PoseTarget, Swivel, ToolOffsetTar
 from vrs_cli.wire.records import Form, Motions, RecordError, segment_records, segments_of
 
 URDF = Path(__file__).parents[1] / "urdf"
-FIVE = replace(load_robot(URDF / "five.urdf"), task=Task.POSE)  # which no five joints can have everywhere
+FIVE = replace(load_robot(URDF / "five.urdf"), task=ArmTask.POSE)  # which no five joints can have everywhere
 
 
 def arm_of(name: str) -> RobotArm:

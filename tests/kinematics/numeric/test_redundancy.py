@@ -23,7 +23,7 @@ def margins(monkeypatch: pytest.MonkeyPatch, begin: Joints, walked: dict[float, 
         return Walk(begin, (), margin, arrives)
 
     monkeypatch.setattr(redundancy, "walk", walk)
-    arm = redundancy.Follow(MODEL, (), lambda _q, _pose: ((), ()), lambda *_: None)
+    arm = redundancy.Follower(MODEL, (), lambda _q, _pose: ((), ()), lambda *_: None)
     return [one.margin for one in redundancy.walks(arm, begin, (IDENTITY,), ())]
 
 

@@ -14,7 +14,7 @@ from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.operators import LINKS, OPERATORS
 from vrs_cli.language.words.word import State
 from vrs_cli.values.diagnostics import LineRefused, Severity
-from vrs_cli.values.results import Outcome
+from vrs_cli.values.results import RunOutcome
 
 
 def columns(line: str, *, at_prompt: bool = False) -> list[int]:
@@ -85,7 +85,7 @@ def test_programs_in_memory_are_looked_at_when_they_are_executed() -> None:
     with pytest.raises(ProgramNotExecutable, match=r"power, step 1: .* is of V.*in VAL-II: a"):
         session.execute("power")
     result = session.execute("main")
-    assert result.outcome is Outcome.FAILED
+    assert result.outcome is RunOutcome.FAILED
     assert result.fault is not None
     assert (result.fault.program, result.fault.step, result.fault.code) == ("main", 2, -307)
     with pytest.raises(LineRefused) as refused:
@@ -93,7 +93,7 @@ def test_programs_in_memory_are_looked_at_when_they_are_executed() -> None:
     assert refused.value.diagnostic.code == NotAvailable.code
     session.perform("ENABLE VPLUS")
     session.perform("x = 2**3")
-    assert session.execute("main").outcome is Outcome.COMPLETED
+    assert session.execute("main").outcome is RunOutcome.COMPLETED
 
 
 def test_a_file_is_looked_at_when_it_is_loaded() -> None:
@@ -102,4 +102,4 @@ def test_a_file_is_looked_at_when_it_is_loaded() -> None:
     found = session.load_text(TEXT)
     assert [(one.severity, one.code, one.span.line) for one in found] == [(Severity.ERROR, NotAvailable.code, 7)]
     session.perform("ENABLE VPLUS")
-    assert session.execute("main").outcome is Outcome.COMPLETED
+    assert session.execute("main").outcome is RunOutcome.COMPLETED

@@ -26,7 +26,7 @@ from vrs_cli.errors import (
 from vrs_cli.language.analysis.analyzer import analyze
 from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.compile.compiler import compile_program
-from vrs_cli.language.run.effects import Budget, Completed, Failed
+from vrs_cli.language.run.effects import Budget, Failed, ProgramCompleted
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.library import LIBRARY
 from vrs_cli.language.run.runtime import Task
@@ -114,7 +114,7 @@ def value_or_error(tree: Expression) -> float | type[VrsError]:
         environment.reference(name).assign(known)
     environment.store(assigned(tree))
     task = Task(environment, StillRobot(), "main")
-    while not isinstance(event := task.resume(), Completed):
+    while not isinstance(event := task.resume(), ProgramCompleted):
         if isinstance(event, Failed):
             return type(event.error)
     value = environment.reference("x").value()
@@ -157,7 +157,7 @@ def outcomes(lines: list[str], first: int) -> tuple[list[str], bool, bool, list[
     task = Task(environment, StillRobot(), "main", step=first + 1)
     typed: list[str] = []
     end: object = None
-    while task.steps_done < COMPILED_STEPS and not isinstance(end, Completed | Failed):
+    while task.steps_done < COMPILED_STEPS and not isinstance(end, ProgramCompleted | Failed):
         end = task.resume(budget=50)
         typed += [end.text] if hasattr(end, "text") else []
     return expected.typed, expected.ended, expected.fault, typed, end
@@ -171,7 +171,7 @@ def test_jumps_and_blocks_go_where_the_reference_goes(lines: list[str], data: st
     expected, ended, fault, typed, end = outcomes(lines, first)
     if ended or fault:
         assert typed == expected
-        assert isinstance(end, Completed if ended else Failed)
+        assert isinstance(end, ProgramCompleted if ended else Failed)
     else:
         assert typed[: len(expected)] == expected
 
@@ -200,7 +200,7 @@ def test_a_repeated_step_changes_nothing_that_it_does_not_do(lines: list[str], s
         texts: list[str] = []
         for _ in range(200):
             event = task.resume(budget=1)
-            if isinstance(event, Completed | Failed):
+            if isinstance(event, ProgramCompleted | Failed):
                 break
             texts += [event.text] if hasattr(event, "text") else []
             if again and isinstance(event, Budget) and task.steps_done == steps:
@@ -382,13 +382,13 @@ def test_arguments_of_the_wrong_kind(call: str, message: str) -> None:
     # The kinds come from variables that the analyzer does not see together with the called program.
     environment = environment_with(program(*lines, name="set.up"))
     task = Task(environment, StillRobot(), "set.up")
-    while not isinstance(task.resume(), Completed):
+    while not isinstance(task.resume(), ProgramCompleted):
         pass
     environment.programs |= environment_with(program(call)).programs
     environment.programs |= environment_with(sub).programs
     failing = Task(environment, StillRobot(), "main")
     while not isinstance(event := failing.resume(), Failed):
-        assert not isinstance(event, Completed)
+        assert not isinstance(event, ProgramCompleted)
     assert isinstance(event.error, ArgumentMismatch)
     assert message in str(event.error)
 

@@ -9,7 +9,7 @@ import pytest
 from tests.language.running import StillRobot, drive, environment_with, program
 from vrs_cli.errors import ArithmeticOverflow, ProgramNotExecutable, UndefinedValue
 from vrs_cli.kinematics.transform import IDENTITY, translation
-from vrs_cli.language.run.effects import Completed, Event, Failed, Halt, Prompt
+from vrs_cli.language.run.effects import Event, Failed, Halt, ProgramCompleted, Prompt
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.prompt import arguments_of, definable, evaluate, statement_task
 from vrs_cli.language.run.runtime import Task
@@ -21,7 +21,7 @@ from vrs_cli.values.commands import Move
 def execute_statement(environment: Environment, line: ast.Statement) -> Iterator[Event]:
     """The events of one instruction at the prompt. An error of the instruction itself is raised."""
     task = statement_task(environment, StillRobot(), line)
-    while not isinstance(event := task.resume(), Completed | Halt):
+    while not isinstance(event := task.resume(), ProgramCompleted | Halt):
         if isinstance(event, Failed) and not event.fault.program:
             raise event.error
         yield event
@@ -60,7 +60,7 @@ def test_a_prompt_at_the_prompt_is_answered() -> None:
     environment = Environment()
     task = statement_task(environment, StillRobot(), statement('PROMPT "n? ", n'))
     assert task.resume() == Prompt("n? ", 1)
-    assert task.resume("7") == Completed(0)
+    assert task.resume("7") == ProgramCompleted(0)
     assert environment.reference("n").value() == 7.0
 
 

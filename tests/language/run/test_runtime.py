@@ -16,11 +16,11 @@ from vrs_cli.errors import (
 from vrs_cli.language.run.effects import (
     CYCLE_SETTINGS,
     Budget,
-    Completed,
     CycleBegins,
     Failed,
     Halt,
     Pause,
+    ProgramCompleted,
     TaskState,
     Type,
 )
@@ -43,14 +43,14 @@ def state(task: Task) -> TaskState:
 
 def test_a_cycle_begins_with_the_standard_settings_and_ends_at_rest() -> None:
     events = run_lines("x = 1").events
-    assert events == [CycleBegins(1, CYCLE_SETTINGS), Break(), Completed(1)]
+    assert events == [CycleBegins(1, CYCLE_SETTINGS), Break(), ProgramCompleted(1)]
     assert CYCLE_SETTINGS[0] == SetSpeed(100.0, 100.0, always=True)
 
 
 def test_cycles_are_counted_and_variables_stay() -> None:
     result = run(program("IF NOT DEFINED(n) THEN", "  n = 0", "END", "n = n+1", "TYPE n"), cycles=3)
     assert result.typed == " 1\n 2\n 3\n"
-    assert result.last == Completed(3)
+    assert result.last == ProgramCompleted(3)
     assert [event.cycle for event in result.events if isinstance(event, CycleBegins)] == [1, 2, 3]
 
 
@@ -61,13 +61,13 @@ def test_only_the_first_cycle_begins_at_the_step_asked_for() -> None:
 @pytest.mark.parametrize("word", ["STOP", "RETURN"])
 def test_stop_and_return_end_the_cycle(word: str) -> None:
     result = run(program('TYPE "a"', word, 'TYPE "b"'), cycles=2)
-    assert (result.typed, result.last) == ("a\na\n", Completed(2))
+    assert (result.typed, result.last) == ("a\na\n", ProgramCompleted(2))
 
 
 def test_stop_in_a_called_program_ends_the_cycle_too() -> None:
     text = program("CALL sub", 'TYPE "not here"') + program("STOP", name="sub")
     result = run(text)
-    assert (result.typed, result.last, result.task.stack) == ("", Completed(1), ())
+    assert (result.typed, result.last, result.task.stack) == ("", ProgramCompleted(1), ())
 
 
 def test_a_negative_number_of_cycles_is_for_ever() -> None:
@@ -90,8 +90,8 @@ def test_steps_that_do_not_exist(step: int) -> None:
 
 
 def test_an_empty_program_completes() -> None:
-    assert run(program()).last == Completed(1)
-    assert run(program("", "; nothing")).last == Completed(1)
+    assert run(program()).last == ProgramCompleted(1)
+    assert run(program("", "; nothing")).last == ProgramCompleted(1)
 
 
 # --- calls ---
@@ -151,7 +151,7 @@ def test_pause_goes_on_at_the_next_step() -> None:
     assert isinstance(first[-2], Break)
     assert state(task) is TaskState.PAUSED
     second = drive(task, StillRobot())
-    assert second == [Type("b"), Break(), Completed(1)]
+    assert second == [Type("b"), Break(), ProgramCompleted(1)]
     assert state(task) is TaskState.COMPLETED
 
 
@@ -167,7 +167,7 @@ def test_halt_is_the_end() -> None:
 def test_the_last_event_is_given_again() -> None:
     task = task_of("x = 1")
     drive(task, StillRobot())
-    assert task.resume() == task.resume() == Completed(1)
+    assert task.resume() == task.resume() == ProgramCompleted(1)
 
 
 def test_an_abort_can_be_gone_on_from() -> None:
@@ -207,7 +207,7 @@ def test_after_an_error_the_step_can_be_repeated() -> None:
     environment.reference("n").assign(10.0)
     task.retry()
     events = drive(task, StillRobot())
-    assert events == [Type(" 2"), Break(), Completed(1)]
+    assert events == [Type(" 2"), Break(), ProgramCompleted(1)]
     assert environment.reference("x").value() == 12.0
 
 
@@ -249,7 +249,7 @@ def test_a_program_can_be_stepped() -> None:
     task = task_of("x = 1", "", "IF x == 1 THEN", '  TYPE "yes"', "END", "x = 2")
     task.resume()
     places = []
-    while not isinstance(event := task.resume(budget=1), Completed):
+    while not isinstance(event := task.resume(budget=1), ProgramCompleted):
         if isinstance(event, Budget):
             places.append(task.step)
     assert places == [1, 3, 4, 6]

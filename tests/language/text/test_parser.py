@@ -117,8 +117,8 @@ def test_instructions() -> None:
     assert statement("TIMER 1 = 0").value == Number(0.0, "0", span=Span(1, 11, 12))
     assert statement("TIMER (1) = 0").arguments == (Number(1.0, "1", span=Span(1, 8, 9)),)
     assert statement("ENABLE cp, dry.run").arguments == (
-        ast.Word("cp", span=Span(1, 8, 10)),
-        ast.Word("dry.run", span=Span(1, 12, 19)),
+        ast.BareWord("cp", span=Span(1, 8, 10)),
+        ast.BareWord("dry.run", span=Span(1, 12, 19)),
     )
     assert statement("CALL pick").arguments == (ast.ProgramCall("pick", (), span=Span(1, 6, 10)),)
     assert statement("CALL sin(1)").arguments[0].name == "sin"
@@ -126,7 +126,7 @@ def test_instructions() -> None:
     assert statement("PROMPT $text, n").arguments[0] is not None
     assert statement("SIGNAL -1").arguments == (Unary("-", Number(1.0, "1", span=Span(1, 9, 10)), span=Span(1, 8, 10)),)
     assert statement('TYPE /C2, "x", /F6.2').arguments[2] == ast.Format("F", 6, 2, span=Span(1, 16, 21))
-    assert statement("DEFBELT 1001, pick").arguments == (ast.Word("1001, pick", span=Span(1, 9, 19)),)
+    assert statement("DEFBELT 1001, pick").arguments == (ast.BareWord("1001, pick", span=Span(1, 9, 19)),)
 
 
 @pytest.mark.parametrize("text", ["0" * 5000 + "10 STOP", "GOTO " + "0" * 5000 + "10"])

@@ -10,10 +10,10 @@ from vrs_cli.trajectory.laws.lspb_steering import steer
 from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.state import JointState, Target
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 TICK = 1.0 / 64.0  # [s]
-MOTION = Motion(1, Kind.STEERED, Start.AT)
+MOTION = Motion(1, MotionKind.STEERED, Start.AT)
 LIMITS = JointLimits((1.4, 0.9), (4.8, 3.1), lower=(-1.0, -0.5), upper=(1.0, 0.5))
 ROUNDING = 1e-9
 

@@ -11,9 +11,9 @@ from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.polynomial import derivative, extremes, value
 from vrs_cli.trajectory.segment import JointPath, Phase
 from vrs_cli.trajectory.state import JointState
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
-MOTION = Motion(1, Kind.JOINT, Start.AT, profile=Profile.QUINTIC)
+MOTION = Motion(1, MotionKind.JOINT, Start.AT, profile=Profile.QUINTIC)
 FREE = 1e9
 
 

@@ -21,11 +21,11 @@ from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.polynomial import derivative, extremes, value
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.state import JointState
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 ROBOTS = ("puma560", "ur5e", "panda", "cobra600", "so100")  # six joints, seven, four and five; two kinds of joint
 ARMS = {name: arm_for(load_robot(name)) for name in ROBOTS}
-MOTION = Motion(1, Kind.JOINT, Start.AT, profile=Profile.SCURVE)
+MOTION = Motion(1, MotionKind.JOINT, Start.AT, profile=Profile.SCURVE)
 ROUNDING = 1.0 + 1e-9
 JUMP = 1.1  # of an acceleration, for which the jerk needs so many instants of the time grid
 

@@ -21,10 +21,10 @@ from vrs_cli.trajectory.laws.scurve_times import ramps
 from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.segment import JointPath, Phase
 from vrs_cli.trajectory.state import JointState, Target
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 TICK = 1.0 / 64.0  # [s]
-MOTION = Motion(1, Kind.STEERED, Start.AT, profile=Profile.SCURVE)
+MOTION = Motion(1, MotionKind.STEERED, Start.AT, profile=Profile.SCURVE)
 LIMITS = JointLimits((1.4, 0.9), (4.8, 3.1), (48.0, 31.0), (1.4, 0.9), (-1.0, -0.5), (1.0, 0.5))
 AT_REST = Joint(q=0.0, v=0.0, a=0.0, p=0.0, w=0.0, v_max=1.4, a_max=4.8, j_max=48.0, peak=1.4, low=-1.0, high=1.0)
 

@@ -18,7 +18,7 @@ from vrs_cli.trajectory.laws.scurve_times import (
     NONE,
     Change,
     Course,
-    Part,
+    ScalarPart,
     _possible,
     _root,
     from_rest,
@@ -30,10 +30,10 @@ from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.polynomial import derivative, turns, value
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.state import JointState
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 ROUNDING = 1.0 + 1e-5
-MOTION = Motion(1, Kind.JOINT, Start.AT, profile=Profile.SCURVE)
+MOTION = Motion(1, MotionKind.JOINT, Start.AT, profile=Profile.SCURVE)
 LIMITS = JointLimits((1.4, 0.9, 2.1), (4.8, 3.1, 7.1), (48.0, 31.0, 71.0), (1.4, 0.9, 2.1), (-10.0,) * 3, (10.0,) * 3)
 
 parts = st.floats(-1.0, 1.0)
@@ -42,7 +42,7 @@ thirds = st.tuples(parts, parts, parts)
 
 def test_seven_stretches_from_rest() -> None:
     # 2 rad at 1 rad/s, 2 rad/s2, 10 rad/s3 (Biagiotti and Melchiorri 3.4): T = D/v + v/a + a/j
-    course = from_rest([Part(2.0, 1.0, 2.0, 10.0)])
+    course = from_rest([ScalarPart(2.0, 1.0, 2.0, 10.0)])
     assert course.change == pytest.approx((0.2, 0.3, 0.2), abs=1e-6)
     assert course.cruise == pytest.approx(1.3, abs=1e-6)
     assert course.total == pytest.approx(2.7, abs=1e-6)
@@ -50,25 +50,25 @@ def test_seven_stretches_from_rest() -> None:
 
 def test_full_acceleration_is_not_reached() -> None:
     # velocity 1 in two ramps of sqrt(v / j): T = D/v + 2 sqrt(v / j)
-    course = from_rest([Part(2.0, 1.0, 100.0, 4.0)])
+    course = from_rest([ScalarPart(2.0, 1.0, 100.0, 4.0)])
     assert course.change.hold == 0.0
     assert course.total == pytest.approx(2.0 + 2.0 * sqrt(1.0 / 4.0), abs=1e-5)
 
 
 def test_a_short_way_is_four_ramps() -> None:
     # D = 2 j t^3 in four ramps of t
-    course = from_rest([Part(0.002, 10.0, 100.0, 8.0)])
+    course = from_rest([ScalarPart(0.002, 10.0, 100.0, 8.0)])
     assert course.total == pytest.approx(4.0 * (0.002 / (2.0 * 8.0)) ** (1.0 / 3.0), abs=1e-5)
     assert course.cruise == 0.0
 
 
 def test_least_time_is_kept_and_not_much_more() -> None:
-    course = from_rest([Part(0.5, 10.0, 2.0, 20.0)], 3.0)
+    course = from_rest([ScalarPart(0.5, 10.0, 2.0, 20.0)], 3.0)
     assert 3.0 <= course.total <= 3.0001
 
 
 def test_nothing_to_do_takes_no_time() -> None:
-    assert from_rest([Part(0.0, 1.0, 1.0, 1.0)]).total == 0.0
+    assert from_rest([ScalarPart(0.0, 1.0, 1.0, 1.0)]).total == 0.0
 
 
 def check(segments: tuple[Segment, ...], state: JointState, start: float) -> None:

@@ -22,13 +22,13 @@ from typing import Any, NamedTuple, TypeVar
 
 from msgspec import Struct, structs
 
-from vrs_cli.engine.book import Journal
+from vrs_cli.engine.book import JournalWriter
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.inbox import Inbox
 from vrs_cli.errors import FileError, RequestRefused, VrsError
 from vrs_cli.interfaces.actor.ticket import Outlet, Reaction, Ticket
 from vrs_cli.interfaces.actor.turns import Turns
-from vrs_cli.interfaces.talk import Running, Said, Slice, Talk, Terminal, Work, quietly
+from vrs_cli.interfaces.dialogue import Dialogue, Running, Said, Slice, Terminal, Work, quietly
 from vrs_cli.interfaces.tasks.driver import Driver
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE
 from vrs_cli.values.questions import Question
@@ -45,7 +45,7 @@ class _Request(Struct, eq=False):
     """What somebody asks for: its talk, and what that is sent when it goes on."""
 
     ticket: Ticket[Any]
-    talk: Talk[Any]
+    dialogue: Dialogue[Any]
     by: object
     reaction: Reaction = None
     asked: int = 0  # the id of its last question
@@ -53,7 +53,7 @@ class _Request(Struct, eq=False):
     def go_on(self) -> Said:
         """What it says next. Raises StopIteration with its result, and whatever goes wrong in it."""
         reaction, self.reaction = self.reaction, None
-        return self.talk.throw(reaction) if isinstance(reaction, BaseException) else self.talk.send(reaction)
+        return self.dialogue.throw(reaction) if isinstance(reaction, BaseException) else self.dialogue.send(reaction)
 
 
 class _Answer(NamedTuple):
@@ -84,7 +84,7 @@ class Actor:
         self._beat: Callable[[], float | None] | None = None  # what the robot does by itself
         self._beats_at = inf  # [s] of the robot's clock
         self._since = inf  # [s] of real time: when the first of them was made
-        self.mishaps: list[Exception] = []  # errors of the program itself, while it was served
+        self.internal_errors: list[Exception] = []  # errors of the program itself, while it was served
         self.worked = 0.0  # [s] of CPU, while it was served
         # told of the CPU time [s] that a request of somebody has cost, where many are served; from any thread
         self.spent: Callable[[object, Ticket[Any], float], None] = lambda _by, _ticket, _seconds: None
@@ -101,7 +101,7 @@ class Actor:
     # --- asking, from any thread ---
 
     def submit(
-        self, talk: Talk[T], *, urgent: bool = False, by: object = None, outlet: Outlet | None = None
+        self, dialogue: Dialogue[T], *, urgent: bool = False, by: object = None, outlet: Outlet | None = None
     ) -> Ticket[T]:
         """Ask for what a talk does. The ticket has what is said of it, and how it ends; or the outlet hears of that.
         `by`: who asks; while another thread works for that one, what he asks for next waits.
@@ -112,7 +112,7 @@ class Actor:
         elif not urgent and len(self._inbox) + len(self._waiting) >= MOST_WAITING:
             ticket.refuse(RequestRefused(f"{MOST_WAITING} requests wait already", "wait for some answers first"))
         else:
-            request = _Request(ticket, talk, by)
+            request = _Request(ticket, dialogue, by)
             self._inbox.put(partial(self._overtake, request) if urgent else partial(self._waiting.put, request, by))
         return ticket
 
@@ -232,7 +232,7 @@ class Actor:
             try:
                 self.step()
             except Exception as error:  # of a task that nobody waits for, which has ended with it
-                self.mishaps.append(error)
+                self.internal_errors.append(error)
             self.worked = time.thread_time()
 
     def close(self) -> None:
@@ -411,7 +411,7 @@ class Actor:
             answer.give()
         self._driver.engine.events.release()
 
-    def _settle(self, journal: Journal) -> None:
+    def _settle(self, journal: JournalWriter) -> None:
         try:
             journal.settle()
         except FileError as error:
@@ -480,7 +480,7 @@ class Actor:
     def _end(self, request: _Request, why: VrsError) -> None:
         """It goes on no more. What it leaves in order is in its talk."""
         try:
-            request.talk.close()
+            request.dialogue.close()
         except Exception as error:
             request.ticket.refuse(error)
         else:

@@ -22,11 +22,11 @@ from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.values import Kind
-from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control, Row, Shape, State, Word, rows_for
+from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control, Shape, State, Word, WordRow, rows_for
 from vrs_cli.values.prompt import Suggestion
 
 
-class Names(Struct, frozen=True):
+class DefinedNames(Struct, frozen=True):
     """What is defined: programs and variables with a short note on each; `settings`: switches, parameters; branches."""
 
     programs: Mapping[str, str] = field(default_factory=dict)
@@ -54,7 +54,7 @@ _BY = re.compile(r"\bBY\b", re.IGNORECASE)
 _NESTED = re.compile(r"[#$]?[A-Za-z][\w.]*$")
 
 
-class Place(Struct, frozen=True):
+class CursorPlace(Struct, frozen=True):
     """The cursor among the arguments: the rest of the line since the word, and the name begun under the cursor."""
 
     before: str  # from after the first word, or its closed parenthesis, to the cursor, strings blanked
@@ -131,11 +131,11 @@ def _functions(*kinds: Kind) -> Candidates:
             yield (name if function.constant else f"{name}(", function.summary)
 
 
-def _supported(row: Row) -> bool:
+def _supported(row: WordRow) -> bool:
     return row.state is State.SUPPORTED
 
 
-def _of(*kinds: Kind) -> Callable[[Names], Candidates]:
+def _of(*kinds: Kind) -> Callable[[DefinedNames], Candidates]:
     """The variables of some kinds, and the functions."""
     return lambda names: (*names.of(*kinds).items(), *_functions(*kinds))
 
@@ -143,16 +143,16 @@ def _of(*kinds: Kind) -> Callable[[Names], Candidates]:
 _reals, _strings, _places = _of(Kind.REAL), _of(Kind.STRING), _of(*PLACE_FUNCTIONS)
 
 
-def _items(names: Names) -> Candidates:
+def _items(names: DefinedNames) -> Candidates:
     yield from _strings(names)
     yield from _reals(names)
 
 
-def _nothing(_names: Names) -> Candidates:
+def _nothing(_names: DefinedNames) -> Candidates:
     return ()
 
 
-SHAPES: Mapping[Shape, Callable[[Names], Candidates]] = {
+SHAPES: Mapping[Shape, Callable[[DefinedNames], Candidates]] = {
     Shape.REAL: _reals,
     Shape.SIGNALS: _reals,
     Shape.STRING: _strings,
@@ -182,7 +182,7 @@ _CONNECTING = (
     frozenset({"AT", "IN", "BY", *(lead for word in COMMANDS.values() for lead in word.leads)}) | OPERATOR_WORDS
 )
 
-WORDS: Mapping[str, Callable[[Names], Candidates]] = {
+WORDS: Mapping[str, Callable[[DefinedNames], Candidates]] = {
     "HELP": lambda names: (*_all_words(), *names.switches.items(), *names.parameters.items()),
     "CLOCK": lambda _names: CLOCK_WORDS.items(),
     "JOG": lambda _names: AXIS_WORDS.items(),
@@ -203,7 +203,7 @@ def explanation(word: Word) -> str:
 
 
 def suggestions(
-    text: str, names: Names, folder: Folder = FREE, *, in_program: bool = False, everything: bool = True
+    text: str, names: DefinedNames, folder: Folder = FREE, *, in_program: bool = False, everything: bool = True
 ) -> list[Suggestion]:
     """What may stand at the end of `text`, best first. `in_program`: a step is typed, not a command. `folder` has the
     files.
@@ -250,7 +250,7 @@ def _unique(candidates: Candidates) -> Iterator[tuple[str, str]]:
             yield word, note
 
 
-def _candidates(line: str, prefix: str, names: Names, in_program: bool) -> Candidates:
+def _candidates(line: str, prefix: str, names: DefinedNames, in_program: bool) -> Candidates:
     if _TARGET.match(line):
         return _strings(names) if line.lstrip().startswith("$") else _items(names)
     first = _FIRST.match(line)
@@ -267,13 +267,13 @@ def _candidates(line: str, prefix: str, names: Names, in_program: bool) -> Candi
     return _inside(word, _place(word, rest, prefix), names)
 
 
-def _place(word: Word, rest: str, prefix: str) -> Place:
+def _place(word: Word, rest: str, prefix: str) -> CursorPlace:
     """Where the cursor is; in READ and its like, behind their closed parenthesis."""
     group = _GROUP.match(rest) if word.grouped else None
-    return Place(rest, prefix) if group is None else Place(rest[group.end() :], prefix, word.grouped)
+    return CursorPlace(rest, prefix) if group is None else CursorPlace(rest[group.end() :], prefix, word.grouped)
 
 
-def _beginnings(names: Names, in_program: bool) -> Candidates:
+def _beginnings(names: DefinedNames, in_program: bool) -> Candidates:
     if not in_program:
         yield from _rows(COMMANDS)
     yield from _rows(INSTRUCTIONS)
@@ -292,7 +292,7 @@ def _row_of(word: str, in_program: bool) -> Word | None:
     return rows[0] if len(rows) == 1 else None
 
 
-def _inside(word: Word, place: Place, names: Names) -> Candidates:
+def _inside(word: Word, place: CursorPlace, names: DefinedNames) -> Candidates:
     nested = place.innermost()
     if nested is not None:
         return _in_function(*nested, names)
@@ -312,7 +312,7 @@ def _inside(word: Word, place: Place, names: Names) -> Candidates:
     return (*sorts, *_connecting(word, place), *offered) if wanted.optional else (*sorts, *offered)
 
 
-def _connecting(word: Word, place: Place) -> Candidates:
+def _connecting(word: Word, place: CursorPlace) -> Candidates:
     """The words that may stand between or after arguments, and do not yet."""
     words = [(text, "") for text in word.links] if isinstance(word, Control) else []
     words += [(argument.lead, argument.name) for argument in word.arguments if argument.lead]
@@ -321,7 +321,7 @@ def _connecting(word: Word, place: Place) -> Candidates:
     return [row for row in words if row[0] not in place.words]
 
 
-def _in_function(name: str, index: int, names: Names) -> Candidates:
+def _in_function(name: str, index: int, names: DefinedNames) -> Candidates:
     function = FUNCTIONS.get(name)
     wanted = _argument(function.arguments, index) if function else None
     return SHAPES.get(wanted.shape, _nothing)(names) if wanted else _reals(names)

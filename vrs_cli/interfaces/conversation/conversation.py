@@ -11,29 +11,29 @@ from vrs_cli.engine.clock import WallClock
 from vrs_cli.errors import ProgramExists, RequestRefused, UsageError, VrsError
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.complete import begun, suggestions
-from vrs_cli.interfaces.conversation.entry import Entry, closes_entry, opens_entry
-from vrs_cli.interfaces.conversation.mishap import internal_error
+from vrs_cli.interfaces.conversation.entry import ProgramEntry, closes_entry, opens_entry
+from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.conversation.names import names_of
 from vrs_cli.interfaces.conversation.signature import Signature, signature
 from vrs_cli.interfaces.conversation.validate import mistake_in_entry
+from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.jog.jogger import HeldDown, Jogger
 from vrs_cli.interfaces.monitor.consent import leave, may_replace
 from vrs_cli.interfaces.monitor.files import load
 from vrs_cli.interfaces.monitor.help import EDITING, help_on
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.station.desk import Desk
-from vrs_cli.interfaces.talk import Talk
+from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.parser import variables_in
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.word import Role
-from vrs_cli.values.acts import Attend, DeskAct, DeskFound, KeepDraft, LeaveEntry, ReadDraft, StopProgram
+from vrs_cli.values.acts import Attend, KeepDraft, LeaveEntry, ReadDraft, StopProgram, UserAct, UserFound
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused
-from vrs_cli.values.hand import Brake, Look, Press
+from vrs_cli.values.hand import Look, Press, StopJog
 from vrs_cli.values.numbers import count
-from vrs_cli.values.prompt import Pace, Status, Suggestion
+from vrs_cli.values.prompt import Pace, PromptStatus, Suggestion
 from vrs_cli.values.questions import Parting
 from vrs_cli.values.replies import Message, Reply, Tone, refusal, report
 
@@ -48,12 +48,12 @@ class Conversation:
     """Somebody's lines into a session, and the program that is being typed, if one is. What is done is a talk, for
     whoever drives; nothing that a user types raises an exception in it.
 
-    `desk`: of whoever types, where others hold the robot too (`Holder.submit` does talks there).
+    `user_state`: of whoever types, where others hold the robot too (`Holder.submit` does talks there).
     """
 
-    def __init__(self, session: Session, desk: Desk | None = None) -> None:
-        self.session, self.desk = session, desk or session.desk
-        self.entry: Entry | None = None
+    def __init__(self, session: Session, user_state: UserState | None = None) -> None:
+        self.session, self.user_state = session, user_state or session.user_state
+        self.entry: ProgramEntry | None = None
         self._refused: str = ""  # the program whose heading was refused: its steps are dropped
         self._dropped = 0  # steps of it among the lines that are carried out now
         self._left_out = 0  # lines with a mistake that are not in the program that is typed
@@ -66,53 +66,53 @@ class Conversation:
         """Carry out `lines` at the terminal of the session."""
         self.perform(self.lines(text))
 
-    def perform(self, talk: Talk[None]) -> None:
+    def perform(self, dialogue: Dialogue[None]) -> None:
         """Drive a talk to its end at the terminal of the session. Whatever goes wrong is shown."""
         try:
-            self.session.converse(talk)
+            self.session.converse(dialogue)
         except BrokenPipeError:
             raise  # whoever read us has gone
         except (Exception, KeyboardInterrupt) as error:
             self.session.terminal.show(self._told(error, ""))
 
-    def lines(self, text: str, more: bool = False) -> Talk[None]:
+    def lines(self, text: str, more: bool = False) -> Dialogue[None]:
         """One line, or several that were pasted together; Ctrl-C in one of them forgets those after it. `more` of them
         come.
         """
-        self.desk.interrupted, self._dropped, refused = False, 0, self._refused
+        self.user_state.interrupted, self._dropped, refused = False, 0, self._refused
         lines = text.splitlines() or [""]
         for number, line in enumerate(lines, 1):
             if line.strip():
-                self.desk.typed.append(line.rstrip())
+                self.user_state.typed.append(line.rstrip())
             goes_on = closes_entry(line) and opens_entry(next(filter(str.strip, islice(lines, number, None)), ""))
             alone = len(lines) == 1 and not more
             yield from self._guarded(self._line(line, goes_on=goes_on, alone=alone), line)
-            if self.desk.interrupted:
+            if self.user_state.interrupted:
                 break
         if self._pasted:
             yield from self._guarded(self._store(), "")
-        if refused and self._dropped and not self.desk.attended:  # a person has read that the heading was refused
+        if refused and self._dropped and not self.user_state.attended:  # a person has read that the heading was refused
             what = f"{count(self._dropped, 'line')} of {refused} dropped: that program was refused"
             yield self._told(RequestRefused(what, ".END ends it"), "")
-        if self._refused and self.desk.attended and not more:
+        if self._refused and self.user_state.attended and not more:
             self.entry, self._refused = None, ""  # somebody is there, and knows that it was refused
 
-    def load(self, path: str) -> Talk[None]:
+    def load(self, path: str) -> Dialogue[None]:
         """The file named on the command line."""
         return self._guarded(load(self.session, Path(path)), "")
 
-    def answer(self) -> Talk[None]:
+    def answer(self) -> Dialogue[None]:
         """Put the questions that tasks have, which go on then."""
         return self._guarded(self._answer(), "")
 
-    def _answer(self) -> Talk[None]:
+    def _answer(self) -> Dialogue[None]:
         yield from self.session.driver.ask()
         self.session.settle()
 
-    def _guarded(self, talk: Talk[None], line: str) -> Talk[None]:
+    def _guarded(self, dialogue: Dialogue[None], line: str) -> Dialogue[None]:
         """Whatever goes wrong is said, and the next line may come."""
         try:
-            yield from talk
+            yield from dialogue
         except BrokenPipeError:
             raise
         except (Exception, KeyboardInterrupt) as error:
@@ -123,21 +123,21 @@ class Conversation:
         if isinstance(error, VrsError):
             return refusal(error, line)
         if isinstance(error, KeyboardInterrupt):
-            self.desk.interrupted = True
+            self.user_state.interrupted = True
             return Message("interrupted", Tone.ERROR)
         return internal_error(error, afar=self.session.folder.closed and not self.session.folder.disclosed)
 
-    def _line(self, line: str, *, goes_on: bool, alone: bool) -> Talk[None]:
+    def _line(self, line: str, *, goes_on: bool, alone: bool) -> Dialogue[None]:
         asked = self._asked(line)
         if asked is not None:
             yield from help_on(asked)
         elif self.entry is not None:
-            if alone and self.desk.attended and not self._refused:
+            if alone and self.user_state.attended and not self._refused:
                 self._check_step(self.entry, line)
             yield from self._step(self.entry, line, goes_on=goes_on)
-        elif self.desk.editor is None and opens_entry(line):
+        elif self.user_state.editor is None and opens_entry(line):
             yield from self._open(line)
-        elif self.desk.editor is not None or line.strip():
+        elif self.user_state.editor is not None or line.strip():
             yield from self.session.answers(line)
 
     def mistake(self, text: str) -> Diagnostic | None:
@@ -145,11 +145,11 @@ class Conversation:
         session, entry = self.session, self.entry
         if not text.strip() or "\n" in text or self._asked(text) is not None:
             return None
-        if self.desk.editor is not None:
-            return self.desk.editor.mistake(text)
+        if self.user_state.editor is not None:
+            return self.user_state.editor.mistake(text)
         if entry is not None:
             return mistake_in_entry(entry, text, session.environment.kinds())
-        return None if opens_entry(text) and not Entry(text).program else session.mistake(text)
+        return None if opens_entry(text) and not ProgramEntry(text).program else session.mistake(text)
 
     def _asked(self, line: str) -> str | None:
         """What `?`, `word?` or `?word` asks about: "" for all there is; None for another line."""
@@ -157,27 +157,27 @@ class Conversation:
         if found is None:
             return None
         word = found["behind"] or found["before"] or ""
-        return word or (EDITING if self.desk.editor is not None else "")
+        return word or (EDITING if self.user_state.editor is not None else "")
 
     # --- typing a program ---
 
-    def _open(self, header: str) -> Talk[None]:
+    def _open(self, header: str) -> Dialogue[None]:
         """`.PROGRAM`: the lines after it are its steps, also when it is refused (they are dropped then)."""
         name = _named(header)
-        self.entry, self._refused = Entry(header), name or "the program"
+        self.entry, self._refused = ProgramEntry(header), name or "the program"
         self._check_may()
         if name and not (yield from may_replace(self.session, name)):
             raise ProgramExists(name, f"DELETEP {name} deletes it, DISABLE INTERACTIVE lets it be replaced")
         self._refused = ""
 
-    def _check_step(self, entry: Entry, line: str) -> None:
+    def _check_step(self, entry: ProgramEntry, line: str) -> None:
         """Raises LineRefused for a line with a mistake that somebody types by itself: it is no step of the program."""
         mistake = mistake_in_entry(entry, line, self.session.environment.kinds())
         if mistake is not None:
             self._left_out += 1
             raise LineRefused(mistake)
 
-    def _step(self, entry: Entry, line: str, *, goes_on: bool) -> Talk[None]:
+    def _step(self, entry: ProgramEntry, line: str, *, goes_on: bool) -> Dialogue[None]:
         """A line of a program, or `.END`. `goes_on`: another program or section was pasted with it, for which it
         waits: the places of a program may stand behind it.
         """
@@ -196,24 +196,24 @@ class Conversation:
         if not goes_on:
             yield from self._store()
 
-    def _check_may_store(self, entry: Entry) -> None:
+    def _check_may_store(self, entry: ProgramEntry) -> None:
         try:
             self._check_may()
         except VrsError:
-            if self.desk.attended:
+            if self.user_state.attended:
                 self.entry = entry  # the lease went to somebody else meanwhile, and may come back
             raise
 
     def _check_may(self) -> None:
         self.session.check_may("a program", Role.SUPERVISOR)
 
-    def _store(self) -> Talk[None]:
+    def _store(self) -> Dialogue[None]:
         """`.END`: check the whole and keep it. A bare EXECUTE runs the first program of it."""
         text, self._pasted = self._pasted, ""
-        brought = yield from self.session.brought(text)
+        loaded = yield from self.session.loaded(text)
         before = dict(self.session.programs)
-        self.session.take(brought)
-        yield report(brought.diagnostics, text)
+        self.session.take(loaded)
+        yield report(loaded.diagnostics, text)
         new = [(key, stored) for key, stored in self.session.programs.items() if before.get(key) is not stored]
         for number, (key, stored) in enumerate(new):
             if not number and not self.session.running:
@@ -223,28 +223,28 @@ class Conversation:
             steps = count(len(stored.program.steps), "step")
             yield Message(f"Program {stored.name}: {steps}{ready}")
 
-    def leave_entry(self, why: str = "") -> Talk[None]:
+    def leave_entry(self, why: str = "") -> Dialogue[None]:
         """Ctrl-C, or the end of the input: what was typed of a program is forgotten, and said to be. Somebody who is
         there is asked first, if there is something to forget.
         """
         name, how = self._being_typed()
         if not name:
             return
-        loses = self._typed and self.desk.attended
+        loses = self._typed and self.user_state.attended
         if loses and not (yield Parting(f"{name} is not stored. Leave (Y/N)?")):
             return
-        self.entry = self.desk.editor = None
+        self.entry = self.user_state.editor = None
         self._left_out = 0
         yield Message(f"{why}{name} is not stored ({how})", Tone.ERROR if why else Tone.NOTE)
 
-    def leave(self) -> Talk[None]:
+    def leave(self) -> Dialogue[None]:
         """Ctrl-D: as EXIT, which an error of the shell itself does not keep the user from."""
         return leave(self.session)
 
     def _being_typed(self) -> tuple[str, str]:
         """The name of the program that is typed or edited, and how it would be stored; empty where there is none."""
-        if self.desk.editor is not None:
-            return self.desk.editor.name, "E would have stored it"
+        if self.user_state.editor is not None:
+            return self.user_state.editor.name, "E would have stored it"
         if self.entry is not None:
             return _named(self.entry.header) or "the program", ".END would have ended it"
         return "", ""
@@ -252,12 +252,12 @@ class Conversation:
     @property
     def _typed(self) -> bool:
         """Whether anything of it was typed."""
-        editor = self.desk.editor
+        editor = self.user_state.editor
         return editor.changed if editor is not None else self.entry is not None and bool(self.entry.lines)
 
     # --- from afar ---
 
-    def act(self, act: DeskAct) -> Talk[DeskFound | None]:
+    def act(self, act: UserAct) -> Dialogue[UserFound | None]:
         """What is done that is no line. Raises UsageError for what no screen shows, VrsError."""
         match act:
             case Attend():
@@ -268,23 +268,23 @@ class Conversation:
                 yield from self.stop_program()
             case ReadDraft() | KeepDraft():
                 return (yield from self._draft.do(act))
-            case Press() | Brake() | Look():
-                shown = self.desk.on_screen
+            case Press() | StopJog() | Look():
+                shown = self.user_state.on_screen
                 return shown.do(act) if isinstance(shown, Jogger) else self._held.do(act)
         return None
 
     @property
     def _draft(self) -> ScreenDraft:
-        if not isinstance(self.desk.on_screen, ScreenDraft):
+        if not isinstance(self.user_state.on_screen, ScreenDraft):
             raise UsageError("SEE fills no screen now", "SEE comes first")
-        return self.desk.on_screen
+        return self.user_state.on_screen
 
-    def stop_program(self) -> Talk[None]:
+    def stop_program(self) -> Dialogue[None]:
         """Ctrl-C on an empty line: the program of whoever types stops; its end is told when the arm stands."""
         track = self.session.tasks.get(ROBOT_PROGRAM)
         if track is None or not track.running:
             yield Message("Nothing to stop: EXIT leaves")
-        elif track.driven_by in (None, self.desk):
+        elif track.driven_by in (None, self.user_state):
             self.session.driver.abort(ROBOT_PROGRAM)
         else:
             yield Message(f"{track.task.program} was started by somebody else: ABORT stops it")
@@ -293,7 +293,7 @@ class Conversation:
         """Ctrl-C while the request of this ticket is waited for, from any thread: a program, or a line of the prompt,
         comes to a stop of its own; all else is broken off.
         """
-        if not self.session.interrupt(self.desk):
+        if not self.session.interrupt(self.user_state):
             ticket.throw(KeyboardInterrupt())
 
     # --- what is seen while a line is typed ---
@@ -301,7 +301,7 @@ class Conversation:
     def suggestions(self, text: str, everything: bool) -> list[Suggestion]:
         """What may stand at the end of a line that is begun."""
         session = self.session
-        steps = self.in_program or isinstance(self.desk.on_screen, ScreenDraft)
+        steps = self.in_program or isinstance(self.user_state.on_screen, ScreenDraft)
         names = names_of(session, begun(text))
         return suggestions(text, names, session.folder, in_program=steps, everything=everything)
 
@@ -314,14 +314,14 @@ class Conversation:
 
         return signature(text, program, at_prompt=not (steps or self.in_program))
 
-    def status(self) -> Status:
+    def status(self) -> PromptStatus:
         """What the prompt and the toolbar show. For a desk of its own it is asked for as all else: `Holder.call`."""
         session, engine = self.session, self.session.engine
         clock, now = engine.clock, engine.clock.reached
         position = engine.position(now)
         T, speed = position.T_world_tool, engine.settings.speed.always
         waiting = session.driver.unasked()
-        return Status(
+        return PromptStatus(
             prompt=self.prompt or (RUNNING if session.running else session.prompt),
             indent=self.entry.indent if self.entry is not None else "",
             in_program=self.in_program,
@@ -345,7 +345,7 @@ class Conversation:
         nobody looks at colours, they are not looked for: a line of a long program is parsed for that.
         """
         entry = self.entry
-        if not self.desk.attended:
+        if not self.user_state.attended:
             return ()
         known = self.session.names() if entry is None else variables_in((entry.header, *entry.lines))
         return tuple(name for name in CONSTANTS if name in known)
@@ -353,23 +353,23 @@ class Conversation:
     @property
     def in_program(self) -> bool:
         """Whether the next line is one of a program."""
-        return self.entry is not None or self.desk.editor is not None
+        return self.entry is not None or self.user_state.editor is not None
 
     @property
     def unfinished(self) -> str:
         """The program that is being typed or edited, as a file would hold it."""
 
-        if self.desk.editor is not None:
-            return self.desk.editor.text
-        if self.desk.drafted:
-            return self.desk.drafted
+        if self.user_state.editor is not None:
+            return self.user_state.editor.text
+        if self.user_state.drafted:
+            return self.user_state.drafted
         return self.entry.text if self.entry is not None and not self._refused else ""
 
     @property
     def prompt(self) -> str:
         """What stands before the next line where it is one of a program, "" where it is not."""
-        if self.desk.editor is not None:
-            return self.desk.editor.prompt
+        if self.user_state.editor is not None:
+            return self.user_state.editor.prompt
         return self.entry.prompt if self.entry is not None else ""
 
 

@@ -39,7 +39,7 @@ def _directive(line: str) -> str:
     return lines[0].directive if lines else ""
 
 
-class Entry(Struct):
+class ProgramEntry(Struct):
     """The lines typed so far; the first is the header."""
 
     header: str

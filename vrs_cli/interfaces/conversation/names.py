@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from heapq import nsmallest
 
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
-from vrs_cli.interfaces.conversation.complete import Names
+from vrs_cli.interfaces.conversation.complete import DefinedNames
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.words.values import Kind, numbers_of, plain
@@ -15,11 +15,11 @@ from vrs_cli.values.numbers import Value, count, fixed
 MOST = 500  # names of a kind that are offered: a menu is for reading
 
 
-def names_of(station: Station, begun: str = "") -> Names:
+def names_of(station: Station, begun: str = "") -> DefinedNames:
     """The first programs and variables (elements of arrays too) whose names begin so; all switches and parameters."""
     programs = station.environment.programs
     first = nsmallest(MOST, (key for key in programs if key.startswith(begun.lower())))
-    return Names(
+    return DefinedNames(
         programs={programs[key].name: count(len(programs[key].program.steps), "step") for key in first},
         variables=_Variables(station, begun.lower()),
         switches={row.name: row.summary for row in SWITCHES.values()},

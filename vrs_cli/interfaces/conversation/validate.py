@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from vrs_cli.interfaces.conversation.entry import Entry, closes_entry
+from vrs_cli.interfaces.conversation.entry import ProgramEntry, closes_entry
 from vrs_cli.interfaces.editor.lines import outside
 from vrs_cli.language.analysis.analyzer import check_line
 from vrs_cli.language.text.ast import ProgramHeader
@@ -14,7 +14,7 @@ from vrs_cli.language.words.values import Kind
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, first_error
 
 
-def mistake_in_entry(entry: Entry, line: str, known: Mapping[str, Kind]) -> Diagnostic | None:
+def mistake_in_entry(entry: ProgramEntry, line: str, known: Mapping[str, Kind]) -> Diagnostic | None:
     """The first error in the next line of a program. `known`: the kinds of the variables that have a value, but those
     that bear the name of a parameter, which means something else.
     """

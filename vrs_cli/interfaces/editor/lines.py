@@ -18,8 +18,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.errors import IllegalValue, NotAvailable, ProgramNotExecutable, UsageError
+from vrs_cli.interfaces.dialogue import Dialogue, beside_if
 from vrs_cli.interfaces.station.station import LONG_PROGRAM, Station
-from vrs_cli.interfaces.talk import Talk, beside_if
 from vrs_cli.language.analysis.analyzer import analyze, check_line
 from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.run.memory import Memory
@@ -304,7 +304,7 @@ class Editor:
     def text(self) -> str:
         return print_program(self.draft.program)
 
-    def take(self, line: str) -> Talk[tuple[Reply, ...]]:
+    def take(self, line: str) -> Dialogue[tuple[Reply, ...]]:
         """Carry out a line; what it is answered with. Raises LineRefused, VrsError: the same step is asked for again
         then.
         """
@@ -323,11 +323,11 @@ class Editor:
         self.draft = replace(draft, analysed=self.draft.analysed)
         return replies
 
-    def screen(self) -> Talk[tuple[Reply, ...]]:
+    def screen(self) -> Dialogue[tuple[Reply, ...]]:
         """What is seen on entry."""
         return self._on_draft(lambda draft, _memory: draft.screen())
 
-    def _on_draft(self, work: Callable[[Draft, Memory], W]) -> Talk[W]:
+    def _on_draft(self, work: Callable[[Draft, Memory], W]) -> Dialogue[W]:
         """Work on the draft among what is in memory; of a long program another thread does it, among a copy of that."""
         environment, long = self._station.environment, len(self.draft.steps) > LONG_PROGRAM
         memory = environment.copy() if long else environment
@@ -344,13 +344,13 @@ class Editor:
             return refused.diagnostic
         return None
 
-    def _leave(self, argument: str) -> Talk[tuple[Reply, ...]]:
+    def _leave(self, argument: str) -> Dialogue[tuple[Reply, ...]]:
         _nothing_after(argument, "E")
         replies = yield from stored(self._station, self.draft.program)
         self.done = True
         return replies
 
-    def _change(self, argument: str) -> Talk[tuple[Reply, ...]]:
+    def _change(self, argument: str) -> Dialogue[tuple[Reply, ...]]:
         name, comma, step = (part.strip() for part in argument.partition(","))
         if not name or (comma and not step):
             raise UsageError("C", LEAVING["C"])
@@ -363,7 +363,7 @@ class Editor:
         return (*replies, *(yield from self.screen()))
 
 
-def stored(station: Station, program: Program) -> Talk[tuple[Reply, ...]]:
+def stored(station: Station, program: Program) -> Dialogue[tuple[Reply, ...]]:
     """Put an edited program in memory: its first fault, and what it is now."""
     whole, source = yield from beside_if(len(program.steps) > LONG_PROGRAM, lambda: rebuilt(program))
     found = yield from station.keep(whole, source)

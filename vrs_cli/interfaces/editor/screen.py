@@ -10,9 +10,9 @@ from functools import lru_cache
 from typing import NamedTuple, Protocol
 
 from vrs_cli.errors import CannotInterpret, ProgramExists
+from vrs_cli.interfaces.dialogue import Dialogue, at_once, beside_if
 from vrs_cli.interfaces.editor.lines import analysis_of, opened, stored
 from vrs_cli.interfaces.station.station import LONG_TEXT, Station
-from vrs_cli.interfaces.talk import Talk, at_once, beside_if
 from vrs_cli.language.text.ast import BadLine, Program, ProgramHeader, Step
 from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.text.parser import parse_prompt, parse_step
@@ -24,7 +24,7 @@ from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.replies import Message, Reply
 
 
-class Reading(NamedTuple):
+class ProgramReading(NamedTuple):
     """A text as a program, None where its heading cannot be read, and everything that is wrong with it by line."""
 
     program: Program | None
@@ -34,7 +34,7 @@ class Reading(NamedTuple):
 Found = Callable[[tuple[Diagnostic, ...]], None]
 
 
-class Page(Protocol):
+class EditedProgram(Protocol):
     """A program while it is edited as a text, here or afar."""
 
     @property
@@ -69,7 +69,7 @@ class ScreenDraft:
         self.said: tuple[Reply, ...] = ()
         self.noted: Callable[[], None] = lambda: None
 
-    def do(self, act: ReadDraft | KeepDraft) -> Talk[Findings | Kept]:
+    def do(self, act: ReadDraft | KeepDraft) -> Dialogue[Findings | Kept]:
         """What somebody far away wants of it. Raises VrsError."""
         if isinstance(act, ReadDraft):
             return Findings((yield from self._read(act.text)).findings)
@@ -79,40 +79,40 @@ class ScreenDraft:
     def look(self, text: str, found: Found) -> None:
         found(at_once(self._read(text)).findings)
 
-    def _read(self, text: str) -> Talk[Reading]:
+    def _read(self, text: str) -> Dialogue[ProgramReading]:
         """A text among what is in memory; another thread reads a long one, among a copy of that."""
         environment, long, dialect = self._station.environment, len(text) > LONG_TEXT, self.dialect
         memory = environment.copy() if long else environment
 
-        def work() -> Reading:
+        def work() -> ProgramReading:
             program, findings = read(text, dialect)
             if program is None:
-                return Reading(None, findings)
-            return Reading(program, ordered((*findings, *analysis_of(memory, program).diagnostics)))
+                return ProgramReading(None, findings)
+            return ProgramReading(program, ordered((*findings, *analysis_of(memory, program).diagnostics)))
 
         return (yield from beside_if(long, work))
 
     def note(self, text: str, *, stored: bool) -> None:
         """What a file would hold of the text, where it is not stored."""
-        self._station.desk.drafted = "" if stored else f"{text}\n.END\n"
+        self._station.user_state.drafted = "" if stored else f"{text}\n.END\n"
         self.noted()
 
     def save(self, text: str) -> str:
         """Store the program; what is said of it. Raises LineRefused, ProgramExists for the name of another program."""
         return at_once(self._saved(text))
 
-    def _saved(self, text: str) -> Talk[str]:
+    def _saved(self, text: str) -> Dialogue[str]:
         program, findings = yield from self._read(text)
         if program is None:
             raise LineRefused(findings[0])
         if program.key != key_of(self.name) and program.key in self._station.programs:
             raise ProgramExists(program.name, "give this one another name")
         self.said = yield from stored(self._station, program)
-        self.name = self._station.desk.last_edited = program.name
+        self.name = self._station.user_state.last_edited = program.name
         return next((reply.text for reply in reversed(self.said) if isinstance(reply, Message)), "")
 
 
-def read(text: str, dialect: Dialect) -> Reading:
+def read(text: str, dialect: Dialect) -> ProgramReading:
     """The program of a text, and the lines that cannot be read."""
     first, *rest = text.split("\n")
     header = read_header(first)
@@ -121,10 +121,10 @@ def read(text: str, dialect: Dialect) -> Reading:
     steps = [read_step(line, number, dialect) for number, line in enumerate(rest, 2)]
     findings = tuple(found for _, found in steps if found is not None)
     if isinstance(header, Diagnostic):
-        return Reading(None, (header, *findings))
+        return ProgramReading(None, (header, *findings))
     body = tuple(step for step, _ in steps)
     program = Program(header.name, header.parameters, body, header.comment, dialect, span=header.span)
-    return Reading(resolve_program(program), findings)
+    return ProgramReading(resolve_program(program), findings)
 
 
 def canonical(text: str, dialect: Dialect) -> str:

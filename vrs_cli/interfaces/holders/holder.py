@@ -9,10 +9,10 @@ from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import MOST, Subscription
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.actor.ticket import Outlet, Ticket
+from vrs_cli.interfaces.dialogue import Dialogue, quietly
 from vrs_cli.interfaces.rights import STOPPING
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.station.desk import Desk
-from vrs_cli.interfaces.talk import Talk, quietly
+from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.text.parser import parse_prompt
@@ -23,12 +23,12 @@ T = TypeVar("T")
 
 
 class Holder:
-    """Asks one session for things, in a role; what it asks is done at its own `desk`. `name`: what the lease calls it,
-    where there is one. Every method may be called by any thread.
+    """Asks one session for things, in a role and with its own `user_state`. `name`: of the lease, where there is one.
+    Any thread may call any method.
     """
 
     def __init__(self, session: Session, role: Role = Role.SUPERVISOR, name: str = "") -> None:
-        self.desk = Desk(name, role)
+        self.user_state = UserState(name, role)
         self._session, self._actor = session, session.actor
         self._tickets: list[Ticket[Any]] = []
 
@@ -41,12 +41,12 @@ class Holder:
     @property
     def timeline(self) -> Timeline:
         """All that has been and will be, as far as is known."""
-        return self._session.branches.seen_by(self.desk)[0]
+        return self._session.branches.seen_by(self.user_state)[0]
 
     @property
     def now(self) -> float:
         """How far time has come [s]."""
-        return self._session.branches.seen_by(self.desk)[1]
+        return self._session.branches.seen_by(self.user_state)[1]
 
     # --- asking ---
 
@@ -58,9 +58,11 @@ class Holder:
         """Something to be done while nobody else changes anything."""
         return self.submit(quietly(lambda: act(self._session)), urgent=urgent)
 
-    def submit(self, talk: Talk[T], *, urgent: bool = False, outlet: Outlet | None = None) -> Ticket[T]:
+    def submit(self, dialogue: Dialogue[T], *, urgent: bool = False, outlet: Outlet | None = None) -> Ticket[T]:
         """What a talk does."""
-        ticket = self._actor.submit(self._session.at(self.desk, talk), urgent=urgent, by=self.desk, outlet=outlet)
+        ticket = self._actor.submit(
+            self._session.at(self.user_state, dialogue), urgent=urgent, by=self.user_state, outlet=outlet
+        )
         self._tickets = [one for one in self._tickets if not one.done()] + [ticket]
         return ticket
 
@@ -76,17 +78,17 @@ class Holder:
         """It holds the robot no longer: what it has asked for and is not done is left."""
         for ticket in self._tickets:
             ticket.withdraw()
-        self._actor.call(lambda: self._session.leave(self.desk))
+        self._actor.call(lambda: self._session.leave(self.user_state))
 
     def stops(self, line: str) -> bool:
         """Whether a line overtakes all that waits."""
-        if self.desk.editor is not None or line.lstrip()[:2].upper() not in {word[:2] for word in STOPPING}:
+        if self.user_state.editor is not None or line.lstrip()[:2].upper() not in {word[:2] for word in STOPPING}:
             return False
         try:
             statement = parse_prompt(line, ())
             if not isinstance(statement, Instruction) or statement.word not in STOPPING:
                 return False
-            self._session.check_may_stop(self.desk)
+            self._session.check_may_stop(self.user_state)
         except VrsError:
             return False
         return True

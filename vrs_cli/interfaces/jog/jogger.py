@@ -28,15 +28,15 @@ from vrs_cli.errors import (
     TooNear,
     UsageError,
 )
+from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.station.operands import real
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.talk import Talk
 from vrs_cli.kinematics.joints import Joints, JointUnits, largest_change
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotation_about, translation
 from vrs_cli.language.text.ast import Instruction, Variable
 from vrs_cli.language.words.values import plain
 from vrs_cli.values.commands import Move
-from vrs_cli.values.hand import CARTESIAN, Axis, Brake, Frame, Look, Press, Seen
+from vrs_cli.values.hand import CARTESIAN, Axis, Frame, Look, Press, Seen, StopJog
 from vrs_cli.values.motion import JointTarget, PoseTarget
 from vrs_cli.values.questions import Jogging
 from vrs_cli.values.replies import Message, Tone
@@ -68,18 +68,18 @@ AXIS_WORDS: Mapping[str, str] = {
 FORM = "JOG 1, 5 turns joint 1 by 5 degrees; JOG Z, -20; axes are joints, X Y Z RX RY RZ, and TX ... TRZ of the tool"
 
 
-class Hand(Protocol):
+class JogArm(Protocol):
     """What the keys move: the arm, here or afar."""
 
     @property
     def joints(self) -> int: ...
     @property
     def units(self) -> JointUnits: ...
-    def do(self, act: Press | Brake | Look) -> Seen:
+    def do(self, act: Press | StopJog | Look) -> Seen:
         """Of a hand that is far away what was seen last."""
 
 
-def jog(station: Station, it: Instruction) -> Talk[None]:
+def jog(station: Station, it: Instruction) -> Dialogue[None]:
     """JOG axis, amount; or with the keys. Raises UsageError, IllegalValue, RobotNotAttached, MotionError."""
     station.tasks.check_robot_free()
     if it.arguments:
@@ -88,10 +88,10 @@ def jog(station: Station, it: Instruction) -> Talk[None]:
         if said:
             yield Message(said, Tone.WARNING)
         return
-    jogger, desk = Jogger(station), station.desk
-    shown = desk.attended and (yield from desk.show(jogger, Jogging(jogger.joints, jogger.units, SLOW)))
+    jogger, user_state = Jogger(station), station.user_state
+    shown = user_state.attended and (yield from user_state.show(jogger, Jogging(jogger.joints, jogger.units, SLOW)))
     if not shown:
-        raise UsageError("JOG alone needs a terminal with keys", "JOG axis, amount" if desk.attended else FORM)
+        raise UsageError("JOG alone needs a terminal with keys", "JOG axis, amount" if user_state.attended else FORM)
 
 
 def _asked(station: Station, it: Instruction) -> tuple[Axis, float]:
@@ -150,14 +150,14 @@ class Jogger:
     def units(self) -> JointUnits:
         return self.engine.model.units
 
-    def do(self, act: Press | Brake | Look) -> Seen:
+    def do(self, act: Press | StopJog | Look) -> Seen:
         """What a key says, and what is seen then. What cannot be is said."""
         try:
             match act:
                 case Press():
                     self.speed = act.speed
                     self._said = self.press(act.axis, act.amount)
-                case Brake():
+                case StopJog():
                     self.stop()
                 case Look():
                     self.settle()
@@ -311,7 +311,7 @@ class HeldDown:
         self._stops: int | None = None  # how often the robot was stopped before the button was pressed
         self._version = -1  # of the timeline, as the last press has left it
 
-    def do(self, act: Press | Brake | Look) -> Seen:
+    def do(self, act: Press | StopJog | Look) -> Seen:
         """As `Jogger.do`. Raises RobotNotAttached, UsageError."""
         station, engine = self._station, self._station.engine
         if isinstance(act, Press):
@@ -319,7 +319,7 @@ class HeldDown:
             self._stops = station.stops if self._stops is None else self._stops
             if station.stops != self._stops:
                 raise UsageError("the arm was stopped by hand", "let the button go, and press it again")
-        if isinstance(act, Brake):
+        if isinstance(act, StopJog):
             self._stops = None
             if engine.timeline.version != self._version:
                 return self._jogger.do(Look())
@@ -344,10 +344,10 @@ def moved(T_world_tool: Transform, axis: Axis, amount: float) -> Transform:
 # --- with keys -----------------------------------------------------------------------------------------------------
 
 
-class Panel(Struct):
+class JogKeys(Struct):
     """What keys change: the axis, how long a step is, how fast."""
 
-    hand: Hand
+    hand: JogArm
     frame: Frame = Frame.JOINT
     index: int = 0
     step: float = 2.0
@@ -375,7 +375,7 @@ class Panel(Struct):
         self.hand.do(Press(self.axis, sign * self.step, self.speed))
 
     def stop(self) -> None:
-        self.hand.do(Brake())
+        self.hand.do(StopJog())
 
     def choose(self, index: int) -> None:
         """An axis by its number from 0; others stay without effect."""

@@ -6,20 +6,20 @@ from collections.abc import Callable, Mapping
 
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, WallClock
 from vrs_cli.errors import IllegalValue, UsageError
+from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.talk import Talk
-from vrs_cli.language.text.ast import Instruction, Word
+from vrs_cli.language.text.ast import BareWord, Instruction
 from vrs_cli.language.words.values import read_number
 from vrs_cli.values.replies import ClockReport
 
 RATES = f"CLOCK RATE = {SLOWEST_RATE:g} to {FASTEST_RATE:g}"
 
 
-def clock(station: Station, it: Instruction) -> Talk[None]:
+def clock(station: Station, it: Instruction) -> Dialogue[None]:
     """CLOCK, CLOCK PAUSE, CLOCK GO, CLOCK RATE = r. Raises UsageError, IllegalValue."""
     if it.arguments:
         word, time = it.arguments[0], station.engine.clock
-        assert isinstance(word, Word)
+        assert isinstance(word, BareWord)
         if not isinstance(time, WallClock):
             raise UsageError("time is the robot's own here, and passes only when something waits", "vrs --realtime")
         _change(time, word.text.upper(), it.value)
@@ -44,9 +44,9 @@ def _change(time: WallClock, word: str, value: object) -> None:
 
 
 def _rate(value: object) -> float:
-    rate = read_number(value.text) if isinstance(value, Word) else None
+    rate = read_number(value.text) if isinstance(value, BareWord) else None
     if rate is None or not SLOWEST_RATE <= rate <= FASTEST_RATE:
-        shown = value.text if isinstance(value, Word) else "nothing"
+        shown = value.text if isinstance(value, BareWord) else "nothing"
         raise IllegalValue(f"a rate of {shown}", RATES)
     return rate
 

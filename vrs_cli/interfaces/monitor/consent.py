@@ -5,14 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 from vrs_cli.errors import FileError, FileExists
+from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.talk import Talk
 from vrs_cli.language.words.values import Kind, key_of
 from vrs_cli.values.questions import Confirmation, Parting
 from vrs_cli.values.replies import Farewell, Message, Tone
 
 
-def agreed(station: Station, question: str) -> Talk[bool]:
+def agreed(station: Station, question: str) -> Dialogue[bool]:
     """Whether something may be deleted: the user says so, or has said DISABLE INTERACTIVE. Otherwise that is told."""
     answer = yield from confirmed(station, f"{question} Are you sure (Y/N)?")
     if answer is False:
@@ -23,7 +23,7 @@ def agreed(station: Station, question: str) -> Talk[bool]:
     return bool(answer)
 
 
-def confirmed(station: Station, question: str) -> Talk[bool | None]:
+def confirmed(station: Station, question: str) -> Dialogue[bool | None]:
     """The answer; None where nobody gives one. After DISABLE INTERACTIVE yes, without a question."""
     if not station.robot.switch("INTERACTIVE"):
         return True
@@ -31,11 +31,11 @@ def confirmed(station: Station, question: str) -> Talk[bool | None]:
     return None if answer is None else bool(answer)
 
 
-def leave(station: Station) -> Talk[None]:
+def leave(station: Station) -> Dialogue[None]:
     """EXIT: Farewell, once the user knows what is not stored. At once where nobody is there, or
     where the robot, with all that it has in memory, goes on for others.
     """
-    if station.desk.attended and station.ends_with_desk and station.robot.switch("INTERACTIVE"):
+    if station.user_state.attended and station.ends_with_user_state and station.robot.switch("INTERACTIVE"):
         unstored, name_of = station.unstored, station.environment.name_of
         rows = [("program", unstored.programs())]
         for what, kinds in (("location", PLACES), ("real", (Kind.REAL,)), ("string", (Kind.STRING,))):
@@ -59,7 +59,7 @@ def listed(what: str, names: list[str]) -> str:
     return f"{what}{'s' if len(names) > 1 else ''} {', '.join(names[:MOST_NAMED])}{more}"
 
 
-def may_replace(station: Station, program: str) -> Talk[bool | None]:
+def may_replace(station: Station, program: str) -> Dialogue[bool | None]:
     """Whether a program of that name may be put in memory: none is there, or the user lets it go. None where nobody
     says so."""
     if key_of(program) not in station.programs:
@@ -67,7 +67,7 @@ def may_replace(station: Station, program: str) -> Talk[bool | None]:
     return (yield from confirmed(station, f"Program {program} exists. Replace it (Y/N)?"))
 
 
-def may_write(station: Station, path: Path) -> Talk[None]:
+def may_write(station: Station, path: Path) -> Dialogue[None]:
     """Raises FileExists where the user does not want a file overwritten, or nobody can be asked, FileError for the
     journal of this session."""
     journal = station.journal

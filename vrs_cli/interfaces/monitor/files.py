@@ -18,13 +18,13 @@ from vrs_cli.files.bounds import Folder
 from vrs_cli.files.continuing import bookmark_of
 from vrs_cli.files.folder import copy, delete, entries, existing, rename, target
 from vrs_cli.files.program_file import find_program_file, read_program_file
-from vrs_cli.files.store import Part
+from vrs_cli.files.store import MemoryPart
 from vrs_cli.files.trajectory_file import EXTENSION, Recording, read_trajectory, write_trajectory
+from vrs_cli.interfaces.dialogue import Dialogue, Reading, beside
 from vrs_cli.interfaces.monitor.consent import PLACES, agreed, confirmed, listed, may_replace, may_write
 from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
 from vrs_cli.interfaces.station.operands import Handler, operand, path_of, word
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.talk import Reading, Talk, beside
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.language.run.cells import Item
@@ -39,11 +39,11 @@ from vrs_cli.values.replies import FileTable, FileText, Message, ReplayRow, Repl
 TORN = "its last line was not written to the end, and was left out"
 
 
-def _load(station: Station, it: Instruction) -> Talk[None]:
+def _load(station: Station, it: Instruction) -> Dialogue[None]:
     return load(station, path_of(station, it))
 
 
-def load(station: Station, named: Path) -> Talk[None]:
+def load(station: Station, named: Path) -> Dialogue[None]:
     """Programs that are there already are replaced where the user agrees, else they stay as they are; variables are
     overwritten. Where no program was run yet, EXECUTE alone runs the first of the file.
 
@@ -54,7 +54,7 @@ def load(station: Station, named: Path) -> Talk[None]:
         yield from _load_trajectory(station, path)
         return
     text = yield from beside(lambda: read_program_file(path, station.folder))
-    ready = yield from station.brought(text)
+    ready = yield from station.loaded(text)
     values = yield from beside(ready.variables.values)
     kept = yield from _kept(station, values)
     programs = station.programs
@@ -65,9 +65,9 @@ def load(station: Station, named: Path) -> Talk[None]:
         station.environment.put_back(item, value)
     if ready.diagnostics:
         yield report(ready.diagnostics, text, str(path))
-    brought = [stored for key, stored in programs.items() if before.get(key) is not stored]
+    loaded = [stored for key, stored in programs.items() if before.get(key) is not stored]
     old: list[StoredProgram] = []
-    for stored in brought:
+    for stored in loaded:
         if stored.program.key not in before:
             continue
         replaced = yield from may_replace(station, stored.name)
@@ -79,7 +79,7 @@ def load(station: Station, named: Path) -> Talk[None]:
         if replaced is None:
             hint = "DELETEP deletes it, DISABLE INTERACTIVE lets it be replaced"
             yield Message(str(ProgramExists(stored.name, hint)), Tone.ERROR)
-    new = [stored for stored in brought if stored not in old]
+    new = [stored for stored in loaded if stored not in old]
     station.unstored.programs_stored(stored.program for stored in new)
     if station.last_program is None and new:
         station.last_program = new[0].name
@@ -87,18 +87,18 @@ def load(station: Station, named: Path) -> Talk[None]:
     stay = (
         f"; {', '.join(stored.name for stored in old)} {'stays' if len(old) == 1 else 'stay'} as before" if old else ""
     )
-    if ready.diagnostics and not brought and not values:
+    if ready.diagnostics and not loaded and not values:
         yield Message(f"nothing of {path} is loaded", Tone.ERROR)
         return
     yield Message(f"{path} loaded" + (f": {', '.join(names)}" if names else "") + stay)
 
 
-def _kept(station: Station, values: Mapping[Item, Value]) -> Talk[dict[Item, Value]]:
+def _kept(station: Station, values: Mapping[Item, Value]) -> Dialogue[dict[Item, Value]]:
     """Locations that are not stored, which the values of a file would overwrite and the user does not want to be.
     Where nobody can be asked they are overwritten, as all variables are.
     """
     environment = station.environment
-    if not station.desk.attended:
+    if not station.user_state.attended:
         return {}
     lost = [item for item in station.unstored.items(*PLACES) if item in values]
     are = "is" if len(lost) == 1 else "are"
@@ -108,7 +108,7 @@ def _kept(station: Station, values: Mapping[Item, Value]) -> Talk[dict[Item, Val
     return {item: value for item in lost if (value := environment.value(item)) is not None}
 
 
-def _load_trajectory(station: Station, path: Path) -> Talk[None]:
+def _load_trajectory(station: Station, path: Path) -> Dialogue[None]:
     """A trajectory becomes a branch of its own: it can be gone on with, compared, and merged into main."""
     branches = station.branches
     name = re.sub(r"\W", ".", path.stem)
@@ -128,7 +128,7 @@ def _load_trajectory(station: Station, path: Path) -> Talk[None]:
     yield Message(f"On {name}, a branch of {commands} from {path}; the clock is at {station.engine.now:.3f} s")
 
 
-def _recording(station: Station, path: Path) -> Talk[Recording]:
+def _recording(station: Station, path: Path) -> Dialogue[Recording]:
     """Read a trajectory file, with progress where somebody watches."""
 
     def progress(share: float) -> None:
@@ -150,9 +150,9 @@ def _loaded(stored: StoredProgram, *, replaced: bool) -> str:
 def _store(extension: str, *parts: str) -> Handler:
     """Parts by the names of `files.store.Part`."""
 
-    def store(station: Station, it: Instruction) -> Talk[None]:
+    def store(station: Station, it: Instruction) -> Dialogue[None]:
         path = _with_extension(path_of(station, it), extension)
-        what: list[Part] = [files.Part[name] for name in parts]
+        what: list[MemoryPart] = [files.MemoryPart[name] for name in parts]
         programs = [word(argument) for argument in it.arguments[1:]]
         memory, layout = station.environment.copy(), station.layout
         everything = not programs and set(what) >= files.EVERYTHING
@@ -178,7 +178,7 @@ def _with_extension(path: Path, extension: str) -> Path:
     return path if path.suffix else path.with_name(path.name + extension)
 
 
-def _save(station: Station, it: Instruction) -> Talk[None]:
+def _save(station: Station, it: Instruction) -> Dialogue[None]:
     engine = station.engine
     path = _with_extension(path_of(station, it), EXTENSION)
     yield from may_write(station, path)
@@ -187,14 +187,14 @@ def _save(station: Station, it: Instruction) -> Talk[None]:
     yield Message(f"{path} saved: {count(engine.book.commands, 'command')}, {engine.end:.3f} s")
 
 
-def _replay(station: Station, it: Instruction) -> Talk[None]:
+def _replay(station: Station, it: Instruction) -> Dialogue[None]:
     path = path_of(station, it)
     path = path if path.exists() else _with_extension(path, EXTENSION)
     recording = yield from _recording(station, path)
     yield from _warnings(recording)
     yield Message(_summary(path, recording))
     named = os.path.relpath(path, station.folder.root)
-    shown = station.desk.attended and (yield from station.desk.show(recording, Playing(named)))
+    shown = station.user_state.attended and (yield from station.user_state.show(recording, Playing(named)))
     if recording.dropped_tail and not shown:
         yield Message(TORN, Tone.WARNING)
     arm, there = arm_for(recording.model), [recording]
@@ -239,18 +239,18 @@ def _last_of_motions(segments: Sequence[Segment]) -> Iterator[Segment]:
             yield segment
 
 
-def _flist(station: Station, it: Instruction) -> Talk[None]:
+def _flist(station: Station, it: Instruction) -> Dialogue[None]:
     path, folder = path_of(station, it), station.folder
     yield FileText((yield from beside(lambda: tuple(read_program_file(path, folder).splitlines()))))
 
 
-def _fdirectory(station: Station, it: Instruction) -> Talk[None]:
+def _fdirectory(station: Station, it: Instruction) -> Dialogue[None]:
     given, folder = operand(it, 0), station.folder
     asked = folder.root if given is None else folder.path(word(given), pattern=True)
     yield FileTable(str(asked), entries(asked, folder))
 
 
-def _cd(station: Station, it: Instruction) -> Talk[None]:
+def _cd(station: Station, it: Instruction) -> Dialogue[None]:
     """Raises FileError for what is no folder, FileOutside for one out of a closed one."""
     asked, home = operand(it, 0), station.home
     if asked is None:
@@ -271,14 +271,14 @@ def _closed_path(station: Station, name: str) -> Path:
     return home if name.strip() == "/" else station.folder.inside(name)
 
 
-def _pwd(station: Station, _it: Instruction) -> Talk[None]:
+def _pwd(station: Station, _it: Instruction) -> Dialogue[None]:
     """A closed folder does not tell where it is, unless it is disclosed."""
     root, home = station.folder.root, station.home
     hidden = home.closed and not home.disclosed
     yield Message(f"/{root.relative_to(home.root).as_posix().strip('.')}" if hidden else os.path.abspath(root))
 
 
-def _log(station: Station, it: Instruction) -> Talk[None]:
+def _log(station: Station, it: Instruction) -> Dialogue[None]:
     """Raises UsageError where the session cannot be written down, FileError."""
     asked, log = operand(it, 0), station.log
     path = None if asked is None else station.folder.path(word(asked))
@@ -296,7 +296,7 @@ def _log(station: Station, it: Instruction) -> Talk[None]:
         yield Message(f"{done} is complete")
 
 
-def _fdelete(station: Station, it: Instruction) -> Talk[None]:
+def _fdelete(station: Station, it: Instruction) -> Dialogue[None]:
     path = existing(path_of(station, it))
     if not (yield from agreed(station, f"The file {path} will be deleted.")):
         return
@@ -307,7 +307,7 @@ def _fdelete(station: Station, it: Instruction) -> Talk[None]:
 def _to_another(act: Callable[[Path, Path, Folder], None], done: str) -> Handler:
     """FCOPY, FRENAME."""
 
-    def put(station: Station, it: Instruction) -> Talk[None]:
+    def put(station: Station, it: Instruction) -> Dialogue[None]:
         old, new = yield from _two_files(station, it)
         act(old, new, station.folder)
         yield Message(f"{old} {done} {new}")
@@ -315,7 +315,7 @@ def _to_another(act: Callable[[Path, Path, Folder], None], done: str) -> Handler
     return put
 
 
-def _two_files(station: Station, it: Instruction) -> Talk[tuple[Path, Path]]:
+def _two_files(station: Station, it: Instruction) -> Dialogue[tuple[Path, Path]]:
     """`new = old`: the old file, and the new one, which may be written. Raises FileError and what is under it."""
     old = existing(station.folder.path(word(it.value)))
     new = target(old, path_of(station, it))

@@ -17,7 +17,7 @@ from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.operators import LINKS, OPERATORS, Operator
 from vrs_cli.language.words.values import Kind, plain
-from vrs_cli.language.words.word import Route, Row, State, Word, rows_for
+from vrs_cli.language.words.word import Route, State, Word, WordRow, rows_for
 from vrs_cli.values.replies import HelpEntry, HelpGroup, HelpOverview, HelpPage, HelpTopic, Reply
 
 ROUTES: Mapping[Route, str] = {
@@ -88,8 +88,8 @@ class Topic(NamedTuple):
     rows: tuple[tuple[str, str], ...]
 
 
-def _said(row: Row | Switch | ParameterRow) -> tuple[str, str]:
-    return (row.form if isinstance(row, Row) else row.name), row.summary
+def _said(row: WordRow | Switch | ParameterRow) -> tuple[str, str]:
+    return (row.form if isinstance(row, WordRow) else row.name), row.summary
 
 
 def help_on(word: str) -> Iterator[Reply]:
@@ -109,11 +109,11 @@ def overview() -> HelpOverview:
     return HelpOverview(tuple(HelpGroup(title, words) for title, words in groups.items() if words))
 
 
-def _groups() -> Mapping[str, tuple[Row | Switch | ParameterRow, ...]]:
+def _groups() -> Mapping[str, tuple[WordRow | Switch | ParameterRow, ...]]:
     """The rows of every word that can be used."""
     of_route = {title: [row for row in INSTRUCTIONS.values() if row.route is route] for route, title in ROUTES.items()}
     of_kind = {title: [row for row in FUNCTIONS.values() if row.result in kinds] for title, kinds in RESULTS.items()}
-    rows: dict[str, Iterable[Row]] = {
+    rows: dict[str, Iterable[WordRow]] = {
         "Monitor commands": COMMANDS.values(),
         **of_route,
         "Control structures": CONTROL.values(),
@@ -181,14 +181,14 @@ def _users(name: str) -> Iterator[HelpEntry]:
         yield _entry(sort, row, "")
 
 
-def _entry(sort: str, row: Row, note: str) -> HelpEntry:
+def _entry(sort: str, row: WordRow, note: str) -> HelpEntry:
     """What a row says. One that is not available has no example, and says what to write instead."""
     if row.state is State.SUPPORTED:
         return HelpEntry(sort, row.form, row.summary, row.example, row.where, note)
     return HelpEntry(sort, row.form, row.summary, "", row.where, "; ".join(filter(None, (row.state.value, note))))
 
 
-def _row(sort: str, table: Mapping[str, Row], name: str) -> Iterator[HelpEntry]:
+def _row(sort: str, table: Mapping[str, WordRow], name: str) -> Iterator[HelpEntry]:
     row = table.get(name)
     if row is not None:
         also = row.also if isinstance(row, Operator) else ""

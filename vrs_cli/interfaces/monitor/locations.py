@@ -9,10 +9,10 @@ from msgspec.structs import replace
 
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedValue, UsageError, VrsError
+from vrs_cli.interfaces.dialogue import Dialogue, beside
 from vrs_cli.interfaces.monitor.showing import pictured
 from vrs_cli.interfaces.station.operands import Handler, operand, real, real_or, shown, sight
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.talk import Talk, beside
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.language.run.cells import Reference
@@ -45,7 +45,7 @@ MOST_ROWS = 100_000
 DEFAULT_ROWS = 10
 
 
-def _where(station: Station, it: Instruction) -> Talk[None]:
+def _where(station: Station, it: Instruction) -> Dialogue[None]:
     number = real_or(station, it, 0, 1.0)
     if whole(number) != 1:
         raise IllegalValue(f"robot {plain(number)}", "there is one robot, number 1")
@@ -61,11 +61,11 @@ def _where(station: Station, it: Instruction) -> Talk[None]:
     yield WhereaboutsTable(rows, units)
 
 
-def _show(station: Station, it: Instruction) -> Talk[None]:
+def _show(station: Station, it: Instruction) -> Dialogue[None]:
     engine, stamped, t = station.engine, _stamped(it), _time(station, it)
     arm, timeline = engine.arm, engine.timeline
     moves = engine.realtime and engine.now < engine.end and not stamped
-    shown = moves and station.desk.attended and (yield from station.desk.show(None, Watching()))
+    shown = moves and station.user_state.attended and (yield from station.user_state.show(None, Watching()))
     if not shown:
         yield (yield from beside(lambda: pictured(arm, timeline, t, stamped)))
 
@@ -98,14 +98,14 @@ def _times(station: Station, it: Instruction) -> Iterator[float]:
         yield last
 
 
-def _define(station: Station, it: Instruction) -> Talk[None]:
+def _define(station: Station, it: Instruction) -> Dialogue[None]:
     """HERE, POINT."""
     if it.word == "HERE" or it.value is not None:
         yield from station.do(it)
     yield from _defined(station, it)
 
 
-def _teach(station: Station, it: Instruction) -> Talk[None]:
+def _teach(station: Station, it: Instruction) -> Dialogue[None]:
     """HERE without a question, under the next name of a series: there is no pendant whose button records."""
     expression = operand(it, 0)
     if not isinstance(expression, Variable):
@@ -139,10 +139,10 @@ def _counted_up(station: Station, name: Variable) -> Variable:
     return replace(name, name=longer)
 
 
-def _defined(station: Station, it: Instruction) -> Talk[None]:
+def _defined(station: Station, it: Instruction) -> Dialogue[None]:
     """Show a location, and where somebody is there, ask for changes until an empty line."""
     reference = _defined_by(station, it)
-    if not station.desk.attended:
+    if not station.user_state.attended:
         if not reference.defined():
             raise UndefinedValue(reference.name, f"POINT {reference.name} = location gives it one")
         yield _one_location(station, reference.name, cast("Transform | Joints", reference.value()))
@@ -196,14 +196,14 @@ def _one_location(station: Station, name: str, value: Transform | Joints) -> Loc
     return LocationTable((NamedLocation.of(name, value),), station.units)
 
 
-def _frame(station: Station, it: Instruction) -> Talk[None]:
+def _frame(station: Station, it: Instruction) -> Dialogue[None]:
     """TOOL, BASE."""
     yield from station.do(it)
     frames = station.engine.frames
     yield _one_location(station, it.word, frames.tool if it.word == "TOOL" else frames.base)
 
 
-def _why(station: Station, it: Instruction) -> Talk[None]:
+def _why(station: Station, it: Instruction) -> Dialogue[None]:
     asked = operand(it, 0)
     assert asked is not None
     value = sight(station, asked)()
@@ -213,7 +213,7 @@ def _why(station: Station, it: Instruction) -> Talk[None]:
     yield (yield from explained(station, target, shown(asked)))
 
 
-def explained(station: Station, target: PoseTarget | JointTarget, name: str) -> Talk[ReachReport]:
+def explained(station: Station, target: PoseTarget | JointTarget, name: str) -> Dialogue[ReachReport]:
     """Why a place of that name can be reached from here, or not."""
     reach = yield from beside(lambda: station.engine.explain(target))
     return ReachReport(name, reach, station.units)

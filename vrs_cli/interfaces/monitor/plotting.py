@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from vrs_cli.engine.position import Positions, positions_at
+from vrs_cli.engine.position import PositionArrays, positions_at
 from vrs_cli.errors import IllegalJoint, UsageError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import JointUnits
@@ -126,7 +126,7 @@ def _unit(quantity: Quantity, joints: Sequence[int], units: JointUnits) -> str:
     return ", ".join(dict.fromkeys(quantity.unit.replace("deg", units.unit(joint)) for joint in joints))
 
 
-def _tool_values(positions: Positions) -> Mapping[str, Floats]:
+def _tool_values(positions: PositionArrays) -> Mapping[str, Floats]:
     """Every curve of the tool [mm, mm/s]. The speed is that between neighbouring samples."""
     import numpy as np
 

@@ -11,12 +11,12 @@ from msgspec.structs import replace
 from vrs_cli.errors import IllegalValue, NoProgramSpecified, ProgramExists, UsageError
 from vrs_cli.files.layout import Layout
 from vrs_cli.files.store import variables_used, with_called
+from vrs_cli.interfaces.dialogue import Dialogue, beside_if
 from vrs_cli.interfaces.editor.lines import Editor, asked_program, listed, named_program, opened, refuse_running
 from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.monitor.consent import agreed
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.station.station import LONG_PROGRAM, Station
-from vrs_cli.interfaces.talk import Talk, beside_if
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.text.ast import Instruction, Program
 from vrs_cli.language.text.printer import program_header
@@ -27,7 +27,7 @@ from vrs_cli.values.replies import ProgramName, ProgramNames, ProgramText
 MANY = 100  # programs
 
 
-def _listp(station: Station, it: Instruction) -> Talk[None]:
+def _listp(station: Station, it: Instruction) -> Dialogue[None]:
     environment = station.environment
     names = [word(argument) for argument in it.arguments if argument is not None]
     stored = [environment.meant(name) for name in names] or list(environment.programs.values())
@@ -43,7 +43,7 @@ def listing(stored: StoredProgram) -> ProgramText:
     return ProgramText(program_header(stored.program), listed(stored.analysis))
 
 
-def _directory(station: Station, it: Instruction) -> Talk[None]:
+def _directory(station: Station, it: Instruction) -> Dialogue[None]:
     pattern = word(it.arguments[0]).lower() if operand(it, 0) is not None else "*"
     programs = dict(station.programs)
 
@@ -79,7 +79,7 @@ def _rename(station: Station, it: Instruction) -> None:
         station.last_program = new
 
 
-def _delete(station: Station, it: Instruction) -> Talk[None]:
+def _delete(station: Station, it: Instruction) -> Dialogue[None]:
     """Programs, what only they call, and the variables that only these use."""
     environment = station.environment
     named = {environment.program(word(argument)).program.key for argument in it.arguments}
@@ -106,7 +106,7 @@ def _delete(station: Station, it: Instruction) -> Talk[None]:
     _drop_programs(station, doomed)
 
 
-def _deletep(station: Station, it: Instruction) -> Talk[None]:
+def _deletep(station: Station, it: Instruction) -> Dialogue[None]:
     doomed = [station.environment.program(word(argument)) for argument in it.arguments]
     for program in doomed:
         station.check_free(program.name)
@@ -122,7 +122,7 @@ def _drop_programs(station: Station, doomed: Iterable[StoredProgram]) -> None:
             station.last_program = None
 
 
-def _zero(station: Station, _it: Instruction) -> Talk[None]:
+def _zero(station: Station, _it: Instruction) -> Dialogue[None]:
     for stored in station.programs.values():
         station.check_free(stored.name)
     if not (yield from agreed(station, "All programs and variables will be deleted.")):
@@ -134,23 +134,23 @@ def _zero(station: Station, _it: Instruction) -> Talk[None]:
     station.tasks.forget_all()
 
 
-def _edit(station: Station, it: Instruction) -> Talk[None]:
+def _edit(station: Station, it: Instruction) -> Dialogue[None]:
     program, step = _to_edit(station, it)
     refuse_running(station, program.name)
-    editor = station.desk.editor = Editor(station, opened(station, program, step))
-    station.desk.last_edited = program.name
+    editor = station.user_state.editor = Editor(station, opened(station, program, step))
+    station.user_state.last_edited = program.name
     yield from (yield from editor.screen())
 
 
-def _see(station: Station, it: Instruction) -> Talk[None]:
+def _see(station: Station, it: Instruction) -> Dialogue[None]:
     program, step = _to_edit(station, it)
-    desk, line_by_line = station.desk, f"EDIT {program.name} edits line by line"
-    if not desk.attended:
+    user_state, line_by_line = station.user_state, f"EDIT {program.name} edits line by line"
+    if not user_state.attended:
         raise UsageError("SEE fills a terminal, and there is none", line_by_line)
     refuse_running(station, program.name)
-    desk.last_edited = program.name
+    user_state.last_edited = program.name
     draft = ScreenDraft(station, program, step)
-    if not (yield from desk.show(draft, Editing(draft.name, draft.text, draft.row, draft.dialect))):
+    if not (yield from user_state.show(draft, Editing(draft.name, draft.text, draft.row, draft.dialect))):
         raise UsageError("SEE fills the screen, and this terminal cannot", line_by_line)
     yield from draft.said
 
@@ -158,7 +158,7 @@ def _see(station: Station, it: Instruction) -> Talk[None]:
 def _to_edit(station: Station, it: Instruction) -> tuple[Program, int]:
     """The program that is asked for, or the last one, and the step. Raises NoProgramSpecified, IllegalValue."""
     asked = operand(it, 0)
-    last = station.desk.last_edited or station.last_program
+    last = station.user_state.last_edited or station.last_program
     if asked is None and last is None:
         raise NoProgramSpecified("none was edited before", f"{it.word} name")
     step = whole(real_or(station, it, 1, 1.0))

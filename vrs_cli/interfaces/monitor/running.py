@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 
 from vrs_cli.errors import NoProgramSpecified
+from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.talk import Talk
 from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Track
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.prompt import arguments_of
@@ -17,10 +17,10 @@ from vrs_cli.language.run.semantics.tasks import PROCESS_CONTROL, checked_task
 from vrs_cli.language.text.ast import Instruction, ProgramCall
 from vrs_cli.language.words.values import whole
 from vrs_cli.values.replies import Message, ProgramStopped, Reply, Tone
-from vrs_cli.values.results import Outcome, RunResult
+from vrs_cli.values.results import RunOutcome, RunResult
 
 
-def _execute(station: Station, it: Instruction) -> Talk[None]:
+def _execute(station: Station, it: Instruction) -> Dialogue[None]:
     number = whole(real_or(station, it, 3, 0.0))
     if not number:
         asked = yield from asked_program(station, it)
@@ -29,7 +29,9 @@ def _execute(station: Station, it: Instruction) -> Talk[None]:
         yield from _start(station, it, checked_task(number))
 
 
-def asked_program(station: Station, it: Instruction) -> Talk[tuple[str | None, tuple[Reference | None, ...], int, int]]:
+def asked_program(
+    station: Station, it: Instruction
+) -> Dialogue[tuple[str | None, tuple[Reference | None, ...], int, int]]:
     """Program (which is compiled), arguments, cycles and first step of EXECUTE and its like. Raises UndefinedName."""
     asked = operand(it, 0)
     name = None if asked is None else station.environment.meant(word(asked)).name
@@ -40,7 +42,7 @@ def asked_program(station: Station, it: Instruction) -> Talk[tuple[str | None, t
     return name, arguments, whole(real_or(station, it, 1, 1.0)), step
 
 
-def _start(station: Station, it: Instruction, number: int) -> Talk[None]:
+def _start(station: Station, it: Instruction, number: int) -> Dialogue[None]:
     """Start a task beside the robot program."""
     name, arguments, cycles, step = yield from asked_program(station, it)
     if name is None:
@@ -48,7 +50,7 @@ def _start(station: Station, it: Instruction, number: int) -> Talk[None]:
     station.start(number, name, arguments, cycles, step)
 
 
-def _go_on(station: Station, number: int, retry: bool = False) -> Talk[None]:
+def _go_on(station: Station, number: int, retry: bool = False) -> Dialogue[None]:
     track = station.tasks.get(number)
     if track is not None and (retry or track.task.fault is not None):  # it is entered beside the step that failed
         yield from station.compiled(track.task.program, everywhere=True)
@@ -64,9 +66,9 @@ def _end_cycles(station: Station, number: int) -> Iterable[Reply]:
     yield Message(f"{track.task.program} ends after its present cycle")
 
 
-def run(station: Station, track: Track) -> Talk[None]:
+def run(station: Station, track: Track) -> Dialogue[None]:
     """Wait for a program, and tell how it ended; where the prompt lives, that is told when it does."""
-    if station.desk.lives and not station.desk.command_files:
+    if station.user_state.lives and not station.user_state.command_files:
         station.let_run(track, lambda result: station.terminal.show(ending(station, result)))
     else:
         yield ending(station, (yield from station.wait(track)))
@@ -78,9 +80,9 @@ def ending(station: Station, result: RunResult) -> Reply:
         fault = result.fault
         return ProgramStopped(fault.message, fault.program, fault.step, fault.source, Tone.ERROR)
     task = station.task
-    if result.outcome is Outcome.COMPLETED or task is None:
+    if result.outcome is RunOutcome.COMPLETED or task is None:
         return Message(result.outcome.value)
-    before = result.outcome in (Outcome.STEPPED, Outcome.BREAKPOINT, Outcome.WATCHED)
+    before = result.outcome in (RunOutcome.STEPPED, RunOutcome.BREAKPOINT, RunOutcome.WATCHED)
     what = f"{result.outcome.value} {result.detail}".strip()
     return ProgramStopped(what, result.program, task.step, task.source if before else "")
 
@@ -93,7 +95,7 @@ def _abort(station: Station, number: int) -> Iterable[Reply]:
     return [Message("Nothing is running") if track is None else _aborted(track.task)]
 
 
-def emergency_stop(station: Station) -> Talk[None]:
+def emergency_stop(station: Station) -> Dialogue[None]:
     """Stop the motion and all tasks now; what was stopped."""
     beside = [track.task for track in station.tasks.running if track.number not in (PROMPT_LINE, ROBOT_PROGRAM)]
     said = [*_stopped(station, station.stop), *map(_aborted, beside)]
@@ -104,7 +106,7 @@ def _stopped(station: Station, stop: Callable[[], None]) -> list[Reply]:
     """Whoever waits for the end of the program is told of it: no reply is for him."""
     scheduled, running, task = station.engine.now < station.engine.end, station.running, station.task
     track = station.tasks.get(ROBOT_PROGRAM)
-    waits = running and track is not None and track.driven_by is station.desk
+    waits = running and track is not None and track.driven_by is station.user_state
     stop()
     if waits:
         return []
@@ -114,10 +116,12 @@ def _stopped(station: Station, stop: Callable[[], None]) -> list[Reply]:
 
 
 def _aborted(task: Task) -> ProgramStopped:
-    return ProgramStopped(Outcome.ABORTED.value, task.program, task.step)
+    return ProgramStopped(RunOutcome.ABORTED.value, task.program, task.step)
 
 
-def of_task(act: Callable[[Station, int], Talk[None] | Iterable[Reply] | None], number: int | None = None) -> Handler:
+def of_task(
+    act: Callable[[Station, int], Dialogue[None] | Iterable[Reply] | None], number: int | None = None
+) -> Handler:
     """A command for the task with this number; for the one that is named, the robot program if none is."""
     return lambda station, it: act(station, checked_task(real_or(station, it, 0, 0.0)) if number is None else number)
 

@@ -14,7 +14,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, along, dot, inverse, moved_point, position, subtracted
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.motion import Frames
-from vrs_cli.values.replies import Picture
+from vrs_cli.values.replies import ArmPicture
 
 BEFORE, AFTER = 10.0, 10.0  # [s] of the way that are shown
 ERROR = 0.004  # [m] of its lines: less than a dot of a wide terminal
@@ -23,7 +23,7 @@ SAME = 1e-6  # [m] between two corners that are one
 Lines = tuple[tuple[Vector, ...], ...]
 
 
-def pictured(arm: RobotArm, timeline: Timeline, t: float, stamped: bool = False) -> Picture:
+def pictured(arm: RobotArm, timeline: Timeline, t: float, stamped: bool = False) -> ArmPicture:
     """The robot at time t [s], with the way that it has come and the one that it goes."""
     return Sight(arm).picture(timeline, t, stamped)
 
@@ -34,13 +34,13 @@ class Sight:
     def __init__(self, arm: RobotArm) -> None:
         self.arm, self._path = arm, ToolPath(arm, ERROR)
 
-    def picture(self, timeline: Timeline, t: float, stamped: bool = False) -> Picture:
+    def picture(self, timeline: Timeline, t: float, stamped: bool = False) -> ArmPicture:
         arm, frames = self.arm, timeline.locate(t)[0].motion.frames
         at = position_at(arm, timeline, t)
         links, joints = skeleton(arm, at.joints, frames)
         target = position(destination_at(arm, timeline, t).T_world_tool) if at.moving else None
         past, planned = self._way(timeline, t, position(at.T_world_tool))
-        return Picture(at, links, joints, past, planned, target, reach(arm, frames), stamped)
+        return ArmPicture(at, links, joints, past, planned, target, reach(arm, frames), stamped)
 
     def _way(self, timeline: Timeline, t: float, tip: Vector) -> tuple[Lines, Lines]:
         """The lines before a time [s] and those after it; the one under way is parted, last of all and first."""

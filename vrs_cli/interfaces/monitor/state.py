@@ -22,13 +22,13 @@ from vrs_cli.engine.parameters import (
 )
 from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import IllegalValue
+from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.monitor.clock import clock_report
 from vrs_cli.interfaces.monitor.consent import leave
 from vrs_cli.interfaces.monitor.help import help_on
 from vrs_cli.interfaces.monitor.running import of_task
 from vrs_cli.interfaces.station.operands import Handler, operand, real, real_or, word
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.talk import Talk
 from vrs_cli.language.run.semantics.settings import MODE_WORDS
 from vrs_cli.language.run.semantics.tasks import PROCESS_CONTROL
 from vrs_cli.language.run.signals import Signals
@@ -147,7 +147,7 @@ def _help(_station: Station, it: Instruction) -> Iterable[Reply]:
 
 def _history(station: Station, it: Instruction) -> Iterable[Reply]:
     """The lines that whoever asks has typed, without this one."""
-    typed = tuple(station.desk.typed)[:-1]
+    typed = tuple(station.user_state.typed)[:-1]
     first = max(len(typed) - whole(real_or(station, it, 0, float(len(typed)))), 0)
     yield FileText(tuple(f"{number:5d}  {line}" for number, line in enumerate(typed, 1) if number > first))
 
@@ -174,7 +174,7 @@ _Tables = tuple[Mapping[str, Any], Mapping[str, Idle]]  # what there is, and wha
 
 def _table(
     title: str, tables: _Tables, value: Callable[[Settings, Any, str], str], station: Station, it: Instruction
-) -> Talk[None]:
+) -> Dialogue[None]:
     """SWITCH, PARAMETER: give one a value, or show those that are named, all when none is. Raises UsageError."""
     if it.value is not None:
         yield from _set(tables[1], station, it)
@@ -190,7 +190,7 @@ def _told(row: Switch | ParameterRow | Idle) -> str:
     return f"no effect here: {row.summary}" if isinstance(row, Idle) else row.summary
 
 
-def _set(idle: Mapping[str, Idle], station: Station, it: Instruction) -> Talk[None]:
+def _set(idle: Mapping[str, Idle], station: Station, it: Instruction) -> Dialogue[None]:
     """The same as in a program; what has no effect says so."""
     yield from station.do(it)
     for argument in it.arguments:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from vrs_cli.errors import IllegalValue
+from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.monitor.running import asked_program, run
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, shown, sight, word
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.talk import Talk
 from vrs_cli.interfaces.tasks.debugging import Stepping, Watch
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.run.environment import Environment
@@ -19,19 +19,19 @@ from vrs_cli.values.numbers import Value
 from vrs_cli.values.replies import Message, ProgramStopped
 
 
-def _prime(station: Station, it: Instruction) -> Talk[None]:
+def _prime(station: Station, it: Instruction) -> Dialogue[None]:
     task = station.prime(*(yield from asked_program(station, it))).task
     yield ProgramStopped("(PRIMED)", task.program, task.step)
 
 
-def _step(station: Station, it: Instruction) -> Talk[None]:
+def _step(station: Station, it: Instruction) -> Dialogue[None]:
     """SSTEP, XSTEP: of a program that is named, or of the one that has stopped."""
     if operand(it, 0) is not None:
         station.prime(*(yield from asked_program(station, it)))
     yield from run(station, station.resume(stepping=Stepping(over=it.word != "XSTEP")))
 
 
-def _bpt(station: Station, it: Instruction) -> Talk[None]:
+def _bpt(station: Station, it: Instruction) -> Dialogue[None]:
     debugging, asked, step = station.debugging, operand(it, 0), whole(real_or(station, it, 1, 0.0))
     if asked is not None:
         stored = station.environment.program(word(asked))
@@ -58,7 +58,7 @@ def _breakable(environment: Environment, stored: StoredProgram, step: int) -> in
     return found + 1
 
 
-def _watch(station: Station, it: Instruction) -> Talk[None]:
+def _watch(station: Station, it: Instruction) -> Dialogue[None]:
     watches, expression = station.debugging.watches, operand(it, 0)
     if expression is None:
         watches.clear()

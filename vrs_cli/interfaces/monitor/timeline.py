@@ -9,11 +9,11 @@ from vrs_cli.engine.branches import MAIN
 from vrs_cli.engine.comparison import compare
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalValue, InvalidName, UsageError
+from vrs_cli.interfaces.dialogue import Dialogue, beside, in_parts
 from vrs_cli.interfaces.monitor.consent import agreed, may_write
 from vrs_cli.interfaces.monitor.plotting import in_file, plotted, selected
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.talk import Talk, beside, in_parts
 from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.values import whole
@@ -26,7 +26,7 @@ from vrs_cli.values.results import CommandRecord
 def _through_history(work: Callable[[Engine, int], Parts[tuple[str, ...]]], done: str) -> Handler:
     """UNDO, REDO."""
 
-    def go(station: Station, it: Instruction) -> Talk[None]:
+    def go(station: Station, it: Instruction) -> Dialogue[None]:
         engine = station.engine
         texts = yield from in_parts(work(engine, _steps_back(station, it)))
         yield Message(f"{_counted(texts, done)}; the clock is at {engine.now:.3f} s")
@@ -48,7 +48,7 @@ def _counted(texts: Sequence[str], what: str) -> str:
     return f"{last} is {what}" if len(texts) == 1 else f"{len(texts)} commands are {what}, up to {last}"
 
 
-def _branch(station: Station, it: Instruction) -> Talk[None]:
+def _branch(station: Station, it: Instruction) -> Dialogue[None]:
     branches, asked = station.branches, operand(it, 0)
     if asked is None:
         yield branch_table(station)
@@ -84,7 +84,7 @@ def check_tasks_stand(station: Station) -> None:
         raise UsageError(f"{running.task.program} is running", f"ABORT{number} stops it")
 
 
-def _compare(station: Station, it: Instruction) -> Talk[None]:
+def _compare(station: Station, it: Instruction) -> Dialogue[None]:
     a, b = operand(it, 0), operand(it, 1)
     first, second = MAIN if a is None else word(a), station.branches.present if b is None else word(b)
     if first.lower() == second.lower():
@@ -92,7 +92,7 @@ def _compare(station: Station, it: Instruction) -> Talk[None]:
     yield (yield from comparison(station, first, second))
 
 
-def comparison(station: Station, first: str, second: str) -> Talk[ComparisonTable]:
+def comparison(station: Station, first: str, second: str) -> Dialogue[ComparisonTable]:
     """Two branches side by side. Raises UsageError where there is none of a name."""
     branches = station.branches
     arm, one, other = station.engine.arm, branches.book(first).copy(), branches.book(second).copy()
@@ -100,7 +100,7 @@ def comparison(station: Station, first: str, second: str) -> Talk[ComparisonTabl
     return ComparisonTable(branches.spelled(first), branches.spelled(second), found, station.units)
 
 
-def _merge(station: Station, it: Instruction) -> Talk[None]:
+def _merge(station: Station, it: Instruction) -> Dialogue[None]:
     asked = operand(it, 0)
     name = station.branches.spelled(station.branches.present if asked is None else word(asked))
     check_tasks_stand(station)
@@ -109,7 +109,7 @@ def _merge(station: Station, it: Instruction) -> Talk[None]:
     yield Message(f"{name} is merged into main{how}; the timeline ends at {station.engine.end:.3f} s")
 
 
-def _deleteb(station: Station, it: Instruction) -> Talk[None]:
+def _deleteb(station: Station, it: Instruction) -> Dialogue[None]:
     branches = station.branches
     doomed = [branches.droppable(word(argument)) for argument in it.arguments]
     check_tasks_stand(station)
@@ -119,11 +119,11 @@ def _deleteb(station: Station, it: Instruction) -> Talk[None]:
         branches.drop(name)
 
 
-def _timeline(station: Station, _it: Instruction) -> Talk[None]:
+def _timeline(station: Station, _it: Instruction) -> Dialogue[None]:
     yield (yield from motions(station))
 
 
-def motions(station: Station) -> Talk[TimelineTable]:
+def motions(station: Station) -> Dialogue[TimelineTable]:
     """The timeline as it is now."""
     engine = station.engine
     timeline, commands, now = engine.timeline, engine.book.all_records(), engine.now
@@ -142,7 +142,7 @@ def _segment_row(segment: Segment) -> SegmentRow:
     return SegmentRow(motion.number, motion.text, segment.start, segment.finish, segment.phase.value, motion.kind.space)
 
 
-def _plot(station: Station, it: Instruction) -> Talk[None]:
+def _plot(station: Station, it: Instruction) -> Dialogue[None]:
     engine = station.engine
     words, file = in_file([word(argument) for argument in it.arguments if argument is not None])
     asked = selected(engine.arm, words)
@@ -154,7 +154,7 @@ def _plot(station: Station, it: Instruction) -> Talk[None]:
         yield plot if not file else (yield from _drawn(station, plot, file))
 
 
-def _drawn(station: Station, plot: Plot, file: str) -> Talk[Message]:
+def _drawn(station: Station, plot: Plot, file: str) -> Dialogue[Message]:
     """A plot in a file of the folder of the robot. Raises UsageError where this robot draws no files, FileError."""
     draw, path = station.draw, station.folder.path(file)
     if draw is None:

@@ -7,10 +7,10 @@ from itertools import chain
 from typing import cast
 
 from vrs_cli.errors import TypeMismatch, UndefinedValue
+from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if
 from vrs_cli.interfaces.monitor.consent import agreed
 from vrs_cli.interfaces.station.operands import Handler, own, real, shown, sight
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.talk import Talk, beside, beside_if
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.cells import Index, Reference, subscript
@@ -44,14 +44,14 @@ def _strings(_station: Station, rows: Rows) -> Reply:
 
 
 def _list(kinds: tuple[Kind, ...], table: Callable[[Station, Rows], Reply], otherwise: str) -> Handler:
-    def listed(station: Station, it: Instruction) -> Talk[None]:
+    def listed(station: Station, it: Instruction) -> Dialogue[None]:
         rows = yield from _rows(station, it, kinds, otherwise)
         yield (yield from beside_if(len(rows) >= MANY, lambda: table(station, rows)))
 
     return listed
 
 
-def shown_value(station: Station, expression: Expression) -> Talk[None]:
+def shown_value(station: Station, expression: Expression) -> Dialogue[None]:
     """An expression alone at the prompt: what LISTR, LISTL or LISTS of it answers."""
     if isinstance(expression, Binary) and expression.operator == "==" and isinstance(expression.left, Variable):
         yield Message(f"== compares; {shown(expression.left)} = {shown(expression.right)} assigns")
@@ -64,7 +64,7 @@ def shown_value(station: Station, expression: Expression) -> Talk[None]:
         yield _strings(station, rows) if kind is Kind.STRING else _places(station, rows)
 
 
-def _rows(station: Station, it: Instruction, kinds: tuple[Kind, ...], otherwise: str) -> Talk[Rows]:
+def _rows(station: Station, it: Instruction, kinds: tuple[Kind, ...], otherwise: str) -> Dialogue[Rows]:
     """What was asked for, each with its name or text; everything of these kinds when nothing was."""
     asked = [argument for argument in it.arguments if argument is not None]
     if not asked:
@@ -80,7 +80,7 @@ def _rows(station: Station, it: Instruction, kinds: tuple[Kind, ...], otherwise:
     return tuple(rows)
 
 
-def _values(station: Station, expression: Expression) -> Talk[Rows]:
+def _values(station: Station, expression: Expression) -> Dialogue[Rows]:
     """An expression with its value; of a name alone, the simple variable and all elements of the array."""
     rows: Rows = ()
     if isinstance(expression, Variable) and not expression.indexes:
@@ -106,7 +106,7 @@ def _own_elements(station: Station, asked: Variable, reference: Reference) -> It
 
 
 def _delete_variables(kinds: tuple[Kind, ...]) -> Handler:
-    def delete(station: Station, it: Instruction) -> Talk[None]:
+    def delete(station: Station, it: Instruction) -> Dialogue[None]:
         doomed = [_variable_of(station, argument, kinds) for argument in it.arguments]
         if not (yield from agreed(station, f"{', '.join(name for name, _ in doomed)} will be deleted.")):
             return

@@ -8,9 +8,9 @@ from typing import Protocol, TypeVar
 
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Subscription
+from vrs_cli.interfaces.dialogue import Answers
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.roles.preview import Previewed
-from vrs_cli.interfaces.talk import Answers
 from vrs_cli.values.replies import Reply
 from vrs_cli.values.results import Position
 from vrs_cli.values.tagged import Act

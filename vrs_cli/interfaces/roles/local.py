@@ -18,12 +18,12 @@ from vrs_cli.errors import VrsError
 from vrs_cli.files.trajectory_file import write_trajectory
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.conversation import Conversation
+from vrs_cli.interfaces.dialogue import Answers, Dialogue, Notes
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.station import Conditions
-from vrs_cli.interfaces.talk import Answers, Notes, Talk
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.delta_log import DeltaLog
 from vrs_cli.trajectory.timeline import Timeline
@@ -43,7 +43,7 @@ class LocalRobot:
     def __init__(self, session: Session, notes: Notes) -> None:
         self._session, self._notes = session, notes
         self._holder = Holder(session)
-        self._holder.desk = session.desk
+        self._holder.user_state = session.user_state
         self._driving = Lock()
         self._talking = Lock()  # what is typed has one place
         self._conditions: Conditions | None = None  # of all that is asked for here
@@ -54,8 +54,8 @@ class LocalRobot:
         other._conditions = conditions
         return other
 
-    def _held_to(self, talk: Talk[T]) -> Talk[T]:
-        return talk if self._conditions is None else self._session.under(self._conditions, talk)
+    def _held_to(self, dialogue: Dialogue[T]) -> Dialogue[T]:
+        return dialogue if self._conditions is None else self._session.under(self._conditions, dialogue)
 
     # --- reading ---
 
@@ -86,11 +86,11 @@ class LocalRobot:
     # --- asking ---
 
     def act(self, act: Act[T], answer: Answers | None = None, issued: float | None = None) -> T:
-        talk = self._held_to(self._holder.desk.given(issued, act_on(self._session, act)))
+        dialogue = self._held_to(self._holder.user_state.given(issued, act_on(self._session, act)))
         if answer is None:
-            return self._end(self._holder.submit(talk))
+            return self._end(self._holder.submit(dialogue))
         with self._conversing(answer):
-            return self._end(self._holder.submit(talk))
+            return self._end(self._holder.submit(dialogue))
 
     def send(self, act: Act[T], issued: float | None = None) -> Callable[[], T]:
         """There is no way to it: it is done at once. What it refuses is raised by who waits."""

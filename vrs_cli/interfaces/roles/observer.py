@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
-from vrs_cli.engine.position import Positions, position_at, positions_at
+from vrs_cli.engine.position import PositionArrays, position_at, positions_at
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.motion import Frames
@@ -25,7 +25,7 @@ class Watched(Protocol):
     def now(self) -> float: ...
 
 
-class Recorded(NamedTuple):
+class RecordedRobot(NamedTuple):
     """A trajectory as a robot to be watched: all of it has happened."""
 
     arm: RobotArm
@@ -63,6 +63,6 @@ class Observer:
         """Where the robot is at t [s], past or future, or now."""
         return position_at(self.arm, self.timeline, self.now if t is None else t)
 
-    def over(self, times: Floats) -> Positions:
+    def over(self, times: Floats) -> PositionArrays:
         """Where it is at times (N,) [s]."""
         return positions_at(self.arm, self.timeline, times)

@@ -12,13 +12,13 @@ from weakref import finalize
 from vrs_cli.engine.clock import SLICE
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Subscription
-from vrs_cli.engine.position import Positions, fill
+from vrs_cli.engine.position import PositionArrays, fill
 from vrs_cli.errors import VrsError
 from vrs_cli.files.program_file import find_program_file, read_program_file
+from vrs_cli.interfaces.dialogue import Answers
 from vrs_cli.interfaces.roles.designer import Designer
 from vrs_cli.interfaces.roles.held import Held
 from vrs_cli.interfaces.roles.observer import Observer
-from vrs_cli.interfaces.talk import Answers
 from vrs_cli.values.acts import (
     Assign,
     Compare,
@@ -80,7 +80,7 @@ class Supervisor(Observer, Designer):
         found = super().at(t)
         return self.held.past((t,))[0] if t < self.held.begins else found
 
-    def over(self, times: Floats) -> Positions:
+    def over(self, times: Floats) -> PositionArrays:
         found = super().over(times)
         gone = times < self.held.begins
         if gone.any():

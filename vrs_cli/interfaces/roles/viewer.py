@@ -41,7 +41,7 @@ class Viewer:
         self.playback = self.playback.look(self._last / self.rate, timeline.start, timeline.end, now)
 
 
-class Look(NamedTuple):
+class ViewerLook(NamedTuple):
     """What a viewer sees: the robot, at a time of timeline `version`."""
 
     viewer: Viewer
@@ -72,17 +72,17 @@ class Audience:
         """When the next look is due, on the wall [s]; infinity where nobody looks."""
         return min((viewer.due for viewer in self._viewers), default=inf)
 
-    def step(self) -> list[Look]:
+    def step(self) -> list[ViewerLook]:
         """All looks that are due."""
         arm, timeline, wall = self._watched.arm, self._watched.timeline, self._wall()
-        shared, looks = dict[float, Position](), list[Look]()
+        shared, looks = dict[float, Position](), list[ViewerLook]()
         for viewer in self._viewers:
             if viewer.due <= wall:
                 viewer.look(self._watched, wall)
                 t = viewer.playback.shown
                 if t not in shared:
                     shared[t] = position_at(arm, timeline, t)
-                looks.append(Look(viewer, timeline.version, shared[t]))
+                looks.append(ViewerLook(viewer, timeline.version, shared[t]))
         return looks
 
 

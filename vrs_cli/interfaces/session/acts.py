@@ -11,12 +11,12 @@ from typing import Any, NamedTuple, TypeVar, cast
 
 from vrs_cli.errors import IllegalValue, ProgramNotExecutable, UsageError
 from vrs_cli.files.trajectory_file import trajectory_lines
+from vrs_cli.interfaces.dialogue import Dialogue, beside, in_parts
 from vrs_cli.interfaces.monitor.locations import explained
 from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, motions
 from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, role_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.session.survey import show_branch, survey
-from vrs_cli.interfaces.talk import Talk, beside, in_parts
 from vrs_cli.interfaces.tasks.holder_times import move_of
 from vrs_cli.language.run.prompt import arguments_of, evaluate
 from vrs_cli.language.text.ast import DoInstruction, Expression, Instruction, Variable
@@ -68,7 +68,7 @@ T = TypeVar("T", covariant=True)
 # --- how they are done ----------------------------------------------------------------------------------------------
 
 
-def act_on(session: Session, act: Act[T]) -> Talk[T]:
+def act_on(session: Session, act: Act[T]) -> Dialogue[T]:
     """Do it; what comes of it. Raises RoleWanted, LeaseHeld, and UsageError for what has to wait until the program
     stops, as a line does; VrsError.
     """
@@ -79,7 +79,7 @@ def act_on(session: Session, act: Act[T]) -> Talk[T]:
     session.settle()  # what is before now has happened
     if session.running or session.elsewhere:
         check_goes_beside(row.said, row.role, elsewhere=session.elsewhere)
-    return cast(T, (yield from session.on_branch(row.role, row.talk(session, act))))
+    return cast(T, (yield from session.on_branch(row.role, row.dialogue(session, act))))
 
 
 def _go(session: Session, act: Go) -> None:
@@ -87,8 +87,8 @@ def _go(session: Session, act: Go) -> None:
         _finite(() if number is None else (number,))
     if act.speed is not None and not 0.0 < act.speed <= 1.0:
         raise IllegalValue(f"{act.speed:g} of nominal speed", "more than 0, at most 1", value=act.speed)
-    move = move_of(act, session.desk.times)
-    session.engine.clock.advance(session.engine.begin(move, program=False, issued=session.desk.issued))
+    move = move_of(act, session.user_state.times)
+    session.engine.clock.advance(session.engine.begin(move, program=False, issued=session.user_state.issued))
 
 
 def _rest(session: Session, _act: Rest) -> None:
@@ -97,15 +97,15 @@ def _rest(session: Session, _act: Rest) -> None:
         session.engine.perform(Break())
 
 
-def _undo(session: Session, act: Undo) -> Talk[None]:
+def _undo(session: Session, act: Undo) -> Dialogue[None]:
     yield from in_parts(session.engine.undoing(act.count))
 
 
-def _redo(session: Session, act: Redo) -> Talk[None]:
+def _redo(session: Session, act: Redo) -> Dialogue[None]:
     yield from in_parts(session.engine.redoing(act.count))
 
 
-def _explain(session: Session, act: Explain) -> Talk[ReachReport]:
+def _explain(session: Session, act: Explain) -> Dialogue[ReachReport]:
     target = act.goal.target
     if not isinstance(target, PoseTarget | JointTarget):
         raise UsageError("WHY of no place", "WHY explains a location")
@@ -135,29 +135,29 @@ def _expression(session: Session, text: str) -> Expression:
     return arguments[0]
 
 
-def _define(session: Session, act: Define) -> Talk[Defined]:
-    brought = yield from session.brought(act.text)
+def _define(session: Session, act: Define) -> Dialogue[Defined]:
+    loaded = yield from session.loaded(act.text)
     before = dict(session.programs)
-    session.take(brought)
-    wrong = [one for one in brought.diagnostics if one.severity is Severity.ERROR]
+    session.take(loaded)
+    wrong = [one for one in loaded.diagnostics if one.severity is Severity.ERROR]
     if wrong:
         more = f", and {len(wrong) - 1} more mistakes" if len(wrong) > 1 else ""
         raise ProgramNotExecutable(f"{act.where}{wrong[0].span.line}: {wrong[0].message}{more}")
     return Defined(tuple(stored.name for key, stored in session.programs.items() if before.get(key) is not stored))
 
 
-def _execute(session: Session, act: Execute) -> Talk[RunResult]:
+def _execute(session: Session, act: Execute) -> Dialogue[RunResult]:
     yield from session.compiled(act.program)
     return (yield from session.wait(session.begin(act.program, cycles=act.cycles)))
 
 
-def _record(session: Session, _act: Record) -> Talk[Recorded]:
+def _record(session: Session, _act: Record) -> Dialogue[Recorded]:
     engine = session.engine
     course = engine.model, engine.initial, engine.deltas.copy()
     return Recorded((yield from beside(lambda: b"".join(trajectory_lines(*course)))))
 
 
-def _list_commands(session: Session, _act: ListCommands) -> Talk[CommandList]:
+def _list_commands(session: Session, _act: ListCommands) -> Dialogue[CommandList]:
     return CommandList((yield from beside(session.engine.book.all_records())))
 
 
@@ -168,7 +168,7 @@ class _Row(NamedTuple):
     role: Role
     do: Callable[[Session, Any], object]
 
-    def talk(self, session: Session, act: Act[Any]) -> Talk[object]:
+    def dialogue(self, session: Session, act: Act[Any]) -> Dialogue[object]:
         found = self.do(session, act)
         return (yield from found) if isinstance(found, Generator) else found
 

@@ -13,12 +13,12 @@ from typing import NamedTuple
 
 from vrs_cli.errors import CannotInterpret, UsageError, VrsError
 from vrs_cli.files.program_file import find_program_file, read_program_file
+from vrs_cli.interfaces.dialogue import Dialogue, Said
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.talk import Said, Talk
 from vrs_cli.language.text.source import END, PROGRAM, SECTIONS, lines_of
 from vrs_cli.values.replies import Farewell, Message, Reply, Tone, is_error, refusal
 
-Answers = Callable[[str], Talk[None]]
+Answers = Callable[[str], Dialogue[None]]
 
 _MC = re.compile(r"(\s*)MC(?=\s)", re.IGNORECASE)
 
@@ -50,23 +50,23 @@ def command_lines(text: str) -> tuple[CommandLine, ...]:
     return tuple(found)
 
 
-def carry_out_file(station: Station, answers: Answers, named: Path) -> Talk[None]:
+def carry_out_file(station: Station, answers: Answers, named: Path) -> Dialogue[None]:
     """Give the `answers` to its commands; the first that fails is named with its line, and ends it.
 
     Raises NonexistentFile, FileError, FileDamaged, CannotInterpret, UsageError.
     """
     path = find_program_file(named)
     lines = command_lines(read_program_file(path, station.folder))
-    if any(path.samefile(running) for running in station.desk.command_files):
+    if any(path.samefile(running) for running in station.user_state.command_files):
         raise UsageError(f"{path} is being carried out", "a command file cannot call itself")
-    station.desk.command_files.append(path)
+    station.user_state.command_files.append(path)
     try:
         yield from _answers(station, answers, path, lines)
     finally:
-        station.desk.command_files.pop()
+        station.user_state.command_files.pop()
 
 
-def _answers(station: Station, answers: Answers, path: Path, lines: tuple[CommandLine, ...]) -> Talk[None]:
+def _answers(station: Station, answers: Answers, path: Path, lines: tuple[CommandLine, ...]) -> Dialogue[None]:
     for line in lines:
         failed = leaving = False
         try:
@@ -80,19 +80,19 @@ def _answers(station: Station, answers: Answers, path: Path, lines: tuple[Comman
             failed = True
             yield refusal(error, line.text)
         if failed:
-            station.desk.editor = None
+            station.user_state.editor = None
             yield Message(f"{path} stopped at line {line.number}: {line.text}", Tone.ERROR)
-        if failed or leaving or station.desk.interrupted:
+        if failed or leaving or station.user_state.interrupted:
             return
 
 
-def _passed_on(talk: Talk[None], said: Said) -> Talk[Said | None]:
+def _passed_on(dialogue: Dialogue[None], said: Said) -> Dialogue[Said | None]:
     """Say it; what the talk says next, None at its end."""
     try:
         try:
             answer = yield said
         except (Exception, KeyboardInterrupt) as error:
-            return talk.throw(error)
-        return talk.send(answer)
+            return dialogue.throw(error)
+        return dialogue.send(answer)
     except StopIteration:
         return None

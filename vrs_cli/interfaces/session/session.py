@@ -16,6 +16,7 @@ from vrs_cli.engine.book import Book
 from vrs_cli.engine.branches import MAIN
 from vrs_cli.engine.displacement import displacement
 from vrs_cli.errors import UsageError
+from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.jog.jogger import jog
 from vrs_cli.interfaces.monitor.clock import clock
 from vrs_cli.interfaces.monitor.files import FILES
@@ -30,7 +31,6 @@ from vrs_cli.interfaces.rights import check_beside, needed
 from vrs_cli.interfaces.session.command_file import carry_out_file
 from vrs_cli.interfaces.station.operands import path_of
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.talk import Talk
 from vrs_cli.language.analysis.analyzer import check_line
 from vrs_cli.language.analysis.lineage import beyond_dialect, beyond_val2
 from vrs_cli.language.text.ast import (
@@ -84,30 +84,30 @@ class Session(Station):
         """
         self.converse(self.answers(line))
 
-    def answers(self, line: str) -> Talk[None]:
+    def answers(self, line: str) -> Dialogue[None]:
         """What `perform` shows and asks, as it comes. Raises LineRefused, VrsError; RoleWanted and LeaseHeld for what
         who is at the desk may not do.
         """
         self.serve()
         self.settle()
         yield from self._attend()
-        editor = self.desk.editor
-        if editor is not None and self.desk.role is Role.SUPERVISOR:
+        editor = self.user_state.editor
+        if editor is not None and self.user_state.role is Role.SUPERVISOR:
             replies = yield from editor.take(line)
-            self.desk.last_edited = editor.name
-            self.desk.editor = None if editor.done else editor
+            self.user_state.last_edited = editor.name
+            self.user_state.editor = None if editor.done else editor
             yield from replies
         else:
             yield from self._answered(line)
         yield from self._attend()
 
-    def _attend(self) -> Talk[None]:
+    def _attend(self) -> Dialogue[None]:
         """Put the questions of tasks, which go on then. A prompt that lives puts them by itself."""
-        while not self.desk.lives and self.driver.unasked():
+        while not self.user_state.lives and self.driver.unasked():
             yield from self.driver.ask()
             self.settle()
 
-    def _answered(self, line: str) -> Talk[None]:
+    def _answered(self, line: str) -> Dialogue[None]:
         read, self._read = self._read if self._read and self._read.line == line else self._reading(line), None
         statement = read.statement
         if statement is None:
@@ -171,7 +171,7 @@ class Session(Station):
         if found:
             yield DiagnosticsReport(tuple(Diagnosed(warning, read.line) for warning in found))
 
-    def carry_out(self, statement: Statement) -> Talk[None]:
+    def carry_out(self, statement: Statement) -> Dialogue[None]:
         """A monitor command by its handler, everything else as DO."""
         if isinstance(statement, Instruction) and statement.word in HANDLERS:
             yield from HANDLERS[statement.word](self, statement) or ()
@@ -180,13 +180,13 @@ class Session(Station):
             yield from shown_value(self, statement.expression)
             return
         if isinstance(statement, DoInstruction):
-            if statement.statement is None and self.desk.last_statement is None:
+            if statement.statement is None and self.user_state.last_statement is None:
                 raise UsageError("there is no instruction to repeat", "DO instruction")
-            statement = statement.statement or self.desk.last_statement or statement
+            statement = statement.statement or self.user_state.last_statement or statement
         yield from self.do(statement)
 
 
-HANDLERS: Mapping[str, Callable[[Session, Instruction], Talk[None] | Iterable[Reply] | None]] = {
+HANDLERS: Mapping[str, Callable[[Session, Instruction], Dialogue[None] | Iterable[Reply] | None]] = {
     **LOCATIONS,
     **VARIABLES,
     **PROGRAMS,

@@ -12,18 +12,18 @@ from itertools import islice
 from typing import cast
 
 from vrs_cli.engine.snapshot import Snapshot
+from vrs_cli.interfaces.dialogue import Dialogue, beside
 from vrs_cli.interfaces.editor.lines import listed
 from vrs_cli.interfaces.monitor.programs import directory
 from vrs_cli.interfaces.monitor.timeline import branch_table
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.talk import Talk, beside
-from vrs_cli.interfaces.tasks.track import Asked, Track
+from vrs_cli.interfaces.tasks.track import PendingInput, Track
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.text.printer import program_header
 from vrs_cli.language.words.values import Kind, key_of
-from vrs_cli.values.acts import BranchSeen, Places, Programs, Survey, Surveyed, TaskRow, Text
+from vrs_cli.values.acts import BranchSeen, LocationList, ProgramList, StepList, Survey, Surveyed, TaskRow
 from vrs_cli.values.replies import ListedStep, NamedLocation
 from vrs_cli.wire.codec import mark_of
 from vrs_cli.wire.snapshots import BranchShown, ShowBranch, snapshot_record
@@ -36,7 +36,7 @@ MOST_SEGMENTS = 2000  # of a branch, the last ones
 REMEMBERED = 16  # programs whose text is known
 
 
-def survey(session: Session, act: Survey) -> Talk[Surveyed]:
+def survey(session: Session, act: Survey) -> Dialogue[Surveyed]:
     """What is there now, in one step of the robot."""
     text = yield from _text(session, act)
     places, programs = _places(session), _programs(session)
@@ -60,7 +60,7 @@ def survey(session: Session, act: Survey) -> Talk[Surveyed]:
     )
 
 
-def show_branch(session: Session, act: ShowBranch) -> Talk[BranchShown]:
+def show_branch(session: Session, act: ShowBranch) -> Dialogue[BranchShown]:
     left = session.branches.left(act.name)
     timeline, settings = left.book.timeline, left.settings
 
@@ -72,7 +72,7 @@ def show_branch(session: Session, act: ShowBranch) -> Talk[BranchShown]:
     return beside(work)
 
 
-def _places(session: Session) -> Places:
+def _places(session: Session) -> LocationList:
     rows: list[NamedLocation] = []
     count = 0
     for kind in (Kind.LOCATION, Kind.PRECISION):
@@ -81,15 +81,15 @@ def _places(session: Session) -> Places:
             NamedLocation.of(name, cast("Transform | Joints", value))
             for name, value in session.environment.first_variables(kind, MOST_PLACES)
         )
-    return Places(count - len(rows), rows=tuple(rows))
+    return LocationList(count - len(rows), rows=tuple(rows))
 
 
-def _programs(session: Session) -> Programs:
+def _programs(session: Session) -> ProgramList:
     rows = tuple(islice(directory(session.programs), MOST_PROGRAMS))
-    return Programs(len(session.programs) - len(rows), rows=rows)
+    return ProgramList(len(session.programs) - len(rows), rows=rows)
 
 
-def _text(session: Session, act: Survey) -> Talk[Text | None]:
+def _text(session: Session, act: Survey) -> Dialogue[StepList | None]:
     """None for a program that is not there, or is there no more."""
     yield from ()
     stored = session.programs.get(key_of(act.program))
@@ -100,7 +100,7 @@ def _text(session: Session, act: Survey) -> Talk[Text | None]:
     first = max(act.first, 1) - 1
     rows = steps[first : first + MOST_STEPS]
     more = max(len(steps) - first, 0) - len(rows)
-    return Text(more, name=stored.name, header=program_header(stored.program), rows=rows)
+    return StepList(more, name=stored.name, header=program_header(stored.program), rows=rows)
 
 
 @lru_cache(maxsize=REMEMBERED)
@@ -111,7 +111,7 @@ def _steps(stored: StoredProgram) -> tuple[ListedStep, ...]:
 
 def _task(track: Track) -> TaskRow:
     task, pending = track.task, track.pending
-    asks = pending.question.text if isinstance(pending, Asked) else ""
+    asks = pending.question.text if isinstance(pending, PendingInput) else ""
     step = None if task.ended else task.step
     return TaskRow(track.number, task.program, task.state.value, step, track.running, asks)
 

@@ -38,7 +38,7 @@ class Lost(Spoken, frozen=True):
 Notice = Granted | Requested | Lost
 
 
-class Lease(Struct, frozen=True):
+class RobotLease(Struct, frozen=True):
     """`holder` drives until the time `until` [s], nobody if that is empty; `asking`: who has asked since, in order.
 
     A holder whose time has passed keeps the lease until another takes it.
@@ -61,7 +61,7 @@ class Lease(Struct, frozen=True):
         if not self.drives(who):
             raise LeaseHeld(self._held(), "ask for the lease; in the shell: /ask")
 
-    def acquire(self, who: str, now: float) -> tuple[Lease, tuple[Notice, ...]]:
+    def acquire(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
         """Drive, where nobody does or the time of who does has passed. Raises LeaseHeld."""
         if self.drives(who):
             return self.beat(who, now), ()
@@ -70,7 +70,7 @@ class Lease(Struct, frozen=True):
         lost = (Lost(self.holder, who),) if self.holder else ()
         return self._given(who, now), (*lost, Granted(who))
 
-    def ask(self, who: str, now: float) -> tuple[Lease, tuple[Notice, ...]]:
+    def ask(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
         """Say that one would like to drive: at once, where that is possible, otherwise the holder is told once."""
         if self.expired(now) or self.drives(who):
             return self.acquire(who, now)
@@ -78,25 +78,25 @@ class Lease(Struct, frozen=True):
             return self, ()
         return replace(self, asking=(*self.asking, who)), (Requested(self.holder, who),)
 
-    def give(self, who: str, to: str, now: float) -> tuple[Lease, tuple[Notice, ...]]:
+    def give(self, who: str, to: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
         """The holder lets another drive, or nobody (`to` is empty). Raises LeaseHeld for somebody else."""
         self.check(who)
         if not to:
             return replace(self, holder="", until=now), ()
         return self._given(to, now), (Granted(to),)
 
-    def beat(self, who: str, now: float) -> Lease:
+    def beat(self, who: str, now: float) -> RobotLease:
         """The holder is still there. Raises LeaseHeld for somebody else, as for who has lost it."""
         self.check(who)
         return replace(self, until=max(now + self.length, self.until))
 
-    def leave(self, who: str, now: float) -> tuple[Lease, tuple[Notice, ...]]:
+    def leave(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
         """Somebody has gone: a holder gives the lease to who asked first."""
         asking = tuple(one for one in self.asking if one != who)
         left = replace(self, asking=asking)
         return left.give(who, asking[0] if asking else "", now) if self.drives(who) else (left, ())
 
-    def _given(self, to: str, now: float) -> Lease:
+    def _given(self, to: str, now: float) -> RobotLease:
         return replace(self, holder=to, until=now + self.length, asking=tuple(one for one in self.asking if one != to))
 
     def _held(self) -> str:

@@ -6,17 +6,17 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from vrs_cli.errors import NoProgramSpecified, TypeMismatch
+from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.talk import Talk
 from vrs_cli.language.run.cells import Reference
-from vrs_cli.language.run.prompt import Sight, evaluate
-from vrs_cli.language.text.ast import Call, Expression, Instruction, ProgramCall, Variable, Word
+from vrs_cli.language.run.prompt import WatchedExpression, evaluate
+from vrs_cli.language.text.ast import BareWord, Call, Expression, Instruction, ProgramCall, Variable
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.values import kind_of_value
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.replies import Reply
 
-Handler = Callable[[Station, Instruction], Talk[None] | Iterable[Reply] | None]  # None: it answers nothing
+Handler = Callable[[Station, Instruction], Dialogue[None] | Iterable[Reply] | None]  # None: it answers nothing
 
 
 def value(station: Station, expression: Expression) -> Value:
@@ -34,7 +34,7 @@ def real(station: Station, expression: Expression) -> float:
 
 def sight(station: Station, expression: Expression) -> Callable[[], Value]:
     """Looks at an expression as the program that has stopped sees it."""
-    seen = Sight(station.environment, station.robot, expression)
+    seen = WatchedExpression(station.environment, station.robot, expression)
     return lambda: seen.value(own(station))
 
 
@@ -54,7 +54,7 @@ def real_or(station: Station, it: Instruction, index: int, default: float) -> fl
 
 def word(expression: Expression | None) -> str:
     """A file, a program or another bare word, as it was typed."""
-    if isinstance(expression, Word):
+    if isinstance(expression, BareWord):
         return expression.text
     if isinstance(expression, Variable | Call | ProgramCall):
         return expression.name

@@ -13,8 +13,8 @@ from msgspec import Struct
 
 from vrs_cli.devices.outside import Outside
 from vrs_cli.engine.branches import Branches
-from vrs_cli.engine.clock import Clock
-from vrs_cli.engine.engine import Engine, Postponement, Turning
+from vrs_cli.engine.clock import RobotClock
+from vrs_cli.engine.engine import Engine, Postponement, ToolTurning
 from vrs_cli.errors import (
     ClockPaused,
     NoProgramSpecified,
@@ -28,12 +28,12 @@ from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.layout import Layout
 from vrs_cli.files.store import called_from
 from vrs_cli.interfaces.actor.actor import Actor
+from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal, at_once, beside, beside_if, within
 from vrs_cli.interfaces.rights import check_may, must_drive
-from vrs_cli.interfaces.station.brought import Brought
-from vrs_cli.interfaces.station.desk import Desk
-from vrs_cli.interfaces.station.lease import Lease
+from vrs_cli.interfaces.station.lease import RobotLease
+from vrs_cli.interfaces.station.loaded_file import LoadedFile
 from vrs_cli.interfaces.station.unstored import Unstored
-from vrs_cli.interfaces.talk import Slice, Talk, Terminal, at_once, beside, beside_if, within
+from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.interfaces.tasks.debugging import Stepping
 from vrs_cli.interfaces.tasks.driver import Driver
 from vrs_cli.interfaces.tasks.limits import ATTENDED, Advice, Limits, at_prompt
@@ -62,7 +62,7 @@ from vrs_cli.language.words.word import Role
 from vrs_cli.values.diagnostics import Diagnostic, first_error
 from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.replies import Message, Plot, ProgramStopped, Tone
-from vrs_cli.values.results import Beside, Outcome, RunResult
+from vrs_cli.values.results import RunOutcome, RunResult, StoppedTask
 
 LONG_TEXT = 1000  # characters that are parsed in some milliseconds
 LONG_PROGRAM = 100  # steps that are compiled in some milliseconds
@@ -98,9 +98,9 @@ class Station:
     """One robot, its programs and variables, one clock.
 
     `terminal` is where what it says by itself goes. `driver` runs its tasks. `task` is the robot program that runs or
-    ran last, `last_program` its name. `desk` is that of whoever is served now. `lease` says who of them drives, None:
-    all do. `folder`: where its files are; `close` sees to it that all of what programs wrote is in these. `outside`:
-    whom programs may talk to; nobody, unless somebody is named.
+    ran last, `last_program` its name. `user_state` is that of whoever is served now.
+    `lease` says who of them drives, None: all do. `folder`: where its files are; `close` writes all that programs wrote
+    into them. `outside`: whom programs may talk to; nobody, unless somebody is named.
     """
 
     def __init__(
@@ -109,7 +109,7 @@ class Station:
         model: RobotModel | None = None,
         *,
         start: Joints | None = None,
-        clock: Clock | None = None,
+        clock: RobotClock | None = None,
         limits: Limits = ATTENDED,
         folder: Folder = FREE,
         outside: Outside | None = None,
@@ -137,9 +137,9 @@ class Station:
         self.engine.turned.append(self._turned)
         self.dialect = Dialect.VPLUS  # of what is typed, and of files that name none
         self.last_program: str | None = None
-        self.desk = self._own_desk = Desk(attended=terminal.attended)
-        self._desks: WeakSet[Desk] = WeakSet((self.desk,))
-        self.lease: Lease | None = None
+        self.user_state = self._own_user_state = UserState(attended=terminal.attended)
+        self._user_states: WeakSet[UserState] = WeakSet((self.user_state,))
+        self.lease: RobotLease | None = None
         self.stops = 0  # how often it was stopped by hand
         self.driver.answers, self.driver.then = self._answers, self._then
         self.layout = Layout()
@@ -150,18 +150,18 @@ class Station:
         self.journal: Path | None = None  # the file that all motions are written to as they are commanded
 
     @property
-    def desk(self) -> Desk:
+    def user_state(self) -> UserState:
         """Of whoever types now: branches and tasks that begin are that one's."""
-        return self._desk
+        return self._user_state
 
-    @desk.setter
-    def desk(self, desk: Desk) -> None:
-        self._desk = self.branches.who = self.tasks.who = desk
+    @user_state.setter
+    def user_state(self, user_state: UserState) -> None:
+        self._user_state = self.branches.who = self.tasks.who = user_state
 
     @property
-    def ends_with_desk(self) -> bool:
+    def ends_with_user_state(self) -> bool:
         """Whether the robot is there for whoever is served alone, and ends when that one leaves."""
-        return self.desk is self._own_desk
+        return self.user_state is self._own_user_state
 
     @property
     def task(self) -> Task | None:
@@ -190,19 +190,19 @@ class Station:
         """
         return at_once(self.loading(text))
 
-    def loading(self, text: str) -> Talk[tuple[Diagnostic, ...]]:
+    def loading(self, text: str) -> Dialogue[tuple[Diagnostic, ...]]:
         """Do what `load_text` does; another thread parses and analyses a long text."""
-        brought = yield from self.brought(text)
-        self.take(brought)
-        return brought.diagnostics
+        loaded = yield from self.loaded(text)
+        self.take(loaded)
+        return loaded.diagnostics
 
-    def brought(self, text: str) -> Talk[Brought]:
+    def loaded(self, text: str) -> Dialogue[LoadedFile]:
         """Parse a file and analyse it among what is in memory, ready for `take`. Raises ProgramInterlocked."""
         long, dialect = len(text) > LONG_TEXT, self.dialect
         file, unreadable = yield from beside_if(long, lambda: parse_file(text, dialect, remembered=False))
         self._check_free(file)
         memory, vplus = self._memory(), self.robot.switch("VPLUS")
-        found = yield from beside_if(long, lambda: Brought.of(file, text, memory, vplus=vplus))
+        found = yield from beside_if(long, lambda: LoadedFile.of(file, text, memory, vplus=vplus))
         return found._replace(diagnostics=(*unreadable, *found.diagnostics))
 
     def _memory(self) -> Memory:
@@ -211,12 +211,12 @@ class Station:
         self.driver.cell.fill(memory)
         return memory
 
-    def take(self, brought: Brought) -> None:
+    def take(self, loaded: LoadedFile) -> None:
         """Put what a file has in memory, all of it at once. Raises ProgramInterlocked."""
-        self._check_free(brought.file)
-        self.environment.take(brought.variables)
-        self.layout = self.layout.with_file(brought.layout)
-        self._store(brought)
+        self._check_free(loaded.file)
+        self.environment.take(loaded.variables)
+        self.layout = self.layout.with_file(loaded.layout)
+        self._store(loaded)
 
     def _check_free(self, file: File) -> None:
         if all(track.task.ended for track in self.tasks):
@@ -225,17 +225,17 @@ class Station:
             if isinstance(part, Program):
                 self.check_free(part.name)
 
-    def keep(self, program: Program, text: str) -> Talk[tuple[Diagnostic, ...]]:
+    def keep(self, program: Program, text: str) -> Dialogue[tuple[Diagnostic, ...]]:
         """Put one program in memory, in the place of one of its name; `text` is its source. What is wrong with it."""
         memory, vplus = self._memory(), self.robot.switch("VPLUS")
         long = len(program.steps) > LONG_PROGRAM
-        brought = yield from beside_if(long, lambda: Brought.of(File((program,)), text, memory, vplus=vplus))
-        self._store(brought)
-        return brought.diagnostics
+        loaded = yield from beside_if(long, lambda: LoadedFile.of(File((program,)), text, memory, vplus=vplus))
+        self._store(loaded)
+        return loaded.diagnostics
 
-    def _store(self, brought: Brought) -> None:
-        for analysis in brought.analyses:
-            self.environment.store(analysis, brought.lines)
+    def _store(self, loaded: LoadedFile) -> None:
+        for analysis in loaded.analyses:
+            self.environment.store(analysis, loaded.lines)
 
     # --- running ---
 
@@ -272,7 +272,7 @@ class Station:
         track = self.begin(program, arguments, cycles, step)
         return self.converse(self.wait(track, limits, all_tasks=all_tasks))
 
-    def compiled(self, program: str | None, *, everywhere: bool = False) -> Talk[None]:
+    def compiled(self, program: str | None, *, everywhere: bool = False) -> Dialogue[None]:
         """Compile a program, the last one where none is named, and those that it calls; another thread does that where
         it is long. `everywhere`: the program is to be entered at any step. What is wrong is told when it begins.
         """
@@ -311,11 +311,11 @@ class Station:
         track.stepping = stepping
         return track
 
-    def converse(self, talk: Talk[R]) -> R:
+    def converse(self, dialogue: Dialogue[R]) -> R:
         """Drive a talk to its end at the terminal."""
-        return self.actor.finish(self.actor.submit(talk), self.terminal)
+        return self.actor.finish(self.actor.submit(dialogue), self.terminal)
 
-    def wait(self, track: Track, limits: Limits | None = None, *, all_tasks: bool = False) -> Talk[RunResult]:
+    def wait(self, track: Track, limits: Limits | None = None, *, all_tasks: bool = False) -> Dialogue[RunResult]:
         """Until a program that has begun stops; `all_tasks`: until all have."""
         self._changes_by_program(True)
         try:
@@ -328,9 +328,9 @@ class Station:
     def _then(self, track: Track) -> Callable[[RunResult], None] | None:
         """Whether a program goes on though whoever waited for it does not any more, and what comes after it."""
         who = track.driven_by
-        return (lambda _result: self._reset_settings(track)) if isinstance(who, Desk) and who.left else None
+        return (lambda _result: self._reset_settings(track)) if isinstance(who, UserState) and who.left else None
 
-    def watch_over(self) -> Talk[None]:
+    def watch_over(self) -> Dialogue[None]:
         """Let time go on for a program that nobody waits for, until it stops or asks something."""
         while self.running and not any(self.driver.questions()):
             yield Slice.RUNNING
@@ -402,34 +402,34 @@ class Station:
         what = it.text or "the motion"
         self.terminal.show(Message(f"{what} is postponed from {it.asked:.3f} to {it.executed:.3f} s", Tone.WARNING))
 
-    def _turned(self, it: Turning) -> None:
+    def _turned(self, it: ToolTurning) -> None:
         """Said once: of a location that was not taught all motions do it."""
         self.engine.turned.remove(self._turned)
         joints, off = self.engine.model.joint_count, f"{degrees(it.angle):.1f} deg off what is asked"
         what = f"{it.text or 'the motion'}: {joints} joints turn the tool as nearly as they can, here {off} (said once)"
         self.terminal.show(Message(what, Tone.WARNING))
 
-    def _tell(self, one: Beside) -> None:
+    def _tell(self, one: StoppedTask) -> None:
         """Show what became of another task."""
         fault = one.fault
         what = f"{fault.message} [{one.where}]"
         self.terminal.show(ProgramStopped(what, fault.program, fault.step, fault.source, Tone.ERROR))
 
-    def interrupt(self, desk: Desk | None = None) -> bool:
+    def interrupt(self, user_state: UserState | None = None) -> bool:
         """Stop what somebody waits for (whoever is at a desk) before its next step; False when that is nothing, or
         waits for a line: whoever reads that has to be stopped. Safe in a signal handler.
         """
         waited = self.driver.waited
-        if waited is None or (desk is not None and waited.driven_by is not desk):
+        if waited is None or (user_state is not None and waited.driven_by is not user_state):
             return False
-        (desk or self.desk).interrupted = True
+        (user_state or self.user_state).interrupted = True
         self.driver.interrupt()
         return not self.driver.asks
 
     def abort(self) -> None:
         """Stop the program, and a line of the prompt; brake now and drop what is scheduled."""
-        for desk in self._desks:
-            desk.interrupted = desk.interrupted or desk is not self.desk
+        for user_state in self._user_states:
+            user_state.interrupted = user_state.interrupted or user_state is not self.user_state
         self._abort((PROMPT_LINE, ROBOT_PROGRAM))
 
     def pause(self) -> None:
@@ -451,62 +451,62 @@ class Station:
 
     def serve(self) -> None:
         """Whoever is at the desk is served, where that one has tried things last; where a program runs, beside it."""
-        self.branches.serve(self.desk, stay=any(self.tasks.running))
+        self.branches.serve(self.user_state, stay=any(self.tasks.running))
 
-    def leave(self, desk: Desk) -> None:
+    def leave(self, user_state: UserState) -> None:
         """Whoever was at a desk has gone, and what was tried there."""
-        own = self.desk
+        own = self.user_state
         for track in self.tasks:
-            if track.driven_by is desk:
+            if track.driven_by is user_state:
                 track.driven_by = None
-        if not any(self.tasks.running) or not self.branches.is_at(desk):
-            self.branches.forget(desk)
-        self.desk = own
+        if not any(self.tasks.running) or not self.branches.is_at(user_state):
+            self.branches.forget(user_state)
+        self.user_state = own
 
     @property
     def elsewhere(self) -> bool:
         """Whether a program runs on another branch than that of who is served."""
-        return not self.branches.is_at(self.desk)
+        return not self.branches.is_at(self.user_state)
 
-    def on_branch(self, role: Role, talk: Talk[R]) -> Talk[R]:
+    def on_branch(self, role: Role, dialogue: Dialogue[R]) -> Dialogue[R]:
         """A talk for those of a role: who only looks, looks at his own branch, whatever runs on another."""
-        return within(self.branches.own_in_place, talk) if role is Role.OBSERVER and self.elsewhere else talk
+        return within(self.branches.own_in_place, dialogue) if role is Role.OBSERVER and self.elsewhere else dialogue
 
     def check_may(self, said: str, wanted: Role) -> None:
         """Raises RoleWanted and LeaseHeld for what is not for who is served: said so, of that role."""
-        check_may(said, wanted, self.desk.role)
-        if self.lease is not None and must_drive(said, wanted, self.desk.role):
-            self.lease.check(self.desk.name)
+        check_may(said, wanted, self.user_state.role)
+        if self.lease is not None and must_drive(said, wanted, self.user_state.role):
+            self.lease.check(self.user_state.name)
 
-    def check_may_stop(self, desk: Desk) -> None:
+    def check_may_stop(self, user_state: UserState) -> None:
         """In any thread. Raises RoleWanted and LeaseHeld for who may not stop the robot now: a designer stops his own
         motions, a supervisor all.
         """
-        check_may("ABORT", Role.DESIGNER, desk.role)
+        check_may("ABORT", Role.DESIGNER, user_state.role)
         lease = self.lease
-        if lease is not None and lease.holder and must_drive("ABORT", Role.DESIGNER, desk.role):
-            lease.check(desk.name)
+        if lease is not None and lease.holder and must_drive("ABORT", Role.DESIGNER, user_state.role):
+            lease.check(user_state.name)
 
     def _answers(self, track: Track) -> bool:
         """Whether what a task asks is for who is served: who drives, or who let it go on last, and is there."""
         if self.lease is not None:
-            return self.lease.drives(self.desk.name)
+            return self.lease.drives(self.user_state.name)
         driver = track.driven_by
-        return driver in (None, self.desk) or (isinstance(driver, Desk) and driver.left)
+        return driver in (None, self.user_state) or (isinstance(driver, UserState) and driver.left)
 
-    def at(self, desk: Desk, talk: Talk[R]) -> Talk[R]:
+    def at(self, user_state: UserState, dialogue: Dialogue[R]) -> Dialogue[R]:
         """A talk with somebody else, at whose desk it is done."""
-        self._desks.add(desk)
-        desk.interrupted = False
+        self._user_states.add(user_state)
+        user_state.interrupted = False
         try:
-            return (yield from within(lambda: self._served(desk), talk))
+            return (yield from within(lambda: self._served(user_state), dialogue))
         except LineStopped:
             raise RequestRefused("it was stopped before it was done") from None
 
-    def under(self, conditions: Conditions, talk: Talk[R]) -> Talk[R]:
+    def under(self, conditions: Conditions, dialogue: Dialogue[R]) -> Dialogue[R]:
         """A talk under conditions of its own, the programs that begin in it too."""
         with self.driver.surrounded(conditions.cell, conditions.inputs):
-            return (yield from within(lambda: self._held_to(conditions), talk))
+            return (yield from within(lambda: self._held_to(conditions), dialogue))
 
     @contextmanager
     def _held_to(self, conditions: Conditions) -> Iterator[None]:
@@ -520,22 +520,22 @@ class Station:
             self.limits, self.folder, self.home, self._given = before
 
     @contextmanager
-    def _served(self, desk: Desk) -> Iterator[None]:
-        own, self.desk = self.desk, desk
+    def _served(self, user_state: UserState) -> Iterator[None]:
+        own, self.user_state = self.user_state, user_state
         try:
             self.serve()
             yield
         finally:
-            self.desk = own
+            self.user_state = own
 
-    def do(self, statement: Statement) -> Talk[None]:
+    def do(self, statement: Statement) -> Dialogue[None]:
         """One instruction now, as a program of one step. Raises VrsError where it cannot be done, KeyboardInterrupt
         where it was stopped.
         """
-        self.desk.last_statement = statement
+        self.user_state.last_statement = statement
         task = statement_task(self.environment, self.robot, statement)
         track = self.tasks.start(PROMPT_LINE, task, self._given)
-        track.times, track.issued, self.desk.issued = self.desk.times, self.desk.issued, None
+        track.times, track.issued, self.user_state.issued = self.user_state.times, self.user_state.issued, None
         of_program = self.unstored.of_program
         if of_program:
             self._changes_by_program(False)
@@ -546,7 +546,7 @@ class Station:
             if of_program and self.running:
                 self._changes_by_program(True)
         self.settle()
-        if result.outcome is Outcome.ABORTED:
+        if result.outcome is RunOutcome.ABORTED:
             raise LineStopped
         if track.error is not None:
             raise track.error

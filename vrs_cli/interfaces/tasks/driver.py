@@ -22,15 +22,15 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import ClockPaused, DeviceNotReady, LimitReached, VrsError
 from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.disk import Disk
-from vrs_cli.interfaces.talk import Slice, Talk, Terminal
+from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal
 from vrs_cli.interfaces.tasks.debugging import Debugging
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.endless import UNTIMED, endless, in_vain
 from vrs_cli.interfaces.tasks.limits import ATTENDED, GO_ON, Advice, Limits, Spent, at_prompt
-from vrs_cli.interfaces.tasks.performing import Performer, Transcript
+from vrs_cli.interfaces.tasks.performing import Performer, TypedLines
 from vrs_cli.interfaces.tasks.readings import SystemReadings
 from vrs_cli.interfaces.tasks.tasks import Tasks
-from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Asked, Pending, Track
+from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Pending, PendingInput, Track
 from vrs_cli.language.run.cell import NO_CELL, Cell, LivingCell
 from vrs_cli.language.run.effects import Budget, Event, Failed
 from vrs_cli.language.run.environment import Environment
@@ -38,7 +38,7 @@ from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.runtime import BUDGET, Task
 from vrs_cli.language.run.signals import NO_INPUTS, Inputs
 from vrs_cli.values.replies import Message, Tone
-from vrs_cli.values.results import Outcome, RunResult
+from vrs_cli.values.results import RunOutcome, RunResult
 
 _P = TypeVar("_P", bound=Pending)
 
@@ -92,7 +92,7 @@ class Driver:
         self._living = LivingCell(NO_CELL)
         self._advice = advice
         self.debugging = Debugging()
-        self._transcript = Transcript(engine, terminal, advice)
+        self._transcript = TypedLines(engine, terminal, advice)
         self._written = Spent("max_disk", "write", advice)
         self._disk = Disk(folder, self._written.add, self._check_held)
         self.devices = Devices(self._disk, self._transcript.show, outside or Nothing(), self._missed)
@@ -158,7 +158,7 @@ class Driver:
 
     # --- somebody waits ---
 
-    def run(self, track: Track, limits: Limits = ATTENDED, *, all_tasks: bool = False) -> Talk[RunResult]:
+    def run(self, track: Track, limits: Limits = ATTENDED, *, all_tasks: bool = False) -> Dialogue[RunResult]:
         """Until a task stops, or (`all_tasks`) until every task has. At each RUNNING whoever drives lets one thing
         happen (`step`); the other tasks run beside it, and what they ask is asked.
         """
@@ -247,14 +247,14 @@ class Driver:
         for track in self.tasks.running:
             if track is foreground or track.task.broken:
                 track.task.abort()
-                self.tasks.stop(track, Outcome.ABORTED)
+                self.tasks.stop(track, RunOutcome.ABORTED)
 
     def broken_off(self, error: LimitReached) -> RunResult:
         """The result of a run that `error` broke off in the middle of a step."""
         track = self.tasks.get(ROBOT_PROGRAM)
         assert track is not None
         self.drop(track)
-        track.fault, track.outcome = track.task.fail(error).fault, Outcome.FAILED
+        track.fault, track.outcome = track.task.fail(error).fault, RunOutcome.FAILED
         self._transcript.end_line()
         return self._result(_Run(track, ATTENDED, 0.0, inf, 0))
 
@@ -275,9 +275,9 @@ class Driver:
 
     # --- questions ---
 
-    def questions(self) -> Iterator[tuple[Track, Asked]]:
+    def questions(self) -> Iterator[tuple[Track, PendingInput]]:
         """The tasks that wait for a line of the terminal, and what they ask, in the order of asking."""
-        waiting = [(track, track.pending) for track in self.tasks.running if isinstance(track.pending, Asked)]
+        waiting = [(track, track.pending) for track in self.tasks.running if isinstance(track.pending, PendingInput)]
         return iter(sorted(waiting, key=lambda one: one[1].number))
 
     def answer(self, number: int, answer: str | VrsError | None) -> None:
@@ -294,7 +294,7 @@ class Driver:
             self._performer.do(found[0], self._thrown(found[0], error))
         self.tasks.current = PROMPT_LINE
 
-    def ask(self) -> Talk[None]:
+    def ask(self) -> Dialogue[None]:
         """Put the questions of their tasks to those who drive them; Ctrl-C stops the task that asks."""
         self._performer.asked = False
         while waiting := self.unasked():
@@ -314,7 +314,7 @@ class Driver:
                 self._put.discard(asked.number)
                 self.asks = bool(self._put)
 
-    def unasked(self) -> list[tuple[Track, Asked]]:
+    def unasked(self) -> list[tuple[Track, PendingInput]]:
         """Questions for whoever is served that nobody has before him."""
         return [one for one in self.questions() if one[1].number not in self._put and self.answers(one[0])]
 

@@ -15,18 +15,16 @@ from msgspec import structs
 from vrs_cli.devices.device import Waits
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import EndOfInput, IllegalValue, TaskNotActive, VrsError
-from vrs_cli.interfaces.talk import Terminal
+from vrs_cli.interfaces.dialogue import Terminal
 from vrs_cli.interfaces.tasks.debugging import Onward, Stopped
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes
 from vrs_cli.interfaces.tasks.limits import GO_ON, Advice, Limits, Spent
 from vrs_cli.interfaces.tasks.tasks import Tasks
-from vrs_cli.interfaces.tasks.track import Aborted, Asked, Pending, Track
+from vrs_cli.interfaces.tasks.track import Aborted, Pending, PendingInput, Track
 from vrs_cli.language.run.effects import (
     AttachRobot,
     Budget,
-    Completed,
-    Control,
     ControlTask,
     CycleBegins,
     DetachRobot,
@@ -34,10 +32,12 @@ from vrs_cli.language.run.effects import (
     Failed,
     Halt,
     Pause,
+    ProgramCompleted,
     Prompt,
     RunSignal,
     SetEvent,
     StartTask,
+    TaskControl,
     TaskState,
     Type,
     Wait,
@@ -49,14 +49,14 @@ from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.units import TERMINAL, AwaitLine, ReadRecord, UnitEffect
 from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values.commands import Brake, Break, Move, Request, SetMonitorSpeed, SetParameter, SetSwitch, Stamp
-from vrs_cli.values.results import Outcome
+from vrs_cli.values.results import RunOutcome
 
 LOOK = 1.0  # [s] a unit is looked at so often where nothing arrives, so that a limit of time is seen
 EVERYBODYS = (SetMonitorSpeed, SetParameter, SetSwitch)  # requests that a task without the robot may make
 STEPS_A_START = 100  # that the start of a task takes as long as
 
 
-class Transcript:
+class TypedLines:
     """`lines` are those that have ended since the run began."""
 
     def __init__(self, engine: Engine, terminal: Terminal, advice: Advice) -> None:
@@ -99,7 +99,7 @@ class Performer:
         environment: Environment,
         robot: RobotReadings,
         tasks: Tasks,
-        transcript: Transcript,
+        transcript: TypedLines,
         devices: Devices,
         advice: Advice,
     ) -> None:
@@ -145,9 +145,9 @@ class Performer:
     def _ask(self, track: Track, event: Prompt | ReadRecord | AwaitLine) -> None:
         """It goes on when somebody has answered."""
         self.asked = True
-        track.until(inf, Asked(next(self._questions), event))
+        track.until(inf, PendingInput(next(self._questions), event))
 
-    def answer(self, track: Track, asked: Asked, answer: str | VrsError | None) -> None:
+    def answer(self, track: Track, asked: PendingInput, answer: str | VrsError | None) -> None:
         """A line for a task that has asked. Raises EndOfInput, and why the line before could not be read, where there
         is none and the task cannot do without.
         """
@@ -250,19 +250,19 @@ class Performer:
 
     def _control_task(self, _track: Track, event: ControlTask) -> None:
         number = event.number
-        if event.control is Control.ABORT:
+        if event.control is TaskControl.ABORT:
             if self._tasks.abort(number) is None:
                 raise TaskNotActive(f"task {number}", "it does not run")
-        elif event.control is Control.KILL:
+        elif event.control is TaskControl.KILL:
             self._tasks.kill(number)
-        elif event.control is Control.CYCLE_END:
+        elif event.control is TaskControl.CYCLE_END:
             self._tasks.end_cycles(number)
         else:
-            self._tasks.proceed(number, retry=event.control is Control.RETRY)
+            self._tasks.proceed(number, retry=event.control is TaskControl.RETRY)
 
     # --- endings ---
 
-    def _end(self, track: Track, event: Completed | Halt | Pause | Failed | Aborted | Stopped) -> None:
+    def _end(self, track: Track, event: ProgramCompleted | Halt | Pause | Failed | Aborted | Stopped) -> None:
         """Once the robot is at rest, if it is this task's, and no line of the prompt; what is stopped while the clock
         stands does not wait for that.
         """
@@ -275,7 +275,7 @@ class Performer:
             track.fault, track.error = event.fault, event.error
         if isinstance(event, Stopped):
             track.detail, track.task.state = event.detail, TaskState.PAUSED
-        self._tasks.stop(track, Outcome[event.outcome] if isinstance(event, Stopped) else _ENDINGS[type(event)])
+        self._tasks.stop(track, RunOutcome[event.outcome] if isinstance(event, Stopped) else _ENDINGS[type(event)])
 
 
 def _as_typed(request: Request, times: HolderTimes) -> Request:
@@ -292,12 +292,12 @@ def _line(answer: str | VrsError | None) -> str | None:
     return answer
 
 
-_ENDINGS: dict[type, Outcome] = {
-    Completed: Outcome.COMPLETED,
-    Halt: Outcome.HALTED,
-    Pause: Outcome.PAUSED,
-    Failed: Outcome.FAILED,
-    Aborted: Outcome.ABORTED,
+_ENDINGS: dict[type, RunOutcome] = {
+    ProgramCompleted: RunOutcome.COMPLETED,
+    Halt: RunOutcome.HALTED,
+    Pause: RunOutcome.PAUSED,
+    Failed: RunOutcome.FAILED,
+    Aborted: RunOutcome.ABORTED,
 }
 
 _ACTS: dict[type, Callable[[Performer, Track, Any], None]] = {

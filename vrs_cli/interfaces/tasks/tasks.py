@@ -18,7 +18,7 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.semantics.tasks import LAST_TASK
 from vrs_cli.language.run.units import UnitEffect
-from vrs_cli.values.results import Beside, Outcome
+from vrs_cli.values.results import RunOutcome, StoppedTask
 
 
 class Tasks:
@@ -30,8 +30,8 @@ class Tasks:
     def __init__(self, engine: Engine, environment: Environment, devices: Devices) -> None:
         self.current = PROMPT_LINE
         self.who: object = None
-        self.failed: list[Beside] = []
-        self.told: Callable[[Beside], None] = lambda _beside: None
+        self.failed: list[StoppedTask] = []
+        self.told: Callable[[StoppedTask], None] = lambda _beside: None
         self._engine, self._environment, self._devices = engine, environment, devices
         self._tracks: dict[int, Track] = {}
         self._owner: int | None = None
@@ -95,7 +95,7 @@ class Tasks:
         """Ready to run, and stopped before its first step. Raises TaskActive."""
         track = self.start(number, task, folder)
         task.state = TaskState.PAUSED
-        self.stop(track, Outcome.PAUSED)
+        self.stop(track, RunOutcome.PAUSED)
         return track
 
     def proceed(self, number: int, *, retry: bool = False) -> Track:
@@ -153,7 +153,7 @@ class Tasks:
         track.task.end_cycles()
         return track
 
-    def stop(self, track: Track, outcome: Outcome) -> None:
+    def stop(self, track: Track, outcome: RunOutcome) -> None:
         """It goes on no more by itself, and lets the robot, its signal and its files go."""
         track.outcome, track.pending, track.stepping = outcome, None, None
         self.release_robot(track)
@@ -163,7 +163,7 @@ class Tasks:
         else:  # it may go on: what it has written is in its files
             self._devices.rest(track.number)
         if track.fault is not None and not track.awaited:
-            self.failed.append(Beside(track.number, track.fault, self._engine.now))
+            self.failed.append(StoppedTask(track.number, track.fault, self._engine.now))
             self.told(self.failed[-1])
 
     def kill(self, number: int) -> None:

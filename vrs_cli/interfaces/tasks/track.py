@@ -12,7 +12,7 @@ from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.run.units import AwaitLine, ReadRecord, UnitEffect
 from vrs_cli.values.commands import Request
 from vrs_cli.values.questions import LineWanted
-from vrs_cli.values.results import Outcome, ProgramFault
+from vrs_cli.values.results import ProgramFault, RunOutcome
 
 ROBOT_PROGRAM = 0
 PROMPT_LINE = -1  # the number of the task that a line of the prompt is
@@ -22,7 +22,7 @@ class Aborted(Struct, frozen=True):
     """What a task waits with that is stopped from outside: until the robot is at rest."""
 
 
-class Asked(Struct, frozen=True):
+class PendingInput(Struct, frozen=True):
     """What a task waits with for a line of the terminal: `number` is that of the question, `event` what it asked."""
 
     number: int
@@ -37,7 +37,7 @@ class Asked(Struct, frozen=True):
         return LineWanted(self.event.text, "" if wrong is None else str(wrong))
 
 
-Pending = Event | Aborted | Stopped | Onward | Asked
+Pending = Event | Aborted | Stopped | Onward | PendingInput
 
 
 class Track(Struct, eq=False):
@@ -56,7 +56,7 @@ class Track(Struct, eq=False):
     pending: Pending | None = None
     asked: float = 0.0
     answer: str | None = None
-    outcome: Outcome | None = None
+    outcome: RunOutcome | None = None
     fault: ProgramFault | None = None
     error: VrsError | None = None
     detail: str = ""

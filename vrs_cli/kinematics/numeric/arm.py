@@ -17,7 +17,7 @@ from vrs_cli.kinematics.jacobian import Demands, Jacobian, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
 from vrs_cli.kinematics.numeric.newton import NO_TWIST, Newton, newton
-from vrs_cli.kinematics.numeric.redundancy import PARTS, Follow, walk, walks
+from vrs_cli.kinematics.numeric.redundancy import PARTS, Follower, walk, walks
 from vrs_cli.kinematics.numeric.search import (
     CONVERGED,
     DAMPING,
@@ -34,7 +34,7 @@ from vrs_cli.kinematics.numeric.search import (
     missing,
     some_joints,
 )
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import Transform, position
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT
 from vrs_cli.kinematics.walk import Asked, Walk
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.continuation import Continuation
 
 
-ANOTHER_TASK = f"teach the location by HERE, or give the arm the task {Task.STEADY.value!r}"
+ANOTHER_TASK = f"teach the location by HERE, or give the arm the task {ArmTask.STEADY.value!r}"
 
 
 class NumericArm(RobotArm):
@@ -147,8 +147,8 @@ class NumericArm(RobotArm):
         return None if found is None else (found[0], found[1])
 
     @cached_property
-    def _follow(self) -> Follow:
-        return Follow(self.model, self.held, self.missing, self._newton)
+    def _follow(self) -> Follower:
+        return Follower(self.model, self.held, self.missing, self._newton)
 
     def walks(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Iterator[Walk]:
         return walks(self._follow, begin, poses, asked)

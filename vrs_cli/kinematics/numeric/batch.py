@@ -12,7 +12,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.numeric.search import CONVERGED, DAMPING, FREE_STEPS, LARGEST_STEP, LEAST_DAMPING, STEPS, rounds
 from vrs_cli.kinematics.serial_batch import SerialBatch
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT, Unchanging
 
@@ -139,7 +139,7 @@ class NumericBatch(SerialBatch):
 
     def _missing(self, have: Floats, T: Floats) -> Floats:
         """(N, 6): the way and the turn from poses of the flange to others [m, rad]."""
-        if self.model.task is Task.POINTING:
+        if self.model.task is ArmTask.POINTING:
             a, b = have[..., 2], T[..., 2]
             turn = _as_long_as_angle(np.cross(a, b), (a * b).sum(axis=1))
         else:

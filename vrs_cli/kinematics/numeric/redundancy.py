@@ -38,7 +38,7 @@ DAMPING = 1e-9  # [m2, rad2] of the pseudo-inverse
 Rows = Sequence[Sequence[float]]
 
 
-class Follow(NamedTuple):
+class Follower(NamedTuple):
     """What an arm follows poses with: `missing` gives the rows of the Jacobian that count, and what is missing; `held`
     are the joints, by index, that the others miss least, as many as there are too many.
     """
@@ -49,7 +49,7 @@ class Follow(NamedTuple):
     newton: Newton
 
 
-def walks(arm: Follow, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Iterator[Walk]:
+def walks(arm: Follower, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Iterator[Walk]:
     """The walks from the joints `begin` through poses of the flange, theirs first, that arrive inside the ranges; the
     walk to try first first.
 
@@ -68,7 +68,7 @@ def walks(arm: Follow, begin: Joints, poses: Sequence[Transform], asked: Asked) 
     yield from sorted(inside, key=lambda one: -one.margin)
 
 
-def walk(arm: Follow, begin: Joints, poses: Sequence[Transform], asked: Asked, part: float) -> Walk:
+def walk(arm: Follower, begin: Joints, poses: Sequence[Transform], asked: Asked, part: float) -> Walk:
     """With such a part of the gradient."""
     q, margin, total, steps = begin, 1.0, list[Joints](), len(poses) - 1
     axes = [_axis(joint, len(q)) for joint, _ in asked]
@@ -102,7 +102,7 @@ def _margin(model: RobotModel, q: Joints) -> float:
 
 
 def _step(
-    arm: Follow, q: Joints, pose: Transform, held: list[tuple[Joints, float]], near: list[Joints], inward: Joints
+    arm: Follower, q: Joints, pose: Transform, held: list[tuple[Joints, float]], near: list[Joints], inward: Joints
 ) -> tuple[Joints, list[Joints]]:
     """The shortest step to a pose and to sums that are held, with what leads `inward`, if anything, in the null space;
     and an orthonormal basis of that, each direction next to one of some others.
@@ -121,7 +121,7 @@ def _step(
     return step, basis
 
 
-def _damped_step(arm: Follow, q: Joints, pose: Transform, held: list[tuple[Joints, float]]) -> Joints:
+def _damped_step(arm: Follower, q: Joints, pose: Transform, held: list[tuple[Joints, float]]) -> Joints:
     rows, error = arm.missing(q, pose)
     rest = [value - _dot(axis, q) for axis, value in held]
     return damped([*rows, *(axis for axis, _ in held)], [*error, *rest], DAMPING)

@@ -23,7 +23,7 @@ from random import Random
 from vrs_cli.kinematics.jacobian import Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import Transform, Vector, cross, dot
 
 CONVERGED = 1e-10  # [m, rad] an error that is none
@@ -58,9 +58,9 @@ def some_joints(model: RobotModel) -> Iterator[Joints]:
         yield tuple(random.uniform(low, high) for low, high in limits)
 
 
-def missing(task: Task, have: Transform, want: Transform) -> Twist:
+def missing(task: ArmTask, have: Transform, want: Transform) -> Twist:
     """From one pose to another [m, rad]: the way, and the turn about axes of the base."""
-    if task is Task.POINTING:
+    if task is ArmTask.POINTING:
         turn = turn_between((have.ax, have.ay, have.az), (want.ax, want.ay, want.az))
     else:
         turn = rotation_vector(have, want)

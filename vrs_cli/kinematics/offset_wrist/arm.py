@@ -14,7 +14,7 @@ from vrs_cli.kinematics.clearance import (
     UNKNOWN,
     Clearance,
     Hand,
-    Pace,
+    HandPace,
     TwoBars,
     from_axis,
     from_shoulder,
@@ -98,7 +98,7 @@ class OffsetWristArm(RobotArm):
         return Clearance(shoulder, self.reach.outer - square, square - self.reach.inner, s5, across)
 
     def least_clearance(
-        self, a: Clearance, b: Clearance, pace: Pace, h: float, *, beside_axis: bool = False
+        self, a: Clearance, b: Clearance, pace: HandPace, h: float, *, beside_axis: bool = False
     ) -> Clearance:
         shoulder, far = from_axis(self.reach, a.shoulder, b.shoulder, pace, h)
         if beside_axis:

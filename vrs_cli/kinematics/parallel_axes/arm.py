@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR, Clearance, Hand, Pace, TwoBars, from_shoulder
+from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR, Clearance, Hand, HandPace, TwoBars, from_shoulder
 from vrs_cli.kinematics.configuration import SIDES, Configuration
 from vrs_cli.kinematics.jacobian import Demands, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints, nearest_turn
@@ -110,7 +110,7 @@ class ParallelAxesArm(RobotArm):
         self,
         a: Clearance,
         b: Clearance,
-        pace: Pace,
+        pace: HandPace,
         h: float,
         *,
         beside_axis: bool = False,  # noqa: ARG002 (on axis 1)

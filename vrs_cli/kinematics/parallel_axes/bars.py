@@ -20,10 +20,15 @@ from functools import cached_property
 from vrs_cli.kinematics.axes import EXACT, frame
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import RobotModel, axes_parallel, joint_axes, link_frames
-from vrs_cli.kinematics.task import Task
+from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import Transform, any_normal, compose, dot, inverse
 
-TASKS = {(2, 0): Task.POINT, (3, 0): Task.PLANE, (3, 1): Task.UPRIGHT, (2, 1): Task.POSITION}  # turning, sliding joints
+TASKS = {
+    (2, 0): ArmTask.POINT,
+    (3, 0): ArmTask.PLANE,
+    (3, 1): ArmTask.UPRIGHT,
+    (2, 1): ArmTask.POSITION,
+}  # turning, sliding joints
 
 
 @dataclass(frozen=True)

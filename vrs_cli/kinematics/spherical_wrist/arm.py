@@ -15,7 +15,7 @@ from vrs_cli.kinematics.clearance import (
     UNKNOWN,
     Clearance,
     Hand,
-    Pace,
+    HandPace,
     Turning,
     TwoBars,
     from_axis,
@@ -87,7 +87,7 @@ class SphericalWristArm(RobotArm):
         return Clearance(shoulder, outer, inner, abs(sin(q[4])), cross(forearm, (T[2], T[6], T[10])))
 
     def least_clearance(
-        self, a: Clearance, b: Clearance, pace: Pace, h: float, *, beside_axis: bool = False
+        self, a: Clearance, b: Clearance, pace: HandPace, h: float, *, beside_axis: bool = False
     ) -> Clearance:
         bars = self.reach
         shoulder, far = from_axis(bars, a.shoulder, b.shoulder, pace, h)
@@ -105,7 +105,7 @@ class SphericalWristArm(RobotArm):
             return Clearance(shoulder, outer, inner, UNKNOWN)
         return Clearance(shoulder, outer, inner, self._straightest(a, b, turns, bars.fold(outer, inner), pace, h))
 
-    def _straightest(self, a: Clearance, b: Clearance, turns: Turning, fold: float, pace: Pace, h: float) -> float:
+    def _straightest(self, a: Clearance, b: Clearance, turns: Turning, fold: float, pace: HandPace, h: float) -> float:
         """The least `wrist` between two. Joints 2 and 3 turn the bars as a2 and forearm, square to them, make the
         velocity of the wrist's centre, and their derivatives its acceleration.
         """

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from vrs_cli.errors import FileDamaged
-from vrs_cli.kinematics.axes import PARALLEL, Chain, Line, chain_of, link_transform
+from vrs_cli.kinematics.axes import PARALLEL, AxisLine, Chain, chain_of, link_transform
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import Origin, RobotModel
 from vrs_cli.kinematics.model_data import NEEDED_POSES, TOOL_KEYS, ModelReader
@@ -38,7 +38,7 @@ from vrs_cli.kinematics.urdf.hand import Fingers, fingers_of, moved
 from vrs_cli.kinematics.urdf.macros import expanded, has_macros
 from vrs_cli.kinematics.urdf.ready import better_ready
 from vrs_cli.kinematics.urdf.tree import ENDLESS, MOVING, Joint, Mimic, Range, Tree
-from vrs_cli.kinematics.urdf.visuals import Place, Visuals
+from vrs_cli.kinematics.urdf.visuals import LinkPlace, Visuals
 
 WHOLE_TURNS = 2 * pi  # [rad] a joint that turns without end is given one turn each way
 
@@ -49,7 +49,7 @@ FULL_ACCELERATION_IN = 0.1  # [s] jerks: full acceleration in this time
 USUAL_TOOL_SPEEDS = {"linear_speed": 500.0, "angular_speed": 90.0}  # [mm/s, deg/s]
 
 
-class Arm(NamedTuple):
+class UrdfArm(NamedTuple):
     """What is chosen of a file: the joints that move, how far each moves for one of its own (a telescope more than
     1), the links that have their axes (T_base_tip(q) = base . links . flange), and all that hangs on them."""
 
@@ -58,7 +58,7 @@ class Arm(NamedTuple):
     scales: tuple[float, ...]
     chain: Chain
     fingers: Fingers
-    places: Mapping[str, Place]
+    places: Mapping[str, LinkPlace]
 
 
 def robot_of(
@@ -116,14 +116,14 @@ def _noted(model: RobotModel, note: str) -> RobotModel:
 # --- its geometry --------------------------------------------------------------------------------------------------
 
 
-def arm_of(tree: Tree, chosen: Choice, closed: str | None = None, flange: Transform = IDENTITY) -> Arm:
+def arm_of(tree: Tree, chosen: Choice, closed: str | None = None, flange: Transform = IDENTITY) -> UrdfArm:
     """The links of a chain, `flange` (T_tip_flange) behind it. Raises FileDamaged for a joint that no arm has."""
-    joints, axes, scales, T = list[Joint](), list[Line](), list[float](), IDENTITY
+    joints, axes, scales, T = list[Joint](), list[AxisLine](), list[float](), IDENTITY
     for joint in chosen.way:
         T = compose(T, tree.origin(joint.element))
         if not joint.moves:
             continue
-        axis = Line(position(T), rotate(T, tree.axis(joint)))
+        axis = AxisLine(position(T), rotate(T, tree.axis(joint)))
         follows = _follows(tree, joint, axis, joints[-1:], axes[-1:])
         if follows is not None:
             scales[-1] += follows.factor
@@ -136,10 +136,12 @@ def arm_of(tree: Tree, chosen: Choice, closed: str | None = None, flange: Transf
     assert chain is not None  # without angles to meet every chain has links
     fingers = fingers_of(tree, joints[-1].child, chosen.fingers, closed)
     places = _places(tree, chosen.base, joints, chain, fingers)
-    return Arm(chosen, tuple(joints), tuple(scales), chain, fingers, places)
+    return UrdfArm(chosen, tuple(joints), tuple(scales), chain, fingers, places)
 
 
-def _follows(tree: Tree, joint: Joint, axis: Line, before: Sequence[Joint], axes: Sequence[Line]) -> Mimic | None:
+def _follows(
+    tree: Tree, joint: Joint, axis: AxisLine, before: Sequence[Joint], axes: Sequence[AxisLine]
+) -> Mimic | None:
     """How a joint of a telescope goes with the one before it, of which it makes a longer one: as the file says, or like
     that one where it slides along it, as far and as fast. None of a joint that moves by itself.
     """
@@ -154,7 +156,7 @@ def _follows(tree: Tree, joint: Joint, axis: Line, before: Sequence[Joint], axes
     raise tree.wrong(joint, "mimics another joint", "every joint of an arm moves by itself")
 
 
-def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, fingers: Fingers) -> dict[str, Place]:
+def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, fingers: Fingers) -> dict[str, LinkPlace]:
     """Where the links are that hang on the base, in the frames of the chain.
 
     T_body_link = T_base_body^-1 T_base_link while all joints are 0 and the hand is closed, and ever after.
@@ -162,7 +164,7 @@ def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, finger
     steps = [link_transform(link, 0.0) for link in chain.links]
     steps[-1] = compose(steps[-1], chain.flange)
     bodies = [inverse(T) for T in accumulate(steps, compose, initial=chain.base)]
-    found, left = {base: Place(0, bodies[0])}, [(base, IDENTITY)]
+    found, left = {base: LinkPlace(0, bodies[0])}, [(base, IDENTITY)]
     while left:
         parent, T_base_parent = left.pop()
         for joint, T_parent_joint in tree.steps_below(parent):
@@ -173,7 +175,7 @@ def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, finger
             if (travel := fingers.travels.get(joint.name)) is not None and joint.moves:
                 opens += (_opening(tree, joint, compose(bodies[body], T_base_joint), travel.open - travel.closed),)
                 T = compose(T_base_joint, moved(tree, joint, travel.closed))
-            found[joint.child] = Place(body, compose(bodies[body], T), opens)
+            found[joint.child] = LinkPlace(body, compose(bodies[body], T), opens)
             left.append((joint.child, T))
     return found
 
@@ -185,7 +187,7 @@ def _opening(tree: Tree, joint: Joint, T_body_joint: Transform, travel: float) -
     return Opening(turn=along, point=position(T_body_joint))
 
 
-def _pointing(arm: Arm) -> approach.Turned | None:
+def _pointing(arm: UrdfArm) -> approach.Turned | None:
     """Where its fingers point, where that is another direction than the flange's Z, along which an arm of a few joints
     could not go."""
     if len(arm.joints) < FEWEST:
@@ -196,7 +198,7 @@ def _pointing(arm: Arm) -> approach.Turned | None:
     return None if last is None else approach.other_than_z(last, ends)
 
 
-def _origin(arm: Arm) -> Origin:
+def _origin(arm: UrdfArm) -> Origin:
     chosen = arm.choice
     return Origin(
         chosen.base,
@@ -211,7 +213,7 @@ def _origin(arm: Arm) -> Origin:
 # --- its figures ---------------------------------------------------------------------------------------------------
 
 
-def _joints(tree: Tree, arm: Arm, reader: ModelReader, table: Mapping[str, object]) -> list[dict[str, float]]:
+def _joints(tree: Tree, arm: UrdfArm, reader: ModelReader, table: Mapping[str, object]) -> list[dict[str, float]]:
     """Limits and rates: what a TOML file says of a joint goes before what the URDF file does."""
     more = reader.own_joints(table.get("joints", []), {joint.name: tree.kind(joint) for joint in arm.joints})
     rows = zip(arm.joints, arm.scales, more, strict=True)

@@ -16,7 +16,7 @@ from xml.etree.ElementTree import Element
 
 from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.data_reader import TINY
-from vrs_cli.kinematics.shapes import MOST_SHAPES, Body, Box, Capsule, Cylinder, MeshFile, Opening, Shape
+from vrs_cli.kinematics.shapes import MOST_SHAPES, Body, Box, Capsule, Cylinder, LinkShape, MeshFile, Opening
 from vrs_cli.kinematics.transform import Transform, compose, position, translation
 from vrs_cli.kinematics.urdf.document import named
 from vrs_cli.kinematics.urdf.tree import Tree
@@ -24,7 +24,7 @@ from vrs_cli.kinematics.urdf.tree import Tree
 USUAL_COLOUR = "grey"
 
 
-class Place(NamedTuple):
+class LinkPlace(NamedTuple):
     """Where a link is: in which body (0 is the base), T_body_link, and how it moves as the hand opens."""
 
     body: int
@@ -39,7 +39,7 @@ class Visuals:
         self.folder, self.root = folder, tree.document.root
         self.numbers, self.origin = tree.document.numbers, tree.origin
 
-    def shapes(self, places: Mapping[str, Place]) -> tuple[Shape, ...]:
+    def shapes(self, places: Mapping[str, LinkPlace]) -> tuple[LinkShape, ...]:
         """Of the links that have a place."""
         colours = dict(self._colours())
         shapes = (
@@ -50,13 +50,13 @@ class Visuals:
         )
         return tuple(islice(filter(None, shapes), MOST_SHAPES))
 
-    def _shape(self, visual: Element, place: Place, colours: Mapping[str, str]) -> Shape | None:
+    def _shape(self, visual: Element, place: LinkPlace, colours: Mapping[str, str]) -> LinkShape | None:
         try:
             body = self._body(visual, compose(place.T, self.origin(visual)))
         except FileDamaged:
             return None
         colour = self._colour(visual.find("material"), colours)
-        return None if body is None else Shape(place.body, body, colour, place.opens)
+        return None if body is None else LinkShape(place.body, body, colour, place.opens)
 
     def _body(self, visual: Element, T: Transform) -> Body | None:
         for form in visual.iterfind("geometry/*"):

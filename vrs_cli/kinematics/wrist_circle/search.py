@@ -35,7 +35,7 @@ class Arcs(NamedTuple):
     end: Floats
 
 
-class Places:
+class SearchPlaces:
     """What stands at values of joint 6 (K, M), of K poses each in one way of joints 1 to 3.
 
     `beyond`: by how much the wrist is out of reach there, at most 0 where it is in reach; f and joints are then those
@@ -91,7 +91,7 @@ def near_solutions(circle: Circle, T: Floats) -> tuple[Floats, Indices]:
     joints, poses = list[Floats](), list[Indices]()
     for _ in range(MORE):
         arcs = _closer(circle, T, arcs, CLOSER)
-        at = Places(circle, T[arcs.rows], arcs.ways, np.stack((arcs.begin, arcs.end), axis=1))
+        at = SearchPlaces(circle, T[arcs.rows], arcs.ways, np.stack((arcs.begin, arcs.end), axis=1))
         near = (np.abs(at.f) < NEAR) & (at.beyond < NEAR)
         joints.append(at.joints()[near])
         poses.append(arcs.rows[np.nonzero(near)[0]])
@@ -107,7 +107,7 @@ def _closer(circle: Circle, T: Floats, arcs: Arcs, pieces: int) -> Arcs:
     look.
     """
     q6 = arcs.begin[:, None] + (arcs.end - arcs.begin)[:, None] * np.linspace(0.0, 1.0, pieces + 1)
-    at = Places(circle, T[arcs.rows], arcs.ways, q6)
+    at = SearchPlaces(circle, T[arcs.rows], arcs.ways, q6)
     inside, positive = at.beyond <= 0.0, at.f > 0.0
     quick = _quick(at.q1)
     k, j = np.nonzero(inside[:, 1:] & inside[:, :-1] & ((positive[:, 1:] != positive[:, :-1]) | quick))

@@ -247,12 +247,12 @@ class _Steps(Expressions):
             self._program_argument(expression)
         elif argument.shape is Shape.PROGRAM_TEXT:
             self._program_text(expression)
-        elif argument.shape.value in SETTINGS and isinstance(expression, ast.Word):
+        elif argument.shape.value in SETTINGS and isinstance(expression, ast.BareWord):
             self._check_setting(expression, argument.shape.value)
         else:
             self.argument(expression, argument.shape)
 
-    def _check_setting(self, word: ast.Word, what: str) -> None:
+    def _check_setting(self, word: ast.BareWord, what: str) -> None:
         """Report a switch or a parameter that does not exist."""
         table, idle = SETTINGS[what]
         if idle_of(idle, word.text) is None:
@@ -265,7 +265,7 @@ class _Steps(Expressions):
 
     def _program_argument(self, expression: Expression) -> None:
         """Check a program with its arguments. Variables go by reference: it may give them a value."""
-        if isinstance(expression, ast.Word):
+        if isinstance(expression, ast.BareWord):
             return
         if not isinstance(expression, ast.ProgramCall):
             self.fault(InvalidName, expression.span, "a program name is wanted here")

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from vrs_cli.errors import PauseOfArm, WordAsName
-from vrs_cli.language.analysis.names import Names
+from vrs_cli.language.analysis.names import NameFindings
 from vrs_cli.language.analysis.surroundings import Surroundings
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Statement
@@ -41,7 +41,7 @@ class Confusions:
         """Note a variable that is passed to a program, which may read it."""
         self._passed.add(argument.key)
 
-    def found(self, program: Program, names: Names, surroundings: Surroundings) -> Iterator[Diagnostic]:
+    def found(self, program: Program, names: NameFindings, surroundings: Surroundings) -> Iterator[Diagnostic]:
         """Yield the confusions of a program after all of its steps were noted."""
         for variable in _variables_like_functions(program, names):
             name = variable.sigil + variable.name.lower()
@@ -59,7 +59,7 @@ class Confusions:
                 yield _warning(target, detail, f"the form of the instruction is {row.form}")
 
 
-def _variables_like_functions(program: Program, names: Names) -> Iterator[ast.Variable]:
+def _variables_like_functions(program: Program, names: NameFindings) -> Iterator[ast.Variable]:
     """Yield the first variable of each name that a function has too."""
     keys = FUNCTION_NAMES.keys() & names.met()
     for node in ast.nodes((program.parameters, program.steps)) if keys else ():

@@ -12,7 +12,7 @@ from weakref import proxy
 from msgspec.structs import replace
 
 from vrs_cli.errors import ArgumentMismatch, CannotInterpret, InvalidName, MisplacedDeclaration, TypeMismatch
-from vrs_cli.language.analysis.names import Names
+from vrs_cli.language.analysis.names import NameFindings
 from vrs_cli.language.analysis.result import Own
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program
@@ -62,8 +62,10 @@ def _declarations(program: Program) -> Iterator[ast.Instruction]:
 class Declarations:
     """Checks declarations one by one."""
 
-    def __init__(self, names: Names) -> None:
-        self._names: Names = proxy(names)  # which has this: in a cycle, the program would stay in memory for long
+    def __init__(self, names: NameFindings) -> None:
+        self._names: NameFindings = proxy(
+            names
+        )  # which has this: in a cycle, the program would stay in memory for long
         self._declared: dict[str, str] = {}
         self._over = False
 

@@ -31,20 +31,20 @@ from vrs_cli.language.analysis.kinds import (
     Kinds,
     kind_of,
 )
-from vrs_cli.language.analysis.names import Names
+from vrs_cli.language.analysis.names import NameFindings
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression
 from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.values import Kind
-from vrs_cli.language.words.word import Row, Shape, State, argument_at, usable_names
+from vrs_cli.language.words.word import Shape, State, WordRow, argument_at, usable_names
 from vrs_cli.values.diagnostics import Span, did_you_mean
 
 FORMAT_CODES = "BCDEFGHINOSUX"
 
 
-class Expressions(Names):
+class Expressions(NameFindings):
     """Checks expressions, each by itself."""
 
     def __init__(self, known: Mapping[str, Kind], parameters: Collection[str], *, at_prompt: bool) -> None:
@@ -113,13 +113,13 @@ class Expressions(Names):
             self.fault(CannotInterpret, expression.span, "a label is a number")
 
     def _word(self, expression: Expression) -> None:
-        if not isinstance(expression, ast.Word):
+        if not isinstance(expression, ast.BareWord):
             self.fault(CannotInterpret, expression.span, "a name is wanted here")
 
     def _setting(self, expression: Expression) -> None:
         """A bare name may be a word of the parameter (SCURVE)."""
         bare = isinstance(expression, ast.Variable) and expression.indexes is None and not expression.sigil
-        if not bare and not isinstance(expression, ast.Word):
+        if not bare and not isinstance(expression, ast.BareWord):
             self.value(expression, PRINTED)
 
     # --- values ---
@@ -237,7 +237,7 @@ class Expressions(Names):
 
 
 def miscounted(
-    name: str, given: Sequence[Expression | None], row: Row, end: Span, whole: Span
+    name: str, given: Sequence[Expression | None], row: WordRow, end: Span, whole: Span
 ) -> list[tuple[Span, str]]:
     """The first argument that is missing, to be seen at the `end`, and the first that is too many."""
     found = []

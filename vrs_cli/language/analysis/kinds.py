@@ -57,4 +57,4 @@ def kind_of(expression: Expression, of_variable: Callable[[ast.Variable], Kind |
     return Kind.STRING if expression.operator == "+" and Kind.STRING in sides else Kind.REAL
 
 
-CERTAIN: Mapping[type, Kind] = {ast.Number: Kind.REAL, ast.Text: Kind.STRING, ast.Unary: Kind.REAL}
+CERTAIN: Mapping[type, Kind] = {ast.Number: Kind.REAL, ast.StringConstant: Kind.STRING, ast.Unary: Kind.REAL}

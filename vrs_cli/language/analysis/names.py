@@ -12,7 +12,7 @@ from vrs_cli.language.text.ast import Expression
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.instructions import RESERVED, why_reserved
 from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind
-from vrs_cli.values.diagnostics import Findings
+from vrs_cli.values.diagnostics import DiagnosticCollector
 
 LONGEST_SHOWN = 40  # characters of an expression in a message
 
@@ -36,7 +36,7 @@ class Decided(NamedTuple):
     step: int | None
 
 
-class Names(Findings):
+class NameFindings(DiagnosticCollector):
     """The names met so far. `step` is where we are.
 
     `known`: the kinds of the variables that have a value. At the prompt they decide; a program may run when they have

@@ -17,7 +17,7 @@ from vrs_cli.language.text.ast import Program, Statement, Step
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.printer import print_file
 from vrs_cli.language.words.instructions import INSTRUCTIONS, LOOP_JUMPS
-from vrs_cli.values.diagnostics import Diagnostic, Findings, Severity, Span, warning
+from vrs_cli.values.diagnostics import Diagnostic, DiagnosticCollector, Severity, Span, warning
 from vrs_cli.values.dialect import Dialect
 
 LABELLED: Mapping[str, int] = {
@@ -85,7 +85,7 @@ class _Open(Struct):
         return f"{self.kind.value} at step {self.opener + 1}"
 
 
-class _Pairing(Findings):
+class _Pairing(DiagnosticCollector):
     """The stack of open blocks."""
 
     def __init__(self) -> None:

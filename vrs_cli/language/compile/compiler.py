@@ -35,7 +35,7 @@ from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.analysis.channels import channel, signals_on
 from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.compile import python_tree as tree
-from vrs_cli.language.compile.expressions import CELLS, Array, ExpressionCompiler, Library, Place
+from vrs_cli.language.compile.expressions import CELLS, Array, ExpressionCompiler, Library, VariablePlace
 from vrs_cli.language.compile.lowering import (
     CaseBegin,
     CaseTest,
@@ -245,7 +245,7 @@ class _ProgramCompiler(ExpressionCompiler):
         stored = py.Assign([py.Subscript(cells, key, py.Store())], value)
         return [*first, *self._deny_other_kind(place, key), stored]
 
-    def _deny_other_kind(self, place: Place, key: py.expr) -> list[py.stmt]:
+    def _deny_other_kind(self, place: VariablePlace, key: py.expr) -> list[py.stmt]:
         if place.other is None:
             return []
         clash = py.Expr(tree.method(tree.name(place.cells), "deny", key))
@@ -317,7 +317,7 @@ class _ProgramCompiler(ExpressionCompiler):
 
     def _program_call(self, program: ast.Expression) -> py.expr:
         given = program.arguments if isinstance(program, ast.ProgramCall) else ()
-        name = program.text if isinstance(program, ast.Word) else str(getattr(program, "name", ""))
+        name = program.text if isinstance(program, ast.BareWord) else str(getattr(program, "name", ""))
         arguments = tree.tuple_of(map(self.argument_of_call, given))
         return tree.call("CallProgram", tree.constant(name), arguments)
 

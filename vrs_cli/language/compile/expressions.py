@@ -55,7 +55,7 @@ class Library(Struct, frozen=True):
     handlers: Mapping[str, Callable[..., Any]]
 
 
-class Place(Struct, frozen=True):
+class VariablePlace(Struct, frozen=True):
     """Where a variable is: the names of the Python variables with its cells, and those of the other kind a bare name
     can have; its key in both, None for a whole array."""
 
@@ -106,17 +106,17 @@ class ExpressionCompiler:
 
     # variables
 
-    def place(self, variable: ast.Variable, kind: Kind | None = None) -> Place:
+    def place(self, variable: ast.Variable, kind: Kind | None = None) -> VariablePlace:
         """Return where a variable lives. The program decides its kind, otherwise `kind`; the default is a real."""
         self.spelling.setdefault(variable.key, variable.sigil + variable.name)
         wanted = SIGIL_KINDS.get(variable.sigil) or self.kinds.get(variable.key) or kind or Kind.REAL
         real, location = self._cells(variable, Kind.REAL), self._cells(variable, Kind.LOCATION)
         key = self._key(variable)
         if wanted is Kind.REAL:
-            return Place(real, location, key)
+            return VariablePlace(real, location, key)
         if wanted is Kind.LOCATION:
-            return Place(location, real, key)
-        return Place(self._cells(variable, wanted), None, key)
+            return VariablePlace(location, real, key)
+        return VariablePlace(self._cells(variable, wanted), None, key)
 
     def _cells(self, variable: ast.Variable, kind: Kind) -> str:
         if variable.key in self.parameters:
@@ -166,7 +166,7 @@ class ExpressionCompiler:
 
     def value(self, expression: ast.Expression, wanted: Kind = Kind.REAL) -> py.expr:
         """Return an expression for the value: a float, a str, a Transform or a tuple of joints."""
-        if isinstance(expression, ast.Number | ast.Text):
+        if isinstance(expression, ast.Number | ast.StringConstant):
             return tree.constant(expression.value)
         if isinstance(expression, ast.Variable):
             return self.read(expression, wanted)
@@ -282,7 +282,7 @@ class ExpressionCompiler:
 
     def _word_or_value(self, expression: ast.Expression) -> py.expr:
         """Return the value of a parameter: a real, or a word (a name without a value)."""
-        if isinstance(expression, ast.Word):
+        if isinstance(expression, ast.BareWord):
             return tree.constant(expression.text.upper())
         if isinstance(expression, ast.Variable):
             return tree.call("setting", tree.constant(expression.name), self.reference(expression))
@@ -320,7 +320,7 @@ _WANTED = {
 
 def word_of(expression: ast.Expression) -> str:
     """A bare word where the table asks for one, in upper case: a switch, a parameter."""
-    text = expression.text if isinstance(expression, ast.Word) else getattr(expression, "name", "")
+    text = expression.text if isinstance(expression, ast.BareWord) else getattr(expression, "name", "")
     return str(text).upper()
 
 

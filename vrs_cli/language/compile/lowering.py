@@ -58,18 +58,18 @@ class JumpIf(Jumping, frozen=True):
     first: ast.Instruction | None = None
 
 
-class Loop(Jumping, frozen=True):
+class ForLoop(Jumping, frozen=True):
     """An end of a FOR, which keeps limit and step in `slot`."""
 
     statement: ast.For
     slot: int
 
 
-class ForBegin(Loop, frozen=True):
+class ForBegin(ForLoop, frozen=True):
     """Set the variable. Jump to the target if there is no first pass."""
 
 
-class ForNext(Loop, frozen=True):
+class ForNext(ForLoop, frozen=True):
     """The END of a FOR: add the step. Jump to the target (the first step inside) for another pass."""
 
 
@@ -205,7 +205,7 @@ def _grasp(statement: ast.Instruction) -> tuple[ast.Expression, ast.Instruction 
     """GRASP: the hand closes, and its fingers are nearer than the width."""
     width, span = statement.arguments[0], statement.span
     assert width is not None
-    gap = ast.Call("PARAMETER", (ast.Word("GRASP.WIDTH", span=span),), True, span=span)
+    gap = ast.Call("PARAMETER", (ast.BareWord("GRASP.WIDTH", span=span),), True, span=span)
     return ast.Binary("<", gap, width, span=span), statement
 
 

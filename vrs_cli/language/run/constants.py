@@ -98,7 +98,7 @@ class Constants(Struct, frozen=True):
 
     def _value(self, expression: Expression) -> Value | Gap:
         """Return the value of a constant expression, otherwise a gap."""
-        if isinstance(expression, ast.Text):
+        if isinstance(expression, ast.StringConstant):
             return expression.value
         if (number := ast.plain_number(expression)) is not None:
             return number
@@ -143,11 +143,11 @@ class Constants(Struct, frozen=True):
             return Gap.OTHER
         if argument.shape is Shape.PROGRAM:
             return CallProgram("", ())
-        if argument.shape in WORDS or isinstance(expression, ast.Word):
+        if argument.shape in WORDS or isinstance(expression, ast.BareWord):
             return word_of(expression)
         if argument.shape in REALS and not (argument.shape in NAMED and isinstance(expression, ast.Variable)):
             return self._value(expression)
-        return expression.value if isinstance(expression, ast.Text) else Gap.OTHER
+        return expression.value if isinstance(expression, ast.StringConstant) else Gap.OTHER
 
     def _refusal(self, statement: ast.Instruction, given: Sequence[Given]) -> VrsError | None:
         """Return why the instruction cannot be carried out, whatever stands in the gaps."""
@@ -223,7 +223,7 @@ def _constant(expression: Expression) -> bool:
         function = FUNCTIONS.get(expression.name)
         if function is None or function.name in IN_CONTEXT or not _by_value(function):
             return False
-    elif not isinstance(expression, ast.Number | ast.Text | ast.Unary | ast.Binary):
+    elif not isinstance(expression, ast.Number | ast.StringConstant | ast.Unary | ast.Binary):
         return False
     return all(map(_constant, _children(expression)))
 
@@ -235,7 +235,7 @@ def _evaluable(expression: Expression) -> bool:
     function = FUNCTIONS.get(expression.name) if isinstance(expression, ast.Call) else None
     if function is None or function.result is Kind.LOCATION or not function.arguments:
         return False
-    return _by_value(function) and all(isinstance(one, ast.Word) or _constant(one) for one in _children(expression))
+    return _by_value(function) and all(isinstance(one, ast.BareWord) or _constant(one) for one in _children(expression))
 
 
 def _wrong(place: Span, error: VrsError) -> Diagnostic:
@@ -249,4 +249,4 @@ def _by_value(function: Function) -> bool:
 
 def _named(expression: Expression) -> Expression:
     """Return the name that a function is given, otherwise the expression itself."""
-    return next((one for one in _children(expression) if isinstance(one, ast.Word)), expression)
+    return next((one for one in _children(expression) if isinstance(one, ast.BareWord)), expression)

@@ -147,7 +147,7 @@ class StartTask(Effect, frozen=True):
     step: int = 1
 
 
-class Control(Enum):
+class TaskControl(Enum):
     """What a program may do with a task."""
 
     ABORT = "ABORT"
@@ -158,7 +158,7 @@ class Control(Enum):
 
 
 class ControlTask(Effect, frozen=True):
-    control: Control
+    control: TaskControl
     number: int
 
 
@@ -186,7 +186,7 @@ CYCLE_SETTINGS: tuple[Request, ...] = (
 # --- how a program ends --------------------------------------------------------------------------------------------
 
 
-class Completed(Effect, frozen=True):
+class ProgramCompleted(Effect, frozen=True):
     """The last cycle has ended."""
 
     cycles: int

@@ -8,7 +8,7 @@ from operator import methodcaller
 from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.analysis.analyzer import analyze
 from vrs_cli.language.run.cells import Reference
-from vrs_cli.language.run.effects import Completed, Event, Halt, TaskState
+from vrs_cli.language.run.effects import Event, Halt, ProgramCompleted, TaskState
 from vrs_cli.language.run.environment import Environment, Executable
 from vrs_cli.language.run.library import evaluator
 from vrs_cli.language.run.memory import Context, StoredProgram
@@ -24,10 +24,10 @@ from vrs_cli.values.numbers import Value
 class _StepTask(Task):
     """One instruction of the prompt: a program of one step, with no cycle around it."""
 
-    def _cycles(self) -> Generator[Event, None, Completed | Halt]:
+    def _cycles(self) -> Generator[Event, None, ProgramCompleted | Halt]:
         halted = yield from self._cycle()
         self.state = TaskState.COMPLETED
-        return halted or Completed(0)
+        return halted or ProgramCompleted(0)
 
 
 def statement_task(environment: Environment, robot: RobotReadings, statement: ast.Statement) -> Task:
@@ -43,7 +43,7 @@ def statement_task(environment: Environment, robot: RobotReadings, statement: as
     return _StepTask(environment, robot, Executable(environment, StoredProgram(analysis)))
 
 
-class Sight:
+class WatchedExpression:
     """An expression at the prompt that is looked at again and again, compiled once for each kind its names have."""
 
     def __init__(self, environment: Environment, robot: RobotReadings, expression: ast.Expression) -> None:
@@ -71,7 +71,7 @@ class Sight:
 
 def evaluate(environment: Environment, robot: RobotReadings, expression: ast.Expression) -> Value:
     """The value of an expression at the prompt, of whichever kind it is. Raises VrsError."""
-    return Sight(environment, robot, expression).value({})
+    return WatchedExpression(environment, robot, expression).value({})
 
 
 def arguments_of(

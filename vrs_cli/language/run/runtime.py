@@ -27,7 +27,6 @@ from vrs_cli.language.run.effects import (
     CYCLE_SETTINGS,
     Budget,
     CallProgram,
-    Completed,
     CycleBegins,
     Event,
     Failed,
@@ -36,6 +35,7 @@ from vrs_cli.language.run.effects import (
     Lock,
     LookAround,
     Pause,
+    ProgramCompleted,
     ReactToErrors,
     Return,
     Stop,
@@ -206,7 +206,7 @@ class Task:
         while True:
             yield last
 
-    def _cycles(self) -> Generator[Event, None, Completed | Halt]:
+    def _cycles(self) -> Generator[Event, None, ProgramCompleted | Halt]:
         while self.cycles < 0 or self.cycles_done < self.cycles:
             if not self._activations:
                 self._begin()
@@ -219,7 +219,7 @@ class Task:
             self.steps_done += self.steps_done == begun  # a program of nothing takes turns with the others too
             self._activations.clear()
         self.state = TaskState.COMPLETED
-        return Completed(self.cycles_done)
+        return ProgramCompleted(self.cycles_done)
 
     def _whole_cycle(self) -> Generator[Event, None, Halt | None]:
         """To the end of the main program, where the robot comes to rest; what is to be reacted to by then is."""

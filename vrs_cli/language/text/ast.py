@@ -32,7 +32,7 @@ class Number(Node, frozen=True):
     text: str
 
 
-class Text(Node, frozen=True):
+class StringConstant(Node, frozen=True):
     """A string constant, without its quotes."""
 
     value: str
@@ -135,13 +135,13 @@ class Format(Node, frozen=True):
     decimals: int | None
 
 
-class Word(Node, frozen=True):
+class BareWord(Node, frozen=True):
     """A bare word or raw text where the table asks for one: a file name, a switch, a program to be stored."""
 
     text: str
 
 
-Expression = Number | Text | Variable | Unary | Binary | Call | ProgramCall | Applied | Format | Word
+Expression = Number | StringConstant | Variable | Unary | Binary | Call | ProgramCall | Applied | Format | BareWord
 
 
 # --- statements ------------------------------------------------------------------------------------------------

@@ -21,7 +21,7 @@ from vrs_cli.language.text.lexer import Token, label_value
 from vrs_cli.language.text.precedence import LOGICAL, ORDER, RELATIONS, VAL_ORDER, Grouping
 from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY
 from vrs_cli.language.words.instructions import INSTRUCTIONS
-from vrs_cli.language.words.word import Argument, Row, Shape, Word
+from vrs_cli.language.words.word import Argument, Shape, Word, WordRow
 from vrs_cli.values.diagnostics import LineRefused, Span, refusal
 
 Children = list[Any]  # tokens, nodes and pieces, as the rule has them
@@ -87,7 +87,7 @@ def _variable(name: Token, indexes: tuple[Expression, ...] | None, span: Span) -
     return ast.Variable(text, "", indexes, span=span)
 
 
-def _items(children: Sequence[Any], row: Row | None = None, places: int | None = None) -> Items:
+def _items(children: Sequence[Any], row: WordRow | None = None, places: int | None = None) -> Items:
     """The expressions between commas; none after the last.
 
     Of a `row`, a comma at the end leaves a place out: there must be one (`places`; None: the last repeats, none is left
@@ -118,9 +118,9 @@ def trim(items: Items) -> Items:
 
 def _to_word(expression: Expression) -> Expression:
     if isinstance(expression, ast.Variable) and expression.indexes is None:
-        return ast.Word(expression.sigil + expression.name, span=expression.span)
+        return ast.BareWord(expression.sigil + expression.name, span=expression.span)
     if isinstance(expression, ast.Call) and not expression.parenthesised:
-        return ast.Word(expression.name, span=expression.span)
+        return ast.BareWord(expression.name, span=expression.span)
     return expression
 
 
@@ -129,7 +129,7 @@ def _to_indexed_word(expression: Expression) -> Expression:
     if isinstance(expression, ast.Variable) and expression.indexes and not expression.sigil and not expression.rest:
         shown = [_index_text(index) for index in expression.indexes]
         if all(shown):
-            return ast.Word(f"{expression.name}[{','.join(shown)}]", span=expression.span)
+            return ast.BareWord(f"{expression.name}[{','.join(shown)}]", span=expression.span)
     return _to_word(expression)
 
 
@@ -143,7 +143,7 @@ def _index_text(index: Expression) -> str:
 def _to_setting(expression: Expression) -> Expression:
     """A word that some parameter takes is not the variable of that name."""
     word = _to_word(expression) if isinstance(expression, ast.Variable) else expression
-    return word if isinstance(word, ast.Word) and word.text.upper() in _SETTINGS else expression
+    return word if isinstance(word, ast.BareWord) and word.text.upper() in _SETTINGS else expression
 
 
 _SETTINGS = frozenset(word for row in PARAMETERS.values() for word in row.words)
@@ -355,21 +355,21 @@ class Builder:
 
     @_by_name
     def entry(self, span: Span, variable: ast.Variable, *rest: Any) -> ast.Entry:
-        pieces = [child.value for child in rest if isinstance(child, ast.Text)]
+        pieces = [child.value for child in rest if isinstance(child, ast.StringConstant)]
         numbers = tuple(_entry_number(child) for child in rest if _is(child, "NUMBER"))
         return ast.Entry(variable, numbers, "".join(pieces) if pieces else None, span=span)
 
-    def string(self, children: Children) -> ast.Text:
-        return ast.Text(children[0].value, span=children[0].span)
+    def string(self, children: Children) -> ast.StringConstant:
+        return ast.StringConstant(children[0].value, span=children[0].span)
 
     @_by_name
-    def character(self, span: Span, name: Token, _open: Token, number: Token, _close: Token) -> ast.Text:
+    def character(self, span: Span, name: Token, _open: Token, number: Token, _close: Token) -> ast.StringConstant:
         """A part of a string in a section: `$CHR(34)` for what cannot stand in quotes."""
         code = number_value(number.text)
         if name.value.upper() != "$CHR" or code is None or not 0 <= code <= LAST_CHARACTER or not code.is_integer():
             hint = 'strings here are made of "text" and $CHR(0) to $CHR(255)'
             raise refusal(IllegalExpression, span, name.text, hint)
-        return ast.Text(chr(int(code)), span=span)
+        return ast.StringConstant(chr(int(code)), span=span)
 
     # --- statements ---
 
@@ -419,7 +419,7 @@ class Builder:
 
     @_by_name
     def unread(self, span: Span, word: Token, rest: Token) -> ast.Instruction:
-        return ast.Instruction(word.value, (ast.Word(rest.text, span=rest.span),), span=span)
+        return ast.Instruction(word.value, (ast.BareWord(rest.text, span=rest.span),), span=span)
 
     # --- expressions ---
 
@@ -438,8 +438,8 @@ class Builder:
         most, after_point = (int(digits) if digits else None for digits in (width, decimals))
         return ast.Format(token.text[1].upper(), most, after_point, span=token.span)
 
-    def raw(self, children: Children) -> ast.Word:
-        return ast.Word(children[0].value, span=children[0].span)
+    def raw(self, children: Children) -> ast.BareWord:
+        return ast.BareWord(children[0].value, span=children[0].span)
 
     def name(self, children: Children) -> ast.Call | ast.Variable:
         """A constant, or a variable."""

@@ -180,7 +180,7 @@ def _instruction(statement: ast.Instruction) -> str:
 def _row_of(statement: ast.Instruction) -> Word:
     """The row that its arguments were read by: that of the command in FDELETE file, beside FDELETE (lun) $file."""
     row, command = INSTRUCTIONS.get(statement.word), COMMANDS.get(statement.word)
-    raw = command is not None and command.raw and isinstance(next(iter(statement.arguments), None), ast.Word)
+    raw = command is not None and command.raw and isinstance(next(iter(statement.arguments), None), ast.BareWord)
     found = command if raw or row is None else row
     assert found is not None
     return found
@@ -189,7 +189,7 @@ def _row_of(statement: ast.Instruction) -> Word:
 def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
     arguments = list(statement.arguments)
     if row.state is not State.SUPPORTED:
-        yield "".join(argument.text for argument in arguments if isinstance(argument, ast.Word))
+        yield "".join(argument.text for argument in arguments if isinstance(argument, ast.BareWord))
         return
     if arguments[:1] == [None] and _shape_at(row, 0) is Shape.STRING and begins_with_variable(arguments[1:]):
         arguments.pop(0)
@@ -232,8 +232,8 @@ def _shape_at(row: Word, place: int) -> Shape:
 
 def _capital(expression: Expression | None, shape: Shape) -> Expression | None:
     """The words of switches, parameters and their settings in upper case."""
-    if shape in _CAPITAL and isinstance(expression, ast.Word):
-        return ast.Word(expression.text.upper(), span=expression.span)
+    if shape in _CAPITAL and isinstance(expression, ast.BareWord):
+        return ast.BareWord(expression.text.upper(), span=expression.span)
     return expression
 
 
@@ -348,13 +348,13 @@ def _format(item: ast.Format) -> str:
     return f"/{item.code}{'' if item.width is None else item.width}{decimals}"
 
 
-def _word(word: ast.Word) -> str:
+def _word(word: ast.BareWord) -> str:
     return f'"{word.text}"' if any(sign in word.text for sign in " \t,;=") else word.text
 
 
 _EXPRESSIONS: Mapping[type, Callable[[Any], str]] = {
     ast.Number: lambda number: number.text,
-    ast.Text: lambda text: f'"{text.value}"',
+    ast.StringConstant: lambda text: f'"{text.value}"',
     ast.Variable: _variable,
     ast.Unary: _unary,
     ast.Binary: _binary,
@@ -362,5 +362,5 @@ _EXPRESSIONS: Mapping[type, Callable[[Any], str]] = {
     ast.ProgramCall: _program_call,
     ast.Applied: lambda applied: f"{expression_text(applied.text)}({_list_text(applied.arguments)})",
     ast.Format: _format,
-    ast.Word: _word,
+    ast.BareWord: _word,
 }

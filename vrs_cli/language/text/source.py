@@ -21,7 +21,16 @@ from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Program, Pr
 from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.words.foreign import FOREIGN_COMMENT, OWN_COMMENT
 from vrs_cli.language.words.values import key_of
-from vrs_cli.values.diagnostics import Diagnostic, Findings, LineRefused, Span, counted, did_you_mean, error, ordered
+from vrs_cli.values.diagnostics import (
+    Diagnostic,
+    DiagnosticCollector,
+    LineRefused,
+    Span,
+    counted,
+    did_you_mean,
+    error,
+    ordered,
+)
 from vrs_cli.values.dialect import DIALECTS, Dialect
 
 PROGRAM, END = ".PROGRAM", ".END"
@@ -119,7 +128,7 @@ def dialect_in(text: str, usual: Dialect) -> tuple[Dialect, tuple[Diagnostic, ..
     return usual, (error(CannotInterpret, span, detail, hint),)
 
 
-class FileReader(Findings):
+class FileReader(DiagnosticCollector):
     """Reads a file line by line, and goes on after each mistake."""
 
     def __init__(self, parser: Parser, dialect: Dialect = Dialect.VPLUS) -> None:

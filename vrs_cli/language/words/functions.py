@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from functools import cached_property, partial
 
 from vrs_cli.language.words.values import Kind
-from vrs_cli.language.words.word import Form, Row, Shape, State, by_name, read_form
+from vrs_cli.language.words.word import PrintedForm, Shape, State, WordRow, by_name, read_form
 
 
-class Function(Row, frozen=True, eq=False, dict=True):
+class Function(WordRow, frozen=True, eq=False, dict=True):
     """A row of the table: `ATAN2(y, x)`, `SHIFT(location[ BY dx][, dy][, dz])`, `PI`."""
 
     result: Kind = Kind.REAL
@@ -28,7 +28,7 @@ class Function(Row, frozen=True, eq=False, dict=True):
         return self.form == self.name
 
     @cached_property
-    def _read(self) -> Form:
+    def _read(self) -> PrintedForm:
         return read_form(self.form[len(self.name) + 1 : -1], self.shapes)
 
 

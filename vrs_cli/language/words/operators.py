@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from vrs_cli.language.words.word import Row, by_name
+from vrs_cli.language.words.word import WordRow, by_name
 
 
-class Operator(Row, frozen=True, eq=False, dict=True):
+class Operator(WordRow, frozen=True, eq=False, dict=True):
     """A row under its `name`, which its form does not begin with; `also`: another spelling."""
 
     name: str = ""

@@ -152,7 +152,7 @@ _PIECE = re.compile(
 )
 
 
-class Form(NamedTuple):
+class PrintedForm(NamedTuple):
     """What a printed form says: the operands, what follows `=`, and the modifiers."""
 
     arguments: tuple[Argument, ...]
@@ -160,7 +160,7 @@ class Form(NamedTuple):
     modifiers: frozenset[str]
 
 
-def read_form(text: str, shapes: tuple[Shape, ...] = ()) -> Form:
+def read_form(text: str, shapes: tuple[Shape, ...] = ()) -> PrintedForm:
     """Read a form without its word. `shapes`: of the first operands, where their names do not say them.
 
     One operand after `=` is a value; where several follow, the sign stands for the first comma.
@@ -195,20 +195,20 @@ def _shape(name: str, grouped: bool) -> Shape:
     return SHAPES.get(name, usual)
 
 
-def _form(operands: list[Argument], before: int | None, modifiers: frozenset[str]) -> Form:
+def _form(operands: list[Argument], before: int | None, modifiers: frozenset[str]) -> PrintedForm:
     """`before`: how many operands stand before `=`. The number of a task comes last."""
     value = operands.pop() if before == len(operands) - 1 else None
     if before is not None and value is None:
         operands[before] = operands[before]._replace(lead="=")
     if operands and operands[0].shape is Shape.TASK:
         operands.append(operands.pop(0))
-    return Form(tuple(operands), value, modifiers)
+    return PrintedForm(tuple(operands), value, modifiers)
 
 
 # --- rows ----------------------------------------------------------------------------------------------------------
 
 
-class Row(Struct, frozen=True, eq=False, dict=True):
+class WordRow(Struct, frozen=True, eq=False, dict=True):
     """A word: its printed form, its lineage (1 VAL, 2 VAL-II, + V+; blank: ours), what it does, and an example.
 
     `note`: how a refused word is said otherwise, or what is worth knowing. `shapes`: what its first operands are, where
@@ -228,7 +228,7 @@ class Row(Struct, frozen=True, eq=False, dict=True):
         return self.form.split(" ", 1)[0]
 
     @cached_property
-    def _read(self) -> Form:
+    def _read(self) -> PrintedForm:
         return read_form(self.form[len(self.name) :], self.shapes)
 
     @cached_property
@@ -246,7 +246,7 @@ class Row(Struct, frozen=True, eq=False, dict=True):
         return bool(self.arguments) and self.arguments[-1].repeated
 
 
-class Word(Row, frozen=True, eq=False, dict=True):
+class Word(WordRow, frozen=True, eq=False, dict=True):
     """An instruction or a monitor command. `breaks`: the robot comes to rest first. `role`: who may say it.
 
     `drastic`: with nothing behind it, or after a question, it deletes, stops, steps or takes back at once.
@@ -316,7 +316,7 @@ class Control(Word, frozen=True, eq=False, dict=True):
     """A word of blocks and jumps: the grammar has the words and values behind its first operands."""
 
     @cached_property
-    def _read(self) -> Form:
+    def _read(self) -> PrintedForm:
         return read_form(re.split(r" (?=[A-Z])|:", self.form[len(self.name) :])[0], self.shapes)
 
     @property
@@ -330,7 +330,7 @@ class Control(Word, frozen=True, eq=False, dict=True):
         return tuple(word for word in self.links if f"[{word}" not in self.form)
 
 
-AnyRow = TypeVar("AnyRow", bound=Row)
+AnyRow = TypeVar("AnyRow", bound=WordRow)
 
 
 def by_name(words: Iterable[AnyRow]) -> Mapping[str, AnyRow]:
@@ -338,7 +338,7 @@ def by_name(words: Iterable[AnyRow]) -> Mapping[str, AnyRow]:
     return {word.name: word for word in words}
 
 
-def usable_names(*tables: Mapping[str, Row]) -> Iterable[str]:
+def usable_names(*tables: Mapping[str, WordRow]) -> Iterable[str]:
     """The names of the rows that are carried out: what a hint may propose."""
     return (name for table in tables for name, row in table.items() if row.state is State.SUPPORTED)
 
@@ -384,7 +384,7 @@ def _cut_short(name: str, words: Iterable[Word]) -> tuple[Word, ...]:
     return (shortest,)
 
 
-def argument_at(row: Row, place: int) -> Argument | None:
+def argument_at(row: WordRow, place: int) -> Argument | None:
     """The row's argument of that place; those beyond belong to a repeated one, or to a repeated value."""
     if place < len(row.arguments):
         return row.arguments[place]

@@ -34,7 +34,7 @@ from vrs_cli.trajectory.laws.scurve_times import (
     Bounds,
     Change,
     Course,
-    Part,
+    ScalarPart,
     VectorLimits,
     both,
     from_rest,
@@ -64,7 +64,7 @@ def joint_motion(
     if not state.at_rest:
         return segments_of(start, motion, stretches(state, goal, limits, least))
     rows = zip(state.joints, goal, limits.velocity, limits.acceleration, limits.jerk, strict=True)
-    parts = [Part(to - at, v_max, a_max, j_max) for at, to, v_max, a_max, j_max in rows]
+    parts = [ScalarPart(to - at, v_max, a_max, j_max) for at, to, v_max, a_max, j_max in rows]
     return segments_of(start, motion, _from_rest(state.joints, goal, from_rest(parts, least)))
 
 
@@ -128,8 +128,8 @@ class _ToolMotion:
         if self.state.at_rest:
             _, angle = self.turn(NONE)
             way = length(self.displacement)
-            tip = Part(way, limits.speed, limits.acceleration, limits.jerk)
-            turning = Part(angle, limits.spin, limits.spin_acceleration, limits.spin_jerk)
+            tip = ScalarPart(way, limits.speed, limits.acceleration, limits.jerk)
+            turning = ScalarPart(angle, limits.spin, limits.spin_acceleration, limits.spin_jerk)
             return from_rest([tip, turning, *map(self._guided, self.state.guides)], least)
         slowest = max(
             length(self.state.velocity) / limits.acceleration, length(self.spin) / limits.spin_acceleration, 0.01
@@ -142,9 +142,9 @@ class _ToolMotion:
         guess = Change(max(1.01 * settling, min(ramp, slowest)), slowest, ramp)
         return search(self._demands, guess, settling, least)
 
-    def _guided(self, guide: GuideState) -> Part:
+    def _guided(self, guide: GuideState) -> ScalarPart:
         a = self.limits
-        return Part(guide.end - guide.value, a.guide, a.guide_acceleration, a.guide_jerk)
+        return ScalarPart(guide.end - guide.value, a.guide, a.guide_acceleration, a.guide_jerk)
 
     def stop(self) -> Change:
         """The shortest times found in which velocity and spin end, with their accelerations. Raises NoTimes."""

@@ -137,7 +137,7 @@ Demands = Callable[[Change], Bounds]
 IMPOSSIBLE = Bounds(1.0, 0.0, 0.0, 0.0)
 
 
-class Part(NamedTuple):
+class ScalarPart(NamedTuple):
     """A scalar part of a motion from rest: what is to go, and its limits."""
 
     displacement: float
@@ -149,7 +149,7 @@ class Part(NamedTuple):
 # --- from rest -------------------------------------------------------------------------------------------------
 
 
-def from_rest(parts: Sequence[Part], least: float = 0.0) -> Course:
+def from_rest(parts: Sequence[ScalarPart], least: float = 0.0) -> Course:
     """The times of a motion from rest; `least`: the least total time [s]."""
     by_velocity = by_acceleration = by_jerk = 0.0
     for part in parts:

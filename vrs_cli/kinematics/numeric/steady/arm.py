@@ -161,11 +161,11 @@ class SteadyArm(RobotArm):
         return self._way(q, poses(0.0), T_flange_tool, lambda way: way.acceleration_and_jerk(twist, poses))
 
     def _way(self, q: Joints, T: Transform, T_flange_tool: Transform, rates: Callable[[Way], R]) -> R:
-        from vrs_cli.kinematics.numeric.steady.way import Lost, Way  # here: it brings numpy
+        from vrs_cli.kinematics.numeric.steady.way import CannotFollow, Way  # here: it brings numpy
 
         try:
             return rates(Way(self.holding(T_flange_tool)._batch.conditions, q, T))
-        except Lost:
+        except CannotFollow:
             raise self._cannot_move_so(q) from None
 
     # --- singularity -----------------------------------------------------------------------------------------

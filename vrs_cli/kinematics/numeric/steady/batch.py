@@ -17,7 +17,7 @@ from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.numeric.search import FREE_STEPS, LARGEST_STEP, STEPS, rounds
-from vrs_cli.kinematics.numeric.steady.conditions import PLACES, Conditions, Terms
+from vrs_cli.kinematics.numeric.steady.conditions import PLACES, SteadyConditions, Terms
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT, Unchanging
@@ -41,7 +41,7 @@ class SteadyBatch(SerialBatch):
 
     def __init__(self, model: RobotModel, unchanging: Unchanging, T_flange_tool: Transform) -> None:
         super().__init__(model, (NONE,), unchanging)
-        self.conditions = Conditions(self, T_flange_tool)
+        self.conditions = SteadyConditions(self, T_flange_tool)
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
         """One way: that with the least turn of those that are found from all starts, within the limits."""

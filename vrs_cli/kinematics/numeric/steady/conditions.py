@@ -55,7 +55,7 @@ class Terms(NamedTuple):
         return np.asarray(self.sine * (self.angle / np.maximum(np.linalg.norm(self.sine, axis=1), 1e-12))[:, None])
 
 
-class Conditions:
+class SteadyConditions:
     """The conditions of one arm, for the place of the tip of a tool."""
 
     def __init__(self, batch: SerialBatch, T_flange_tool: Transform) -> None:

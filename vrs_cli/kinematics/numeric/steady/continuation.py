@@ -26,7 +26,7 @@ import numpy as np
 from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 from vrs_cli.kinematics.model import levers
 from vrs_cli.kinematics.numeric.continuation import LENGTH, LOST, MOST, fourth_of_turn, inverse_or_nan, norm
-from vrs_cli.kinematics.numeric.steady.conditions import PLACES, Conditions
+from vrs_cli.kinematics.numeric.steady.conditions import PLACES, SteadyConditions
 from vrs_cli.kinematics.transform import length, position
 
 CHORD = 1.0 / 96.0  # of the fourth derivative of F: how far F is from its chord on a gap of one piece
@@ -61,7 +61,7 @@ class SteadyContinuation:
 
     sure = 0.0
 
-    def __init__(self, conditions: Conditions) -> None:
+    def __init__(self, conditions: SteadyConditions) -> None:
         self.conditions, batch = conditions, conditions.batch
         self.n, turning = conditions.joints, batch.turning
         reached = np.array(levers(batch.model)[1]) + length(position(conditions.tool))

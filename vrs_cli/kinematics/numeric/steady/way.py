@@ -15,7 +15,7 @@ import numpy as np
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.jacobian import Twist
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.numeric.steady.conditions import Conditions
+from vrs_cli.kinematics.numeric.steady.conditions import SteadyConditions
 from vrs_cli.kinematics.transform import Transform
 
 OFFSETS = np.arange(-3.0, 4.0)
@@ -28,14 +28,14 @@ LONGEST = 0.005  # [s] between them
 LOST = 1e-12  # of the largest singular value of K: a lesser one is none
 
 
-class Lost(Exception):
+class CannotFollow(Exception):
     """The joints cannot follow at all: a singular pose."""
 
 
 class Way:
     """One arm at joints q that belong to the pose T_base_flange that is asked for."""
 
-    def __init__(self, conditions: Conditions, q: Joints, T: Transform) -> None:
+    def __init__(self, conditions: SteadyConditions, q: Joints, T: Transform) -> None:
         self.conditions, self.q = conditions, np.array(q)
         self.at = conditions.terms(self.q[None], np.reshape(T, (1, 3, 4)))
         self.multipliers = conditions.multipliers(self.at)
@@ -89,7 +89,7 @@ class Way:
         table: Floats = self.conditions.system(self.at, self.conditions.bend(self.at, self.multipliers))[0]
         sizes = np.linalg.svd(table, compute_uv=False)
         if sizes[-1] <= LOST * sizes[0]:
-            raise Lost
+            raise CannotFollow
         return table
 
     def _solved(self, wanted: Floats) -> Floats:

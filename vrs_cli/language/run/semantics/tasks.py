@@ -8,7 +8,6 @@ from functools import partial
 from vrs_cli.errors import IllegalSignal, IllegalValue
 from vrs_cli.language.run.effects import (
     CallProgram,
-    Control,
     ControlTask,
     Event,
     EventSignal,
@@ -18,6 +17,7 @@ from vrs_cli.language.run.effects import (
     SetEvent,
     StartTask,
     Stop,
+    TaskControl,
     Wait,
     WaitEvent,
 )
@@ -50,7 +50,7 @@ def _start(
     return (StartTask(number, call, times, 1 if step is None else whole(step)),)
 
 
-def _control(control: Control, _context: Context, _it: Wording, task: float | None = None) -> Iterable[Event]:
+def _control(control: TaskControl, _context: Context, _it: Wording, task: float | None = None) -> Iterable[Event]:
     return (ControlTask(control, checked_task(task or 0.0)),)
 
 
@@ -92,7 +92,7 @@ TASKS: Mapping[str, Handler] = {
     "HALT": lambda _context, _it: (Halt(),),
     "EXECUTE": _start,
     "PCEXECUTE": partial(_start, task=PROCESS_CONTROL),
-    **{control.value: partial(_control, control) for control in Control},
+    **{control.value: partial(_control, control) for control in TaskControl},
     "WAIT.EVENT": _wait_event,
     "SET.EVENT": partial(_event, True),
     "CLEAR.EVENT": partial(_event, False),

@@ -12,73 +12,73 @@ from collections.abc import Callable
 from msgspec import structs
 
 from vrs_cli.errors import VrsError
+from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.dragging import TICK, Dragging
 from vrs_cli.interfaces.rights import check_goes_beside
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.station.desk import Desk
-from vrs_cli.interfaces.talk import Talk
+from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.acts import rotating
-from vrs_cli.values.hand import Pulled
+from vrs_cli.values.hand import DragState
 
 SILENCE = 0.6  # [s] on the wall without a word from who drags
 SAID = "to drag the tool"
 
 
-class Grip:
+class DragControl:
     """All but `pulled` is for the robot's own thread."""
 
     def __init__(self, session: Session, wall: Callable[[], float]) -> None:
-        self.pulled = Pulled()
+        self.pulled = DragState()
         self._session, self._wall = session, wall
         self._dragging: Dragging | None = None
-        self._desk: Desk | None = None
+        self._user_state: UserState | None = None
         self._wish: Transform | None = None
         self._issued: float | None = None  # when that was given, as its sender says
         self._heard = 0.0
-        self._spent: Desk | None = None  # whose drag was broken off
+        self._spent: UserState | None = None  # whose drag was broken off
         self._version = self._stops = 0  # of the timeline, and how often the robot was stopped, as the drag knows
 
-    def pull(self, wish: Transform | None, issued: float | None = None) -> Talk[None]:
+    def pull(self, wish: Transform | None, issued: float | None = None) -> Dialogue[None]:
         """Whoever is at the desk wishes the tool (T_world_tool) to be there, or lets it go; `issued`: when, as that one
         says [s]. Raises RoleWanted, LeaseHeld, RobotNotAttached, UsageError, PowerOff.
         """
         try:
             yield from self._taken(wish, issued)
         finally:
-            if self._desk is not self._session.desk:
+            if self._user_state is not self._session.user_state:
                 self.pulled = structs.replace(self.pulled, issued=issued)
 
-    def _taken(self, wish: Transform | None, issued: float | None) -> Talk[None]:
+    def _taken(self, wish: Transform | None, issued: float | None) -> Dialogue[None]:
         session = self._session
         if wish is None:
-            self._spent = None if self._spent is session.desk else self._spent
-            if self._desk is session.desk:
+            self._spent = None if self._spent is session.user_state else self._spent
+            if self._user_state is session.user_state:
                 self._let_go()
             return
-        if self._spent is session.desk:
+        if self._spent is session.user_state:
             return
         try:
             session.check_may(SAID, Role.DESIGNER)
         except VrsError as error:
-            if self._desk is session.desk:
+            if self._user_state is session.user_state:
                 self._break_off(str(error))
             raise
         self._wish, self._issued, self._heard = rotating(wish), issued, self._wall()
-        if self._dragging is None or self._desk is not session.desk:
+        if self._dragging is None or self._user_state is not session.user_state:
             yield from session.on_branch(Role.DESIGNER, self._take())
         elif not session.engine.realtime:
             self._follow()
 
-    def _take(self) -> Talk[None]:
+    def _take(self) -> Dialogue[None]:
         yield from ()
         session = self._session
         session.settle()
         if session.running or session.elsewhere:
             check_goes_beside(SAID, Role.DESIGNER, elsewhere=session.elsewhere)
         session.tasks.check_robot_free()
-        self._dragging, self._desk = Dragging(session.engine), session.desk
+        self._dragging, self._user_state = Dragging(session.engine), session.user_state
         self._version, self._stops = session.engine.timeline.version, session.stops
         self._follow()
         if session.engine.realtime:
@@ -107,25 +107,25 @@ class Grip:
         session, engine, dragging = self._session, self._session.engine, self._dragging
         assert dragging is not None
         assert self._wish is not None
-        assert self._desk is not None
+        assert self._user_state is not None
         if (engine.timeline.version, session.stops) != (self._version, self._stops) or session.running:
             self._break_off("something else has moved or stopped the robot")
             return
-        issued = None if self._issued is None else self._desk.times.issued(self._issued, engine.now)
+        issued = None if self._issued is None else self._user_state.times.issued(self._issued, engine.now)
         held = dragging.to(self._wish, issued)
         self._version = engine.timeline.version
-        self.pulled = Pulled(self._desk.name, held, issued=self._issued)
+        self.pulled = DragState(self._user_state.name, held, issued=self._issued)
         if not engine.realtime:
             session.settle(engine.now + TICK)
 
     def _break_off(self, why: str) -> None:
         """Who drags has to let the tool go, and to take it again."""
-        self._spent = self._desk
+        self._spent = self._user_state
         self._let_go(why)
 
     def _let_go(self, why: str = "") -> None:
         """The arm comes to rest as it was planned to without another wish."""
-        self._dragging, self._desk, self.pulled = None, None, Pulled(why=why)
+        self._dragging, self._user_state, self.pulled = None, None, DragState(why=why)
         engine = self._session.engine
         if not engine.realtime:
             self._session.settle(engine.end)

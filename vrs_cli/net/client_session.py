@@ -19,32 +19,32 @@ from vrs_cli.errors import LimitReached, RequestRefused, VrsError, sentence
 from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.conversation import Conversation
-from vrs_cli.interfaces.conversation.mishap import internal_error
+from vrs_cli.interfaces.conversation.internal_error import internal_error
+from vrs_cli.interfaces.dialogue import Dialogue, beside, quietly
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.monitor.running import emergency_stop
 from vrs_cli.interfaces.rights import check_may
 from vrs_cli.interfaces.session.acts import ACTS, act_on
-from vrs_cli.interfaces.session.grip import Grip
+from vrs_cli.interfaces.session.drag_control import DragControl
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.talk import Talk, beside, quietly
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED, HolderTimes
 from vrs_cli.language.text.source import MAX_LINE_CHARS
 from vrs_cli.language.words.word import Role
-from vrs_cli.net import locker, messages
+from vrs_cli.net import messages, robot_folder
 from vrs_cli.net.broadcast import Broadcast, Listener, Sink
+from vrs_cli.net.delivery_log import DeliveryLog
 from vrs_cli.net.driving import Driving
-from vrs_cli.net.ledger import Ledger
 from vrs_cli.net.limits import Allowance, Bucket, Share
 from vrs_cli.net.messages import RobotAct
-from vrs_cli.net.pace import Pace
-from vrs_cli.net.packets import Form
+from vrs_cli.net.pace import SendPace
+from vrs_cli.net.packets import MessageForm
 from vrs_cli.net.parts import is_long, parts_of
 from vrs_cli.net.places import without
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.tokens import Grant
-from vrs_cli.values.acts import DeskAct, KeepDraft, Say, StopProgram, Survey, Undo
-from vrs_cli.values.hand import Brake, Press
-from vrs_cli.values.prompt import Status
+from vrs_cli.values.acts import KeepDraft, Say, StopProgram, Survey, Undo, UserAct
+from vrs_cli.values.hand import Press, StopJog
+from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.values.questions import Amendment, Confirmation, LineWanted, Parting, Question, ended
 from vrs_cli.values.replies import DiagnosticsReport, Message, Reply, is_error, refusal
 from vrs_cli.wire.codec import Encoding
@@ -57,13 +57,13 @@ AT_ONCE = messages.Interrupt | messages.Ping | messages.Bye  # what waits for no
 CHANGING: Mapping[type, tuple[str, Role]] = {
     KeepDraft: ("a program", Role.SUPERVISOR),
     Press: ("JOG", Role.DESIGNER),
-    Brake: ("JOG", Role.DESIGNER),
+    StopJog: ("JOG", Role.DESIGNER),
     StopProgram: ("ABORT", Role.DESIGNER),
 }
 MOST_LOOKS = 200  # of one holder that wait for an answer
 
 
-class Link(Protocol):
+class ClientSocket(Protocol):
     """A socket, to the robot that it leads to. It never waits and never raises."""
 
     connection: ServerConnection
@@ -78,28 +78,28 @@ class Link(Protocol):
         """Send what the connection has to send, and close where that is due."""
 
     def ping(self) -> None:
-        """Find out whether somebody is there; that is told by `Guest.beat`."""
+        """Find out whether somebody is there; that is told by `ClientSession.beat`."""
 
 
-class Hall(Protocol):
+class RoomServices(Protocol):
     """What all holders of one robot share. `lookers`: of those who do not drive it."""
 
     @property
     def session(self) -> Session: ...
 
-    grip: Grip
+    drag_control: DragControl
     broadcast: Broadcast
     driving: Driving
     folder: Folder
     prefixes: tuple[str, ...]
     allowance: Allowance
     lookers: Bucket
-    guests: dict[str, Guest]
+    clients: dict[str, ClientSession]
 
-    def ask(self, guest: Guest, talk: Talk[Any], pending: Pending, *, urgent: bool = False) -> None:
+    def ask(self, client: ClientSession, dialogue: Dialogue[Any], pending: Pending, *, urgent: bool = False) -> None:
         """Have something done, and tell the guest of it."""
 
-    def checked(self, talk: Talk[Any], always: Callable[[], bool]) -> Talk[Any]:
+    def checked(self, dialogue: Dialogue[Any], always: Callable[[], bool]) -> Dialogue[Any]:
         """The same talk, unless nothing may be changed now and it is not one that may `always` be; what it changes is
         written down.
         """
@@ -107,19 +107,19 @@ class Hall(Protocol):
     def may_always(self, line: str) -> bool:
         """Whether a line only looks, stops, or makes room."""
 
-    def awaited(self, guest: Guest) -> tuple[Ticket[Any], ...]:
+    def awaited(self, client: ClientSession) -> tuple[Ticket[Any], ...]:
         """The commands of a holder that have not ended."""
 
-    def others_ask(self, guest: Guest) -> bool:
+    def others_ask(self, client: ClientSession) -> bool:
         """Whether anybody else has asked for something lately."""
 
-    def stops(self, guest: Guest) -> None:
+    def stops(self, client: ClientSession) -> None:
         """A holder stops the robot: the others are told who it was."""
 
-    def note(self, guest: Guest, what: str, result: str) -> None:
+    def note(self, client: ClientSession, what: str, result: str) -> None:
         """A line for the audit."""
 
-    def present(self, guest: Guest) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    def present(self, client: ClientSession) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """The robots that it may hold, and who holds this one."""
 
     def stirred(self) -> None:
@@ -140,34 +140,40 @@ class Pending(NamedTuple):
 class _Ended(NamedTuple):
     """How a command has ended: what stands around the prompt then, and what has come of it."""
 
-    status: Status | None = None
+    status: PromptStatus | None = None
     found: Any = None
 
 
-class Guest:
+class ClientSession:
     """`name` is its own among the holders of the robot, `link` its socket, None while that is cut."""
 
     def __init__(
-        self, hall: Hall, name: str, grant: Grant, ledger: Ledger, hello: messages.Hello, wall: Callable[[], float]
+        self,
+        services: RoomServices,
+        name: str,
+        grant: Grant,
+        delivery_log: DeliveryLog,
+        hello: messages.Hello,
+        wall: Callable[[], float],
     ) -> None:
-        self.name, self.grant, self.ledger = name, grant, ledger
-        self.holder = Holder(hall.session, grant.role, name)
-        desk = self.holder.desk
-        desk.attended, self._answers = hello.attended, hello.attended or hello.answers
-        desk.lives = hello.attended and hall.session.engine.realtime
-        desk.times = HolderTimes(
+        self.name, self.grant, self.delivery_log = name, grant, delivery_log
+        self.holder = Holder(services.session, grant.role, name)
+        user_state = self.holder.user_state
+        user_state.attended, self._answers = hello.attended, hello.attended or hello.answers
+        user_state.lives = hello.attended and services.session.engine.realtime
+        user_state.times = HolderTimes(
             hello.offset, USUAL_ALLOWED if hello.delay is None else min(hello.delay, USUAL_ALLOWED)
         )
-        self.conversation = Conversation(hall.session, desk)
-        self.link: Link | None = None
-        self.pace = Pace()
-        self._share = Share(hall.allowance, hall.lookers, wall())
+        self.conversation = Conversation(services.session, user_state)
+        self.link: ClientSocket | None = None
+        self.pace = SendPace()
+        self._share = Share(services.allowance, services.lookers, wall())
         self._parked: deque[tuple[messages.ClientMessage, int]] = deque()  # waits for its share; bytes of each
         self.parked_bytes = 0
         self.address = ""
         self.console = False
         self.heard_at = wall()
-        self._hall, self._wall = hall, wall
+        self._services, self._wall = services, wall
         self._listener: Listener | None = None
         self._questions: dict[int, tuple[Question, Ticket[Any]]] = {}
         self._wishes: deque[messages.Drag] = deque(maxlen=1)  # where the tool is to be, until the robot takes it
@@ -176,16 +182,18 @@ class Guest:
         self._looks = 0  # that wait for an answer
         self._to_tell: deque[Iterator[messages.Numbered]] = deque()  # a long reply, and what comes after it
         self._failed: dict[int, str] = {}  # commands of which an error was told, and the first of these
-        self._status: Status | None = None  # as it was told last, the ends of requests aside: not all look at these
+        self._status: PromptStatus | None = (
+            None  # as it was told last, the ends of requests aside: not all look at these
+        )
 
     # --- connections ---
 
-    def attach(self, link: Link, hello: messages.Hello) -> None:
+    def attach(self, link: ClientSocket, hello: messages.Hello) -> None:
         """It has a socket, in place of the one before."""
         self.detach()
         self.link, self.address = link, link.address
-        form = Form(text=hello.format is Encoding.JSON, full=hello.full)
-        self._listener = self._hall.broadcast.join(link.sink, form, deflates=link.deflates)
+        form = MessageForm(text=hello.format is Encoding.JSON, full=hello.full)
+        self._listener = self._services.broadcast.join(link.sink, form, deflates=link.deflates)
         self._status = None
         self.beat()
 
@@ -194,22 +202,22 @@ class Guest:
         listener, self._listener, self.link = self._listener, None, None
         self.pace.waiting = 0
         if listener is not None:
-            self._hall.broadcast.leave(listener)
+            self._services.broadcast.leave(listener)
 
     def beat(self) -> None:
         """It is there."""
         self.heard_at = self._wall()
-        self._hall.driving.beat(self.name)
+        self._services.driving.beat(self.name)
 
     def tell(self, message: messages.Numbered) -> None:
         """Tell it what it hears exactly once: now, when it is connected again, or after the long reply before it."""
-        message = without(self._hall.prefixes, message)
+        message = without(self._services.prefixes, message)
         if isinstance(message, messages.Told) and is_long(message.reply):
             self._to_tell.append(parts_of(message))
         elif self._to_tell:
             self._to_tell.append(iter((message,)))
         else:
-            self.ledger.tell(message, self._wall())
+            self.delivery_log.tell(message, self._wall())
 
     @property
     def has_more(self) -> bool:
@@ -221,12 +229,12 @@ class Guest:
         while self._to_tell:
             message = next(self._to_tell[0], None)
             if message is not None:
-                self.ledger.tell(message, self._wall())
+                self.delivery_log.tell(message, self._wall())
                 if isinstance(message, messages.Told) and message.goes_on:
                     return
             else:
                 self._to_tell.popleft()
-        self._hall.session.actor.let_go_on(self.holder.desk)
+        self._services.session.actor.let_go_on(self.holder.user_state)
 
     def say(self, message: messages.ServerMessage) -> None:
         """What it hears if it is connected."""
@@ -249,7 +257,7 @@ class Guest:
             _TAKEN[type(message)](self, message)
         except Exception as error:
             if what := _deed(message):
-                self._hall.note(self, what, f"refused: {error}")
+                self._services.note(self, what, f"refused: {error}")
             self.refuse(message, error)
 
     def _check_in_time(self, message: messages.ClientMessage) -> None:
@@ -265,7 +273,7 @@ class Guest:
 
     def _is_stop(self, command: messages.Command) -> bool:
         match command:
-            case messages.Abort() | messages.At(act=StopProgram() | Brake()):
+            case messages.Abort() | messages.At(act=StopProgram() | StopJog()):
                 return True
             case messages.Line(text=text) | messages.At(act=Say(line=text)):
                 return self.holder.stops(text)
@@ -275,14 +283,14 @@ class Guest:
         """How long a request is to wait [s], so that others do not wait for all that one wants: who drives never, nor
         who is alone.
         """
-        hall = self._hall
-        if hall.driving.lease.holder in ("", self.name) or not hall.others_ask(self):
+        services = self._services
+        if services.driving.lease.holder in ("", self.name) or not services.others_ask(self):
             return 0.0
-        return self._share.wait(self._wall(), len(hall.guests), typing=isinstance(message, TYPING))
+        return self._share.wait(self._wall(), len(services.clients), typing=isinstance(message, TYPING))
 
     def spend(self, seconds: float, *, typing: bool = False) -> None:
         """It has cost CPU time [s]. In any thread."""
-        if self._hall.driving.lease.holder != self.name:
+        if self._services.driving.lease.holder != self.name:
             self._share.spend(seconds, self._wall(), typing=typing)
 
     def park(self, message: messages.ClientMessage, size: int) -> bool:
@@ -324,73 +332,73 @@ class Guest:
         else:
             self.tell(messages.Refused(refusal, id))
 
-    def _ask(self, request: messages.Request, talk: Talk[Any], *, urgent: bool = False) -> None:
+    def _ask(self, request: messages.Request, dialogue: Dialogue[Any], *, urgent: bool = False) -> None:
         if urgent:
-            self._hall.stops(self)
-        self._hall.ask(self, talk, Pending(request.id, _deed(request)), urgent=urgent)
+            self._services.stops(self)
+        self._services.ask(self, dialogue, Pending(request.id, _deed(request)), urgent=urgent)
 
     def _look(
-        self, request: messages.Request, talk: Talk[Any], answer: Callable[[Any], messages.ServerMessage]
+        self, request: messages.Request, dialogue: Dialogue[Any], answer: Callable[[Any], messages.ServerMessage]
     ) -> None:
         if self._looks >= MOST_LOOKS:
             raise LimitReached(f"{MOST_LOOKS} questions wait already", "wait for some answers first")
         self._looks += 1
-        self._hall.ask(self, talk, Pending(request.id, _deed(request), answer, isinstance(request, TYPING)))
+        self._services.ask(self, dialogue, Pending(request.id, _deed(request), answer, isinstance(request, TYPING)))
 
     def _line(self, message: messages.Line) -> None:
         self._typed(message, message.text, self.conversation.lines(message.text, message.more))
 
-    def _typed(self, message: messages.Line | messages.At, text: str, talk: Talk[Any]) -> None:
+    def _typed(self, message: messages.Line | messages.At, text: str, dialogue: Dialogue[Any]) -> None:
         """What a line does, whichever way it has come."""
-        text, hall = short(text), self._hall
-        talk = hall.checked(self._given(message, talk), lambda: hall.may_always(text))
-        self._ask(message, self._with_status(talk), urgent=self.holder.stops(text))
+        text, services = short(text), self._services
+        dialogue = services.checked(self._given(message, dialogue), lambda: services.may_always(text))
+        self._ask(message, self._with_status(dialogue), urgent=self.holder.stops(text))
 
     def _act(self, message: messages.At) -> None:
         act = message.act
         if isinstance(act, Say):
-            self._typed(message, act.line, act_on(self._hall.session, act))
+            self._typed(message, act.line, act_on(self._services.session, act))
             return
-        on = self._at_desk(act) if isinstance(act, DeskAct) else self._given(message, self._on_robot(act))
+        on = self._for_user(act) if isinstance(act, UserAct) else self._given(message, self._on_robot(act))
         self._ask(message, self._with_status(on))
 
-    def _given(self, message: messages.Line | messages.At, talk: Talk[Any]) -> Talk[Any]:
+    def _given(self, message: messages.Line | messages.At, dialogue: Dialogue[Any]) -> Dialogue[Any]:
         """What was given when its sender says, as far as that can be true: of what arrives now."""
-        desk, claim = self.holder.desk, message.issued
-        return desk.given(None if claim is None else desk.times.issued(claim, self.holder.now), talk)
+        user_state, claim = self.holder.user_state, message.issued
+        return user_state.given(None if claim is None else user_state.times.issued(claim, self.holder.now), dialogue)
 
-    def _at_desk(self, act: DeskAct) -> Talk[Any]:
+    def _for_user(self, act: UserAct) -> Dialogue[Any]:
         """What moves the arm, or changes a program, is checked anew: the lease may be in other hands."""
-        session, needs = self._hall.session, CHANGING.get(type(act))
+        session, needs = self._services.session, CHANGING.get(type(act))
 
-        def work() -> Talk[Any]:
+        def work() -> Dialogue[Any]:
             if needs is not None:
                 session.check_may(*needs)
             return (yield from self.conversation.act(act))
 
-        stops = isinstance(act, Brake | StopProgram)
-        return self._hall.checked(work(), lambda: stops or needs is None)
+        stops = isinstance(act, StopJog | StopProgram)
+        return self._services.checked(work(), lambda: stops or needs is None)
 
-    def _on_robot(self, act: RobotAct) -> Talk[Any]:
+    def _on_robot(self, act: RobotAct) -> Dialogue[Any]:
         always = isinstance(act, Undo) or ACTS[type(act)].role is Role.OBSERVER
-        return self._hall.checked(act_on(self._hall.session, act), lambda: always)
+        return self._services.checked(act_on(self._services.session, act), lambda: always)
 
     def _abort(self, message: messages.Abort) -> None:
-        self._hall.session.check_may_stop(self.holder.desk)
-        self._ask(message, self._with_status(emergency_stop(self._hall.session)), urgent=True)
+        self._services.session.check_may_stop(self.holder.user_state)
+        self._ask(message, self._with_status(emergency_stop(self._services.session)), urgent=True)
 
-    def _with_status(self, talk: Talk[Any]) -> Talk[_Ended]:
-        found = yield from talk
+    def _with_status(self, dialogue: Dialogue[Any]) -> Dialogue[_Ended]:
+        found = yield from dialogue
         return _Ended(self._around(), found)
 
-    def _around(self) -> Status:
+    def _around(self) -> PromptStatus:
         """What stands around its prompt. In the robot's thread."""
-        return structs.replace(self.conversation.status(), driver=self._hall.driving.lease.holder)
+        return structs.replace(self.conversation.status(), driver=self._services.driving.lease.holder)
 
     def _interrupt(self, _message: messages.Interrupt) -> None:
         for question, ticket in self._questions.values():
             ticket.throw(KeyboardInterrupt(), question.id)
-        waits = () if self._questions else self._hall.awaited(self)
+        waits = () if self._questions else self._services.awaited(self)
         self._questions.clear()
         for ticket in waits:
             self.conversation.interrupt(ticket)
@@ -407,31 +415,31 @@ class Guest:
             ticket.throw(ended(question), message.question)
 
     def _complete(self, message: messages.Complete) -> None:
-        talk = quietly(lambda: self.conversation.suggestions(short(message.text), message.everything))
-        self._look(message, talk, lambda found: messages.Completed(message.id, tuple(found)))
+        dialogue = quietly(lambda: self.conversation.suggestions(short(message.text), message.everything))
+        self._look(message, dialogue, lambda found: messages.Completed(message.id, tuple(found)))
 
     def _check(self, message: messages.Check) -> None:
-        talk = quietly(lambda: self.conversation.mistake(short(message.text)))
-        self._look(message, talk, partial(messages.Checked, message.id))
+        dialogue = quietly(lambda: self.conversation.mistake(short(message.text)))
+        self._look(message, dialogue, partial(messages.Checked, message.id))
 
     # --- looking ---
 
     def _subscribe(self, message: messages.Subscribe) -> None:
         if self._listener is not None:
-            self._hall.broadcast.subscribe(self._listener, message)
+            self._services.broadcast.subscribe(self._listener, message)
         self.console = message.console
         self.tell(messages.Done(message.id, version=self.holder.timeline.version))
-        self._hall.stirred()
+        self._services.stirred()
 
     def _play(self, message: messages.Play) -> None:
         if self._listener is not None:
-            self._hall.broadcast.play(self._listener, message)
-            self._hall.stirred()
+            self._services.broadcast.play(self._listener, message)
+            self._services.stirred()
 
     def _resync(self, message: messages.Resync) -> None:
         if self._listener is not None:
-            self._hall.broadcast.resync(self._listener, full=message.full)
-            self._hall.stirred()
+            self._services.broadcast.resync(self._listener, full=message.full)
+            self._services.stirred()
 
     def _positions(self, message: messages.Positions) -> None:
         if len(message.times) > messages.MOST_TIMES:
@@ -439,17 +447,17 @@ class Guest:
                 f"{len(message.times)} times at once, {messages.MOST_TIMES} at most", "ask again for the others"
             )
         timeline, arm = self.holder.timeline, self.holder.arm
-        talk = beside(lambda: tuple(position_at(arm, timeline, t) for t in message.times))
-        self._look(message, talk, partial(messages.Located, message.id, timeline.version))
+        dialogue = beside(lambda: tuple(position_at(arm, timeline, t) for t in message.times))
+        self._look(message, dialogue, partial(messages.Located, message.id, timeline.version))
 
     def _window(self, message: messages.Window) -> None:
-        stream = self._hall.broadcast.stream
+        stream = self._services.broadcast.stream
         part = stream.part(message.begin, message.end)  # at once: later it would be out of date
         self.say(messages.Shown(message.id, snapshot_record(part), stream.number, part.segments[0].start))
 
     def _who(self, message: messages.Who) -> None:
-        robots, holders = self._hall.present(self)
-        self.say(messages.Present(message.id, robots, holders, self._hall.driving.lease.holder))
+        robots, holders = self._services.present(self)
+        self.say(messages.Present(message.id, robots, holders, self._services.driving.lease.holder))
 
     def _pong(self, message: messages.Ping) -> None:
         now = self._wall()
@@ -460,7 +468,7 @@ class Guest:
     def _drive(self, message: messages.Drive) -> None:
         if message.act is not messages.LeaseAct.GIVE:
             check_may("to drive", Role.DESIGNER, self.grant.role)
-        driving = self._hall.driving
+        driving = self._services.driving
         match message.act:
             case messages.LeaseAct.ACQUIRE:
                 driving.acquire(self.name)
@@ -471,7 +479,7 @@ class Guest:
             case messages.LeaseAct.RELEASE:
                 driving.give(self.name, "")
         self.tell(messages.Done(message.id, version=self.holder.timeline.version))
-        self._hall.note(self, _deed(message), "done")
+        self._services.note(self, _deed(message), "done")
 
     def _drag(self, message: messages.Drag) -> None:
         """The newest wish counts: one that has come before the robot has taken the last one replaces it."""
@@ -482,13 +490,13 @@ class Guest:
     def _pull(self) -> None:
         self._looks += 1
         self._pulling = Pending(0, "", lambda _found: None)
-        self._hall.ask(self, self._hall.checked(self._pulled(), lambda: False), self._pulling)
+        self._services.ask(self, self._services.checked(self._pulled(), lambda: False), self._pulling)
 
-    def _pulled(self) -> Talk[None]:
+    def _pulled(self) -> Dialogue[None]:
         """In the robot's thread."""
         wish = self._wishes.pop()
         try:
-            yield from self._hall.grip.pull(wish.pose, wish.issued)
+            yield from self._services.drag_control.pull(wish.pose, wish.issued)
         except VrsError as error:
             if not self._drag_refused:
                 yield refusal(error, "")
@@ -498,26 +506,28 @@ class Guest:
 
     def _known(self, name: str) -> str:
         """Somebody who holds the robot too. Raises RequestRefused."""
-        holders = self._hall.present(self)[1]
+        holders = self._services.present(self)[1]
         if name not in holders:
             raise RequestRefused(f"{name} does not hold this robot", f"there is {', '.join(holders)}")
         return name
 
     def _put(self, message: messages.Put) -> None:
         check_may("to put a file", Role.SUPERVISOR, self.grant.role)
-        folder, allowance = self._hall.folder, self._hall.allowance
-        talk = beside(lambda: locker.put(folder, message.name, message.data, allowance, replace=message.replace))
-        self._ask(message, talk)
+        folder, allowance = self._services.folder, self._services.allowance
+        dialogue = beside(
+            lambda: robot_folder.put(folder, message.name, message.data, allowance, replace=message.replace)
+        )
+        self._ask(message, dialogue)
 
     def _get(self, message: messages.Get) -> None:
         check_may("to get a file", Role.SUPERVISOR, self.grant.role)
-        folder = self._hall.folder
-        talk = beside(lambda: locker.fetch(folder, message.name))
-        self._look(message, talk, partial(messages.Fetched, message.id, message.name))
+        folder = self._services.folder
+        dialogue = beside(lambda: robot_folder.fetch(folder, message.name))
+        self._look(message, dialogue, partial(messages.Fetched, message.id, message.name))
 
     def _names(self, message: messages.Names) -> None:
-        folder = self._hall.folder
-        self._look(message, beside(lambda: locker.listed(folder)), partial(messages.Listed, message.id))
+        folder = self._services.folder
+        self._look(message, beside(lambda: robot_folder.listed(folder)), partial(messages.Listed, message.id))
 
     def _nothing(self, _message: messages.ClientMessage) -> None:
         """The connection has seen to it."""
@@ -576,7 +586,7 @@ class Guest:
 
     def _note(self, pending: Pending, wrong: object) -> None:
         if pending.what:
-            self._hall.note(self, pending.what, "done" if wrong is None else f"refused: {wrong}")
+            self._services.note(self, pending.what, "done" if wrong is None else f"refused: {wrong}")
 
     def _answered(
         self,
@@ -607,9 +617,9 @@ class Guest:
     def look(self) -> None:
         """Ask what stands around the prompt; it is told where that is something else than before."""
         self._looks += 1
-        self._hall.ask(self, quietly(self._around), Pending(0, "", self._changed, typing=True))
+        self._services.ask(self, quietly(self._around), Pending(0, "", self._changed, typing=True))
 
-    def _changed(self, status: Status) -> messages.ServerMessage | None:
+    def _changed(self, status: PromptStatus) -> messages.ServerMessage | None:
         before, self._status = self._status, status
         return None if status == before else messages.Status(status)
 
@@ -634,7 +644,7 @@ def _deed(message: messages.ClientMessage) -> str:
         case messages.Line(text=text) | messages.At(act=Say(text)):
             return text
         case messages.At(act=act) if isinstance(act, Survey) or (
-            isinstance(act, DeskAct) and type(act) not in CHANGING
+            isinstance(act, UserAct) and type(act) not in CHANGING
         ):
             return ""
         case messages.At(act=act):
@@ -667,25 +677,25 @@ def _refusal(error: BaseException) -> Refusal:
     return Refusal.of(RequestRefused(said.text))
 
 
-_TAKEN: Mapping[type, Callable[[Guest, Any], None]] = {
-    messages.Line: Guest._line,
-    messages.At: Guest._act,
-    messages.Abort: Guest._abort,
-    messages.Interrupt: Guest._interrupt,
-    messages.Answer: Guest._answer,
-    messages.Complete: Guest._complete,
-    messages.Check: Guest._check,
-    messages.Subscribe: Guest._subscribe,
-    messages.Play: Guest._play,
-    messages.Resync: Guest._resync,
-    messages.Positions: Guest._positions,
-    messages.Window: Guest._window,
-    messages.Who: Guest._who,
-    messages.Ping: Guest._pong,
-    messages.Drive: Guest._drive,
-    messages.Drag: Guest._drag,
-    messages.Put: Guest._put,
-    messages.Get: Guest._get,
-    messages.Names: Guest._names,
-    messages.Bye: Guest._nothing,
+_TAKEN: Mapping[type, Callable[[ClientSession, Any], None]] = {
+    messages.Line: ClientSession._line,
+    messages.At: ClientSession._act,
+    messages.Abort: ClientSession._abort,
+    messages.Interrupt: ClientSession._interrupt,
+    messages.Answer: ClientSession._answer,
+    messages.Complete: ClientSession._complete,
+    messages.Check: ClientSession._check,
+    messages.Subscribe: ClientSession._subscribe,
+    messages.Play: ClientSession._play,
+    messages.Resync: ClientSession._resync,
+    messages.Positions: ClientSession._positions,
+    messages.Window: ClientSession._window,
+    messages.Who: ClientSession._who,
+    messages.Ping: ClientSession._pong,
+    messages.Drive: ClientSession._drive,
+    messages.Drag: ClientSession._drag,
+    messages.Put: ClientSession._put,
+    messages.Get: ClientSession._get,
+    messages.Names: ClientSession._names,
+    messages.Bye: ClientSession._nothing,
 }

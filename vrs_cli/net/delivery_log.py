@@ -31,7 +31,7 @@ class Bounds(Struct, frozen=True):
 USUAL = Bounds()
 
 
-class Ledger:
+class DeliveryLog:
     """`key` resumes the connection of the holder: whoever knows it is taken for the holder. `seq` numbers what it was
     told last. `put`: gives a frame to the connection that is open.
     """

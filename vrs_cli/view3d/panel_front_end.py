@@ -16,32 +16,32 @@ from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.render.colours import Ink
 from vrs_cli.values.acts import Attend, Define, Defined
 from vrs_cli.values.diagnostics import Diagnostic
-from vrs_cli.values.prompt import Status, Suggestion
+from vrs_cli.values.prompt import PromptStatus, Suggestion
 from vrs_cli.values.questions import Answer, OnScreen
 from vrs_cli.values.replies import ReachReport, refusal
-from vrs_cli.view3d.transcript import Transcript
+from vrs_cli.view3d.transcript import PanelTranscript
 
 LONGEST = 50_000  # characters of what is typed at once
 HISTORY = 500  # lines
 
 
-class Lease(NamedTuple):
+class PanelLease(NamedTuple):
     """Who drives, empty for nobody; who has asked the one at this panel to let him."""
 
     driver: str = ""
     asking: str = ""
 
 
-class PanelSeat:
+class PanelFrontEnd:
     """`question`: what is asked of whoever sits here; `waiting`: commands that have not ended, by their ids; `happened`
     is called when one has, `explained` hears what WHY says, `refused` the lines that were not done.
     """
 
     def __init__(self, robot: RemoteRobot, happened: Callable[[], None] = lambda: None) -> None:
         self.robot, self._happened = robot, happened
-        self.transcript = Transcript()
-        self.status = Status()
-        self.lease = Lease()
+        self.transcript = PanelTranscript()
+        self.status = PromptStatus()
+        self.lease = PanelLease()
         self.running: tuple[str, ...] = ()
         self.waiting: dict[int, str] = {}
         self.history: list[str] = []
@@ -194,7 +194,7 @@ class PanelSeat:
         else:
             self._questions[asked.number] = asked
 
-    def _see(self, status: Status) -> None:
+    def _see(self, status: PromptStatus) -> None:
         self.status = status
         self.lease = self.lease._replace(driver=status.driver)
         if status.asked and self.question is None:
@@ -228,7 +228,7 @@ class PanelSeat:
             self.note(f"{notice.by} drives, for nothing was heard of you", Ink.WARNING)
         elif told.holder != before.driver:
             self.note(self.who_drives(told.holder))
-        self.lease = Lease(told.holder, asking)
+        self.lease = PanelLease(told.holder, asking)
 
     def who_drives(self, driver: str) -> str:
         return "You drive" if driver == self.name else f"{driver or 'Nobody'} drives"

@@ -60,17 +60,17 @@ class Work:
 
 
 Said = Reply | Question | Slice | Work
-Talk = Generator[Said, Answer, R]
+Dialogue = Generator[Said, Answer, R]
 """What comes of a line: each Question is sent its answer, everything else None."""
 
 
-def quietly(act: Callable[[], W]) -> Talk[W]:
+def quietly(act: Callable[[], W]) -> Dialogue[W]:
     """What comes of an act that says nothing."""
     yield from ()
     return act()
 
 
-def beside(work: Callable[[], W]) -> Talk[W]:
+def beside(work: Callable[[], W]) -> Dialogue[W]:
     """What comes of work on values that do not change. Raises what goes wrong in it."""
     it = Work(work)
     yield it
@@ -79,18 +79,18 @@ def beside(work: Callable[[], W]) -> Talk[W]:
     return cast(W, it.done)
 
 
-def beside_if(long: bool, work: Callable[[], W]) -> Talk[W]:
+def beside_if(long: bool, work: Callable[[], W]) -> Dialogue[W]:
     """What comes of work on values that do not change, which only takes another thread where it is `long`."""
     return (yield from beside(work)) if long else work()
 
 
-def within(context: Callable[[], AbstractContextManager[object]], talk: Talk[W]) -> Talk[W]:
+def within(context: Callable[[], AbstractContextManager[object]], dialogue: Dialogue[W]) -> Dialogue[W]:
     """A talk, each part of it done within a context."""
     reaction: Answer | BaseException = None
     while True:
         with context():
             try:
-                said = talk.throw(reaction) if isinstance(reaction, BaseException) else talk.send(reaction)
+                said = dialogue.throw(reaction) if isinstance(reaction, BaseException) else dialogue.send(reaction)
             except StopIteration as over:
                 return cast(W, over.value)
         try:
@@ -99,7 +99,7 @@ def within(context: Callable[[], AbstractContextManager[object]], talk: Talk[W])
             reaction = error
 
 
-def in_parts(work: Generator[None, None, W]) -> Talk[W]:
+def in_parts(work: Generator[None, None, W]) -> Dialogue[W]:
     """What comes of work that is done a part at a time."""
     while True:
         try:
@@ -109,11 +109,11 @@ def in_parts(work: Generator[None, None, W]) -> Talk[W]:
         yield Slice.MORE
 
 
-def at_once(talk: Talk[R]) -> R:
+def at_once(dialogue: Dialogue[R]) -> R:
     """What comes of a talk that says nothing, but that there is more to do, or work beside."""
     try:
         while True:
-            said = next(talk)
+            said = next(dialogue)
             if isinstance(said, Work):
                 said.run()
     except StopIteration as over:

@@ -8,29 +8,29 @@ from pathlib import Path
 from typing import cast
 
 from vrs_cli.devices.outside import Outside
-from vrs_cli.engine.clock import Clock, WallClock
+from vrs_cli.engine.clock import RobotClock, WallClock
 from vrs_cli.files.trajectory_file import Recording
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.conversation import Conversation
-from vrs_cli.interfaces.conversation.mishap import internal_error
-from vrs_cli.interfaces.editor.screen import Page, ScreenDraft
-from vrs_cli.interfaces.jog.jogger import Hand, Jogger
+from vrs_cli.interfaces.conversation.internal_error import internal_error
+from vrs_cli.interfaces.dialogue import Dialogue, Terminal
+from vrs_cli.interfaces.editor.screen import EditedProgram, ScreenDraft
+from vrs_cli.interfaces.jog.jogger import JogArm, Jogger
 from vrs_cli.interfaces.monitor.running import emergency_stop
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.talk import Talk, Terminal
 from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.repl.front_end import KEEPING_UP, RESTING, SHORTEST, Driven
 from vrs_cli.repl.keeping import Keeper
 from vrs_cli.repl.logged import LoggedTerminal
 from vrs_cli.repl.recorder import Recorder
-from vrs_cli.repl.seat import KEEPING_UP, RESTING, SHORTEST, Driven
 from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.questions import Editing, Jogging, Playing, Question
 from vrs_cli.values.replies import Message, Plot, Reply, Tone
 
 
-class LocalSeat:
+class LocalFrontEnd:
     """A session, what is typed in it, and the file that keeps what is in memory alone (in the folder `recovery`)."""
 
     def __init__(
@@ -39,7 +39,7 @@ class LocalSeat:
         model: RobotModel | None = None,
         file: str | None = None,
         recorder: Recorder | None = None,
-        clock: Clock | None = None,
+        clock: RobotClock | None = None,
         recovery: Path | None = None,
         outside: Outside | None = None,
         dialect: Dialect | None = None,
@@ -55,10 +55,10 @@ class LocalSeat:
 
             self.session.driver.surround(read_cell(cell))
         self.session.draw = _draw
-        self.session.desk.lives = terminal.attended and clock is not None
-        self.conversation = talk = Conversation(self.session)
-        self.status, self.suggestions = talk.status, talk.suggestions
-        self.signature = talk.signature
+        self.session.user_state.lives = terminal.attended and clock is not None
+        self.conversation = dialogue = Conversation(self.session)
+        self.status, self.suggestions = dialogue.status, dialogue.suggestions
+        self.signature = dialogue.signature
         self.interrupt = self.session.interrupt
         self._stops: deque[Ticket[None]] = deque()  # that were asked for by a key
         self.noted, self.failed = "", False
@@ -68,7 +68,7 @@ class LocalSeat:
 
     @property
     def interrupted(self) -> bool:
-        return self.session.desk.interrupted
+        return self.session.user_state.interrupted
 
     def begin(self) -> None:
         if self._recorded is not None:
@@ -102,16 +102,16 @@ class LocalSeat:
         self._do(self.conversation.stop_program())
 
     def abort(self) -> None:
-        talk = emergency_stop(self.session)
-        self._stops.append(self.session.actor.submit(talk, urgent=True, outlet=self._stopped))
+        dialogue = emergency_stop(self.session)
+        self._stops.append(self.session.actor.submit(dialogue, urgent=True, outlet=self._stopped))
 
     def _stopped(self, _ticket: Ticket[None], said: Reply | Question | None) -> None:
         if isinstance(said, Reply):
             self.session.terminal.show(said)
 
-    def _do(self, talk: Talk[None]) -> None:
+    def _do(self, dialogue: Dialogue[None]) -> None:
         self.noted = ""
-        self.conversation.perform(talk)
+        self.conversation.perform(dialogue)
         self._keep()
 
     def end(self) -> None:
@@ -160,16 +160,16 @@ class LocalSeat:
         except Exception as error:
             self.note(error)
 
-    def page(self, question: Editing) -> Page:  # noqa: ARG002 (the program is at the desk)
-        draft = cast(ScreenDraft, self.session.desk.on_screen)
+    def page(self, question: Editing) -> EditedProgram:  # noqa: ARG002 (the program is at the desk)
+        draft = cast(ScreenDraft, self.session.user_state.on_screen)
         draft.noted = self._keep
         return draft
 
-    def hand(self, question: Jogging) -> Hand:  # noqa: ARG002 (the arm is here)
-        return cast(Jogger, self.session.desk.on_screen)
+    def hand(self, question: Jogging) -> JogArm:  # noqa: ARG002 (the arm is here)
+        return cast(Jogger, self.session.user_state.on_screen)
 
     def recording(self, question: Playing) -> Recording:  # noqa: ARG002 (it has been read)
-        return cast(Recording, self.session.desk.on_screen)
+        return cast(Recording, self.session.user_state.on_screen)
 
     def watched(self) -> Watched:
         return self.session.engine

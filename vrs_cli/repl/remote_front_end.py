@@ -21,21 +21,21 @@ from msgspec.structs import replace
 from vrs_cli.engine.inbox import Inbox
 from vrs_cli.errors import EndOfInput, RequestRefused, VrsError
 from vrs_cli.files.trajectory_file import Recording, read_trajectory
-from vrs_cli.interfaces.conversation.mishap import internal_error
+from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.conversation.signature import Signature, signature
-from vrs_cli.interfaces.editor.screen import Found, Page
-from vrs_cli.interfaces.jog.jogger import Hand
+from vrs_cli.interfaces.dialogue import Running, Terminal
+from vrs_cli.interfaces.editor.screen import EditedProgram, Found
+from vrs_cli.interfaces.jog.jogger import JogArm
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.station.lease import Lost, Notice, Requested
-from vrs_cli.interfaces.talk import Running, Terminal
 from vrs_cli.net import messages
 from vrs_cli.net.client import answer_to
 from vrs_cli.net.far_hand import FarHand
 from vrs_cli.net.messages import Asked, At, Done, Drive, How, LeaseAct, Line, Refused, Request, ServerMessage
-from vrs_cli.repl.seat import KEEPING_UP, RESTING
-from vrs_cli.values.acts import Attend, DeskAct, Findings, KeepDraft, Kept, LeaveEntry, ReadDraft, StopProgram
+from vrs_cli.repl.front_end import KEEPING_UP, RESTING
+from vrs_cli.values.acts import Attend, Findings, KeepDraft, Kept, LeaveEntry, ReadDraft, StopProgram, UserAct
 from vrs_cli.values.hand import Look, Seen
-from vrs_cli.values.prompt import Status, Suggestion
+from vrs_cli.values.prompt import PromptStatus, Suggestion
 from vrs_cli.values.questions import Answer, Editing, Jogging, Playing, Question
 from vrs_cli.values.replies import Farewell, Message, Tone, refusal
 
@@ -88,7 +88,7 @@ class Far(Protocol):
         """Let the robot go."""
 
 
-class RemoteSeat:
+class RemoteFrontEnd:
     """`told` hears what concerns the connection."""
 
     def __init__(self, terminal: Terminal, far: Far, told: Callable[[str], None]) -> None:
@@ -97,7 +97,7 @@ class RemoteSeat:
         self._terminal, self._far, self._told = terminal, far, told
         self._heard: Inbox[ServerMessage] = Inbox()
         self._later: deque[ServerMessage] = deque()  # for when the user has no question before him
-        self._status, self._told_at = Status(), 0.0
+        self._status, self._told_at = PromptStatus(), 0.0
         self._floor = -inf  # [s] of the clock that was shown: it does not go back while time passes
         self._waits = self._asks = False
         self._breaks = self._count_breaks()  # when the last line was taken
@@ -160,7 +160,7 @@ class RemoteSeat:
     def abort(self) -> None:
         self._far.abort(self._come)
 
-    def _act(self, act: DeskAct) -> None:
+    def _act(self, act: UserAct) -> None:
         self._do(lambda id: At(id, act))
 
     def _drive(self, words: list[str]) -> None:
@@ -212,7 +212,7 @@ class RemoteSeat:
         assert message is not None, "it waits as long as that takes"
         return message
 
-    def _see(self, status: Status) -> None:
+    def _see(self, status: PromptStatus) -> None:
         """What was told on its way, however long that took, tells no more of the clock than that it is not earlier."""
         now, before = time.monotonic(), self._status
         goes_on = before.pace is not None and status.pace is not None and not (before.pace.paused or status.pace.paused)
@@ -314,7 +314,7 @@ class RemoteSeat:
     def note(self, error: Exception) -> None:
         self.noted = internal_error(error).text
 
-    def status(self) -> Status:
+    def status(self) -> PromptStatus:
         """As it was told last; a clock on the wall has gone on since."""
         return replace(self._status, clock=max(self._floor, self._extrapolated(time.monotonic())))
 
@@ -371,10 +371,10 @@ class RemoteSeat:
 
     # --- what fills the screen ---
 
-    def page(self, question: Editing) -> Page:
+    def page(self, question: Editing) -> EditedProgram:
         return _Page(question, self._far)
 
-    def hand(self, question: Jogging) -> Hand:
+    def hand(self, question: Jogging) -> JogArm:
         seen = self._look(lambda id: At(id, Look()), Done)
         if seen is None or not isinstance(seen.found, Seen):
             raise RequestRefused("the robot does not answer", "JOG again")

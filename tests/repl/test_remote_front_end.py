@@ -23,10 +23,10 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.net import messages
 from vrs_cli.repl import plain
+from vrs_cli.repl.front_end import KEEPING_UP, RESTING
 from vrs_cli.repl.interactive import Shell
 from vrs_cli.repl.place import Afar, Local, Place
-from vrs_cli.repl.remote_seat import WORDS, Outlet, RemoteSeat
-from vrs_cli.repl.seat import KEEPING_UP, RESTING
+from vrs_cli.repl.remote_front_end import WORDS, Outlet, RemoteFrontEnd
 from vrs_cli.repl.terminal import PlainTerminal
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.questions import Answer, Question
@@ -211,40 +211,40 @@ def test_completion_and_status_come_over_the_line() -> None:
     line = Line(attended=True)
     terminal = PlainTerminal(StringIO(), iter(()))
     terminal.attended = True
-    seat = RemoteSeat(terminal, line, lambda _text: None)
-    seat.begin()
-    assert seat.status().prompt == "."
-    seat.take("SET pallet = TRANS(500,150,-100,90,90,0)")
-    (found,) = seat.suggestions("MOVE pa", False)
+    front_end = RemoteFrontEnd(terminal, line, lambda _text: None)
+    front_end.begin()
+    assert front_end.status().prompt == "."
+    front_end.take("SET pallet = TRANS(500,150,-100,90,90,0)")
+    (found,) = front_end.suggestions("MOVE pa", False)
     assert (found.text, found.length, found.meta) == ("pallet", 2, "500.0 150.0 -100.0 90.0 90.0 0.0")
     line.cut = True
-    assert seat.suggestions("MOVE pa", False) == []
+    assert front_end.suggestions("MOVE pa", False) == []
 
 
 def test_the_clock_of_the_toolbar_does_not_go_back(monkeypatch: pytest.MonkeyPatch) -> None:
     """A status that was long on its way tells an earlier time; one of a clock that stands is believed."""
     wall = ManualWall()
-    monkeypatch.setattr("vrs_cli.repl.remote_seat.time.monotonic", lambda: wall.seconds)
+    monkeypatch.setattr("vrs_cli.repl.remote_front_end.time.monotonic", lambda: wall.seconds)
     line = Line(attended=True, clock=wall.clock())
-    seat, _ = attended(line, [], [])
+    front_end, _ = attended(line, [], [])
     early = line.conversation.status()
     wall.seconds += 13.0
-    seat.take("WHERE")
-    assert seat.status().clock == pytest.approx(13.0)
+    front_end.take("WHERE")
+    assert front_end.status().clock == pytest.approx(13.0)
     line._tell(messages.Status(early))
-    seat.keep_up()
+    front_end.keep_up()
     wall.seconds += 1.0
-    assert seat.status().clock == pytest.approx(14.0)
-    seat.take("CLOCK PAUSE")
+    assert front_end.status().clock == pytest.approx(14.0)
+    front_end.take("CLOCK PAUSE")
     wall.seconds += 5.0
-    assert seat.status().clock == pytest.approx(14.0)
+    assert front_end.status().clock == pytest.approx(14.0)
 
 
 def test_the_status_of_a_robot_at_rest_tells_the_time_of_now() -> None:
     wall = ManualWall()
-    talk = Conversation(Session(RecordingTerminal(), clock=wall.clock()))
+    dialogue = Conversation(Session(RecordingTerminal(), clock=wall.clock()))
     wall.seconds += 5.0
-    assert talk.status().clock == 5.0
+    assert dialogue.status().clock == 5.0
 
 
 def test_in_real_time_a_program_runs_on_beside_the_prompt_and_asks() -> None:
@@ -252,13 +252,13 @@ def test_in_real_time_a_program_runs_on_beside_the_prompt_and_asks() -> None:
     line = Line(attended=True, clock=wall.clock())
     sink = StringIO()
     terminal = PlainTerminal(sink, iter(["5\n"]))
-    seat = RemoteSeat(terminal, line, lambda _text: None)
-    seat.take('.PROGRAM ask\nWAIT.EVENT , 2\nPROMPT "n? ", n\nTYPE n\n.END\nEXECUTE ask')
-    assert (seat.status().prompt, seat.status().running, seat.status().asked) == ("*", True, "")
+    front_end = RemoteFrontEnd(terminal, line, lambda _text: None)
+    front_end.take('.PROGRAM ask\nWAIT.EVENT , 2\nPROMPT "n? ", n\nTYPE n\n.END\nEXECUTE ask')
+    assert (front_end.status().prompt, front_end.status().running, front_end.status().asked) == ("*", True, "")
     wall.seconds += 3.0
-    seat.take("TIME")
-    assert seat.status().asked == "ask asks: n? "
-    seat.answer()
+    front_end.take("TIME")
+    assert front_end.status().asked == "ask asks: n? "
+    front_end.answer()
     assert sink.getvalue().splitlines() == [
         "Program ask: 3 steps",
         "Robot clock 3.000 s, rate 1",
@@ -268,12 +268,12 @@ def test_in_real_time_a_program_runs_on_beside_the_prompt_and_asks() -> None:
     ]
 
 
-def attended(line: Line, answers: list[str], told: list[str]) -> tuple[RemoteSeat, StringIO]:
+def attended(line: Line, answers: list[str], told: list[str]) -> tuple[RemoteFrontEnd, StringIO]:
     """A seat whose user answers so."""
     sink = StringIO()
     terminal = PlainTerminal(sink, iter(answers))
     terminal.attended = True
-    return RemoteSeat(terminal, line, told.append), sink
+    return RemoteFrontEnd(terminal, line, told.append), sink
 
 
 def test_who_is_alone_with_a_robot_is_not_told_how_it_is_shared() -> None:
@@ -286,12 +286,12 @@ def test_who_is_alone_with_a_robot_is_not_told_how_it_is_shared() -> None:
 
 
 def test_a_long_paste_goes_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vrs_cli.repl.remote_seat.LONGEST", 20)
+    monkeypatch.setattr("vrs_cli.repl.remote_front_end.LONGEST", 20)
     line = Line(attended=True)
-    seat, sink = attended(line, [], [])
-    seat.take(".PROGRAM p\n" + "x = 1\n" * 20 + ".END\na = 2\nLISTR a\n")
+    front_end, sink = attended(line, [], [])
+    front_end.take(".PROGRAM p\n" + "x = 1\n" * 20 + ".END\na = 2\nLISTR a\n")
     assert sink.getvalue() == "Program p: 20 steps\na                2\n"
-    seat.take(".PROGRAM p\n" + "b = 1\n" * 20 + ".END\nLISTR a")  # nobody lets it be replaced
+    front_end.take(".PROGRAM p\n" + "b = 1\n" * 20 + ".END\nLISTR a")  # nobody lets it be replaced
     assert "already exists" in sink.getvalue()
     assert sink.getvalue().endswith("a                2\n")
     assert "b" not in line.session.environment.kinds()
@@ -309,24 +309,24 @@ def test_a_question_does_not_outlive_its_server() -> None:
             for resumed in (True, False):
                 welcome = messages.Welcome(1, "k", "one", "life", "supervisor", "tester", messages.Clock(0.0), model)
                 line._tell(structs.replace(welcome, resumed=resumed))
-                seat.keep_up()
-                seen.append(seat.withdrawn)
+                front_end.keep_up()
+                seen.append(front_end.withdrawn)
             return super().ask(question)
 
-    seat = RemoteSeat(Thinking(StringIO(), iter(["N\n"])), line, lambda _text: None)
-    seat.take("a = 1\nZERO")
+    front_end = RemoteFrontEnd(Thinking(StringIO(), iter(["N\n"])), line, lambda _text: None)
+    front_end.take("a = 1\nZERO")
     assert seen == [False, True]
 
 
 def test_a_server_that_was_started_anew_asks_anew() -> None:
     line, told = Line(attended=True), list[str]()
-    seat, sink = attended(line, ["Y\n"], told)
+    front_end, sink = attended(line, ["Y\n"], told)
     line._tell(messages.Withdrawn(1, seq=1))
     model = to_dict(line.session.engine.model)
     line._tell(messages.Welcome(1, "key", "one", "life", "supervisor", "tester", messages.Clock(0.0), model))
-    seat.keep_up()
+    front_end.keep_up()
     assert told == ["connected again"]
-    seat.take("a = 1\nZERO\nLISTR")
+    front_end.take("a = 1\nZERO\nLISTR")
     assert sink.getvalue().endswith("Are you sure (Y/N)?\nNo reals defined\n")
 
 
@@ -334,23 +334,23 @@ def test_the_clock_of_a_robot_in_real_time_goes_on_between_two_looks(monkeypatch
     now = [100.0]
     monkeypatch.setattr("time.monotonic", lambda: now[0])
     line = Line(attended=True, clock=(wall := ManualWall()).clock())
-    seat, _ = attended(line, [], [])
+    front_end, _ = attended(line, [], [])
     wall.seconds += 2.0
-    seat.take("TIME")
+    front_end.take("TIME")
     now[0] += 1.5
-    assert seat.status().clock == 3.5
-    seat.take("CLOCK PAUSE")
+    assert front_end.status().clock == 3.5
+    front_end.take("CLOCK PAUSE")
     now[0] += 1.5
-    assert seat.status().clock == 2.0
+    assert front_end.status().clock == 2.0
 
 
 def test_who_waits_at_a_prompt_is_woken_and_looks_at_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("time.monotonic", lambda: 100.0)
     line, woken = Line(attended=True, clock=ManualWall().clock()), list[str]()
-    seat, _ = attended(line, [], [])
-    assert seat.rest() == RESTING
-    seat.woken_by(lambda: woken.append("woken"))
+    front_end, _ = attended(line, [], [])
+    assert front_end.rest() == RESTING
+    front_end.woken_by(lambda: woken.append("woken"))
     line._tell(messages.Told(Message("something was said")))
     assert woken == ["woken"]
-    seat.take("DRIVE 1, 40")
-    assert seat.rest() == KEEPING_UP, "the clock goes on while the arm moves"
+    front_end.take("DRIVE 1, 40")
+    assert front_end.rest() == KEEPING_UP, "the clock goes on while the arm moves"

@@ -7,20 +7,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from vrs_cli.engine.book import Journal
+from vrs_cli.engine.book import JournalWriter
 from vrs_cli.errors import LimitReached
-from vrs_cli.interfaces.talk import Talk
-from vrs_cli.net.memory import Memory
+from vrs_cli.interfaces.dialogue import Dialogue
+from vrs_cli.net.memory import MemoryFile
 from vrs_cli.trajectory.timeline import TimelineDelta
 
 
-class Chronicle:
+class DurableLog:
     """`journal` and `memory` of one robot, None where it has no folder for them. `length`: of its timeline in segments,
     `most`: what that may be.
     """
 
     def __init__(
-        self, length: Callable[[], int], most: int, journal: Journal | None = None, memory: Memory | None = None
+        self,
+        length: Callable[[], int],
+        most: int,
+        journal: JournalWriter | None = None,
+        memory: MemoryFile | None = None,
     ) -> None:
         self._length, self._most, self._journal, self._memory = length, most, journal, memory
 
@@ -52,7 +56,7 @@ class Chronicle:
         if self._memory is not None:
             self._memory.note()
 
-    def prepare(self) -> Talk[None]:
+    def prepare(self) -> Dialogue[None]:
         """What takes long of that is done by another thread."""
         if self._memory is not None:
             yield from self._memory.prepare()

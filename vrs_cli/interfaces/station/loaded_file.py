@@ -23,7 +23,7 @@ from vrs_cli.values.diagnostics import Diagnostic, error, first_error, warning
 LEAST_TOLD = 1e-6  # rounding of a number of an axis: that of single precision is less
 
 
-class Brought(NamedTuple):
+class LoadedFile(NamedTuple):
     """`lines`: those of the file. `variables`: those of the sections without a mistake. `diagnostics`: what is wrong
     with what it means.
     """

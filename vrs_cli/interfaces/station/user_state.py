@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol, TypeVar
 
-from vrs_cli.interfaces.talk import Talk
+from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.tasks.holder_times import THE_ROBOTS, HolderTimes
 from vrs_cli.language.text.ast import Statement
 from vrs_cli.language.words.word import Role
@@ -35,7 +35,7 @@ class LineEditor(Protocol):
     def text(self) -> str:
         """The program as a file would hold it."""
 
-    def take(self, line: str) -> Talk[tuple[Reply, ...]]:
+    def take(self, line: str) -> Dialogue[tuple[Reply, ...]]:
         """Do what a line says. Raises LineRefused, VrsError."""
 
     def mistake(self, line: str) -> Diagnostic | None:
@@ -46,7 +46,7 @@ MOST_TYPED = 1000  # lines that HISTORY knows
 
 
 @dataclass(eq=False)
-class Desk:
+class UserState:
     """`name` and `role` are those of who is at it. `attended`: a person is there, who can be asked. `lives`: whoever
     types goes on while a program runs, and nobody waits for its end.
 
@@ -77,7 +77,7 @@ class Desk:
     interrupted: bool = False
     left: bool = False
 
-    def show(self, it: object, question: OnScreen) -> Talk[bool]:
+    def show(self, it: object, question: OnScreen) -> Dialogue[bool]:
         """Let something fill the screen until the user leaves it. Whether there is a screen for it."""
         self.on_screen = it
         try:
@@ -85,10 +85,10 @@ class Desk:
         finally:
             self.on_screen = None
 
-    def given(self, issued: float | None, talk: Talk[R]) -> Talk[R]:
+    def given(self, issued: float | None, dialogue: Dialogue[R]) -> Dialogue[R]:
         """A talk about what was given at that time, by the robot's clock [s]."""
         self.issued = issued
         try:
-            return (yield from talk)
+            return (yield from dialogue)
         finally:
             self.issued = None

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from vrs_cli.files.trajectory_file import Recording
     from vrs_cli.interfaces.conversation.signature import Signature
-    from vrs_cli.interfaces.editor.screen import Page
-    from vrs_cli.interfaces.jog.jogger import Hand
+    from vrs_cli.interfaces.editor.screen import EditedProgram
+    from vrs_cli.interfaces.jog.jogger import JogArm
     from vrs_cli.interfaces.roles.observer import Watched
-    from vrs_cli.values.prompt import Status, Suggestion
+    from vrs_cli.values.prompt import PromptStatus, Suggestion
     from vrs_cli.values.questions import Editing, Jogging, Playing
 
 KEEPING_UP, RESTING = 0.1, 1.0  # [s] between two looks at a clock on the wall: while the arm moves, and at rest
@@ -39,8 +39,8 @@ class Typing(Protocol):
 class Screens(Typing, Protocol):
     """What fills a screen while a question of its own is open."""
 
-    def page(self, question: Editing) -> Page: ...
-    def hand(self, question: Jogging) -> Hand: ...
+    def page(self, question: Editing) -> EditedProgram: ...
+    def hand(self, question: Jogging) -> JogArm: ...
     def recording(self, question: Playing) -> Recording: ...
     def watched(self) -> Watched | None:
         """The robot, to be looked at as it moves; None where nothing is seen of it."""
@@ -54,7 +54,7 @@ class Screens(Typing, Protocol):
         """
 
 
-class Seat(Screens, Protocol):
+class FrontEnd(Screens, Protocol):
     """`noted`: an error where nothing can be printed; `interrupted`: Ctrl-C was heard in the last line, or ABORT;
     `failed`: something was not done, and that was not told at the terminal.
     """
@@ -109,7 +109,7 @@ class Seat(Screens, Protocol):
 
     # --- while a line is typed ---
 
-    def status(self) -> Status: ...
+    def status(self) -> PromptStatus: ...
     @property
     def withdrawn(self) -> bool:
         """Whether the question that is before the user waits for no answer any more."""
