@@ -1,11 +1,13 @@
-"""The house: imports point down only, in circles never, and each third-party package lives where it is said to live."""
+"""The structure of the package: imports point down only and never in circles, each third-party package is imported in
+one place, and sizes stay within limits that only fall."""
 
 from __future__ import annotations
 
 import ast
 import re
 import sys
-from collections.abc import Iterable, Iterator
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -394,3 +396,108 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
             yield node.id
         elif not isinstance(node, ast.expr) or isinstance(node, ast.Tuple | ast.List | ast.NamedExpr | ast.Starred):
             yield from _names(ast.iter_child_nodes(node))
+
+
+# --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
+
+MAX_STATEMENTS = 52_368  # of Python, in all
+MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
+    "version": 2,
+    "errors": 235,
+    "extras": 9,
+    "kinematics": 6520,
+    "values": 1201,
+    "trajectory": 2938,
+    "engine": 4505,
+    "language": 7228,
+    "wire": 756,
+    "files": 2841,
+    "devices": 1223,
+    "interfaces": 7556,
+    "net": 5860,
+    "render": 1599,
+    "view3d": 4060,
+    "repl": 2704,
+    "api": 1047,
+    "highlight": 37,
+    "lsp": 776,
+    "cli": 3029,
+    "__main__": 29,
+    "__init__": 13,
+}
+MAX_FILES = 487  # with content
+MAX_DEPTH = 33  # modules in a chain of imports
+MAX_BEHIND_PROTOCOL = 66  # modules that `import vrs_cli.net.protocol` loads
+
+
+@cache
+def direct_imports() -> dict[str, set[str]]:
+    """For each module of the package, those that it imports when it is loaded."""
+    paths = {name_of(path): path for path in ROOT.rglob("*.py")}
+    return {
+        name: {found for one in imports(path) if not one.late for found in _loaded(one, set(paths))} - {name}
+        for name, path in paths.items()
+    }
+
+
+def _loaded(one: Imported, names: set[str]) -> set[str]:
+    return set(one.inner()) & names or set(one.modules()) & names
+
+
+def behind(module: str) -> set[str]:
+    """All modules that the import of a module loads, directly or not."""
+    found, waiting = set[str](), [module]
+    while waiting:
+        new = direct_imports()[waiting.pop()] - found
+        found |= new
+        waiting += new
+    return found
+
+
+@cache
+def depth(module: str) -> int:
+    """The number of modules in the longest chain of imports from a module down."""
+    return 1 + max(map(depth, direct_imports()[module]), default=0)
+
+
+def statements(path: Path) -> int:
+    return sum(isinstance(node, ast.stmt) for node in ast.walk(tree(path)))
+
+
+def test_the_package_stays_within_its_size() -> None:
+    rooms = Counter[str]()
+    for path in ROOT.rglob("*.py"):
+        rooms[room_of(path)] += statements(path)
+    no_fault(
+        f"{room}/ has {count} statements, at most {MAX_STATEMENTS_OF_ROOM.get(room, 0)}"
+        for room, count in rooms.items()
+        if count > MAX_STATEMENTS_OF_ROOM.get(room, 0)
+    )
+    assert sum(rooms.values()) <= MAX_STATEMENTS
+    assert sum(bool(tree(path).body) for path in ROOT.rglob("*.py")) <= MAX_FILES
+
+
+def test_chains_of_imports_stay_short() -> None:
+    deepest = max(direct_imports(), key=depth)
+    assert depth(deepest) <= MAX_DEPTH, f"{deepest} stands on a chain of {depth(deepest)} modules"
+    assert len(behind("vrs_cli.net.protocol")) <= MAX_BEHIND_PROTOCOL
+
+
+def test_a_class_that_other_rooms_import_has_a_name_of_its_own() -> None:
+    declared = defaultdict[str, set[Path]](set)
+    for path in modules():
+        for node in tree(path).body:
+            if isinstance(node, ast.ClassDef):
+                declared[node.name].add(path)
+    shared = {
+        full.rsplit(".", 1)[1]
+        for path in modules()
+        for one in imports(path)
+        for module, full in zip(one.modules() * len(one.inner()), one.inner(), strict=True)
+        if module.startswith("vrs_cli.") and module.split(".")[1] != room_of(path)
+    }
+    no_fault(
+        f"{name} is declared in {', '.join(sorted(path.relative_to(ROOT).as_posix() for path in paths))}"
+        for name, paths in declared.items()
+        if len(paths) > 1 and name in shared
+    )

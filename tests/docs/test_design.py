@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from docs.make_rooms import IMAGE, ROOMS, picture
 from tests.test_architecture import FLOORS, INNER_FLOORS
 
 ROOT = Path(__file__).parents[2]
@@ -20,6 +21,11 @@ def test_the_picture_has_all_floors_in_their_order() -> None:
     picture = PAGE.split("```text\n")[1].split("```")[0]
     told = [line.split()[0].removesuffix("/").removesuffix(".py") for line in picture.splitlines()]
     assert told == [floor for floor in reversed(FLOORS) if floor not in UNTOLD]
+
+
+def test_the_drawing_has_all_floors_and_is_of_now() -> None:
+    assert {folder for room in ROOMS for folder in room.folders} == set(FLOORS) - UNTOLD - {"errors"}
+    assert IMAGE.read_text(encoding="utf-8") == picture(), "draw it again: python -m docs.make_rooms"
 
 
 @pytest.mark.parametrize("folder", INNER_FLOORS)
