@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 from math import inf
 from pathlib import Path
+from threading import Event
 from typing import Any
+from weakref import finalize
 
 import pytest
 from hypothesis import given
@@ -17,6 +20,7 @@ from vrs_cli.engine import book
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.actor import actor
 from vrs_cli.interfaces.actor.ticket import Ticket
+from vrs_cli.interfaces.dialogue import quietly
 from vrs_cli.interfaces.editor import lines as editor
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.monitor import files, programs
@@ -266,3 +270,54 @@ WORK = (
     (programs, "variables_used"),
     (files, "read_program_file"),
 )
+
+
+RELEASED_AFTER = 20.0  # [s] in which threads let go of what they worked on
+
+
+@pytest.mark.parametrize("steps", [3, 700])  # 700 are compiled to two functions
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ("LOAD brought", "ZERO"),
+        ("LOAD brought", "LISTP brought", "DELETEP brought"),
+        ("LOAD brought", "EXECUTE brought", "ZERO"),
+        ("LOAD brought", "EXECUTE brought", "DELETE brought"),
+        ("LOAD brought", "EXECUTE brought", "LOAD brought", "EXECUTE brought", "ZERO"),
+        ("LOAD brought", "EXECUTE 3 brought", "PRIME brought", "SSTEP", "KILL", "KILL 3", "DELETEP brought"),
+        ("LOAD brought", "COPY other = brought", "RENAME third = brought", "CALL other", "ZERO"),
+        ("DEFINE", "EXECUTE brought", "DEFINE", "EXECUTE brought", "ZERO"),
+    ],
+)
+def test_nothing_keeps_a_program_that_is_deleted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lines: tuple[str, ...], steps: int
+) -> None:
+    """Without the collector of cycles, which in a server leaves alone what is old."""
+    monkeypatch.chdir(tmp_path)
+    text = ".PROGRAM brought\n" + "x = 1\n" * steps + ".END\n"
+    Path("brought.v2").write_text(text)
+    session = Session(RecordingTerminal())
+    holder, gone = Holder(session), dict[str, Event]()
+
+    def watch() -> None:
+        for stored in session.programs.values():
+            program = session.environment.executable(stored)
+            pieces = [stored, program.program, program]
+            if "compiled" in vars(program):
+                pieces.append(program.compiled.ordinary.function)
+            for piece in pieces:
+                finalize(piece, gone.setdefault(f"{type(piece).__name__} {id(piece)}", Event()).set)
+
+    gc.disable()
+    try:
+        session.actor.serve()
+        for line in ("DISABLE INTERACTIVE", *lines):
+            asks = holder.submit(act_on(session, Define(text))) if line == "DEFINE" else holder.ask(line)
+            assert asks.error(RELEASED_AFTER) is None, line
+            holder.submit(quietly(watch)).result(RELEASED_AFTER)
+        assert not session.programs
+        assert len(gone) >= 3
+        assert [name for name, event in gone.items() if not event.wait(RELEASED_AFTER)] == []
+    finally:
+        gc.enable()
+        session.actor.close()

@@ -388,6 +388,7 @@ class Actor:
         """What there is to be done beside, in a thread of its own."""
         while (one := self._works.get()) is not None:
             self._do_beside(*one)
+            del one  # while this thread waits for more, it keeps nothing of what was done
 
     def _do_beside(self, request: _Request, it: Work) -> None:
         begun = time.thread_time()

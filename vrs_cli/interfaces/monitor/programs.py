@@ -120,6 +120,7 @@ def _drop_programs(station: Station, doomed: Iterable[StoredProgram]) -> None:
         station.layout = station.layout.with_part(program.program.key, ())
         if station.last_program is not None and key_of(station.last_program) == program.program.key:
             station.last_program = None
+    station.unstored.programs_deleted()
 
 
 def _zero(station: Station, _it: Instruction) -> Dialogue[None]:
@@ -128,6 +129,7 @@ def _zero(station: Station, _it: Instruction) -> Dialogue[None]:
     if not (yield from agreed(station, "All programs and variables will be deleted.")):
         return
     station.programs.clear()
+    station.unstored.programs_deleted()
     station.environment.clear_variables()
     station.layout = Layout()
     station.last_program = None

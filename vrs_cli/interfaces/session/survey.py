@@ -7,12 +7,12 @@ mark, which it gives back.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import lru_cache
 from itertools import islice
 from typing import cast
+from weakref import WeakKeyDictionary
 
 from vrs_cli.engine.snapshot import Snapshot
-from vrs_cli.interfaces.dialogue import Dialogue, beside
+from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if
 from vrs_cli.interfaces.editor.lines import listed
 from vrs_cli.interfaces.monitor.programs import directory
 from vrs_cli.interfaces.monitor.timeline import branch_table
@@ -33,7 +33,6 @@ MOST_PROGRAMS = 200
 MOST_STEPS = 100  # of the program that is asked for
 MOST_TASKS = 8
 MOST_SEGMENTS = 2000  # of a branch, the last ones
-REMEMBERED = 16  # programs whose text is known
 
 
 def survey(session: Session, act: Survey) -> Dialogue[Surveyed]:
@@ -96,17 +95,22 @@ def _text(session: Session, act: Survey) -> Dialogue[StepList | None]:
     if stored is None:
         return None
     long = len(stored.program.steps) > MOST_STEPS
-    steps = (yield from beside(lambda: _steps(stored))) if long else _steps(stored)
+    steps = yield from beside_if(long, lambda: _steps(stored))
     first = max(act.first, 1) - 1
     rows = steps[first : first + MOST_STEPS]
     more = max(len(steps) - first, 0) - len(rows)
     return StepList(more, name=stored.name, header=program_header(stored.program), rows=rows)
 
 
-@lru_cache(maxsize=REMEMBERED)
+_listed: WeakKeyDictionary[StoredProgram, tuple[ListedStep, ...]] = WeakKeyDictionary()
+
+
 def _steps(stored: StoredProgram) -> tuple[ListedStep, ...]:
-    """A stored program does not change."""
-    return listed(stored.analysis)
+    """List a program, which does not change, once."""
+    steps = _listed.get(stored)
+    if steps is None:
+        steps = _listed[stored] = listed(stored.analysis)
+    return steps
 
 
 def _task(track: Track) -> TaskRow:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from weakref import WeakSet, ref
 
 from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.environment import Environment
@@ -13,6 +14,16 @@ from vrs_cli.language.words.values import Kind, kind_of_value
 from vrs_cli.values.numbers import Value
 
 State = tuple[int, Mapping[str, Program]]
+MAX_COMPARED_STEPS = 1000  # two versions of a longer program are not compared: the old one is not kept for that
+
+
+def _nothing() -> None:
+    """No file has a program of that name."""
+
+
+def _kept(program: Program) -> Callable[[], Program | None]:
+    """Return what gives a program as a file has it; nothing for a long one that memory has otherwise by now."""
+    return ref(program) if len(program.steps) > MAX_COMPARED_STEPS else lambda: program
 
 
 class Unstored:
@@ -24,8 +35,8 @@ class Unstored:
 
     def __init__(self, environment: Environment) -> None:
         self._environment = environment
-        self._programs: dict[str, Program] = {}  # as files have them
-        self._different: dict[str, StoredProgram] = {}  # programs that files have otherwise
+        self._programs: dict[str, Callable[[], Program | None]] = {}  # as files have them
+        self._different: WeakSet[StoredProgram] = WeakSet()  # programs that files have otherwise
         self._values: dict[Item, Value] = {}  # as files have them
         self._items: set[Item] = set()
         self._changed: set[Item] = set()  # since they were looked at
@@ -80,22 +91,29 @@ class Unstored:
 
     def _differs(self, key: str, stored: StoredProgram) -> bool:
         """Whether a program is in memory otherwise than in a file."""
-        if self._different.get(key) is stored:
+        if stored in self._different:
             return True
-        of_file, now = self._programs.get(key), stored.program
+        of_file, now = self._programs.get(key, _nothing)(), stored.program
         if of_file is not now and (of_file is None or print_program(of_file) != print_program(now)):
-            self._different[key] = stored
+            self._different.add(stored)
             return True
-        self._programs[key] = now
+        self._programs[key] = _kept(now)
         return False
 
     # --- what is noted ---
 
     def programs_stored(self, programs: Iterable[Program]) -> None:
         """A file has these programs."""
+        there = self._environment.programs
         for program in programs:
-            self._programs[program.key] = program
-            self._different.pop(program.key, None)
+            self._programs[program.key] = _kept(program)
+            if program.key in there:
+                self._different.discard(there[program.key])
+
+    def programs_deleted(self) -> None:
+        """Forget the programs of files that are in memory no more."""
+        there = self._environment.programs
+        self._programs = {key: of_file for key, of_file in self._programs.items() if key in there}
 
     def values_loaded(self, values: Mapping[Item, Value]) -> None:
         """These variables have got these values from a file."""

@@ -79,6 +79,7 @@ class Tasks:
         if number != PROMPT_LINE:
             self._devices.release(number)
         track = Track(number, task, self._engine.now, mine=number == ROBOT_PROGRAM, driven_by=self.who)
+        self.forget(number)
         self._tracks[number] = track
         self._devices.disk.place(number, folder)
         self._take_robot(track)
@@ -177,10 +178,13 @@ class Tasks:
         self.forget(number)
 
     def forget(self, number: int) -> None:
-        self._tracks.pop(number, None)
+        track = self._tracks.pop(number, None)
+        if track is not None and not track.running:
+            track.task.close()
 
     def forget_all(self) -> None:
-        self._tracks.clear()
+        for number in list(self._tracks):
+            self.forget(number)
 
     # --- the robot ---
 

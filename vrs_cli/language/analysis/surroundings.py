@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Mapping
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 from vrs_cli.language.analysis.declarations import own_variables
 from vrs_cli.language.text import ast
@@ -96,27 +96,17 @@ def _rests(name: str) -> list[str]:
 # --- the names that a program gives a value to -------------------------------------------------------------------
 
 
-class _Same:
-    """A program by identity: to compare two trees would cost more than to walk one."""
-
-    def __init__(self, program: Program) -> None:
-        self.program = program
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Same) and other.program is self.program
-
-    def __hash__(self) -> int:
-        return id(self.program)
-
-
 def names_given_in(program: Program) -> frozenset[str]:
     """Return the keys of all variables that a program gives a value, by itself or through a CALL."""
-    return _given_in(_Same(program))
+    remembered = vars(program)  # of the program itself: a cache of this module would keep deleted programs in memory
+    if "names_given" not in remembered:
+        remembered["names_given"] = _find_names_given(program)
+    found: frozenset[str] = remembered["names_given"]
+    return found
 
 
-@lru_cache(maxsize=1024)
-def _given_in(same: _Same) -> frozenset[str]:
-    own = {own.key for own in own_variables(same.program)} | {one.key for one in same.program.parameters}
-    statements = (step.statement for step in same.program.steps)
+def _find_names_given(program: Program) -> frozenset[str]:
+    own = {own.key for own in own_variables(program)} | {one.key for one in program.parameters}
+    statements = (step.statement for step in program.steps)
     doing = (one for one in statements if not (isinstance(one, ast.Instruction) and one.word in DECLARATIONS))
     return frozenset(key for statement in doing for key in variables_given_by(statement)) - own

@@ -69,11 +69,13 @@ def parameters(names: Sequence[str], defaults: bool = False, rest: py.arg | None
 
 
 def made(function: py.FunctionDef, namespace: dict[str, object]) -> Callable[..., Any]:
-    """The Python function of a tree."""
+    """Compile a tree to a Python function. The namespace, which the function keeps, does not keep the function: a
+    server never frees cycles that are old.
+    """
     _place(function)
     module = py.Module([function], [])
     exec(compile(module, "<program>", "exec"), namespace)
-    return cast("Callable[..., Any]", namespace[function.name])
+    return cast("Callable[..., Any]", namespace.pop(function.name))
 
 
 def _place(root: py.AST) -> None:

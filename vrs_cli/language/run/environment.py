@@ -7,6 +7,7 @@ from collections.abc import Generator, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from itertools import chain
+from weakref import WeakKeyDictionary
 
 from msgspec import Struct
 
@@ -34,14 +35,18 @@ class Executable:
 
     def __init__(self, memory: Memory, stored: StoredProgram) -> None:
         self._memory = memory
-        self.stored = stored
         self.program = stored.program
         self.analysis = stored.analysis
+        self._lines = stored.lines
         self._ahead: Compiled | None = None
 
     @property
     def name(self) -> str:
         return self.program.name
+
+    def source(self, step: int) -> str:
+        """The text of a step (counted from 0)."""
+        return StoredProgram(self.analysis, self._lines).source(step)
 
     @cached_property
     def compiled(self) -> Compiled:
@@ -195,20 +200,22 @@ class Activation:
 
 
 class Environment(Memory):
-    """Each program is compiled once, when it first runs, and again when another is stored in its place."""
+    """Each program is compiled once, when it first runs. What was compiled is freed when the program is deleted or
+    replaced, and no task has it any more.
+    """
 
     def __init__(self, seed: int = 0, units: JointUnits = TURNING) -> None:
         super().__init__(seed, units)
-        self._executables: dict[str, Executable] = {}
+        self._executables: WeakKeyDictionary[StoredProgram, Executable] = WeakKeyDictionary()
 
     def executable(self, stored: StoredProgram) -> Executable:
         """A program of the memory, ready to run."""
-        known = self._executables.get(stored.program.key)
-        if known is None or known.stored is not stored:
-            known = self._executables[stored.program.key] = Executable(self, stored)
+        known = self._executables.get(stored)
+        if known is None:
+            known = self._executables[stored] = Executable(self, stored)
         return known
 
     def held(self) -> int:
         """Elements of all arrays, and characters of all strings, those of LOCAL too."""
-        known = (one for key, one in self._executables.items() if self.programs.get(key) is one.stored)
-        return self.size() + sum(one.held() for one in known)
+        known = self._executables.items()
+        return self.size() + sum(one.held() for stored, one in known if self.programs.get(one.program.key) is stored)

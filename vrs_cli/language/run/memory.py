@@ -41,7 +41,7 @@ class Timers:
         return integer_between(number, -LAST_TIMER, LAST_TIMER, "timer")
 
 
-class StoredProgram(Struct, frozen=True, eq=False):
+class StoredProgram(Struct, frozen=True, eq=False, weakref=True):
     """A program as it was stored. `lines`: those of its whole file, which all of its programs share."""
 
     analysis: Analysis

@@ -81,13 +81,15 @@ class Task:
         self._environment = environment
         self._context = Context(environment, robot)
         stored = environment.program(program) if isinstance(program, str) else program
-        self._main = self._allowed(stored if isinstance(stored, Executable) else environment.executable(stored))
+        main = self._allowed(stored if isinstance(stored, Executable) else environment.executable(stored))
+        self._main: Executable | None = main  # None when all cycles are done: the program may be deleted then
+        self._name = main.name
         self._arguments = tuple(
             one if one is None or isinstance(one, Reference) else by_value(self._context, one) for one in arguments
         )
-        steps = len(self._main.program.steps)
+        steps = len(main.program.steps)
         if not 1 <= step <= max(steps, 1):
-            raise IllegalValue(f"step {step}", f"{self._main.name} has the steps 1 to {steps}")
+            raise IllegalValue(f"step {step}", f"{self._name} has the steps 1 to {steps}")
         self._first_step = step - 1
         if cycles == 0 or cycles > MOST_CYCLES:
             raise IllegalValue(f"{cycles} cycles", f"1 to {MOST_CYCLES}, or -1 for ever")
@@ -143,6 +145,10 @@ class Task:
         if self.state is TaskState.RUNNING:
             self.state = TaskState.ABORTED
 
+    def close(self) -> None:
+        """It goes on no more. The task and its generator would keep each other, and a server never frees old cycles."""
+        self._life.close()
+
     # for STATUS and messages
 
     @property
@@ -163,7 +169,7 @@ class Task:
     @property
     def program(self) -> str:
         """The name of the program that is running: the main one, or one it has called."""
-        return self._activations[-1].program.name if self._activations else self._main.name
+        return self._activations[-1].program.name if self._activations else self._name
 
     @property
     def step(self) -> int:
@@ -186,8 +192,7 @@ class Task:
 
     def uses(self, program: str) -> bool:
         """Whether a program is on the stack, so that it cannot be changed."""
-        programs = [self._main, *(activation.program for activation in self._activations)]
-        return any(one.program.key == key_of(program) for one in programs)
+        return any(activation.program.program.key == key_of(program) for activation in self._activations)
 
     @property
     def statement(self) -> Statement | None:
@@ -197,7 +202,7 @@ class Task:
     @property
     def source(self) -> str:
         """The text of the present step."""
-        return self._activations[-1].program.stored.source(self._activations[-1].step) if self._activations else ""
+        return self._activations[-1].program.source(self._activations[-1].step) if self._activations else ""
 
     # cycles
 
@@ -218,7 +223,7 @@ class Task:
             self.cycles_done += 1
             self.steps_done += self.steps_done == begun  # a program of nothing takes turns with the others too
             self._activations.clear()
-        self.state = TaskState.COMPLETED
+        self.state, self._main = TaskState.COMPLETED, None
         return ProgramCompleted(self.cycles_done)
 
     def _whole_cycle(self) -> Generator[Event, None, Halt | None]:
@@ -241,6 +246,7 @@ class Task:
             main.enter(main.program.compiled.entry(len(main.program.program.steps)))
 
     def _begin(self) -> None:
+        assert self._main is not None
         bound = self._main.bound(self._arguments)
         self._activations = [Activation(self._context, self._main, bound, self._first_step)]
         self._first_step = 0
@@ -412,7 +418,7 @@ class Task:
             program.name,
             activation.step + 1,
             span.line,
-            activation.program.stored.source(activation.step),
+            activation.program.source(activation.step),
             error.numbers,
         )
         return Failed(self.fault, error)

@@ -286,7 +286,7 @@ class Step(Node, frozen=True):
     comment: str | None
 
 
-class Program(Node, frozen=True):
+class Program(Node, frozen=True, dict=True, weakref=True):
     """`.PROGRAM name(parameters) ;comment` to `.END`; steps count from 1 in messages and listings.
 
     `span`: the heading from the name on.
