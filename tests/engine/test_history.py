@@ -1,0 +1,77 @@
+"""What is forgotten cannot be undone by its content, but counts; the rest is untouched."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vrs_cli.engine.history import History, Step
+from vrs_cli.errors import UsageError
+from vrs_cli.trajectory.timeline import Cause, TimelineDelta
+from vrs_cli.values.motion import Kind, Motion, Start
+
+VERSIONS = st.lists(st.integers(0, 40), unique=True, min_size=1, max_size=12).map(sorted)
+
+
+def steps(versions: Sequence[int]) -> list[Step]:
+    deltas = [
+        TimelineDelta(version, Cause.COMMAND, Motion(number, Kind.JOINT, Start.AT), 0.0, 0.0, 0.0, 1, 0, 0.0, ())
+        for number, version in enumerate(versions)
+    ]
+    return [Step(delta, delta, 0.0) for delta in deltas]
+
+
+@given(VERSIONS, st.integers(0, 41))
+def test_forgetting_keeps_the_later_steps_and_the_number_of_commands(versions: list[int], first: int) -> None:
+    history = History(steps(versions))
+    history.forget(first)
+    assert [step.delta.version for step in history.done] == [version for version in versions if version >= first]
+    assert history.commands == len(versions)
+
+
+@given(VERSIONS, st.integers(0, 41), st.integers(1, 12))
+def test_what_is_taken_back_is_done_again_also_where_it_is_forgotten(
+    versions: list[int], first: int, count: int
+) -> None:
+    history = History(steps(versions))
+    history.forget(first)
+    done, forgotten, back = list(history.done), history.forgotten, min(count, len(versions))
+    for _ in range(back):
+        history.take_back(1.0)
+    assert history.commands == len(versions) - back
+    for _ in range(back):
+        history.do_again()
+    assert (history.done, history.forgotten) == (done, forgotten)
+    with pytest.raises(UsageError):
+        history.do_again()
+
+
+@given(VERSIONS)
+def test_undone_steps_are_forgotten_with_all_that_was_undone_before_them(versions: list[int]) -> None:
+    history = History(steps(versions))
+    for _ in versions:
+        history.take_back(1.0)
+    history.forget(versions[0])
+    assert len(history.undone) == len(versions)
+    history.forget(versions[-1] + 1)
+    assert history.undone == []
+
+
+def test_a_new_command_ends_what_can_be_done_again() -> None:
+    first, second = steps([0, 1])
+    history = History([first])
+    history.take_back(1.0)
+    history.add(second)
+    assert (history.done, history.undone) == ([second], [])
+
+
+@pytest.mark.parametrize("count", [0, 3])
+def test_as_many_steps_are_taken_back_as_there_are(count: int) -> None:
+    done = steps([0, 1])
+    history = History(done)
+    assert list(history.last_done(2)) == done[::-1]
+    with pytest.raises(UsageError):
+        history.last_done(count)
