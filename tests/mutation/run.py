@@ -43,6 +43,7 @@ from tests.mutation.coverage_map import FOLDERS, MAP, ROOT
 from tests.mutation.mutants import Mutant, mutants, mutated
 
 LOADED = (hypothesis, lark, msgspec, numpy, prompt_toolkit, rich)  # before the fork
+OURS = ("vrs_cli", "tests.by_hand")
 HERE = Path(__file__).parent
 VERDICTS, SCORE, EQUIVALENT = (HERE / name for name in ("verdicts.jsonl", "score.json", "equivalent.txt"))
 BUDGET = 20.0  # [s, under coverage, which is more than they take] of unmutated tests that a mutant meets
@@ -209,6 +210,8 @@ def _meet(mutant: Mutant | None, tests: Sequence[str], failed: int) -> NoReturn:
         os.dup2(nothing, stream)
     status = 1
     try:
+        for name in [name for name in sys.modules if name.startswith(OURS)]:
+            del sys.modules[name]  # what `command` needs: the tests load all of the product anew
         if mutant:
             sys.meta_path.insert(0, Planted(mutant))
         from tests import live
