@@ -8,20 +8,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrs_cli.engine.history import History, Step
+from vrs_cli.engine.history import History, HistoryStep
 from vrs_cli.errors import UsageError
 from vrs_cli.trajectory.timeline import Cause, TimelineDelta
-from vrs_cli.values.motion import Kind, Motion, Start
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 VERSIONS = st.lists(st.integers(0, 40), unique=True, min_size=1, max_size=12).map(sorted)
 
 
-def steps(versions: Sequence[int]) -> list[Step]:
+def steps(versions: Sequence[int]) -> list[HistoryStep]:
     deltas = [
-        TimelineDelta(version, Cause.COMMAND, Motion(number, Kind.JOINT, Start.AT), 0.0, 0.0, 0.0, 1, 0, 0.0, ())
+        TimelineDelta(version, Cause.COMMAND, Motion(number, MotionKind.JOINT, Start.AT), 0.0, 0.0, 0.0, 1, 0, 0.0, ())
         for number, version in enumerate(versions)
     ]
-    return [Step(delta, delta, 0.0) for delta in deltas]
+    return [HistoryStep(delta, delta, 0.0) for delta in deltas]
 
 
 @given(VERSIONS, st.integers(0, 41))
