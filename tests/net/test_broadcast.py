@@ -254,11 +254,11 @@ def test_older_parts_are_to_be_had_and_long_ones_begin_later(
 ) -> None:
     for _ in range(10):
         services.move()
-    part = services.broadcast.stream.part(1.0, 2.0)
+    part = services.broadcast.stream.part(1.0, 2.0).snapshot
     for t in (1.0, 1.5, 2.0):
         assert joints_at(services.arm, part.timeline(), t) == joints_at(services.arm, services.timeline, t)
     monkeypatch.setattr(streams, "SEGMENTS", 5)
-    assert services.broadcast.stream.part(0.0).segments == tuple(services.timeline)[-5:]
+    assert services.broadcast.stream.part(0.0).snapshot.segments == tuple(services.timeline)[-5:]
     line, _ = services.listen(CHANGES)
     [message] = line.news(Replaced)
     assert len(message.snapshot.segments) == 5
@@ -273,7 +273,7 @@ def test_a_snapshot_is_bounded_in_bytes(services: RoomServices, monkeypatch: pyt
     assert 2000 < len(line.packets[-1].data) <= 10_000
     [message] = line.news(Replaced)
     assert message.snapshot.first > 0
-    assert len(services.broadcast.stream.part(-1.0).segments) == len(message.snapshot.segments)
+    assert len(services.broadcast.stream.part(-1.0).snapshot.segments) == len(message.snapshot.segments)
 
 
 # --- what is kept ---

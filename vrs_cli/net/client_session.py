@@ -49,7 +49,6 @@ from vrs_cli.values.questions import Amendment, Confirmation, LineWanted, Partin
 from vrs_cli.values.replies import DiagnosticsReport, Message, Reply, is_error, refusal
 from vrs_cli.wire.codec import Encoding
 from vrs_cli.wire.refusal import Refusal
-from vrs_cli.wire.snapshots import snapshot_record
 
 TYPING = messages.Complete | messages.Check  # asked while a line is typed
 AT_ONCE = messages.Interrupt | messages.Ping | messages.Bye  # what waits for nobody's share
@@ -415,7 +414,7 @@ class ClientSession:
             ticket.throw(ended(question), message.question)
 
     def _complete(self, message: messages.Complete) -> None:
-        dialogue = quietly(lambda: self.conversation.suggestions(short(message.text), message.everything))
+        dialogue = self.conversation.suggesting(short(message.text), message.everything)
         self._look(message, dialogue, lambda found: messages.Completed(message.id, tuple(found)))
 
     def _check(self, message: messages.Check) -> None:
@@ -453,7 +452,7 @@ class ClientSession:
     def _window(self, message: messages.Window) -> None:
         stream = self._services.broadcast.stream
         part = stream.part(message.begin, message.end)  # at once: later it would be out of date
-        self.say(messages.Shown(message.id, snapshot_record(part), stream.number, part.segments[0].start))
+        self.say(messages.Shown(message.id, part.record, stream.number, part.snapshot.segments[0].start))
 
     def _who(self, message: messages.Who) -> None:
         robots, holders = self._services.present(self)

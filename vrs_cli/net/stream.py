@@ -22,12 +22,13 @@ from vrs_cli.net import messages
 from vrs_cli.net.packets import DeflateContext, DeflatedPlace, Letter, MessageForm, Packet
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.wire.records import Motions, delta_record
-from vrs_cli.wire.snapshots import snapshot_record
+from vrs_cli.wire.snapshots import SnapshotRecord, snapshot_record
 from vrs_cli.wire.steered import steered_record
 
 REMEMBERED, REMEMBERED_BYTES = 1000, 256 * 1024  # changes
 SEGMENTS, SNAPSHOT_BYTES = 1000, 256 * 1024  # of a snapshot (15 ms of CPU), which begins later rather than to have more
 TEXT = MessageForm(text=True)  # the longest form
+MAX_PARTS = 8  # that are remembered until the next change
 
 
 class Listening(NamedTuple):
@@ -36,6 +37,13 @@ class Listening(NamedTuple):
     form: MessageForm
     deflates: bool = False
     window: float | None = None
+
+
+class TimelinePart(NamedTuple):
+    """Some segments of the timeline, and the same as messages have them."""
+
+    snapshot: Snapshot
+    record: SnapshotRecord
 
 
 class _Change(Struct):
@@ -63,6 +71,7 @@ class Stream:
         self._encoded_until: dict[MessageForm, int] = {}  # by form; this matters where nobody hears it
         self._contexts: dict[MessageForm, DeflateContext] = {}
         self._snapshots: dict[Listening, Packet] = {}
+        self._parts: dict[tuple[float, float | None], TimelinePart] = {}  # those asked for since the last change
 
     # --- the robot tells ---
 
@@ -79,6 +88,7 @@ class Stream:
             self._encode(event, before, applied, number)
         self.number = number
         self._snapshots.clear()
+        self._parts.clear()
 
     def _encode(self, delta: TimelineDelta, before: Timeline, applied: float, number: int) -> None:
         """Encode a change in all forms that are heard, and remember its bytes; in no form: remember nothing."""
@@ -159,28 +169,35 @@ class Stream:
     def _snapshot(self, listening: Listening, now: float) -> Packet:
         window, count = listening.window, len(self.timeline)
         first = 0 if window is None else self.timeline.index_at(now - window)
-        _, packet = self._last_part(first, count, listening.form)
+        packet = self._last_part(first, count, listening.form)[1]
         return DeflateContext().deflated(packet) if listening.deflates else packet
 
-    def part(self, begin: float, end: float | None = None) -> Snapshot:
+    def part(self, begin: float, end: float | None = None) -> TimelinePart:
         """The timeline from `begin` to `end` [s]; where that is too much, its last part."""
-        timeline = self.timeline
-        after = len(timeline) if end is None else timeline.index_at(end) + 1
-        return self._last_part(timeline.index_at(begin), after, TEXT)[0]
+        timeline, found = self.timeline, self._parts.get((begin, end))
+        if found is None:
+            after = len(timeline) if end is None else timeline.index_at(end) + 1
+            found = self._last_part(timeline.index_at(begin), after, TEXT)[0]
+            if len(self._parts) >= MAX_PARTS:
+                self._parts.clear()
+            self._parts[begin, end] = found
+        return found
 
-    def _last_part(self, first: int, after: int, form: MessageForm) -> tuple[Snapshot, Packet]:
+    def _last_part(self, first: int, after: int, form: MessageForm) -> tuple[TimelinePart, Packet]:
         """The segments from one number to before another: so many of the last ones as a snapshot may have."""
         first = max(first, after - SEGMENTS)
+        segments = tuple([self.timeline[index] for index in range(first, after)])
         while True:
-            segments = tuple([self.timeline[index] for index in range(first, after)])
             snapshot = Snapshot(self.timeline.version, segments, self.settings, first)
-            packet = self._replaced_by(snapshot).packet(form)
+            record = snapshot_record(snapshot)
+            packet = Letter(partial(self._replaced_by, record)).packet(form)
             if len(packet.data) <= SNAPSHOT_BYTES or len(segments) <= 1:
-                return snapshot, packet
-            first = (first + after) // 2
+                return TimelinePart(snapshot, record), packet
+            half = len(segments) // 2
+            first, segments = first + half, segments[half:]
 
-    def _replaced_by(self, snapshot: Snapshot) -> Letter:
-        return Letter(lambda _full: messages.Replaced(snapshot_record(snapshot), number=self.number))
+    def _replaced_by(self, record: SnapshotRecord, _full: bool) -> messages.Replaced:
+        return messages.Replaced(record, number=self.number)
 
 
 def _follows(timeline: Timeline, delta: TimelineDelta) -> bool:

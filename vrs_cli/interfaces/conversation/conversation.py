@@ -16,7 +16,7 @@ from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.conversation.names import names_of
 from vrs_cli.interfaces.conversation.signature import Signature, signature
 from vrs_cli.interfaces.conversation.validate import mistake_in_entry
-from vrs_cli.interfaces.dialogue import Dialogue
+from vrs_cli.interfaces.dialogue import Dialogue, at_once, beside_if
 from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.jog.jogger import HeldDown, Jogger
 from vrs_cli.interfaces.monitor.consent import leave, may_replace
@@ -38,6 +38,7 @@ from vrs_cli.values.questions import Parting
 from vrs_cli.values.replies import Message, Reply, Tone, refusal, report
 
 RUNNING = "*"  # the prompt while a program runs
+MANY_NAMES = 1000  # that are looked through in some milliseconds
 CONSTANTS = tuple(name.lower() for name, row in FUNCTIONS.items() if row.constant)
 
 _ASKED = re.compile(r"\s*(?:\?\s*(?P<behind>[#$]?[A-Za-z][\w.]*)?|(?P<before>[#$]?[A-Za-z][\w.]*)\s*\?)\s*")
@@ -300,10 +301,20 @@ class Conversation:
 
     def suggestions(self, text: str, everything: bool) -> list[Suggestion]:
         """What may stand at the end of a line that is begun."""
-        session = self.session
+        return at_once(self.suggesting(text, everything))
+
+    def suggesting(self, text: str, everything: bool) -> Dialogue[list[Suggestion]]:
+        """Do what `suggestions` does; another thread looks through many names."""
+        session, memory, branches = self.session, self.session.environment, tuple(self.session.branches.names)
         steps = self.in_program or isinstance(self.user_state.on_screen, ScreenDraft)
-        names = names_of(session, begun(text))
-        return suggestions(text, names, session.folder, in_program=steps, everything=everything)
+        many = len(memory.spelling) + len(memory.programs) > MANY_NAMES
+        among = memory.copy() if many else memory
+
+        def found() -> list[Suggestion]:
+            names = names_of(among, branches, begun(text))
+            return suggestions(text, names, session.folder, in_program=steps, everything=everything)
+
+        return (yield from beside_if(many, found))
 
     def signature(self, text: str, *, steps: bool = False) -> Signature | None:
         """What is being typed at the end of a line takes which arguments; `steps`: of a program, whatever is open."""

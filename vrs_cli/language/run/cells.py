@@ -7,6 +7,7 @@ undefined, so that reading it says so by itself.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import repeat
 from typing import Any, NamedTuple, NoReturn, cast
 
 from vrs_cli.errors import IllegalArrayIndex, TypeMismatch, UndefinedValue, nearest
@@ -125,9 +126,11 @@ class NotedCells(Cells):
         super().__setitem__(key, value)
 
     def take(self, values: Mapping[str | Index, Value]) -> None:
-        for key, value in values.items():
-            if self.get(key) != value:
-                self._note(key)
+        old = self.get
+        keys = [key for key, value in values.items() if old(key) != value]
+        items = zip(keys, repeat(None)) if self.array is None else zip(repeat(self.array), keys)
+        if self.changed is not None:
+            self.changed.update(cast(Iterable[Item], items))
         super().take(values)
 
     def pop(self, key: str | Index, default: Any = None) -> Any:

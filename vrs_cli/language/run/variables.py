@@ -121,7 +121,7 @@ class Variables:
     def first_variables(self, kind: Kind, most: int, begun: str = "") -> Iterator[NamedValue]:
         """The first rows of `variables` of which the key begins so, at less cost: only these are put in order."""
         simple, arrays = self._named_by(kind)
-        keys = {key for key in (*simple, *arrays) if isinstance(key, str) and key.startswith(begun)}
+        keys = [str(key) for key in (*simple, *(arrays - simple)) if str(key).startswith(begun)]
         rows = chain.from_iterable(self._named(kind, key) for key in nsmallest(most, keys))
         return islice(rows, most)
 
@@ -151,8 +151,7 @@ class Variables:
 
     def take(self, other: Variables) -> None:
         """Give the variables of others their values, in place of what their names were."""
-        for unknown in other.spelling.keys() - self.spelling.keys():
-            self.spelling[unknown] = other.spelling[unknown]
+        self.spelling |= other.spelling | self.spelling
         for kind, rival in OTHER_KIND.items():
             for names in other._named_by(kind):
                 for rivals in self._named_by(rival):
