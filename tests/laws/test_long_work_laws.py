@@ -216,6 +216,8 @@ TEXT = ".PROGRAM long\n" + "x = x+1\n" * STEPS + "CALL other\n.END\n.PROGRAM oth
         ("LOAD long", "EDIT long", "P 5", "I", "x = 2", "", "E"),
         ("FLIST long.v2",),
         ("LOAD long", "DELETE long"),
+        ("LOAD long", "LOAD by_text", "EXECUTE by_text"),
+        ("LOAD waits", "EXECUTE 3 waits", "LOAD long", "SIGNAL 1", "CALL other"),
     ],
 )
 def test_no_step_of_a_robot_works_on_a_whole_long_program(
@@ -224,6 +226,8 @@ def test_no_step_of_a_robot_works_on_a_whole_long_program(
     """Reading, analysing, compiling, printing and listing of it happen beside the robot alone."""
     monkeypatch.chdir(tmp_path)
     Path("long.v2").write_text(TEXT)
+    Path("by_text.v2").write_text('.PROGRAM by_text()\n$name = "long"\nCALLS $name\n.END\n')
+    Path("waits.v2").write_text(".PROGRAM waits()\nWAIT SIG(1)\nCALL long\n.END\n")
     where, beside_now = list[str](), False
 
     def watched(owner: Any, name: str) -> None:

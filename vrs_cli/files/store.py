@@ -155,6 +155,14 @@ def called_from(programs: Iterable[Program], known: Mapping[str, Program]) -> tu
     return tuple(found.values())
 
 
+def may_be_called(programs: Iterable[Program], known: Mapping[str, Program]) -> tuple[Program, ...]:
+    """Return programs and the `known` ones that they may call: all where a string names what is called."""
+    found = called_from(programs, known)
+    statements = (step.statement for program in found for step in program.steps)
+    by_text = any(isinstance(one, ast.Instruction) and one.word == "CALLS" for one in statements)
+    return (*found, *known.values()) if by_text else found
+
+
 def _called(program: Program) -> Iterator[str]:
     """The keys of the programs that a program names, as CALL does."""
     for node in ast.nodes(program):

@@ -10,9 +10,8 @@ from vrs_cli.files.layout import Layout
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.analysis.analyzer import analyze_among
 from vrs_cli.language.analysis.lineage import program_beyond_val2
-from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.analysis.surroundings import Surroundings
-from vrs_cli.language.run.memory import Memory
+from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.run.variables import Variables
 from vrs_cli.language.text.ast import Entry, File, Program, Section
 from vrs_cli.language.text.source import AXES
@@ -24,15 +23,12 @@ LEAST_TOLD = 1e-6  # rounding of a number of an axis: that of single precision i
 
 
 class LoadedFile(NamedTuple):
-    """`lines`: those of the file. `variables`: those of the sections without a mistake. `diagnostics`: what is wrong
-    with what it means.
-    """
+    """`variables`: those of the sections without a mistake. `diagnostics`: what is wrong with what it means."""
 
     file: File
-    lines: tuple[str, ...]
     layout: Layout
     variables: Variables
-    analyses: tuple[Analysis, ...]
+    programs: tuple[StoredProgram, ...]
     diagnostics: tuple[Diagnostic, ...]
 
     @classmethod
@@ -49,12 +45,12 @@ class LoadedFile(NamedTuple):
                     variables.take(its)
         everything = {key: stored.program for key, stored in memory.programs.items()} | programs
         surroundings = Surroundings(memory.kinds(), everything)
-        analyses = tuple(analyze_among(surroundings, program) for program in programs.values())
-        for analysis in analyses:
-            diagnostics += analysis.diagnostics
-            diagnostics += () if vplus else program_beyond_val2(analysis.program)
         lines = tuple(text.split("\n"))
-        return cls(file, lines, Layout.of(file), variables, analyses, heeded(lines, diagnostics))
+        stored = tuple(StoredProgram(analyze_among(surroundings, program), lines) for program in programs.values())
+        for one in stored:
+            diagnostics += one.analysis.diagnostics
+            diagnostics += () if vplus else program_beyond_val2(one.program)
+        return cls(file, Layout.of(file), variables, stored, heeded(lines, diagnostics))
 
 
 def variables_of(section: Section, units: JointUnits) -> tuple[Variables, tuple[Diagnostic, ...]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from math import degrees
 from pathlib import Path
@@ -26,7 +26,7 @@ from vrs_cli.errors import (
 )
 from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.layout import Layout
-from vrs_cli.files.store import called_from
+from vrs_cli.files.store import may_be_called
 from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal, at_once, beside, beside_if, within
 from vrs_cli.interfaces.rights import check_may, must_drive
@@ -203,6 +203,7 @@ class Station:
         self._check_free(file)
         memory, vplus = self._memory(), self.robot.switch("VPLUS")
         found = yield from beside_if(long, lambda: LoadedFile.of(file, text, memory, vplus=vplus))
+        yield from self._compiled_for_tasks(found)
         return found._replace(diagnostics=(*unreadable, *found.diagnostics))
 
     def _memory(self) -> Memory:
@@ -230,12 +231,13 @@ class Station:
         memory, vplus = self._memory(), self.robot.switch("VPLUS")
         long = len(program.steps) > LONG_PROGRAM
         loaded = yield from beside_if(long, lambda: LoadedFile.of(File((program,)), text, memory, vplus=vplus))
+        yield from self._compiled_for_tasks(loaded)
         self._store(loaded)
         return loaded.diagnostics
 
     def _store(self, loaded: LoadedFile) -> None:
-        for analysis in loaded.analyses:
-            self.environment.store(analysis, loaded.lines)
+        for stored in loaded.programs:
+            self.programs[stored.program.key] = stored
 
     # --- running ---
 
@@ -280,13 +282,33 @@ class Station:
         first = programs.get(key_of(program or self.last_program or ""))
         if first is None or sum(len(one.program.steps) for one in programs.values()) <= LONG_PROGRAM:
             return
-        main, known = first.program, {key: stored.program for key, stored in programs.items()}
-        called = yield from beside(lambda: called_from([main], known))
-        executables = [self.environment.executable(programs[one.key]) for one in called]
+        main = first.program
+        yield from self._compile_callable([main], programs, everywhere=main if everywhere else None)
+
+    def _compiled_for_tasks(self, loaded: LoadedFile) -> Dialogue[None]:
+        """Compile the long programs of a file that tasks may call as soon as they are in memory; another thread does
+        that.
+        """
+        tasks = [track.task for track in self.tasks if not track.task.ended]
+        if not tasks or all(len(one.program.steps) <= LONG_PROGRAM for one in loaded.programs):
+            return
+        programs = self.programs | {one.program.key: one for one in loaded.programs}
+        stacks = {key_of(name) for task in tasks for name, _ in task.stack}
+        callers = [stored.program for key, stored in programs.items() if key in stacks]
+        yield from self._compile_callable(callers, programs)
+
+    def _compile_callable(
+        self, callers: Sequence[Program], programs: Mapping[str, StoredProgram], everywhere: Program | None = None
+    ) -> Dialogue[None]:
+        """Compile those that are long of some programs and all that they may call, in another thread."""
+        known = {key: stored.program for key, stored in programs.items()}
+        found = yield from beside(lambda: may_be_called(callers, known))
+        needed = dict.fromkeys(one.key for one in found if len(one.steps) > LONG_PROGRAM)
+        executables = [self.environment.executable(programs[key]) for key in needed]
 
         def compile_all() -> None:
             for one in executables:
-                one.compile_ahead(everywhere=everywhere and one.program is main)
+                one.compile_ahead(everywhere=one.program is everywhere)
 
         yield from beside(compile_all)
 
