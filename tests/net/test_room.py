@@ -30,8 +30,10 @@ from vrs_cli.net.messages import (
     Completed,
     Done,
     Drag,
+    Drive,
     FromServer,
     Hello,
+    LeaseAct,
     Line,
     Located,
     Positions,
@@ -286,6 +288,17 @@ def test_who_is_there_keeps_the_lease_and_who_is_cut_loses_it(tmp_path: Path) ->
         assert it.room.driving.lease.holder == "bob"
         it.pass_time(60.0)
         assert list(it.room.clients) == ["bob"], "nobody resumes ada's connection any more"
+
+
+def test_who_gives_the_lease_back_drives_no_more_and_another_drives_at_once(tmp_path: Path) -> None:
+    with served(tmp_path) as it:
+        ada, bob = it.call("ada"), it.call("bob")
+        assert ada.line("x = 1").ok
+        assert not bob.line("x = 2").ok
+        ada.client.take(Drive(1000, LeaseAct.RELEASE))
+        assert it.room.driving.lease.holder == ""
+        assert bob.line("x = 2").ok
+        assert it.room.driving.lease.holder == "bob"
 
 
 def test_where_all_are_one_user_a_command_takes_no_lease_and_who_asks_has_it(tmp_path: Path) -> None:

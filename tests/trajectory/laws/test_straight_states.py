@@ -79,3 +79,15 @@ def test_a_straight_motion_goes_on_from_its_state_and_ends_at_rest(profile: Prof
             assert same(state(one, one.duration), state(other, 0.0), law.smooth)
         assert same(state(stretches[-1], stretches[-1].duration), last, law.smooth)
     assert made > MOTIONS // 2
+
+
+@pytest.mark.parametrize("profile", list(Profile))
+def test_a_turn_takes_the_time_of_a_way_with_the_same_limits(profile: Profile) -> None:
+    law, (slow, soft, smooth) = LAWS[profile], (0.3, 2.0, 30.0)
+    limits = ToolLimits(slow, soft, slow, soft, smooth, smooth)
+    begin = ToolState(translation(0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    for size in (0.001, 0.05, 0.4, 1.5):
+        goals = translation(size, 0.0, 0.0), rotation_about((0.0, 1.0, 0.0), size)
+        lasting, turning = (sum(one.duration for one in law.straight_motion(begin, goal, limits)) for goal in goals)
+        assert lasting > size / slow
+        assert turning == pytest.approx(lasting)
