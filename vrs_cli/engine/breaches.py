@@ -15,7 +15,7 @@ import numpy as np
 from msgspec import Struct
 
 from vrs_cli.engine.boundary import survey
-from vrs_cli.engine.following import Follower, Sample
+from vrs_cli.engine.following import LEAST_GAP, Follower, Sample
 from vrs_cli.engine.load import ACCELERATION_MARGIN, StretchLoad
 from vrs_cli.engine.rates import joint_velocity, joints_on
 from vrs_cli.errors import MotionError, StraightLineSingular
@@ -76,7 +76,7 @@ def _on_line(arm: RobotArm, index: int, segment: Segment, path: CartesianPath) -
     for touch in found.touches:
         if touch.begin > 0.0 and touch.end < lasting:
             raise follower.refuse_kink(path, touch.begin, touch.end, path.seed(touch.begin))
-    samples = follower.samples(path, lasting, path.seeds[0], law.samples, None, found.marks)
+    samples = _samples(follower, path, lasting, law.samples, found.marks)
     if follower.arm.continuation is not None:
         from vrs_cli.engine.continuation import check_continuous  # here: closed forms need none
 
@@ -97,6 +97,25 @@ def _on_line(arm: RobotArm, index: int, segment: Segment, path: CartesianPath) -
         )
     if load.jerk > JERK_EXCESS:
         yield Breach(index, f"joint {load.joint} has {load.jerk:.2f} times the jerk that it can, {at:.3f} s")
+
+
+def _samples(
+    follower: Follower, path: CartesianPath, lasting: float, steps: int, marks: Sequence[float]
+) -> list[Sample]:
+    """Samples along a line, found as the planner finds them; where Newton's method does not get from one to the next,
+    from the stored joints, whose continuity is then for the proof. Raises MotionError where no joints lead there.
+    """
+    try:
+        return follower.samples(path, lasting, path.seeds[0], steps, None, marks)
+    except MotionError:
+        if follower.arm.continuation is None or len(path.seeds) < 2:
+            raise
+    stored = (index * path.seed_interval for index in range(len(path.seeds) - 1))
+    instants = [0.0]
+    for s in sorted((*stored, *marks, *(lasting * step / steps for step in range(1, steps)))):
+        if min(s - instants[-1], lasting - s) > LEAST_GAP * lasting:
+            instants.append(s)
+    return [follower.sample(path, s, path.seed(s)) for s in (*instants, lasting)]
 
 
 class _Stretch:
