@@ -86,26 +86,36 @@ class SteadyArm(RobotArm):
         return float(Way(self._batch.conditions, q, T).at.angle[0])
 
     def _least(self, T: Transform, near: Joints) -> Joints | None:
-        """Of what is found within the limits that with the least turn, and of those the one that is reached soonest.
+        """Of what is found within the limits that with the least turn, and of those the one that is reached soonest."""
+        found = self._batch.least_turns(T)
+        if found is None:
+            found = self._searched(T, near)
+        turned_near = [(q, turned) for solved, turned in found if (q := self._inside(solved, near)) is not None]
+        least = min((turned for _, turned in turned_near), default=inf)
+        near_least = (q for q, turned in turned_near if turned <= least + SAME_TURN)
+        return min(near_least, key=partial(self._duration, near), default=None)
 
-        From joints that are near; where these do not lead to the pose itself, from others; where the limits are in the
-        way of those, along them. That many of them lead to the same turn does not tell that it is the least.
+    def _searched(self, T: Transform, near: Joints) -> list[tuple[Joints, float]]:
+        """Joints and the turns that they miss, found from joints that are near; where these do not lead to the pose
+        itself, from others; where the limits are in the way of those, along them.
+
+        That many of them lead to the same turn does not tell that it is the least.
         """
         found: list[tuple[Joints, float]] = []
-        least = inf
         first, *later = rounds(self.model, near)
         for begin, bounded in (([near], True), (first, False), (first, True), (later[0], False)):
-            searched = self._batch.searched(T, begin, bounded=bounded)
-            found += [(q, turned) for solved, turned in searched if (q := self._inside(solved, near)) is not None]
-            least = min((turned for _, turned in found), default=inf)
-            if least <= STRAIGHT:
+            found += self._batch.searched(T, begin, bounded=bounded)
+            inside = (turned for q, turned in found if self._inside(q, near) is not None)
+            if min(inside, default=inf) <= STRAIGHT:
                 break
-        near_least = (q for q, turned in found if turned <= least + SAME_TURN)
-        return min(near_least, key=partial(self._duration, near), default=None)
+        return found
 
     def _nowhere(self, T: Transform, near: Joints) -> LocationOutOfRange | JointOutOfRange:
         """The refusal of a place: of the range of a joint, or because it is beyond all of them."""
-        for q, _ in self._batch.searched(T, next(rounds(self.model, near)), bounded=False):
+        starts = self._batch.starts(T)
+        if starts is None:
+            starts = next(rounds(self.model, near))
+        for q, _ in self._batch.searched(T, starts, bounded=False):
             best = self._best_turns(q)
             return self._joint_refusal(best, "turn the location, or move it nearer")
         return self._out_of_reach(T, self.ways[0], "")

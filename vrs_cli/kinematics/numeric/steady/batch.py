@@ -12,12 +12,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vrs_cli.kinematics.arrays import Flags, Floats
+from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.numeric.search import FREE_STEPS, LARGEST_STEP, STEPS, rounds
 from vrs_cli.kinematics.numeric.steady.conditions import PLACES, SteadyConditions, Terms
+from vrs_cli.kinematics.numeric.steady.planar import PlanarStarts, is_planar
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT, Unchanging
@@ -26,6 +27,8 @@ FOLLOWING = 12  # steps of Newton's method from joints that are near
 SETTLED = 1e-7  # [rad, m] after a step so small the next one would be rounding: they shrink with the square
 THERE, TURNED = 1e-10, 1e-7  # [m, rad] of a pose: nothing is missing, though in singular joints steps shrink slowly
 BRANCH = 0.5  # [rad, m] from joints that are near: farther off is another branch
+ROUNDING = 1e-12  # [rad, m] of a joint at a limit
+POSES = 64  # whose searches go on at once
 DAMPING = 1e-6  # of the way downhill, where nothing else decides it
 
 
@@ -42,17 +45,41 @@ class SteadyBatch(SerialBatch):
     def __init__(self, model: RobotModel, unchanging: Unchanging, T_flange_tool: Transform) -> None:
         super().__init__(model, (NONE,), unchanging)
         self.conditions = SteadyConditions(self, T_flange_tool)
+        self.middle = (self.lower + self.upper) / 2
+        self._planar = PlanarStarts(self, self.conditions.tip) if is_planar(self) else None
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
         """One way: that with the least turn of those that are found from all starts, within the limits."""
-        q, least = np.full((len(T), self.joints), np.nan), np.full(len(T), np.inf)
-        middle = (self.lower + self.upper) / 2
-        for start in next(rounds(self.model, tuple(middle.tolist())))[1:]:
-            rows = np.flatnonzero(least > STRAIGHT)
-            found = self.search(T[rows], np.array(start))
-            better = found.turned < least[rows]
-            q[rows[better]], least[rows[better]] = found.joints[better], found.turned[better]
+        q = np.full((len(T), self.joints), np.nan)
+        others = next(rounds(self.model, tuple(self.middle.tolist())))[1:]
+        for first in range(0, len(T), POSES):
+            starts = [others if (some := self.starts(pose)) is None else some for pose in T[first : first + POSES]]
+            rows = first + np.repeat(np.arange(len(starts)), [len(begin) for begin in starts])
+            found = self.settled(T[rows], self._rows([q for begin in starts for q in begin]), rows)
+            order = np.lexsort((found.turned, rows))
+            row, at = np.unique(rows[order], return_index=True)
+            q[row] = found.joints[order[at]]
         return q[:, None], self.inside(q)[:, None]
+
+    def settled(self, T: Floats, begin: Floats, pose: Rows) -> Found:
+        """`search` from starts that may be beside the limits, for the poses of these numbers (N,): where that leaves
+        the limits, and no other start leads to the pose itself, along them.
+        """
+        free = self.search(T, begin, bounded=False)
+        joints = self.turned_near(free.joints, self.middle)
+        inside = self.inside(joints)
+        found = Found(np.where(inside[:, None], joints, np.nan), np.where(inside, free.turned, np.inf))
+        least = np.full(pose.max(initial=0) + 1, np.inf)
+        np.minimum.at(least, pose, found.turned)
+        rows = np.flatnonzero(~inside & (least[pose] > STRAIGHT))
+        found.joints[rows], found.turned[rows] = self.search(T[rows], begin[rows])
+        return found
+
+    def starts(self, T: Transform | Floats) -> list[Joints] | None:
+        """Joints from which searches lead to all least turns at the place of a pose; None where no table of them can be
+        made.
+        """
+        return None if self._planar is None else self._planar.of(np.reshape(T, (3, 4)))
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:  # noqa: ARG002
         """From joints that are near, whatever their limits: by Newton's method, else downhill."""
@@ -86,6 +113,17 @@ class SteadyBatch(SerialBatch):
             at = conditions.terms(q[rows], T[rows])
         return found
 
+    def least_turns(self, T: Transform) -> list[tuple[Joints, float]] | None:
+        """Joints of the least turns for one pose within the limits, and what is missing; None without `starts`."""
+        begin = self.starts(T)
+        if begin is None:
+            return None
+        poses = np.broadcast_to(np.reshape(T, (3, 4)), (len(begin), 3, 4))
+        return self._listed(self.settled(poses, self._rows(begin), np.zeros(len(begin), dtype=np.intp)))
+
+    def _rows(self, joints: Sequence[Joints]) -> Floats:
+        return np.reshape(joints, (-1, self.joints))
+
     def followed(self, T: Transform, near: Joints) -> Joints | None:
         """`inverse_branch` of one pose."""
         q = self.inverse_branch(np.reshape(T, (1, 3, 4)), NONE, np.array(near))[0].tolist()
@@ -94,7 +132,11 @@ class SteadyBatch(SerialBatch):
     def searched(self, T: Transform, begin: Sequence[Joints], *, bounded: bool = True) -> list[tuple[Joints, float]]:
         """What `search` finds for one pose from several joints, and the turns that are missing there."""
         poses = np.broadcast_to(np.reshape(T, (3, 4)), (len(begin), 3, 4))
-        found = self.search(poses, np.array(begin), bounded=bounded)
+        found = self.search(poses, self._rows(begin), bounded=bounded)
+        return self._listed(found)
+
+    @staticmethod
+    def _listed(found: Found) -> list[tuple[Joints, float]]:
         there = np.isfinite(found.turned)
         return list(zip(map(tuple, found.joints[there].tolist()), found.turned[there].tolist(), strict=True))
 
@@ -110,8 +152,12 @@ class SteadyBatch(SerialBatch):
             at = conditions.terms(q[rows], T[rows])
             step, multipliers = self._downhill(at, multipliers, q[rows], bounded=bounded)
             size = np.abs(step).max(axis=1)
-            there = q[rows] + step * np.minimum(1.0, LARGEST_STEP / np.maximum(size, LARGEST_STEP))[:, None]
-            q[rows] = np.clip(there, self.lower, self.upper) if bounded else there
+            part = np.minimum(1.0, LARGEST_STEP / np.maximum(size, LARGEST_STEP))
+            if bounded:
+                part = np.minimum(part, self._until_limit(q[rows], step))
+            q[rows] += part[:, None] * step
+            if bounded:
+                q[rows] = self._at_limits(q[rows])
             done = size < SETTLED
             there = rows[done & (np.linalg.norm(at.away, axis=1) < LEVEL)]
             found[there], turned[there] = q[there], at.angle[np.isin(rows, there)]
@@ -121,6 +167,18 @@ class SteadyBatch(SerialBatch):
             had = (np.linalg.norm(at.away, axis=1) < THERE) & (at.angle < TURNED)
             found[rows[had]], turned[rows[had]] = q[rows[had]], at.angle[had]
         return Found(found, turned)
+
+    def _until_limit(self, q: Floats, step: Floats) -> Floats:
+        """(N,): the part of each step that brings the first joint to its limit, where it is held: a step cut short
+        keeps the place, joints cut short each by itself do not.
+        """
+        room = np.where(step > 0.0, self.upper - q, q - self.lower)
+        return np.asarray((room / np.maximum(np.abs(step), 1e-300)).min(axis=1, where=room > 0.0, initial=np.inf))
+
+    def _at_limits(self, q: Floats) -> Floats:
+        """Joints that are at a limit but for rounding, or beyond it, at it."""
+        low, high = self.lower + ROUNDING, self.upper - ROUNDING
+        return np.where(q <= low, self.lower, np.where(q >= high, self.upper, q))
 
     def _downhill(self, at: Terms, multipliers: Floats, q: Floats, *, bounded: bool) -> tuple[Floats, Floats]:
         """One step and its multipliers; where it pushes joints out of their range, again without these."""
