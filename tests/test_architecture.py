@@ -400,12 +400,12 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 52_368  # of Python, in all
+MAX_STATEMENTS = 52_490  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 235,
     "extras": 9,
-    "kinematics": 6520,
+    "kinematics": 6590,
     "values": 1201,
     "trajectory": 2938,
     "engine": 4505,
@@ -425,7 +425,7 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "__main__": 29,
     "__init__": 13,
 }
-MAX_FILES = 487  # with content
+MAX_FILES = 488  # with content
 MAX_DEPTH = 33  # modules in a chain of imports
 MAX_BEHIND_PROTOCOL = 66  # modules that `import vrs_cli.net.protocol` loads
 
