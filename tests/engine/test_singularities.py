@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from math import hypot, pi, radians
 
+import numpy as np
 import pytest
 
 from tests.laws.boundary_lines import check_rates
 from tests.laws.motion_laws import check_continuous, check_limits
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.position import joints_over
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, MotionError, StraightLineSingular
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import angle_between, from_oat, position, translation
+from vrs_cli.kinematics.transform import angle_between, compose, from_oat, position, rotation_z, translation
 from vrs_cli.values.commands import Move, SetBase, SetParameter
 from vrs_cli.values.motion import PoseTarget
 
@@ -74,6 +76,17 @@ def test_an_upright_arm_neither_goes_straight_down_nor_comes_from_there(
     engine.perform(Move(PoseTarget(above._replace(pz=above.pz - 0.02)), straight=False))
     with pytest.raises(MotionError):
         engine.perform(Move(PoseTarget(above), straight=True))
+
+
+@pytest.mark.parametrize("bent", [3e-10, -7e-10])
+def test_a_wrist_within_a_billionth_of_straight_does_not_jitter(bent: float) -> None:
+    """The tool turns about itself: the direction of so short a vector would be joint 4."""
+    engine = Engine(MODEL, start=(0.3, -0.8, 2.4, 0.4, bent, -0.2))
+    engine.perform(SetParameter("PROFILE", "SCURVE"))
+    here = engine.position().T_world_tool
+    engine.perform(Move(PoseTarget(compose(here, rotation_z(0.6))), straight=True))
+    q = joints_over(engine.arm, engine.timeline, np.arange(0.0, engine.end, 1e-3))
+    assert (np.abs(np.diff(q, n=3, axis=0)) <= 1e-9 * np.array(MODEL.max_jerk)).all()
 
 
 @PROFILES

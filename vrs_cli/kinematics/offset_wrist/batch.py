@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vrs_cli.kinematics.arrays import Floats
-from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR
+from vrs_cli.kinematics.clearance import BOUNDARY, ON_BOUNDARY, SINGULAR
 from vrs_cli.kinematics.configuration import ALL, Configuration
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.offset_wrist.offsets import Offsets
@@ -43,7 +43,7 @@ class OffsetWristBatch(SerialBatch):
         na, sa = nx * s1 - ny * c1, sx * s1 - sy * c1
         s5 = np.hypot(na, sa)
         c5 = ax * s1 - ay * c1
-        q6 = np.where(s5 > SINGULAR, np.arctan2(-sa * wrist, na * wrist), near[5])
+        q6 = np.where(s5 > ON_BOUNDARY, np.arctan2(-sa * wrist, na * wrist), near[5])
         q5 = np.arctan2(wrist * s5, c5)
         c6, s6, s5 = np.cos(q6), np.sin(q6), wrist * s5
         u, v, w = c5 * c6, -c5 * s6, -s5

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import acos, atan2, cos, pi, sin, sqrt
 
-from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR
+from vrs_cli.kinematics.clearance import BOUNDARY, ON_BOUNDARY, SINGULAR
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import TURN, Joints
 from vrs_cli.kinematics.offset_wrist.offsets import Offsets
@@ -55,7 +55,7 @@ def make_branches(offsets: Offsets, middle: Joints) -> Branches:
             n, s, c5 = nx * s1 - ny * c1, sx * s1 - sy * c1, ax * s1 - ay * c1  # along the axes of joints 2 to 4
             s5 = sqrt(n * n + s * s)
             q5, q6, other6, back = atan2(s5, c5), mid6, mid6, 1.0
-            if s5 > SINGULAR:
+            if s5 > ON_BOUNDARY:
                 c6, s6, q6, back = n / s5, -s / s5, atan2(-s, n), -1.0
                 other6 = q6 - pi if q6 > 0.0 else q6 + pi
                 if not low6 <= q6 <= high6:
@@ -127,7 +127,7 @@ def make_branch(offsets: Offsets) -> Branch:
             q1, c1, s1 = n1, cos(n1), sin(n1)
         n, s, c5 = nx * s1 - ny * c1, sx * s1 - sy * c1, ax * s1 - ay * c1
         s5 = sqrt(n * n + s * s)
-        if s5 > SINGULAR:
+        if s5 > ON_BOUNDARY:
             c6, s6 = wrist * n / s5, -wrist * s / s5
             q6 = atan2(s6, c6)
         else:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vrs_cli.kinematics.arrays import Flags, Floats
-from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR
+from vrs_cli.kinematics.clearance import BOUNDARY, ON_BOUNDARY, SINGULAR
 from vrs_cli.kinematics.configuration import ALL, Configuration
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, TURN
 from vrs_cli.kinematics.model import RobotModel
@@ -142,7 +142,7 @@ class SphericalWristBatch(SerialBatch):
         """Joints 4, 5, 6, and where the wrist is singular (joint 4 is `rest` there)."""
         X, Y, Z, nX, nY, sX, sY = rows
         s5 = np.sqrt(X * X + Y * Y)
-        singular = s5 <= SINGULAR
+        singular = s5 <= ON_BOUNDARY
         if wrist < 0.0:
             X, Y, s5 = -X, -Y, -s5
         if singular.any():

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import acos, atan2, cos, pi, sin, sqrt
 
-from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR
+from vrs_cli.kinematics.clearance import BOUNDARY, ON_BOUNDARY, SINGULAR
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
 from vrs_cli.kinematics.model import RobotModel
@@ -112,7 +112,7 @@ def make_branches(geometry: Geometry, model: RobotModel) -> Branches:
                 X = c23 * ar - s23 * az
                 Z = s23 * ar + c23 * az
                 s5 = sqrt(X * X + ac * ac)
-                if s5 > SINGULAR:
+                if s5 > ON_BOUNDARY:
                     q4 = atan2(ac, X)
                     q5 = atan2(s5, Z)
                     q6 = atan2(X * nc - ac * (c23 * nr - s23 * nz), X * sc - ac * (c23 * sr - s23 * sz))
@@ -211,7 +211,7 @@ def make_branch(geometry: Geometry) -> Branch:
         sX = c23 * (c1 * sx + s1 * sy) - s23 * sz
         sY = c1 * sy - s1 * sx
         s5 = sqrt(X * X + Y * Y)
-        if s5 > SINGULAR:
+        if s5 > ON_BOUNDARY:
             X *= wrist
             Y *= wrist
             q4 = atan2(Y, X)

@@ -15,7 +15,7 @@ from __future__ import annotations
 from math import cos, hypot, sin
 
 from vrs_cli.errors import StraightLineSingular
-from vrs_cli.kinematics.clearance import SINGULAR
+from vrs_cli.kinematics.clearance import ON_BOUNDARY, SINGULAR
 from vrs_cli.kinematics.jacobian import AT_REST, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.spherical_wrist.geometry import Geometry
@@ -92,10 +92,12 @@ def joint_velocity(geometry: Geometry, q: Joints, twist: Twist, T_flange_tool: T
     z -= c23 * qd1
     lost = c4 * x + s4 * y
     qd5 = c4 * y - s4 * x
-    if s5 > SINGULAR or s5 < -SINGULAR:
+    if s5 > ON_BOUNDARY or s5 < -ON_BOUNDARY:
         qd6 = lost / s5
         return qd1, qd2, qd23 - qd2, z - c5 * qd6, qd5, qd6
-    if not -AT_REST < lost < AT_REST:
+    # a vector so short has no direction: joint 4 is held. Where it would have to turn, joints jump to the next sample,
+    # which no velocity explains
+    if -SINGULAR <= s5 <= SINGULAR and not -AT_REST < lost < AT_REST:
         raise _singular("wrist", "the axes of joints 4 and 6 are in one line")
     return qd1, qd2, qd23 - qd2, 0.0, qd5, z / c5
 
