@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import repeat
 from typing import Any, NamedTuple, NoReturn, cast
+from weakref import ref
 
 from vrs_cli.errors import IllegalArrayIndex, TypeMismatch, UndefinedValue, nearest
 from vrs_cli.language.words.values import Kind, kind_of_value, storable, whole
@@ -39,7 +40,7 @@ class Cells(dict[str | Index, Value]):
     argument a CALL left out, in the cells made to stand for it. `changed`: where changes are noted, if they are.
     """
 
-    __slots__ = ("array", "changed", "kind", "omitted", "others", "spelling")
+    __slots__ = ("__weakref__", "array", "changed", "kind", "omitted", "others", "spelling")
 
     def __init__(
         self, spelling: Mapping[str, str], kind: Kind, array: str | None = None, omitted: str | None = None
@@ -49,7 +50,7 @@ class Cells(dict[str | Index, Value]):
         self.kind = kind
         self.array = array
         self.omitted = omitted
-        self.others: Cells | None = None
+        self.others: ref[Cells] | None = None  # a cycle of the two would stay in the memory of a server
         self.changed: set[Item] | None = None
 
     def note_changes(self, changed: set[Item] | None) -> None:
@@ -62,7 +63,8 @@ class Cells(dict[str | Index, Value]):
             raise UndefinedValue(self.omitted, "its argument was left out of the CALL")
         if self.array is not None and not isinstance(key, str):
             self.rounded(key if isinstance(key, tuple) else (key,))
-        if self.others is not None and key in self.others:
+        others = None if self.others is None else self.others()
+        if others is not None and key in others:
             raise self.clash(key)
         raise UndefinedValue(self.name(key), self._hint(key))
 
@@ -154,7 +156,7 @@ def bare_cells(
     """The reals and the transformations that bare names can be."""
     reals = Cells(spelling, Kind.REAL, array, omitted)
     locations = Cells(spelling, Kind.LOCATION, array, omitted)
-    reals.others, locations.others = locations, reals
+    reals.others, locations.others = ref(locations), ref(reals)
     return reals, locations
 
 
