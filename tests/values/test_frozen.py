@@ -8,6 +8,7 @@ from types import ModuleType
 import pytest
 from msgspec import Struct
 
+from vrs_cli.language.compile import lowering
 from vrs_cli.language.text import ast
 from vrs_cli.net import messages
 from vrs_cli.values import acts, hand, motion, prompt, questions, results
@@ -19,7 +20,7 @@ def _kinds(base: type[Struct]) -> Iterator[type[Struct]]:
         yield from _kinds(kind)
 
 
-@pytest.mark.parametrize("module", [acts, hand, motion, prompt, questions, results, messages, ast])
+@pytest.mark.parametrize("module", [acts, hand, motion, prompt, questions, results, messages, ast, lowering])
 def test_every_struct_is_frozen(module: ModuleType) -> None:
     kinds = {kind for kind in _kinds(Struct) if kind.__module__ == module.__name__}
     assert kinds
