@@ -32,7 +32,7 @@ FINEST = 2.0**-24  # of a stretch, between samples
 MOST_SAMPLES = 400  # of a line more than it had
 DOUBLINGS = 8  # of seeds
 BESIDE = 1e-9  # of the time until one seed takes over from another
-NEARER = 0.5  # of the way from a seed to the joints: what Newton's first step leaves at most
+NEARER = 0.2  # of the way from a seed to the joints: what Newton's first step leaves at most
 PROVED = 1e-3  # [rad, m] from the cubic: joints that are on the branch
 TOGETHER = 8  # ways that are halved at once, the finest first: where nothing goes on that is found soon
 
@@ -187,8 +187,8 @@ def leading_seeds(follower: Follower, followed: Followed, seeds: tuple[Joints, .
 
 
 def misled_at(follower: Follower, path: CartesianPath, followed: Followed) -> Floats:
-    """The times at which Newton's first step from the seed does not lead half the way to the joints of a stretch, or
-    more: other joints may be found from there.
+    """The times at which Newton's first step from the seed leaves more than NEARER of the way to the joints of a
+    stretch: other joints may be found from there.
     """
     continuation, last = follower.arm.continuation, len(path.seeds) - 1
     assert continuation is not None
