@@ -364,6 +364,15 @@ def test_the_newest_completion_alone_waits_and_abort_never(tmp_path: Path) -> No
         assert not any(isinstance(one, Completed) and one.id == 1 and one.choices for one in eve.heard)
 
 
+def test_who_asks_has_a_turn_between_the_lines_of_a_paste(tmp_path: Path) -> None:
+    with served(tmp_path) as it:
+        ada, eve = it.call("ada"), it.call("eve")
+        ada.command("x = 1\n" * 3000)
+        assert eve.line("WHERE").ok
+        assert not any(isinstance(one, Done) for one in ada.heard), "the paste is not over"
+        ada.until(lambda: any(isinstance(one, Done) for one in ada.heard))
+
+
 def test_a_connection_that_is_half_open_does_not_keep_the_lease(tmp_path: Path) -> None:
     with served(tmp_path) as it:
         ada, bob = it.call("ada"), it.call("bob")

@@ -16,7 +16,7 @@ from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.conversation.names import names_of
 from vrs_cli.interfaces.conversation.signature import Signature, signature
 from vrs_cli.interfaces.conversation.validate import mistake_in_entry
-from vrs_cli.interfaces.dialogue import Dialogue, at_once, beside_if
+from vrs_cli.interfaces.dialogue import Dialogue, at_once, beside, beside_if
 from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.jog.jogger import HeldDown, Jogger
 from vrs_cli.interfaces.monitor.consent import leave, may_replace
@@ -38,6 +38,7 @@ from vrs_cli.values.questions import Parting
 from vrs_cli.values.replies import Message, Reply, Tone, refusal, report
 
 RUNNING = "*"  # the prompt while a program runs
+PASTED_TOGETHER = 16  # pasted lines that are carried out before other users have their turn
 MANY_NAMES = 1000  # that are looked through in some milliseconds
 CONSTANTS = tuple(name.lower() for name, row in FUNCTIONS.items() if row.constant)
 
@@ -90,6 +91,8 @@ class Conversation:
             yield from self._guarded(self._line(line, goes_on=goes_on, alone=alone), line)
             if self.user_state.interrupted:
                 break
+            if not number % PASTED_TOGETHER:
+                yield from beside(lambda: None)  # where many are served, others have their turn
         if self._pasted:
             yield from self._guarded(self._store(), "")
         if refused and self._dropped and not self.user_state.attended:  # a person has read that the heading was refused
