@@ -100,7 +100,9 @@ class PlanarStarts:
         missed = np.where(reached, missed, np.inf)
         within = np.where(outside > 0.0, np.inf, missed)
         least = _least(within) | _least(missed + OUTSIDE * outside)
-        found, size = joints[least], (missed + OUTSIDE * outside)[least]
+        # where the bars just reach a place, all directions are one: its copies may not crowd out the others
+        _, once = np.unique(np.round(joints[least], 6), axis=0, return_index=True)
+        found, size = joints[least][once], (missed + OUTSIDE * outside)[least][once]
         order = np.argsort(size)[:MOST_STARTS]
         best = found[order][size[order] < within.min() + WORSE]
         return [tuple(q) for q in best.tolist()]
