@@ -1,4 +1,4 @@
-"""What a call, or a robot, has of its own in Python: limits, a folder for files, a cell, inputs that change."""
+"""Conditions of a call or a robot in Python: limits, a folder for files, a cell, inputs that change."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def session_of(
 
 
 def _advice(option: str) -> str:
-    """What helps where a limit is reached."""
+    """Return the advice for a limit that is reached."""
     if option == "signals":
         return "signals= says when inputs change"
     return f"limits=Limits({option}=...) gives it more"
@@ -98,7 +98,7 @@ class ProgramFolders(Struct):
                 self._folders[name.lower()] = _folder(folder)
 
     def conditions(self, program: str, given: Conditions | None) -> Conditions | None:
-        """Those of a run of a program."""
+        """Return the conditions for the run of a program."""
         own = self._folders.get(program.lower())
         if self.fixed or own is None or (given is not None and given.folder is not None):
             return given

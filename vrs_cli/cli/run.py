@@ -255,7 +255,7 @@ class _Batch(Struct, frozen=True):
 
     @contextmanager
     def _folder(self) -> Iterator[Folder]:
-        """Where programs have their files: the folder of the file, the sandbox, or a working folder of this run."""
+        """Return the folder of the programs' files: that of the file, the sandbox, or a working folder of this run."""
         from vrs_cli.files.bounds import Folder
         from vrs_cli.files.working_folder import working_folder
 

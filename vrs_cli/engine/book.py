@@ -101,7 +101,7 @@ class Book:
         return records(self.timeline, [step.delta for step in self.history.done])
 
     def all_records(self) -> Callable[[], tuple[CommandRecord, ...]]:
-        """What gives all motion commands that hold now: any thread may call it, for it may take long."""
+        """Return a function that lists all motion commands in force now. It may take long; any thread may call it."""
         timeline, deltas, done = self.timeline, self.deltas.copy(), [step.delta for step in self.history.done]
         forgotten = self.history.forgotten
         return lambda: records(timeline, held(deltas) if forgotten else done)

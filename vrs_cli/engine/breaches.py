@@ -57,7 +57,7 @@ def breaches(arm: RobotArm, timeline: Timeline) -> Iterator[Breach]:
 
 
 def on_lines(arm: RobotArm, timeline: Timeline) -> Iterator[Breach]:
-    """What is wrong along the straight lines of a timeline, as the planner decides it: reach, jumps, ranges of the
+    """Find what is wrong along the straight lines of a timeline, as the planner does: reach, jumps, ranges of the
     joints, velocities, accelerations and jerks.
     """
     for index, segment in enumerate(timeline):
@@ -69,7 +69,7 @@ def on_lines(arm: RobotArm, timeline: Timeline) -> Iterator[Breach]:
 
 
 def _on_line(arm: RobotArm, index: int, segment: Segment, path: CartesianPath) -> Iterator[Breach]:
-    """Of one segment. Raises MotionError where no joints lead along it."""
+    """Check one segment. Raises MotionError if no joints lead along it."""
     frames, law, lasting = segment.motion.frames, LAWS[segment.motion.profile], segment.duration
     follower = Follower(arm, path.configuration, frames.tool, frames.base)
     found = survey(follower, path, lasting)

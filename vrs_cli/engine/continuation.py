@@ -103,8 +103,8 @@ def check_continuous(
     follower: Follower,
     stretches: Sequence[tuple[CartesianPath, float, list[Sample]]],
 ) -> list[Followed]:
-    """That the joints lead from each sample to the next, along paths of so many seconds; with the samples that this
-    took beside.
+    """Prove that the joints lead from each sample to the next, along paths of so many seconds. Return the paths with
+    all samples that this took.
 
     Raises LocationOutOfRange, JointOutOfRange, StraightLineSingular with the place.
     """
@@ -157,7 +157,7 @@ def _gaps_without_proof(
 def _prover(
     continuation: Continuation | SteadyContinuation, follower: Follower, gaps: list[Gap]
 ) -> Callable[[Rows, int], Flags]:
-    """What tells of some gaps whether they are proved, looked at in so many pieces."""
+    """Return a function that tells which gaps are proved when each is divided into so many pieces."""
     if isinstance(continuation, Continuation):
         arrays = _arrays(follower, gaps)
         return lambda which, pieces: continuation.proved(arrays.some(which), pieces)

@@ -80,7 +80,7 @@ class History:
 
     @property
     def commands(self) -> int:
-        """How many commands hold."""
+        """The number of commands in force."""
         return self.forgotten + len(self.done)
 
     def copy(self) -> History:

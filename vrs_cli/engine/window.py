@@ -31,7 +31,7 @@ class WindowSize(Struct, frozen=True):
 
 
 class Store(KeptDeltas, Protocol):
-    """Where the past is written down. What cannot be written stays in memory."""
+    """Storage for the past. What cannot be written stays in memory."""
 
     def keep_row(self, row: Row) -> RowStore | None:
         """Write a row; None where that is not possible now."""

@@ -38,7 +38,7 @@ def bookmark_of(path: str | Path, recording: Recording, engine: Engine) -> Bookm
 
 
 def _taken_up(it: Taken, engine: Engine) -> Bookmark | None:
-    """What the engine goes on with; None where the file is new. Raises UsageError."""
+    """Return the state with which the engine continues; None if the file is new. Raises UsageError."""
     found = it.resumed
     if found is None:
         return None if it.recording is None else bookmark_of(it.path, it.recording, engine)

@@ -66,7 +66,7 @@ class Taken(Struct, frozen=True):
 
     @property
     def torn(self) -> bool:
-        """Whether a last line is left out, which was not written to its end."""
+        """Whether an incomplete last line is left out."""
         if self.resumed is not None:
             return self.resumed.past.file.size > self.resumed.size
         return self.recording is not None and self.recording.dropped_tail

@@ -46,7 +46,7 @@ V = TypeVar("V")
 
 
 class _Near(Generic[V]):
-    """What was read last."""
+    """The part that was read last."""
 
     def __init__(self) -> None:
         self._found: OrderedDict[object, V] = OrderedDict()

@@ -39,7 +39,7 @@ class Forbidden(NamedTuple):
 
 
 class Unchanging(NamedTuple):
-    """How far the flange is along some directions [m], and where it points."""
+    """Positions of the flange along some directions [m], and the direction in which it points."""
 
     places: tuple[tuple[Vector, float], ...] = ()
     approach: Vector | None = None
@@ -93,7 +93,7 @@ def _is_kept(way: Vector, poses: Sequence[Transform]) -> bool:
 
 
 def _plane(way: Vector, value: float, beside: float) -> str:
-    """What is said of a flange that would be beside a plane."""
+    """The message for a flange that would lie beside its plane."""
     if way not in AXES:
         return f"moves in one plane, its flange would be {1000.0 * abs(beside):.1f} mm beside that"
     axis, plane, flange = "XYZ"[AXES.index(way)], f"{1000.0 * value:.1f} mm", f"{1000.0 * (value + beside):.1f} mm"

@@ -184,7 +184,7 @@ class Broadcast:
 
     @property
     def watched(self) -> bool:
-        """Whether anybody is there: who holds the robot, looks at it, or passes it on."""
+        """Whether anybody holds the robot, watches it, or passes it on."""
         return bool(len(self._everybody))
 
     def join(self, sink: Sink, form: MessageForm, *, deflates: bool = False) -> Listener:

@@ -18,7 +18,7 @@ MINUTE = 60.0  # [s]
 
 
 def advice(option: str) -> str:
-    """What helps where a limit of a run is reached."""
+    """Return the advice for a limit of a run."""
     return HELP.get(option, OURS)
 
 
@@ -113,7 +113,7 @@ class Share:
         self._all.spend(seconds, now)
 
     def wait(self, now: float, holders: int, *, typing: bool) -> float:
-        """How long the next request is to wait [s]; `holders`: of the robot, who look with this one."""
+        """Return how long the next request has to wait [s]; `holders`: the robot's users who share this budget."""
         own = self._typing if typing else self._lines
         fair = own.most - own.left(now) <= self._all.most / holders
         return own.wait(now) if fair else max(own.wait(now), self._all.wait(now))

@@ -28,7 +28,7 @@ def _is_list(type: Any) -> bool:
 
 
 def is_long(reply: Reply) -> bool:
-    """Whether a reply is told in parts."""
+    """Whether a reply is sent in parts."""
     return any(len(getattr(reply, name)) > MOST_ROWS for name in _lists_of(type(reply)))
 
 

@@ -293,7 +293,7 @@ class RemoteRobot:
 
     @property
     def breaks(self) -> int:
-        """How often the connection was cut, or so quiet that it may have been."""
+        """The number of cuts of the connection, silences that may be cuts among them."""
         return self.client.far.cuts + self.client.far.stalls
 
     def subscribe(self) -> Subscription[Event]:

@@ -97,7 +97,7 @@ class _Link:
 
     @property
     def _has_more(self) -> bool:
-        """Whether a long reply goes on here."""
+        """Whether a long reply to this client is not sent to its end yet."""
         return self.client is not None and self.client.link is self and self.client.has_more
 
     def _count(self) -> None:

@@ -62,7 +62,7 @@ class Estimate(Struct, frozen=True):
         return self.at + (t - self.offset - self.at) / (1.0 + self.drift)
 
     def there(self, t: float) -> float:
-        """What the clock there shows when the one here shows t."""
+        """Return the remote clock's time at the local time t."""
         return t + self.offset + self.drift * (t - self.at)
 
 

@@ -127,7 +127,7 @@ class Actor:
         self._answers.append(_Answer(None, give))
 
     def let_wait(self, by: object) -> None:
-        """What somebody asks for next waits until `let_go_on`: he has not taken what he was told. In any thread."""
+        """Hold back the requests of a user who has not taken the replies, until `let_go_on`. In any thread."""
         self._behind = self._behind | {by}
 
     def let_go_on(self, by: object) -> None:

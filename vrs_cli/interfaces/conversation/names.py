@@ -29,7 +29,7 @@ def names_of(memory: Memory, branches: Iterable[str], begun: str = "") -> Define
 
 
 class _Variables(Mapping[Kind, Mapping[str, str]]):
-    """Those of a kind, looked for when they are asked for: most lines want those of one kind, or none."""
+    """Names of each kind, collected on demand: most lines need those of one kind, or none."""
 
     def __init__(self, memory: Memory, begun: str) -> None:
         self._memory, self._begun = memory, begun

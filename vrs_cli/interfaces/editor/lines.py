@@ -324,7 +324,7 @@ class Editor:
         return replies
 
     def screen(self) -> Dialogue[tuple[Reply, ...]]:
-        """What is seen on entry."""
+        """Return the lines that are shown on entry."""
         return self._on_draft(lambda draft, _memory: draft.screen())
 
     def _on_draft(self, work: Callable[[Draft, Memory], W]) -> Dialogue[W]:

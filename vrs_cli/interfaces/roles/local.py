@@ -49,7 +49,7 @@ class LocalRobot:
         self._conditions: Conditions | None = None  # of all that is asked for here
 
     def under(self, conditions: Conditions) -> LocalRobot:
-        """The same robot; what is asked for here is held to these conditions."""
+        """Return the same robot with these conditions for all its requests."""
         other = copy(self)
         other._conditions = conditions
         return other

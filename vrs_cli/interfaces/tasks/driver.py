@@ -476,7 +476,7 @@ class Driver:
         self.environment.signals.names = cell.names
 
     def _follow(self, signal: int, on: bool) -> None:
-        """What follows in the cell of a signal that has changed."""
+        """Apply the cell's rules to a signal that has changed."""
         if self.cell.follows:
             self.inputs = self.inputs.with_more(self._living.answers(signal, on, self.engine.now))
 

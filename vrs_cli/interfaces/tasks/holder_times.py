@@ -41,6 +41,6 @@ THE_ROBOTS = HolderTimes()
 
 
 def move_of(act: Go, times: HolderTimes) -> Move:
-    """What is asked of the robot, in its own time."""
+    """Return the motion of an act, with its times by the robot's clock."""
     stamp = None if act.executed is None else Stamp(times.executed(act.executed))
     return Move(act.goal.target, act.straight, speed=act.speed, stamp=stamp, text=act.text)

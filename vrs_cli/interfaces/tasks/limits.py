@@ -14,7 +14,7 @@ Advice = Callable[[str], str]  # what helps where the limit of that name is reac
 
 
 def at_prompt(_option: str) -> str:
-    """What helps at a prompt, whatever limit is reached."""
+    """Return the advice at a prompt, for any limit."""
     return GO_ON
 
 

@@ -57,7 +57,7 @@ class Gaps(NamedTuple):
     weights: Floats  # of r guides (r, n)
 
     def some(self, which: Rows) -> Gaps:
-        """Those of these numbers."""
+        """Select the gaps with these numbers."""
         begin, end, begin_rate, end_rate, place, turn, guide = (row[which] for row in self[:-1])
         return Gaps(begin, end, begin_rate, end_rate, place, turn, guide, self.weights)
 

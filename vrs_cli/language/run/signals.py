@@ -136,7 +136,7 @@ class Inputs(Struct, frozen=True):
         return self.changes[self.done :]
 
     def later(self, seconds: float) -> Inputs:
-        """The same changes so many seconds later."""
+        """Return the same changes, so many seconds later."""
         return Inputs(tuple(structs.replace(change, time=change.time + seconds) for change in self.left))
 
     def taken(self, now: float) -> tuple[tuple[InputChange, ...], Inputs]:

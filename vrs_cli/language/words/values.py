@@ -190,7 +190,7 @@ def _rotation(given: Transform) -> Transform:
 
 
 def rounding(numbers: Iterable[float]) -> float:
-    """How far the axes of 12 numbers are from those of a rotation: the largest difference of a number."""
+    """Return the largest difference between the axes of 12 numbers and those of a rotation."""
     given = from_axes(numbers)
     return _difference(given, normalised(given))
 

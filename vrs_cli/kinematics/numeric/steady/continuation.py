@@ -1,4 +1,4 @@
-"""Whether the joints of an arm whose tool is turned as nearly as can be lead from sample to sample: proved.
+"""Prove that the joints of an arm whose tool is turned as nearly as possible lead from sample to sample.
 
 As `numeric.continuation` proves it of other arms, of which this is the theorem again: the unknowns are the joints and
 the multipliers, x = (q, l), and F is what misses in the conditions (`conditions`). F is a gradient, that of
@@ -50,7 +50,7 @@ class SteadyGaps(NamedTuple):
     poses: Callable[[Rows, Floats], Floats]
 
     def some(self, which: Rows) -> SteadyGaps:
-        """Those of these numbers."""
+        """Select the gaps with these numbers."""
         numbers, *rows = self[:-1]
         begin, end, twists, place, turn = (row[which] for row in rows)
         return SteadyGaps(numbers[which], begin, end, twists, place, turn, self.poses)

@@ -1,4 +1,4 @@
-"""Where searches begin for an arm whose joints 2 to 4 turn about parallel axes, as those of most arms for teaching do.
+"""Starts of searches for arms whose joints 2 to 4 have parallel axes, as most arms for teaching have.
 
 While the last joint of five stands at an angle, joint 1 follows from the place of the tip: it turns the plane of joints
 2 to 4 to where the tip is as far out of it as these leave it, in two ways. For each direction of the hand in that plane
@@ -36,7 +36,7 @@ ON_AXIS = 1e-6  # [m] of the tip from axis 1: joint 1 may stand anywhere
 
 
 def is_planar(batch: SerialBatch) -> bool:
-    """Whether an arm has such joints."""
+    """Whether joints 2 to 4 of an arm have parallel axes."""
     if batch.joints not in (FIRST, FIRST + 1) or not batch.turning.all():
         return False
     points, ways = (np.array(rows) for rows in zip(*joint_axes(batch.model), strict=True))
@@ -46,7 +46,7 @@ def is_planar(batch: SerialBatch) -> bool:
 
 
 class PlanarStarts:
-    """Of one planar arm and the tip of one tool (3,), in the frame of the flange."""
+    """Starts for one arm and the tip of one tool (3,), in the frame of the flange."""
 
     def __init__(self, batch: SerialBatch, tip: Floats) -> None:
         model, self.tip = batch.model, tip
