@@ -18,8 +18,7 @@ from tests.oracle import laws
 from tests.oracle.programs import Motion, Settings, Statement, Writer, text_of
 from tests.oracle.recording import Edit, edits
 from tests.oracle.robot import Robot, load, names
-from vrs_cli.cli.export import main as export
-from vrs_cli.cli.run import main as run
+from vrs_cli.cli.main import run
 
 FEWEST = 3  # motions of a program
 MOTIONS = ("MOVE", "APPRO", "DEPART", "DRIVE", "READY", "NEST")
@@ -62,12 +61,12 @@ class Trial:
         source, saved = self.folder / "trial.v2", self.folder / "trial.vrst"
         source.write_text(self.program)
         saved.unlink(missing_ok=True)
-        output = quietly(run, "vrs run", str(source), "--robot", self.robot.name, "--save", str(saved), "--json")
+        output = quietly("run", str(source), "--robot", self.robot.name, "--save", str(saved), "--json")
         return dict(json.loads(output))
 
     def samples(self) -> laws.Samples:
         table = self.folder / "trial.npz"
-        quietly(export, "vrs export", str(self.folder / "trial.vrst"), "-o", str(table), "--rate", "1000")
+        quietly("export", str(self.folder / "trial.vrst"), "-o", str(table), "--rate", "1000")
         with np.load(table) as arrays:
             return laws.Samples(*(arrays[key] for key in ("times", "joints", "velocities", "xyz")))
 
@@ -96,10 +95,10 @@ class Trial:
         yield from (f"{text} was not asked for" for text in told if text.startswith(MOTIONS))
 
 
-def quietly(command: Any, *arguments: str) -> str:
-    """What a command prints."""
+def quietly(*arguments: str) -> str:
+    """What a command line prints."""
     output = io.TextIOWrapper(io.BytesIO())
     with redirect_stdout(output), redirect_stderr(io.StringIO()):
-        command(arguments[0], arguments[1:])
+        run(arguments)
     output.seek(0)
     return output.read()

@@ -14,10 +14,8 @@ from threading import Thread
 from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import CommandLineError, chosen_robot, teller
-from vrs_cli.cli.connections import token_of
-from vrs_cli.cli.recordings import is_recording, read_recording
-from vrs_cli.cli.signals import signal_comes
-from vrs_cli.cli.sources import is_program, read_source, robot_of
+from vrs_cli.cli.connections import signal_comes, token_of
+from vrs_cli.cli.sources import is_program, is_recording, read_recording, read_source, robot_of
 from vrs_cli.errors import UsageError
 from vrs_cli.extras import how_to_install
 
@@ -33,21 +31,21 @@ Hold = Callable[[Told], "Watched"]
 First = Callable[["RobotWindow"], None]
 
 
-def show(prog: str, options: argparse.Namespace) -> int:
+def show(options: argparse.Namespace) -> int:
     """Until a signal ends it, or the user of the shell beside it; returns the exit status. Raises VrsError."""
     if find_spec("viser") is None:
         raise CommandLineError("a view in the browser needs viser", how_to_install("viser"))
     first: First = nothing
     with ExitStack() as stack:
         if not options.url:
-            return _with_shell(prog, options, stack)
+            return _with_shell(options, stack)
         if is_recording(options.url):
-            hold = _recorded(prog, options)
+            hold = _recorded(options)
         elif is_program(options.url):
-            hold, first = _program(prog, options, stack)
+            hold, first = _program(options, stack)
         else:
             hold = _afar(options)
-        _open(prog, options, stack, _door(prog, options), hold, first)
+        _open(options, stack, _door(options), hold, first)
         asyncio.run(signal_comes())
     return 0
 
@@ -56,7 +54,7 @@ def nothing(_window: RobotWindow) -> None:
     """Nothing is to be done."""
 
 
-def _door(prog: str, options: argparse.Namespace) -> Door:
+def _door(options: argparse.Namespace) -> Door:
     """The page has an address, and a browser is on its way to it: what answers it is loaded meanwhile."""
     from vrs_cli.view3d.door import opened
 
@@ -64,20 +62,18 @@ def _door(prog: str, options: argparse.Namespace) -> Door:
         door = opened(options.host, options.port, _secret(options.port))
     except UsageError as error:
         raise CommandLineError(error.detail, error.hint) from None
-    print(f"{prog}: {door.address}", flush=True)
+    print(f"{options.prog}: {door.address}", flush=True)
     if not options.no_open:
         Thread(target=_opened, args=(door.address,), daemon=True).start()
     return door
 
 
-def _open(
-    prog: str, options: argparse.Namespace, stack: ExitStack, door: Door, hold: Hold, first: First = nothing
-) -> None:
+def _open(options: argparse.Namespace, stack: ExitStack, door: Door, hold: Hold, first: First = nothing) -> None:
     """The page is there, until the stack is left."""
     from vrs_cli.view3d.app import App
 
     title = Path(options.url).name if is_recording(options.url or "") else ""
-    app = App(hold, door=door, title=title, rate=options.rate, first=first, tell=teller(prog))
+    app = App(hold, door=door, title=title, rate=options.rate, first=first, tell=teller(options.prog))
     stack.callback(app.close)
 
 
@@ -100,13 +96,12 @@ def _opened(address: str) -> None:
 # --- what is watched -------------------------------------------------------------------------------------------------
 
 
-def _recorded(prog: str, options: argparse.Namespace) -> Hold:
+def _recorded(options: argparse.Namespace) -> Hold:
     """Raises FileError."""
-    recording = read_recording(prog, options.url, lenient=options.lenient)
+    recording = read_recording(options.prog, options.url, lenient=options.lenient)
     from vrs_cli.interfaces.roles.observer import RecordedRobot
-    from vrs_cli.kinematics.forms import arm_for
 
-    recorded = RecordedRobot(arm_for(recording.model), recording.timeline)
+    recorded = RecordedRobot(recording.arm, recording.timeline)
     return lambda _told: recorded
 
 
@@ -129,16 +124,16 @@ def _afar(options: argparse.Namespace) -> Hold:
     return hold
 
 
-def _hosted(prog: str, options: argparse.Namespace, stack: ExitStack, model: RobotModel) -> Hosted:
+def _hosted(options: argparse.Namespace, stack: ExitStack, model: RobotModel) -> Hosted:
     """A new robot, in real time."""
     from vrs_cli.view3d.hosted import Hosted
 
-    hosted = Hosted(model, rate=options.rate, folder=Path.cwd(), tell=teller(prog))
+    hosted = Hosted(model, rate=options.rate, folder=Path.cwd(), tell=teller(options.prog))
     stack.callback(hosted.close)
     return hosted
 
 
-def _program(prog: str, options: argparse.Namespace, stack: ExitStack) -> tuple[Hold, First]:
+def _program(options: argparse.Namespace, stack: ExitStack) -> tuple[Hold, First]:
     """A new robot with the programs of a file; the first browser executes the first of them. Raises FileError, and what
     is wrong with the file.
     """
@@ -146,7 +141,7 @@ def _program(prog: str, options: argparse.Namespace, stack: ExitStack) -> tuple[
     from vrs_cli.view3d.hosted import SHELL
 
     source = read_source(options.url)
-    hosted = _hosted(prog, options, stack, chosen_robot(prog, options, robot_of(prog, source)))
+    hosted = _hosted(options, stack, chosen_robot(options, robot_of(options.prog, source)))
     loading = hosted.hold(SHELL)
     try:
         names = loading.act(Define(source.text, f"{source.path}:")).names
@@ -159,19 +154,19 @@ def _program(prog: str, options: argparse.Namespace, stack: ExitStack) -> tuple[
     return hosted.hold_for_browser, execute if names and not options.no_run else nothing
 
 
-def _with_shell(prog: str, options: argparse.Namespace, stack: ExitStack) -> int:
+def _with_shell(options: argparse.Namespace, stack: ExitStack) -> int:
     """A new robot, and the shell at it; on a pipe, the page stays when the lines are done."""
-    model = chosen_robot(prog, options)
-    door = _door(prog, options)
-    hosted = _hosted(prog, options, stack, model)
-    _open(prog, options, stack, door, hosted.hold_for_browser)
+    model = chosen_robot(options)
+    door = _door(options)
+    hosted = _hosted(options, stack, model)
+    _open(options, stack, door, hosted.hold_for_browser)
     from vrs_cli.repl.connection import Connection
     from vrs_cli.repl.place import Afar
     from vrs_cli.repl.shell import at, on_terminal
 
     connection = Connection(hosted.client(attended=on_terminal()))
     stack.callback(connection.close)
-    status = at(Afar(connection, teller(prog)))
+    status = at(Afar(connection, teller(options.prog)))
     if not on_terminal():
         asyncio.run(signal_comes())
     return status

@@ -9,7 +9,17 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, chosen_dialect, chosen_robot
+from vrs_cli.cli.command_line import (
+    CELL,
+    DIALECT,
+    ROBOT,
+    STANDARD_STREAM,
+    CommandLineError,
+    Parser,
+    chosen_dialect,
+    chosen_robot,
+    option,
+)
 from vrs_cli.cli.findings import FORMATS, Finding
 from vrs_cli.cli.main import FAILED, OK, status_of
 from vrs_cli.cli.sources import has_errors, program_files, read_source, robot_of
@@ -43,30 +53,32 @@ Exit status: 0 without errors (there may be warnings; with --strict there are no
 """
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Print all diagnostics of all files."""
-    options = parser(prog).parse(arguments)
     if STANDARD_STREAM in options.files and (options.fix or options.watch):
         raise CommandLineError("--fix and --watch are for files, not for standard input", "name files")
-    model, cell = chosen_robot(prog, options), _chosen_cell(options)
+    model, cell = chosen_robot(options), _chosen_cell(options)
     if options.watch:
-        return _watch(prog, options, model, cell)
-    return _check(prog, options, model, cell)
+        return _watch(options, model, cell)
+    return _check(options, model, cell)
 
 
 def parser(prog: str) -> Parser:
-    parser = Parser(prog, "Find all mistakes in program files. Nothing is run.", EPILOG)
-    parser.add_argument("files", metavar="FILE.v2", nargs="+", help="files, folders or patterns (- is standard input)")
-    parser.add_argument("--format", choices=tuple(FORMATS), default="text", help="text (default), json or github")
-    parser.add_argument("--select", metavar="CODES", type=_codes, default=("V",), help="warnings to tell: V401,V05")
-    parser.add_argument("--ignore", metavar="CODES", type=_codes, default=(), help="warnings not to tell")
-    parser.add_argument("--strict", action="store_true", help="status 1 for warnings too")
-    parser.add_argument("--fix", action="store_true", help="rewrite what can surely be mended, and tell the rest")
-    parser.add_argument("--watch", action="store_true", help="check again whenever a file changes")
-    parser.add_robot()
-    parser.add_dialect()
-    parser.add_cell()
-    return parser
+    return Parser(
+        prog,
+        "Find all mistakes in program files. Nothing is run.",
+        EPILOG,
+        option("files", metavar="FILE.v2", nargs="+", help="files, folders or patterns (- is standard input)"),
+        option("--format", choices=tuple(FORMATS), default="text", help="text (default), json or github"),
+        option("--select", metavar="CODES", type=_codes, default=("V",), help="warnings to tell: V401,V05"),
+        option("--ignore", metavar="CODES", type=_codes, default=(), help="warnings not to tell"),
+        option("--strict", action="store_true", help="status 1 for warnings too"),
+        option("--fix", action="store_true", help="rewrite what can surely be mended, and tell the rest"),
+        option("--watch", action="store_true", help="check again whenever a file changes"),
+        *ROBOT,
+        DIALECT,
+        CELL,
+    )
 
 
 def _chosen_cell(options: Namespace) -> Cell:
@@ -89,14 +101,14 @@ def _codes(text: str) -> tuple[str, ...]:
     return codes
 
 
-def _check(prog: str, options: Namespace, model: RobotModel, cell: Cell) -> int:
+def _check(options: Namespace, model: RobotModel, cell: Cell) -> int:
     """Check all files once."""
     findings, status = [], OK
     for path in program_files(options.files):
         try:
-            findings.append(_finding(prog, path, options, model, cell))
+            findings.append(_finding(path, options, model, cell))
         except FileError as unreadable:  # the other files are checked all the same
-            print(f"{prog}: {unreadable}", file=sys.stderr)
+            print(f"{options.prog}: {unreadable}", file=sys.stderr)
             status = max(status, status_of(unreadable))
             if options.format != "text":
                 findings.append(Finding.of_file(path, unreadable))
@@ -105,12 +117,12 @@ def _check(prog: str, options: Namespace, model: RobotModel, cell: Cell) -> int:
     return max(status, FAILED if wrong else OK)
 
 
-def _finding(prog: str, path: str, options: Namespace, model: RobotModel, cell: Cell) -> Finding:
+def _finding(path: str, options: Namespace, model: RobotModel, cell: Cell) -> Finding:
     from vrs_cli.interfaces.inspection import inspect
     from vrs_cli.kinematics.robot_file import load_robot
 
     source = read_source(path)
-    named = None if options.robot else robot_of(prog, source)
+    named = None if options.robot else robot_of(options.prog, source)
     its = load_robot(named) if named else model
 
     def found_in(text: str) -> tuple[Diagnostic, ...]:
@@ -119,7 +131,7 @@ def _finding(prog: str, path: str, options: Namespace, model: RobotModel, cell: 
     found = found_in(source.text)
     if not options.fix:
         return Finding(source, found)
-    from vrs_cli.cli.mending import mended
+    from vrs_cli.cli.findings import mended
 
     return mended(Finding(source, found), found_in)
 
@@ -136,7 +148,7 @@ def _chosen(found: Iterable[Diagnostic], options: Namespace) -> tuple[Diagnostic
 # --- --watch -----------------------------------------------------------------------------------------------------
 
 
-def _watch(prog: str, options: Namespace, model: RobotModel, cell: Cell) -> int:
+def _watch(options: Namespace, model: RobotModel, cell: Cell) -> int:
     """Check again and again. Ctrl-C ends it."""
     import time
 
@@ -146,7 +158,7 @@ def _watch(prog: str, options: Namespace, model: RobotModel, cell: Cell) -> int:
         if now != seen:
             if sys.stdout.isatty():
                 print("\033[H\033[2J\033[3J", end="")
-            _check(prog, options, model, cell)
+            _check(options, model, cell)
             print(f"{time.strftime('%H:%M:%S')} checked; Ctrl-C ends it", file=sys.stderr, flush=True)
             sys.stdout.flush()
             seen = _state(options.files) if options.fix else now

@@ -7,7 +7,8 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from math import isfinite, isnan, nan
-from typing import TYPE_CHECKING, NoReturn
+from operator import methodcaller
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from vrs_cli.errors import UsageError
 from vrs_cli.errors import did_you_mean as suggestion
@@ -25,6 +26,8 @@ FASTEST = 100_000.0  # [Hz]
 TASKS = tuple(task.value for task in ArmTask)
 WIDTH = 80  # for which argparse tries each option when it is added
 
+AddOption = Callable[[argparse._ActionsContainer], object]  # adds an option, or several, to a parser or a group
+
 
 class CommandLineError(UsageError):
     """The command line itself is wrong; the message has no VAL-II text, for no VAL-II was spoken."""
@@ -33,10 +36,38 @@ class CommandLineError(UsageError):
         return f"{self.detail} ({self.hint})" if self.hint else self.detail
 
 
-class Parser(argparse.ArgumentParser):
-    """An argument parser that raises CommandLineError, and says which option was perhaps meant."""
+# --- options are rows of a table: a subcommand lists them, and several share some -------------------------
 
-    def __init__(self, prog: str, description: str, epilog: str = "") -> None:
+
+def option(*names: str, **described: Any) -> AddOption:
+    """An option or an argument, described as for `ArgumentParser.add_argument`."""
+    return methodcaller("add_argument", *names, **described)
+
+
+def group(title: str, *options: AddOption, about: str | None = None) -> AddOption:
+    """Options that stand together in the help, under a title and a sentence `about` them."""
+    return partial(_add_to_group, methodcaller("add_argument_group", title, about), options)
+
+
+def one_of(*options: AddOption) -> AddOption:
+    """Options of which a command line has at most one."""
+    return partial(_add_to_group, methodcaller("add_mutually_exclusive_group"), options)
+
+
+def _add_to_group(
+    begin: Callable[[argparse._ActionsContainer], argparse._ActionsContainer],
+    options: Iterable[AddOption],
+    parser: argparse._ActionsContainer,
+) -> None:
+    inside = begin(parser)
+    for add in options:
+        add(inside)
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser with `options`. It raises CommandLineError, and suggests the option that was perhaps meant."""
+
+    def __init__(self, prog: str, description: str, epilog: str, *options: AddOption) -> None:
         super().__init__(
             prog=prog,
             description=description,
@@ -44,28 +75,9 @@ class Parser(argparse.ArgumentParser):
             allow_abbrev=False,
             formatter_class=partial(argparse.RawDescriptionHelpFormatter, width=WIDTH),
         )
-
-    def add_robot(self) -> None:
-        """The options of `chosen_robot`."""
-        told = "a robot's name (vrs robots), or its TOML or URDF file"
-        self.add_argument("--robot", metavar="NAME|FILE", help=told)
-        self.add_choices()
-
-    def add_dialect(self) -> None:
-        """The option of `chosen_dialect`."""
-        told = "how far the language goes, where a file does not say it: val, val2, or vplus (usual)"
-        self.add_argument("--dialect", choices=("val", "val2", "vplus"), default="vplus", help=told)
-
-    def add_cell(self) -> None:
-        """What stands around the robot."""
-        told = "a TOML file: names of signals, and how inputs follow outputs after a time"
-        self.add_argument("--cell", metavar="CELL.toml", help=told)
-
-    def add_choices(self) -> None:
-        """The options that choose an arm of a URDF file, and what counts of its locations."""
-        self.add_argument("--base", metavar="LINK", help="of a URDF file: the link that the arm stands on")
-        self.add_argument("--tip", metavar="LINK", help="of a URDF file: the link that the arm moves, its flange")
-        self.add_argument("--task", choices=TASKS, help="what counts of a location, whatever the file says")
+        self.set_defaults(prog=prog)
+        for add in options:
+            add(self)
 
     def format_help(self) -> str:
         """Return the help, as wide as the terminal: `shutil`, which knows how wide, loads compressors too."""
@@ -113,20 +125,40 @@ def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
     return suggestion(word, known, f"see {prog} --help")
 
 
+CHOICES = (  # which arm of a URDF file, and what counts of its locations
+    option("--base", metavar="LINK", help="of a URDF file: the link that the arm stands on"),
+    option("--tip", metavar="LINK", help="of a URDF file: the link that the arm moves, its flange"),
+    option("--task", choices=TASKS, help="what counts of a location, whatever the file says"),
+)
+ROBOT = (  # for `chosen_robot`
+    option("--robot", metavar="NAME|FILE", help="a robot's name (vrs robots), or its TOML or URDF file"),
+    *CHOICES,
+)
+DIALECT = option(  # for `chosen_dialect`
+    "--dialect",
+    choices=("val", "val2", "vplus"),
+    default="vplus",
+    help="how far the language goes, where a file does not say it: val, val2, or vplus (usual)",
+)
+CELL = option(
+    "--cell", metavar="CELL.toml", help="a TOML file: names of signals, and how inputs follow outputs after a time"
+)
+
+
 def chosen_dialect(options: argparse.Namespace) -> Dialect:
-    """The dialect of the option of `add_dialect`."""
+    """The dialect of the option DIALECT."""
     from vrs_cli.values.dialect import Dialect
 
     return Dialect[options.dialect.upper()]
 
 
-def chosen_robot(prog: str, options: argparse.Namespace, named: str | None = None) -> RobotModel:
-    """The robot of the options of `add_robot`, else the one `named` by a program file, else the usual one; what was
+def chosen_robot(options: argparse.Namespace, named: str | None = None) -> RobotModel:
+    """The robot of the options ROBOT, else the one `named` by a program file, else the usual one; what was
     decided though its file does not say it is told on standard error. Raises VrsError."""
     from vrs_cli.kinematics.robot_file import Ends, load_robot
 
     model = load_robot(options.robot or named or USUAL_ROBOT, Ends(options.base, options.tip), options.task)
-    tell_notes(teller(prog), model, fitted=options.task is None)
+    tell_notes(teller(options.prog), model, fitted=options.task is None)
     return model
 
 
@@ -206,18 +238,6 @@ def teller(prog: str) -> Callable[[str], None]:
 # --- the option `--realtime [RATE]`, and the clock that it asks for ---------------------------------------
 
 
-def add_realtime_option(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
-    """The option, the same in every subcommand that has it."""
-    parser.add_argument(
-        "--realtime",
-        metavar="RATE",
-        nargs="?",
-        type=clock_rate,
-        const=1.0,
-        help="let time pass as on a real robot, or RATE times as fast",
-    )
-
-
 def clock_rate(text: str) -> float:
     """Seconds of the robot in one second."""
     from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE
@@ -226,6 +246,16 @@ def clock_rate(text: str) -> float:
     if not SLOWEST_RATE <= rate <= FASTEST_RATE:
         raise argparse.ArgumentTypeError(f"a rate of {text} (it is from {SLOWEST_RATE:g} to {FASTEST_RATE:g})")
     return rate
+
+
+REALTIME = option(
+    "--realtime",
+    metavar="RATE",
+    nargs="?",
+    type=clock_rate,
+    const=1.0,
+    help="let time pass as on a real robot, or RATE times as fast",
+)
 
 
 def _with_rate(arguments: Sequence[str]) -> Iterator[str]:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from argparse import Action, ArgumentParser
-from collections.abc import Sequence
+from argparse import Action, ArgumentParser, Namespace
 from importlib import import_module
 
-from vrs_cli.cli.command_line import Parser
+from vrs_cli.cli.command_line import Parser, option
 from vrs_cli.cli.main import OK, SUBCOMMANDS
 
 SHELLS = ("bash", "zsh", "fish")
@@ -19,9 +18,8 @@ FILES = ("FILE", "OUT", ".v2", ".vrst", ".csv", ".html", ".svg")  # in what stan
 FOLDERS = ("FOLDER", "DIR")
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Print it."""
-    options = parser(prog).parse(arguments)
     import shtab
 
     print(shtab.complete(_everything(), options.shell))
@@ -29,9 +27,12 @@ def main(prog: str, arguments: Sequence[str]) -> int:
 
 
 def parser(prog: str) -> Parser:
-    parser = Parser(prog, "Print what a shell needs to complete vrs with the Tab key.", EPILOG)
-    parser.add_argument("shell", choices=SHELLS, help="of which shell")
-    return parser
+    return Parser(
+        prog,
+        "Print what a shell needs to complete vrs with the Tab key.",
+        EPILOG,
+        option("shell", choices=SHELLS, help="of which shell"),
+    )
 
 
 def _everything() -> ArgumentParser:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from argparse import Namespace
 
-from vrs_cli.cli.command_line import Parser
+from vrs_cli.cli.command_line import Parser, option
 from vrs_cli.cli.main import FAILED, OK
 
 EPILOG = """\
@@ -17,11 +17,10 @@ What it prints can be the file itself. What is wrong in the file is told on stan
 """
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Print what holds."""
     from vrs_cli.repl.config import config_path, read_config, shown
 
-    options = parser(prog).parse(arguments)
     path = config_path(os.environ)
     if options.path:
         print(path)
@@ -30,11 +29,14 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     print(f"# {path}{'' if path.exists() else ' (not there: these are the defaults)'}")
     print(shown(config), end="")
     for what in config.wrong:
-        print(f"{prog}: {what}", file=sys.stderr)
+        print(f"{options.prog}: {what}", file=sys.stderr)
     return FAILED if config.wrong else OK
 
 
 def parser(prog: str) -> Parser:
-    parser = Parser(prog, "The settings of the shell: keys, pager, suggestions, colours.", EPILOG)
-    parser.add_argument("--path", action="store_true", help="print the name of the file alone")
-    return parser
+    return Parser(
+        prog,
+        "The settings of the shell: keys, pager, suggestions, colours.",
+        EPILOG,
+        option("--path", action="store_true", help="print the name of the file alone"),
+    )

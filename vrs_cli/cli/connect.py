@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from argparse import Namespace
+from collections.abc import Callable
 
-from vrs_cli.cli.command_line import Parser
-from vrs_cli.cli.connections import EPILOG, add_connection, client_of
-from vrs_cli.cli.delay_options import duration
+from vrs_cli.cli.command_line import Parser, option
+from vrs_cli.cli.connections import EPILOG, URL, client_of, duration
 
 EXAMPLES = """\
   vrs connect ws://127.0.0.1/robots/cell1
@@ -18,15 +18,14 @@ there and back. What concerns the connection is told on stderr.
 """
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Hand over to the shell; returns its exit status. Raises what the robot refuses."""
-    options = parser(prog).parse(arguments)
     from vrs_cli.repl.connection import Connection
     from vrs_cli.repl.place import Afar
     from vrs_cli.repl.shell import at, on_terminal
 
     attended = on_terminal()
-    client = client_of(prog, options, attended=attended, behind=options.behind)
+    client = client_of(options, attended=attended, behind=options.behind)
     client.told = once(client.told)
     connection = Connection(client)
     try:
@@ -38,11 +37,19 @@ def main(prog: str, arguments: Sequence[str]) -> int:
 
 
 def parser(prog: str) -> Parser:
-    parser = Parser(prog, "The VAL-II shell at a robot that is served.", EXAMPLES + EPILOG)
-    add_connection(parser)
-    told = "a motion AT t begins T after t: what takes no longer to arrive is not too late"
-    parser.add_argument("--behind", metavar="T", type=duration, default=0.0, help=told)
-    return parser
+    return Parser(
+        prog,
+        "The VAL-II shell at a robot that is served.",
+        EXAMPLES + EPILOG,
+        *URL,
+        option(
+            "--behind",
+            metavar="T",
+            type=duration,
+            default=0.0,
+            help="a motion AT t begins T after t: what takes no longer to arrive is not too late",
+        ),
+    )
 
 
 def once(told: Callable[[str], None]) -> Callable[[str], None]:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-from collections.abc import Callable, Sequence
+from argparse import Namespace
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import CommandLineError, Parser
-from vrs_cli.cli.delay_options import KINDS, add_line_options
+from vrs_cli.cli.command_line import CommandLineError, Parser, option
+from vrs_cli.cli.connections import KINDS, LINE_OPTIONS, end_by, signal_comes
 from vrs_cli.cli.main import OK
-from vrs_cli.cli.signals import end_by, signal_comes
 
 if TYPE_CHECKING:
     from vrs_cli.net.delay_proxy import DelayProxy, Endpoint
@@ -30,20 +30,22 @@ Each connection has delays of its own, the same for the same seed and number. Ct
 """
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Serve until Ctrl-C."""
-    options = parser(prog).parse(arguments)
     end_by(asyncio.run(_serve(_proxy(options), options, partial(print, flush=True))))
     return OK
 
 
 def parser(prog: str) -> Parser:
-    parser = Parser(prog, "Let a line between a client and a server be slow, uneven and lossy.", EPILOG)
-    parser.add_argument("listen", metavar="LISTEN", type=_address, help="where clients connect")
-    parser.add_argument("target", metavar="TARGET", type=_address, help="the server")
-    add_line_options(parser)
-    parser.add_argument("--quiet", action="store_true", help="tell of no connections")
-    return parser
+    return Parser(
+        prog,
+        "Let a line between a client and a server be slow, uneven and lossy.",
+        EPILOG,
+        option("listen", metavar="LISTEN", type=_address, help="where clients connect"),
+        option("target", metavar="TARGET", type=_address, help="the server"),
+        *LINE_OPTIONS,
+        option("--quiet", action="store_true", help="tell of no connections"),
+    )
 
 
 def _address(text: str) -> Endpoint:
@@ -56,7 +58,7 @@ def _address(text: str) -> Endpoint:
     return Endpoint(host.strip("[]") or LOOPBACK, int(port))
 
 
-def _proxy(options: argparse.Namespace) -> DelayProxy:
+def _proxy(options: Namespace) -> DelayProxy:
     from vrs_cli.net.delay_line import Constant, DelayWays
     from vrs_cli.net.delay_proxy import DelayProxy
     from vrs_cli.net.delay_text import with_loss
@@ -71,7 +73,7 @@ def _silent(_text: str) -> None:
     """Nobody wants to know."""
 
 
-async def _serve(proxy: DelayProxy, options: argparse.Namespace, tell: Callable[[str], None]) -> int:
+async def _serve(proxy: DelayProxy, options: Namespace, tell: Callable[[str], None]) -> int:
     """Until a signal comes, whose number it is. Raises CommandLineError where nobody can listen there."""
     try:
         at = await proxy.listen(options.listen)

@@ -7,6 +7,7 @@ import gc
 import json
 import os
 import signal
+from argparse import Namespace
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -17,8 +18,17 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct, structs
 
-from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, chosen_robot, positive, size
-from vrs_cli.cli.delay_options import KINDS, add_line_options, duration
+from vrs_cli.cli.command_line import (
+    ROBOT,
+    STANDARD_STREAM,
+    CommandLineError,
+    Parser,
+    chosen_robot,
+    option,
+    positive,
+    size,
+)
+from vrs_cli.cli.connections import KINDS, LINE_OPTIONS, duration
 from vrs_cli.cli.main import FAILED, OK
 
 if TYPE_CHECKING:
@@ -48,15 +58,14 @@ A row is the mean over all seeds. All of it happens in virtual time, and is the 
 """
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Try all, and print tables; returns 1 where the flags are not what the logs say, or miss an error."""
-    options = parser(prog).parse(arguments)
     picture = options.plot if options.plot != STANDARD_STREAM else None
     if picture is not None:
         from vrs_cli.render.plots import check_plot
 
         check_plot(picture)
-    rows = _rows(prog, options)
+    rows = _rows(options)
     if options.json:
         print(json.dumps(_object(options, rows), indent=2))
     else:
@@ -69,26 +78,46 @@ def main(prog: str, arguments: Sequence[str]) -> int:
 
 
 def parser(prog: str) -> Parser:
-    parser = Parser(prog, "Try what delays do to who commands a robot from afar.", EPILOG)
-    parser.add_argument("what", metavar="delays", choices=("delays",), help="the experiment")
-    told = "mean delays, gamma distributed (default: 200ms)"
-    parser.add_argument("--delay", metavar="T", type=duration, nargs="+", help=told)
-    told = "their standard deviations (default: 80ms)"
-    parser.add_argument("--jitter", metavar="T", type=duration, nargs="+", help=told)
-    add_line_options(parser)
-    told = "when commands begin, counted from their issue (default: 0 to 0.8 s)"
-    parser.add_argument("--lead", metavar="T", type=duration, nargs="+", default=LEADS, help=told)
-    told = "what becomes of late commands (default: ABORT and POSTPONE)"
-    parser.add_argument("--policy", type=str.upper, choices=POLICIES, nargs="+", default=POLICIES, help=told)
-    parser.add_argument("--seeds", metavar="N", type=size, default=20, help="trials a row (default: 20)")
-    parser.add_argument("--seconds", metavar="T", type=seconds, default=200.0, help="how long each is (default: 200)")
-    parser.add_argument("--rate", metavar="HZ", type=rate, default=25.0, help="looks a second (default: 25)")
-    parser.add_robot()
-    parser.add_argument("--jobs", metavar="N", type=size, help="processes (default: one for each core)")
-    told = "draw curves over the lead: into a file, or in letters"
-    parser.add_argument("--plot", metavar="OUT.svg|png|pdf", nargs="?", const=STANDARD_STREAM, help=told)
-    parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
-    return parser
+    return Parser(
+        prog,
+        "Try what delays do to who commands a robot from afar.",
+        EPILOG,
+        option("what", metavar="delays", choices=("delays",), help="the experiment"),
+        option(
+            "--delay", metavar="T", type=duration, nargs="+", help="mean delays, gamma distributed (default: 200ms)"
+        ),
+        option("--jitter", metavar="T", type=duration, nargs="+", help="their standard deviations (default: 80ms)"),
+        *LINE_OPTIONS,
+        option(
+            "--lead",
+            metavar="T",
+            type=duration,
+            nargs="+",
+            default=LEADS,
+            help="when commands begin, counted from their issue (default: 0 to 0.8 s)",
+        ),
+        option(
+            "--policy",
+            type=str.upper,
+            choices=POLICIES,
+            nargs="+",
+            default=POLICIES,
+            help="what becomes of late commands (default: ABORT and POSTPONE)",
+        ),
+        option("--seeds", metavar="N", type=size, default=20, help="trials a row (default: 20)"),
+        option("--seconds", metavar="T", type=seconds, default=200.0, help="how long each is (default: 200)"),
+        option("--rate", metavar="HZ", type=rate, default=25.0, help="looks a second (default: 25)"),
+        *ROBOT,
+        option("--jobs", metavar="N", type=size, help="processes (default: one for each core)"),
+        option(
+            "--plot",
+            metavar="OUT.svg|png|pdf",
+            nargs="?",
+            const=STANDARD_STREAM,
+            help="draw curves over the lead: into a file, or in letters",
+        ),
+        option("--json", action="store_true", help="print one JSON object and nothing else"),
+    )
 
 
 def _within(least: float, most: float, unit: str, text: str) -> float:
@@ -124,28 +153,28 @@ class ExperimentRow(Struct, frozen=True):
         return self.outcome.aborted < self.outcome.commands
 
 
-def _rows(prog: str, options: argparse.Namespace) -> list[ExperimentRow]:
+def _rows(options: Namespace) -> list[ExperimentRow]:
     """Try each case with all seeds."""
     from vrs_cli.net.experiment import together
 
-    cases = list(_cases(prog, options))
+    cases = list(_cases(options))
     trials = [_with_seed(trial, number) for _, trial in cases for number in range(options.seeds)]
     found = _outcomes(trials, min(options.jobs or _cores(), len(trials)))
     parts = (found[first : first + options.seeds] for first in range(0, len(found), options.seeds))
     return [ExperimentRow(name, trial, together(part)) for (name, trial), part in zip(cases, parts, strict=True)]
 
 
-def _cases(prog: str, options: argparse.Namespace) -> Iterator[tuple[str, Trial]]:
+def _cases(options: Namespace) -> Iterator[tuple[str, Trial]]:
     from vrs_cli.net.delay_line import DelayWays
     from vrs_cli.net.experiment import Trial
 
-    robot = chosen_robot(prog, options)
+    robot = chosen_robot(options)
     for (name, forward, backward), policy, lead in product(_lines(options), options.policy, options.lead):
         ways = DelayWays(forward, backward, options.seed)
         yield name, Trial(robot, ways, lead, policy, options.seconds, options.rate)
 
 
-def _lines(options: argparse.Namespace) -> Iterator[tuple[str, Delays, Delays]]:
+def _lines(options: Namespace) -> Iterator[tuple[str, Delays, Delays]]:
     """The delays of both ways, with a name. Raises CommandLineError."""
     from vrs_cli.net.delay_line import Constant, Gamma
     from vrs_cli.net.delay_text import with_loss
@@ -206,7 +235,7 @@ def _leave_signals() -> None:
 # --- what is told ------------------------------------------------------------------------------------------------
 
 
-def _told(options: argparse.Namespace, rows: Sequence[ExperimentRow]) -> Iterator[Block]:
+def _told(options: Namespace, rows: Sequence[ExperimentRow]) -> Iterator[Block]:
     from vrs_cli.render.blocks import line
     from vrs_cli.values.numbers import count
 
@@ -225,7 +254,7 @@ def _told(options: argparse.Namespace, rows: Sequence[ExperimentRow]) -> Iterato
     yield line(f"At all other times the error of deltas is at most {degrees:g} deg, {mm:g} mm")
 
 
-def _tables(options: argparse.Namespace, delays: str, rows: Sequence[ExperimentRow]) -> Iterator[Block]:
+def _tables(options: Namespace, delays: str, rows: Sequence[ExperimentRow]) -> Iterator[Block]:
     from vrs_cli.net.experiment import Strategy
     from vrs_cli.render.blocks import line
 
@@ -319,7 +348,7 @@ def _draw(path: str, rows: Sequence[ExperimentRow]) -> None:
     plot_panels(path, "lead [s]", panels, "Mean error of what is seen")
 
 
-def _object(options: argparse.Namespace, rows: Sequence[ExperimentRow]) -> dict[str, object]:
+def _object(options: Namespace, rows: Sequence[ExperimentRow]) -> dict[str, object]:
     return {"seeds": options.seeds, "seconds": options.seconds, "rate": options.rate, "rows": [*map(_row_object, rows)]}
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import argparse
 import os
-from collections.abc import Mapping, Sequence
+from argparse import Namespace
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import DEFAULT_RATE, STANDARD_STREAM, CommandLineError, Parser, number
-from vrs_cli.cli.outputs import add_rate_option, check_distinct, write_export
-from vrs_cli.cli.recordings import add_lenient_option, read_recording
+from vrs_cli.cli.command_line import DEFAULT_RATE, STANDARD_STREAM, CommandLineError, Parser, number, option
+from vrs_cli.cli.outputs import check_distinct, rate_option, write_export
+from vrs_cli.cli.sources import LENIENT, read_recording
 
 if TYPE_CHECKING:
     from vrs_cli.files.exports import Exporter
@@ -29,24 +29,22 @@ or Chrome of this machine.
 """
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Write a saved trajectory in another format."""
     from vrs_cli.files.atomic import check_writable
 
-    options = parser(prog).parse(arguments)
     exporter = _format(_formats(), options.to, options.output)
     _check_number(exporter, options)
     if options.output != STANDARD_STREAM:
         check_distinct((options.file, options.output))
         check_writable(options.output)
     exporter.check()
-    recording = read_recording(prog, options.file, lenient=options.lenient)
-    from vrs_cli.kinematics.forms import arm_for
+    recording = read_recording(options.prog, options.file, lenient=options.lenient)
 
     given = options.rate if options.at is None else options.at
     if given is None:
         given = exporter.usual(recording.timeline) if exporter.usual else DEFAULT_RATE
-    write_export(exporter, options.output, arm_for(recording.model), recording.timeline, given)
+    write_export(exporter, options.output, recording.arm, recording.timeline, given)
     return 0
 
 
@@ -59,20 +57,19 @@ def _formats() -> Mapping[str, Exporter]:
 
 def parser(prog: str) -> Parser:
     rows = "\n".join(f"  {one.name:5} {one.summary}" for one in _formats().values())
-    parser = Parser(prog, "Write a saved trajectory in a format of other programs.", EPILOG.format(formats=rows))
-    parser.add_argument("file", metavar="T.vrst", help="a saved trajectory")
-    parser.add_argument(
-        "--to",
-        metavar="FORMAT",
-        help="one of these; default: by the ending of OUT",
+    return Parser(
+        prog,
+        "Write a saved trajectory in a format of other programs.",
+        EPILOG.format(formats=rows),
+        option("file", metavar="T.vrst", help="a saved trajectory"),
+        option("--to", metavar="FORMAT", help="one of these; default: by the ending of OUT"),
+        option(
+            "-o", "--output", metavar="OUT", default=STANDARD_STREAM, help="the file to write; default: standard output"
+        ),
+        rate_option(", or frames (html: 30; gif, mp4: 10)"),
+        option("--at", metavar="TIME", type=number, help="the moment of a png [s]; default: the end"),
+        LENIENT,
     )
-    parser.add_argument(
-        "-o", "--output", metavar="OUT", default=STANDARD_STREAM, help="the file to write; default: standard output"
-    )
-    add_rate_option(parser, ", or frames (html: 30; gif, mp4: 10)")
-    parser.add_argument("--at", metavar="TIME", type=number, help="the moment of a png [s]; default: the end")
-    add_lenient_option(parser)
-    return parser
 
 
 def _format(formats: Mapping[str, Exporter], asked: str | None, output: str) -> Exporter:
@@ -88,7 +85,7 @@ def _format(formats: Mapping[str, Exporter], asked: str | None, output: str) -> 
     raise CommandLineError("which format?", f"give --to {' or '.join(formats)}")
 
 
-def _check_number(exporter: Exporter, options: argparse.Namespace) -> None:
+def _check_number(exporter: Exporter, options: Namespace) -> None:
     """Raises CommandLineError for `--rate` of one moment, and for `--at` of many."""
     if exporter.of_moment and options.rate is not None:
         raise CommandLineError(f"{exporter.name} is one moment and has no rate", "give --at TIME")

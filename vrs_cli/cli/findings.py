@@ -1,9 +1,9 @@
-"""What is wrong with program files, as people, programs and GitHub read it."""
+"""What is wrong with program files, as people, programs and GitHub read it; and what `vrs check --fix` mends of it."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Self
 
 from msgspec import Struct
@@ -14,6 +14,8 @@ from vrs_cli.values.numbers import count
 
 if TYPE_CHECKING:
     from vrs_cli.values.diagnostics import Diagnostic
+
+ROUNDS = 10  # of mends that uncover others
 
 
 class Finding(Struct, frozen=True):
@@ -112,3 +114,40 @@ def _escaped(text: str, table: Mapping[str, str]) -> str:
 
 
 FORMATS: Mapping[str, Callable[[Sequence[Finding]], None]] = {"text": _text, "json": _json, "github": _github}
+
+
+# --- mending: what can surely be mended is written into the file, all of it or nothing ------------------------------
+
+
+def mended(finding: Finding, find: Callable[[str], tuple[Diagnostic, ...]]) -> Finding:
+    """Mend a file and return what is left; one mend may uncover another, which `find` finds. Raises FileError."""
+    now = finding
+    for _ in range(ROUNDS):
+        mends = tuple(_apart(now.diagnostics))
+        text = _written(now.source.text, mends)
+        now = Finding(Source(now.source.path, text), find(text), now.mended + len(mends)) if mends else now
+    if now.mended:
+        from vrs_cli.files.atomic import write_atomically
+
+        write_atomically(now.source.path, now.source.text)
+    return now
+
+
+def _apart(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
+    """The mends of which none stands in another: of two such the one that begins first."""
+    line, end = 0, 0
+    for one in found:
+        span = one.span
+        if one.mend and (span.line, span.column) >= (line, end):
+            yield one
+            line, end = span.line, span.end
+
+
+def _written(text: str, mends: Iterable[Diagnostic]) -> str:
+    from vrs_cli.values.diagnostics import ordered
+
+    lines = text.split("\n")
+    for one in reversed(ordered(mends)):
+        line, span = lines[one.span.line - 1], one.span
+        lines[span.line - 1] = f"{line[: span.column - 1]}{one.mend}{line[span.end - 1 :]}"
+    return "\n".join(lines)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from io import StringIO
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, Parser, chosen_dialect
+from vrs_cli.cli.command_line import DIALECT, STANDARD_STREAM, CommandLineError, Parser, chosen_dialect, one_of, option
 from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.cli.sources import Source, program_files, read_source
 
@@ -39,9 +39,8 @@ class Formatted(Struct, frozen=True):
         return self.text is not None and self.text != self.source.text
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Print, rewrite or compare; returns 1 when a file has mistakes, or with --check or --diff would change."""
-    options = parser(prog).parse(arguments)
     if options.write and STANDARD_STREAM in options.files:
         raise CommandLineError("--write cannot change standard input", "leave --write out")
     dialect = chosen_dialect(options)
@@ -97,14 +96,18 @@ def _show(lines: Iterable[str]) -> None:
 
 
 def parser(prog: str) -> Parser:
-    parser = Parser(prog, "Print program files as canonical VAL-II text: one layout, comments kept.", EPILOG)
-    parser.add_argument("files", metavar="FILE.v2", nargs="+", help="files, folders or patterns (- is standard input)")
-    parser.add_dialect()
-    how = parser.add_mutually_exclusive_group()
-    how.add_argument("--write", action="store_true", help="rewrite the files in place")
-    how.add_argument("--check", action="store_true", help="change nothing; status 1 if a file would change")
-    how.add_argument("--diff", action="store_true", help="the same, and show what would change")
-    return parser
+    return Parser(
+        prog,
+        "Print program files as canonical VAL-II text: one layout, comments kept.",
+        EPILOG,
+        option("files", metavar="FILE.v2", nargs="+", help="files, folders or patterns (- is standard input)"),
+        DIALECT,
+        one_of(
+            option("--write", action="store_true", help="rewrite the files in place"),
+            option("--check", action="store_true", help="change nothing; status 1 if a file would change"),
+            option("--diff", action="store_true", help="the same, and show what would change"),
+        ),
+    )
 
 
 def _formatted(source: Source, dialect: Dialect) -> Formatted:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from argparse import Namespace
 from importlib.util import find_spec
 
-from vrs_cli.cli.command_line import CommandLineError, Parser, chosen_robot
+from vrs_cli.cli.command_line import ROBOT, CommandLineError, Parser, chosen_robot, option
 from vrs_cli.extras import how_to_install
 
 EPILOG = """\
@@ -16,20 +16,22 @@ How editors are told to start it: docs/editors.md.
 """
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Serve one editor over standard input and output until it says goodbye."""
-    options = parser(prog).parse(arguments)
     if find_spec("pygls") is None:
         raise CommandLineError("the language server needs pygls, which is not installed", how_to_install("pygls"))
     from vrs_cli.lsp.server import server
 
     output = os.fdopen(os.dup(sys.stdout.fileno()), "wb")  # pygls closes what it writes to
-    server(chosen_robot(prog, options)).start_io(sys.stdin.buffer, output)
+    server(chosen_robot(options)).start_io(sys.stdin.buffer, output)
     return 0
 
 
 def parser(prog: str) -> Parser:
-    parser = Parser(prog, "The VAL-II language server (LSP), over standard input and output.", EPILOG)
-    parser.add_argument("--stdio", action="store_true", help="the only way it speaks; some editors say so")
-    parser.add_robot()
-    return parser
+    return Parser(
+        prog,
+        "The VAL-II language server (LSP), over standard input and output.",
+        EPILOG,
+        option("--stdio", action="store_true", help="the only way it speaks; some editors say so"),
+        *ROBOT,
+    )

@@ -21,7 +21,7 @@ BROKEN_PIPE = 141  # 128 + SIGPIPE
 
 
 class Subcommand(NamedTuple):
-    """A row of the table of subcommands: the module whose main(prog, arguments) it is, and what it does."""
+    """A row of the table of subcommands. `module` has `parser(prog)` and `main(options)`, which returns the status."""
 
     module: str
     arguments: str
@@ -120,7 +120,7 @@ def _chosen(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
 
 def _subcommand(name: str, prog: str, arguments: Sequence[str]) -> int:
     module = import_module(f"vrs_cli.cli.{SUBCOMMANDS[name].module}")
-    status: int = module.main(prog, arguments)
+    status: int = module.main(module.parser(prog).parse(arguments))
     return status
 
 

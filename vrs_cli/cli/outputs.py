@@ -15,7 +15,15 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from vrs_cli.cli.command_line import DEFAULT_RATE, STANDARD_STREAM, CommandLineError, number, sampling_rate
+from vrs_cli.cli.command_line import (
+    DEFAULT_RATE,
+    STANDARD_STREAM,
+    AddOption,
+    CommandLineError,
+    number,
+    option,
+    sampling_rate,
+)
 from vrs_cli.errors import FileError
 
 if TYPE_CHECKING:
@@ -25,22 +33,23 @@ if TYPE_CHECKING:
     from vrs_cli.trajectory.timeline import Timeline
 
 
-def add_output_options(parser: argparse.ArgumentParser) -> None:
-    """The options, the same in every subcommand that has them."""
-    parser.add_argument(
-        "--csv", metavar="OUT", help="write a table of joints and tool positions (- is standard output)"
-    )
-    add_rate_option(parser)
-    parser.add_argument("--plot", metavar="OUT.svg|png|pdf", help="draw joints, velocities and the tool over time")
-    told = "a page to read: curves, commands, and a picture of the arm (where there is a Chromium: some seconds)"
-    parser.add_argument("--report", metavar="OUT.html", help=told)
-    parser.add_argument("--report-at", metavar="S", type=number, help="the moment of that picture (default: the end)")
-
-
-def add_rate_option(parser: argparse.ArgumentParser, beside: str = "") -> None:
-    """`beside`: what else than rows of a table is counted."""
+def rate_option(beside: str = "") -> AddOption:
+    """The option --rate. `beside`: what else than rows of a table is counted."""
     told = f"rows of the table per second (default {DEFAULT_RATE:g}){beside}"
-    parser.add_argument("--rate", metavar="HZ", type=sampling_rate, help=told)
+    return option("--rate", metavar="HZ", type=sampling_rate, help=told)
+
+
+OUTPUT_OPTIONS = (  # for `Outputs.of`
+    option("--csv", metavar="OUT", help="write a table of joints and tool positions (- is standard output)"),
+    rate_option(),
+    option("--plot", metavar="OUT.svg|png|pdf", help="draw joints, velocities and the tool over time"),
+    option(
+        "--report",
+        metavar="OUT.html",
+        help="a page to read: curves, commands, and a picture of the arm (where there is a Chromium: some seconds)",
+    ),
+    option("--report-at", metavar="S", type=number, help="the moment of that picture (default: the end)"),
+)
 
 
 class Outputs(Struct, frozen=True):

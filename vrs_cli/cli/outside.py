@@ -6,38 +6,12 @@ import argparse
 from math import inf
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import CommandLineError, positive
+from vrs_cli.cli.command_line import CommandLineError, group, option, positive
 
 if TYPE_CHECKING:
     from vrs_cli.devices.outside import Outside
 
 PATIENCE = 60.0  # [s] that a unit of `vrs run` waits; at a prompt somebody is there to end it
-
-
-def add_outside_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group(
-        "units", "What programs may talk to by ATTACH. With --allow-net and --serial time passes as with --realtime."
-    )
-    group.add_argument("--allow-net", action="store_true", help="TCP ports and connections on this machine")
-    group.add_argument(
-        "--net-host",
-        metavar="ADDRESS",
-        type=_address,
-        help="and from other machines: the address to open ports at, 0.0.0.0 for all",
-    )
-    group.add_argument(
-        "--serial",
-        metavar="N=DEVICE",
-        action="append",
-        default=[],
-        type=_serial,
-        help="what SERIAL:N is: a path, as /dev/ttyUSB0,9600, or pty for a pseudo-terminal",
-    )
-    group.add_argument(
-        "--patience", metavar="S", type=positive, help=f"how long a unit waits (vrs run: {PATIENCE:g} s)"
-    )
-    group.add_argument("--record-units", metavar="FILE", help="write down all that comes from there, and when")
-    group.add_argument("--replay-units", metavar="FILE", help="give the same again, or what a script says")
 
 
 def _address(text: str) -> str:
@@ -55,6 +29,30 @@ def _serial(text: str) -> tuple[str, str]:
     if not (number.isdigit() and equals and device):
         raise argparse.ArgumentTypeError(f"{text} (as 1=pty or 1=/dev/ttyUSB0,9600)")
     return str(int(number)), device
+
+
+OUTSIDE = group(  # for `chosen_outside`
+    "units",
+    option("--allow-net", action="store_true", help="TCP ports and connections on this machine"),
+    option(
+        "--net-host",
+        metavar="ADDRESS",
+        type=_address,
+        help="and from other machines: the address to open ports at, 0.0.0.0 for all",
+    ),
+    option(
+        "--serial",
+        metavar="N=DEVICE",
+        action="append",
+        default=[],
+        type=_serial,
+        help="what SERIAL:N is: a path, as /dev/ttyUSB0,9600, or pty for a pseudo-terminal",
+    ),
+    option("--patience", metavar="S", type=positive, help=f"how long a unit waits (vrs run: {PATIENCE:g} s)"),
+    option("--record-units", metavar="FILE", help="write down all that comes from there, and when"),
+    option("--replay-units", metavar="FILE", help="give the same again, or what a script says"),
+    about="What programs may talk to by ATTACH. With --allow-net and --serial time passes as with --realtime.",
+)
 
 
 def chosen_outside(options: argparse.Namespace, *, patience: float = inf) -> Outside | None:

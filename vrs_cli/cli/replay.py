@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from argparse import Namespace
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import CommandLineError, Parser, positive
-from vrs_cli.cli.outputs import Outputs, add_output_options
-from vrs_cli.cli.recordings import add_lenient_option, read_recording
+from vrs_cli.cli.command_line import CommandLineError, Parser, option, positive
+from vrs_cli.cli.outputs import OUTPUT_OPTIONS, Outputs
+from vrs_cli.cli.sources import LENIENT, read_recording
 from vrs_cli.repl.shell import on_terminal
 
 if TYPE_CHECKING:
@@ -28,14 +29,12 @@ Without a terminal, or with --step, a table is printed; with --csv, --plot or --
 """
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Play, print or write a saved trajectory."""
-    options = parser(prog).parse(arguments)
     outputs = Outputs.of(options)
-    recording = read_recording(prog, options.file, lenient=options.lenient)
-    from vrs_cli.kinematics.forms import arm_for
+    recording = read_recording(options.prog, options.file, lenient=options.lenient)
 
-    arm, timeline = arm_for(recording.model), recording.timeline
+    arm, timeline = recording.arm, recording.timeline
     if outputs.any:
         outputs.write(arm, timeline, options.file)
     elif options.step is None and on_terminal():
@@ -48,21 +47,27 @@ def main(prog: str, arguments: Sequence[str]) -> int:
 
 
 def parser(prog: str) -> Parser:
-    parser = Parser(prog, "Play a saved trajectory on the terminal.", EPILOG)
-    parser.add_argument("file", metavar="T.vrst", help="a saved trajectory")
-    parser.add_argument(
-        "--speed",
-        metavar="FACTOR",
-        type=positive,
-        default=1.0,
-        help="seconds of the trajectory in one second (default 1)",
+    return Parser(
+        prog,
+        "Play a saved trajectory on the terminal.",
+        EPILOG,
+        option("file", metavar="T.vrst", help="a saved trajectory"),
+        option(
+            "--speed",
+            metavar="FACTOR",
+            type=positive,
+            default=1.0,
+            help="seconds of the trajectory in one second (default 1)",
+        ),
+        option(
+            "--step",
+            metavar="S",
+            type=positive,
+            help=f"print a table, a row every S seconds (default {DEFAULT_STEP:g})",
+        ),
+        *OUTPUT_OPTIONS,
+        LENIENT,
     )
-    parser.add_argument(
-        "--step", metavar="S", type=positive, help=f"print a table, a row every S seconds (default {DEFAULT_STEP:g})"
-    )
-    add_output_options(parser)
-    add_lenient_option(parser)
-    return parser
 
 
 def _print_table(arm: RobotArm, timeline: Timeline, step: float) -> None:

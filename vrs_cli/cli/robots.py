@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from argparse import Namespace
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import Parser, chosen_robot
+from vrs_cli.cli.command_line import CHOICES, Parser, chosen_robot, option
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arm import RobotArm
@@ -23,22 +24,24 @@ With the name of one of them, or with a TOML or URDF file: its joints, its poses
 """
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Print the list, or one robot."""
     from vrs_cli.kinematics.forms import arm_for
     from vrs_cli.render.text import text_of
 
-    options = parser(prog).parse(arguments)
-    shown = _list() if options.robot is None else _one(arm_for(chosen_robot(prog, options)))
+    shown = _list() if options.robot is None else _one(arm_for(chosen_robot(options)))
     print(text_of(shown), end="")
     return 0
 
 
 def parser(prog: str) -> Parser:
-    parser = Parser(prog, "The robots that are built in, or all about one robot.", EPILOG)
-    parser.add_argument("robot", metavar="NAME|FILE", nargs="?", help="a robot's name, or its TOML or URDF file")
-    parser.add_choices()
-    return parser
+    return Parser(
+        prog,
+        "The robots that are built in, or all about one robot.",
+        EPILOG,
+        option("robot", metavar="NAME|FILE", nargs="?", help="a robot's name, or its TOML or URDF file"),
+        *CHOICES,
+    )
 
 
 def _list() -> Iterator[Block]:

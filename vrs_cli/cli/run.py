@@ -6,6 +6,7 @@ import argparse
 import os
 import signal
 import sys
+from argparse import Namespace
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from functools import partial
@@ -16,27 +17,31 @@ from typing import TYPE_CHECKING
 from msgspec import Struct, structs
 
 from vrs_cli.cli.command_line import (
+    CELL,
+    DIALECT,
+    REALTIME,
+    ROBOT,
     STANDARD_STREAM,
     CommandLineError,
     Parser,
-    add_realtime_option,
     chosen_dialect,
     chosen_robot,
     clock_of,
+    group,
+    option,
     positive,
     size,
     whole,
 )
 from vrs_cli.cli.fence import Alone, Enough, memory, wall
 from vrs_cli.cli.main import FAILED, OK
-from vrs_cli.cli.outputs import Outputs, add_output_options, journal
-from vrs_cli.cli.outside import PATIENCE, add_outside_options, chosen_outside
+from vrs_cli.cli.outputs import OUTPUT_OPTIONS, Outputs, journal
+from vrs_cli.cli.outside import OUTSIDE, PATIENCE, chosen_outside
 from vrs_cli.cli.sources import Source, has_errors, is_program, program_files, read_source, robot_of
 from vrs_cli.errors import FileError, LimitReached, UndefinedName
 
 if TYPE_CHECKING:
-    from vrs_cli.cli.batch import BatchTerminal, Object
-    from vrs_cli.cli.run_many import Heard
+    from vrs_cli.cli.batch import BatchTerminal, Heard, Object
     from vrs_cli.files.bounds import Folder
     from vrs_cli.interfaces.station.station import Station
     from vrs_cli.interfaces.tasks.limits import Limits
@@ -70,9 +75,8 @@ standard error. Time is the robot's and passes as fast as it computes, unless --
 """
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Load, check and execute; returns 1 when the file has errors or the program stopped with one."""
-    options = parser(prog).parse(arguments)
     named = _files(options)
     files = program_files(named)
     options.apart = len(files) > 1 or set(files) != set(named)  # a folder run: each file by itself
@@ -82,13 +86,13 @@ def main(prog: str, arguments: Sequence[str]) -> int:
     if options.sandbox is not None or options.apart:
         _fence_in(options)
     if len(files) > 1:
-        from vrs_cli.cli.run_many import run_many
+        from vrs_cli.cli.batch import run_many
 
-        return run_many(prog, options, files, _run)
+        return run_many(options, files, _run)
     return _run(options, files[0])
 
 
-def _files(options: argparse.Namespace) -> list[str]:
+def _files(options: Namespace) -> list[str]:
     """What is named beside a program: the last of several words is one, unless it is a program file, a folder or a
     pattern. Raises CommandLineError.
     """
@@ -103,70 +107,99 @@ def _files(options: argparse.Namespace) -> list[str]:
     return files
 
 
-def _run(options: argparse.Namespace, path: str, heard: Heard | None = None) -> int:
+def _run(options: Namespace, path: str, heard: Heard | None = None) -> int:
     """Execute one file."""
     options.file = path
     return _Batch(options, Outputs.of(options), read_source(path), heard).run()
 
 
+def _cycles(text: str) -> int:
+    """How often a program is executed."""
+    from vrs_cli.language.run.runtime import MOST_CYCLES
+
+    value = whole(text)
+    if value == 0 or value > MOST_CYCLES:
+        raise argparse.ArgumentTypeError(f"{text} cycles (1 to {MOST_CYCLES}, or -1 for ever)")
+    return value
+
+
+LIMITS = group(  # of a run, and the fence of the system round it
+    "limits",
+    option(
+        "--max-time",
+        metavar="S",
+        type=positive,
+        help="seconds of the robot's time (default: a day, 86400; or an hour, 3600)",
+    ),
+    option(
+        "--max-steps",
+        metavar="N",
+        type=size,
+        help="steps of all programs together (default: 100M, in real time any number; or 10M)",
+    ),
+    option(
+        "--max-elements",
+        metavar="N",
+        type=size,
+        help="what arrays and strings hold: elements and characters (default: 10M)",
+    ),
+    option("--max-output", metavar="BYTES", type=size, help="what is typed (default: 100M; or 1M)"),
+    option("--max-disk", metavar="BYTES", type=size, help="what is written to files (default: 1G; or 10M)"),
+    option(
+        "--max-wall",
+        metavar="SECONDS",
+        type=positive,
+        help="time on the wall; the machine decides where that ends a run (default: any; or 300)",
+    ),
+    option(
+        "--max-memory",
+        metavar="BYTES",
+        type=size,
+        help="memory of the process, where the system has such a limit (default: any; or 4G)",
+    ),
+    about="Where one is reached the program is stopped with an error. The first default is for one file; the second "
+    "is for each file of a folder, a pattern or a list, and with --sandbox. K, M and G are 1000, 1000K and 1000M.",
+)
+
+
 def parser(prog: str) -> Parser:
-    parser = Parser(prog, "Load a VAL-II file and execute a program of it on the virtual robot.", EPILOG)
-    told = "a program file (- is standard input), and the name of its program (default: the first); or files, folders"
-    parser.add_argument("files", metavar="FILE.v2", nargs="+", help=told)
-    parser.add_argument("--cycles", metavar="N", type=_cycles, default=1, help="how often; negative: without end")
-    parser.add_robot()
-    parser.add_dialect()
-    parser.add_cell()
-    _add_limits(parser)
-    parser.add_argument(
-        "--sandbox",
-        metavar="FOLDER",
-        help="for programs of somebody else: their files are here alone (of several files: each in FOLDER/NAME)",
-    )
-    parser.add_argument(
-        "--keep", metavar="FOLDER", help="keep what each of several files wrote, in FOLDER/NAME (else it is removed)"
-    )
-    parser.add_argument("--signals", metavar="FILE", help="when input signals change: lines of time, signal, state")
-    add_realtime_option(parser)
-    add_outside_options(parser)
-    parser.add_argument("--save", metavar="T.vrst", help="save the trajectory, motion by motion")
-    add_output_options(parser)
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.add_argument("--quiet", action="store_true", help="print only what the program TYPEs")
-    return parser
-
-
-def _add_limits(parser: Parser) -> None:
-    """The limits of a run, and the fence of the system round it."""
-    group = parser.add_argument_group(
-        "limits",
-        "Where one is reached the program is stopped with an error. The first default is for one file; the second is "
-        "for each file of a folder, a pattern or a list, and with --sandbox. K, M and G are 1000, 1000K and 1000M.",
-    )
-    rows = (
-        ("--max-time", "S", positive, "seconds of the robot's time (default: a day, 86400; or an hour, 3600)"),
-        ("--max-steps", "N", size, "steps of all programs together (default: 100M, in real time any number; or 10M)"),
-        ("--max-elements", "N", size, "what arrays and strings hold: elements and characters (default: 10M)"),
-        ("--max-output", "BYTES", size, "what is typed (default: 100M; or 1M)"),
-        ("--max-disk", "BYTES", size, "what is written to files (default: 1G; or 10M)"),
-        (
-            "--max-wall",
-            "SECONDS",
-            positive,
-            "time on the wall; the machine decides where that ends a run (default: any; or 300)",
+    return Parser(
+        prog,
+        "Load a VAL-II file and execute a program of it on the virtual robot.",
+        EPILOG,
+        option(
+            "files",
+            metavar="FILE.v2",
+            nargs="+",
+            help="a program file (- is standard input), and the name of its program (default: the first); "
+            "or files, folders",
         ),
-        (
-            "--max-memory",
-            "BYTES",
-            size,
-            "memory of the process, where the system has such a limit (default: any; or 4G)",
+        option("--cycles", metavar="N", type=_cycles, default=1, help="how often; negative: without end"),
+        *ROBOT,
+        DIALECT,
+        CELL,
+        LIMITS,
+        option(
+            "--sandbox",
+            metavar="FOLDER",
+            help="for programs of somebody else: their files are here alone (of several files: each in FOLDER/NAME)",
         ),
+        option(
+            "--keep",
+            metavar="FOLDER",
+            help="keep what each of several files wrote, in FOLDER/NAME (else it is removed)",
+        ),
+        option("--signals", metavar="FILE", help="when input signals change: lines of time, signal, state"),
+        REALTIME,
+        OUTSIDE,
+        option("--save", metavar="T.vrst", help="save the trajectory, motion by motion"),
+        *OUTPUT_OPTIONS,
+        option("--json", action="store_true", help="print one JSON object"),
+        option("--quiet", action="store_true", help="print only what the program TYPEs"),
     )
-    for name, metavar, kind, what in rows:
-        group.add_argument(name, metavar=metavar, type=kind, help=what)
 
 
-def _fence_in(options: argparse.Namespace) -> None:
+def _fence_in(options: Namespace) -> None:
     """The folder, and the fence where none is given. Raises CommandLineError."""
     missing = {
         "max_wall": options.realtime is not None or not hasattr(signal, "setitimer"),
@@ -183,20 +216,10 @@ def _fence_in(options: argparse.Namespace) -> None:
         raise CommandLineError(f"--sandbox {options.sandbox}: {error.strerror}", "name a folder") from None
 
 
-def _cycles(text: str) -> int:
-    """How often a program is executed."""
-    from vrs_cli.language.run.runtime import MOST_CYCLES
-
-    value = whole(text)
-    if value == 0 or value > MOST_CYCLES:
-        raise argparse.ArgumentTypeError(f"{text} cycles (1 to {MOST_CYCLES}, or -1 for ever)")
-    return value
-
-
 class _Batch(Struct, frozen=True):
     """One run: the options, the text to load, and who hears how it goes where there are several."""
 
-    options: argparse.Namespace
+    options: Namespace
     outputs: Outputs
     source: Source
     heard: Heard | None = None
@@ -272,7 +295,7 @@ class _Batch(Struct, frozen=True):
     def _station(self, terminal: BatchTerminal, folder: Folder) -> Station:
         from vrs_cli.interfaces.station.station import Station
 
-        model = chosen_robot("vrs run", self.options, robot_of("vrs run", self.source))
+        model = chosen_robot(self.options, robot_of(self.options.prog, self.source))
         outside = chosen_outside(self.options, patience=PATIENCE)
         clock, limits = clock_of(self.options.realtime), self._limits()
         station = Station(terminal, model, clock=clock, limits=limits, folder=folder, outside=outside, advice=_advice)

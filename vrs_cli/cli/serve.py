@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import ipaddress
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from argparse import Namespace
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from importlib.util import find_spec
 from math import inf
@@ -13,11 +14,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import (
+    CHOICES,
+    REALTIME,
     USUAL_ROBOT,
     CommandLineError,
     Parser,
-    add_realtime_option,
+    group,
     number,
+    option,
     positive,
     size,
     tell_notes,
@@ -69,9 +73,8 @@ Ctrl-C, or SIGTERM, ends it. See docs/serve.md and docs/security.md.
 """
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Serve until a signal says to end."""
-    options = parser(prog).parse(arguments)
     _check(options)
     import asyncio
 
@@ -80,7 +83,7 @@ def main(prog: str, arguments: Sequence[str]) -> int:
 
     collect_in_small_parts()
     sys.setswitchinterval(SWITCHED)
-    tell = teller(prog)
+    tell = teller(options.prog)
     with _audit(options, tell) as audit, _folder(options) as folder:
         tokens = _tokens(options)
         server = Server(_place(options, tell), _allowance(options), audit, tokens, tell)
@@ -89,22 +92,22 @@ def main(prog: str, arguments: Sequence[str]) -> int:
             _warm()
             hub.open_all()
             sys.setswitchinterval(TURN)
-            return asyncio.run(_served(prog, options, server, hub, tell))
+            return asyncio.run(_served(options, server, hub, tell))
         finally:
             hub.close()
 
 
-async def _served(prog: str, options: argparse.Namespace, server: Server, hub: Hub, tell: Callable[[str], None]) -> int:
+async def _served(options: Namespace, server: Server, hub: Hub, tell: Callable[[str], None]) -> int:
     import asyncio
 
-    from vrs_cli.cli.signals import signal_comes
+    from vrs_cli.cli.connections import signal_comes
 
     stop = asyncio.Event()
     ending = asyncio.create_task(signal_comes())
     ending.add_done_callback(lambda _: stop.set())
 
     def ready(address: str) -> None:
-        print(f"{prog}: {address}, {_named(options, hub)}", flush=True)
+        print(f"{options.prog}: {address}, {_named(options, hub)}", flush=True)
 
     publisher = None if options.nats is None else _publisher(options.nats, tell)
     try:
@@ -132,7 +135,7 @@ def _publisher(url: str, tell: Callable[[str], None]) -> Publisher:
     return Publisher(url, tell)
 
 
-def _named(options: argparse.Namespace, hub: Hub) -> str:
+def _named(options: Namespace, hub: Hub) -> str:
     names = ", ".join(hub.rooms)
     said = [f"{'robot' if len(hub.rooms) == 1 else 'robots'} {names}"] if names else []
     own = [f"{options.robots_per_token} of its own for each token"] if options.robots_per_token else []
@@ -142,50 +145,70 @@ def _named(options: argparse.Namespace, hub: Hub) -> str:
 def parser(prog: str) -> Parser:
     from vrs_cli.net.messages import PORT
 
-    parser = Parser(prog, "Serve virtual robots to others: vrs connect, vrs view, vrs.connect(URL).", EPILOG)
-    parser.add_argument("--host", default="127.0.0.1", help="the address to listen at (default: this machine alone)")
-    parser.add_argument("--port", type=port, default=PORT, help=f"default: {PORT}; 0: any that is free")
-    told = "a robot that all may hold, and what it is (vrs robots, or a TOML or URDF file); may be repeated"
-    parser.add_argument("--robot", metavar="NAME=ROBOT", type=_robot, action="append", default=[], help=told)
-    parser.add_choices()
-    own = parser.add_argument_group("a class")
-    own.add_argument("--tokens", metavar="FILE", help="who may enter, as what: a TOML file, read again when it changes")
-    own.add_argument("--robots-per-token", metavar="N", type=size, default=0, help="robots that each token has alone")
-    own.add_argument(
-        "--own-robot", metavar="ROBOT", default=USUAL_ROBOT, help=f"what these are (default: {USUAL_ROBOT})"
+    return Parser(
+        prog,
+        "Serve virtual robots to others: vrs connect, vrs view, vrs.connect(URL).",
+        EPILOG,
+        option("--host", default="127.0.0.1", help="the address to listen at (default: this machine alone)"),
+        option("--port", type=port, default=PORT, help=f"default: {PORT}; 0: any that is free"),
+        option(
+            "--robot",
+            metavar="NAME=ROBOT",
+            type=_robot,
+            action="append",
+            default=[],
+            help="a robot that all may hold, and what it is (vrs robots, or a TOML or URDF file); may be repeated",
+        ),
+        *CHOICES,
+        group(
+            "a class",
+            option("--tokens", metavar="FILE", help="who may enter, as what: a TOML file, read again when it changes"),
+            option("--robots-per-token", metavar="N", type=size, default=0, help="robots that each token has alone"),
+            option(
+                "--own-robot", metavar="ROBOT", default=USUAL_ROBOT, help=f"what these are (default: {USUAL_ROBOT})"
+            ),
+        ),
+        group(
+            "time",
+            REALTIME,
+            option("--causality", choices=("ABORT", "POSTPONE"), help="what becomes of commands that come too late"),
+            option(
+                "--when-driver-goes",
+                choices=("go-on", "pause", "abort"),
+                default="go-on",
+                help="what a program does then (default: go-on)",
+            ),
+            option(
+                "--idle",
+                metavar="SECONDS",
+                type=_idle,
+                help="pause a robot that works while nobody has held or watched it for so long; 0: never"
+                f" (default: {OWN_IDLE:g} for those of --robots-per-token, never for others)",
+            ),
+        ),
+        group(
+            "what is kept",
+            option("--journal", metavar="DIR", help="what robots do and know: there again when the server is"),
+            option("--folder", metavar="DIR", help="the files of robots, one folder for each (default: temporary)"),
+            option("--audit", metavar="FILE", help="a line for each command (default: audit.jsonl in --journal)"),
+        ),
+        group(
+            "the network",
+            option("--tls-cert", metavar="FILE", help="the certificate of this server, with its chain (PEM)"),
+            option("--tls-key", metavar="FILE", help="its key (default: in the same file)"),
+            option("--insecure", action="store_true", help="other machines too, though all can be read on the way"),
+            option("--origin", metavar="URL", action="append", default=[], help="pages of this site may connect too"),
+            option("--nats", metavar="URL", help="publish all robots there, to look at: nats://HOST:4222"),
+        ),
+        group(
+            "limits",
+            option("--max-connections", metavar="N", type=size, help="in all (default: 4000)"),
+            option("--max-folder", metavar="BYTES", type=size, help="in a robot's folder (default: 100M)"),
+            option("--max-segments", metavar="N", type=size, help="of a robot's timeline (default: 2M)"),
+            option("--max-steps", metavar="N", type=size, help="of one run of a program (default: any number)"),
+            about="K, M and G are 1000, 1000K and 1000M.",
+        ),
     )
-    time = parser.add_argument_group("time")
-    add_realtime_option(time)
-    time.add_argument("--causality", choices=("ABORT", "POSTPONE"), help="what becomes of commands that come too late")
-    time.add_argument(
-        "--when-driver-goes",
-        choices=("go-on", "pause", "abort"),
-        default="go-on",
-        help="what a program does then (default: go-on)",
-    )
-    time.add_argument(
-        "--idle",
-        metavar="SECONDS",
-        type=_idle,
-        help="pause a robot that works while nobody has held or watched it for so long; 0: never"
-        f" (default: {OWN_IDLE:g} for those of --robots-per-token, never for others)",
-    )
-    kept = parser.add_argument_group("what is kept")
-    kept.add_argument("--journal", metavar="DIR", help="what robots do and know: there again when the server is")
-    kept.add_argument("--folder", metavar="DIR", help="the files of robots, one folder for each (default: temporary)")
-    kept.add_argument("--audit", metavar="FILE", help="a line for each command (default: audit.jsonl in --journal)")
-    net = parser.add_argument_group("the network")
-    net.add_argument("--tls-cert", metavar="FILE", help="the certificate of this server, with its chain (PEM)")
-    net.add_argument("--tls-key", metavar="FILE", help="its key (default: in the same file)")
-    net.add_argument("--insecure", action="store_true", help="other machines too, though all can be read on the way")
-    net.add_argument("--origin", metavar="URL", action="append", default=[], help="pages of this site may connect too")
-    net.add_argument("--nats", metavar="URL", help="publish all robots there, to look at: nats://HOST:4222")
-    limits = parser.add_argument_group("limits", "K, M and G are 1000, 1000K and 1000M.")
-    limits.add_argument("--max-connections", metavar="N", type=size, help="in all (default: 4000)")
-    limits.add_argument("--max-folder", metavar="BYTES", type=size, help="in a robot's folder (default: 100M)")
-    limits.add_argument("--max-segments", metavar="N", type=size, help="of a robot's timeline (default: 2M)")
-    limits.add_argument("--max-steps", metavar="N", type=size, help="of one run of a program (default: any number)")
-    return parser
 
 
 def _idle(text: str) -> float:
@@ -215,7 +238,7 @@ def _robot(text: str) -> tuple[str, str]:
 # --- what is wrong with a command line ---
 
 
-def _check(options: argparse.Namespace) -> None:
+def _check(options: Namespace) -> None:
     """Raises CommandLineError for what would let others in unasked, or be heard by others."""
     names = [name for name, _ in options.robot]
     if twice := next((name for name in names if names.count(name) > 1), None):
@@ -247,7 +270,7 @@ def _is_local(host: str) -> bool:
 # --- what is made of it ---
 
 
-def _place(options: argparse.Namespace, tell: Callable[[str], None]) -> ListenAddress:
+def _place(options: Namespace, tell: Callable[[str], None]) -> ListenAddress:
     from vrs_cli.net.server import ListenAddress
 
     if options.insecure and not options.tls_cert and not _is_local(options.host):
@@ -255,7 +278,7 @@ def _place(options: argparse.Namespace, tell: Callable[[str], None]) -> ListenAd
     return ListenAddress(options.host, options.port, _tls(options), tuple(options.origin))
 
 
-def _tls(options: argparse.Namespace) -> ssl.SSLContext | None:
+def _tls(options: Namespace) -> ssl.SSLContext | None:
     if not options.tls_cert:
         return None
     import ssl
@@ -270,7 +293,7 @@ def _tls(options: argparse.Namespace) -> ssl.SSLContext | None:
     return context
 
 
-def _tokens(options: argparse.Namespace) -> TokenFile | None:
+def _tokens(options: Namespace) -> TokenFile | None:
     from vrs_cli.net.tokens import TokenFile
 
     if options.tokens is None:
@@ -278,7 +301,7 @@ def _tokens(options: argparse.Namespace) -> TokenFile | None:
     return TokenFile(Path(options.tokens), (name for name, _ in options.robot), options.robots_per_token)
 
 
-def _allowance(options: argparse.Namespace) -> Allowance:
+def _allowance(options: Namespace) -> Allowance:
     from vrs_cli.net.limits import Allowance
 
     given = {
@@ -290,7 +313,7 @@ def _allowance(options: argparse.Namespace) -> Allowance:
     return Allowance(**{name: value for name, value in given.items() if value is not None})
 
 
-def _hub(options: argparse.Namespace, server: Server, audit: Audit, folder: Path, tell: Callable[[str], None]) -> Hub:
+def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: Callable[[str], None]) -> Hub:
     from vrs_cli.kinematics.robot_file import Ends, load_robot
     from vrs_cli.net.hub import Hub, RobotFolders
 
@@ -305,7 +328,7 @@ def _hub(options: argparse.Namespace, server: Server, audit: Audit, folder: Path
     return Hub(robots, places, usual, audit, server.wake, tell, own=own, grants=server.grants, own_idle=idle)
 
 
-def _usual(options: argparse.Namespace) -> Plan:
+def _usual(options: Namespace) -> Plan:
     from vrs_cli.kinematics.robot_file import load_robot
     from vrs_cli.net.driving import WhenGone
     from vrs_cli.net.room import Plan
@@ -322,7 +345,7 @@ def _usual(options: argparse.Namespace) -> Plan:
 
 
 @contextmanager
-def _audit(options: argparse.Namespace, tell: Callable[[str], None]) -> Iterator[Audit]:
+def _audit(options: Namespace, tell: Callable[[str], None]) -> Iterator[Audit]:
     import time
 
     from vrs_cli.net.audit import Audit
@@ -336,7 +359,7 @@ def _audit(options: argparse.Namespace, tell: Callable[[str], None]) -> Iterator
 
 
 @contextmanager
-def _folder(options: argparse.Namespace) -> Iterator[Path]:
+def _folder(options: Namespace) -> Iterator[Path]:
     """Where the files of robots are."""
     if options.folder is not None:
         yield _made(Path(options.folder), "--folder")

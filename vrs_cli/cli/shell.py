@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import (
+    CELL,
+    DIALECT,
+    REALTIME,
+    ROBOT,
     CommandLineError,
     Parser,
-    add_realtime_option,
     chosen_dialect,
     chosen_robot,
     clock_of,
+    option,
 )
-from vrs_cli.cli.outside import add_outside_options, chosen_outside
+from vrs_cli.cli.outside import OUTSIDE, chosen_outside
 from vrs_cli.cli.sources import read_source, robot_of
 from vrs_cli.errors import FileError
 
@@ -35,34 +38,34 @@ All subcommands: vrs --help
 """
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Hand over to the shell; returns its exit status."""
-    options = parser(prog).parse(arguments)
     outside = chosen_outside(options)
     from vrs_cli.repl.shell import main as shell
 
     clock, dialect, cell = clock_of(options.realtime), chosen_dialect(options), options.cell
-    return shell(_robot(prog, options), options.file, options.save, clock, outside, dialect, cell)
+    return shell(_robot(options), options.file, options.save, clock, outside, dialect, cell)
 
 
 def parser(prog: str) -> Parser:
-    parser = Parser(prog, "The interactive VAL-II shell of a virtual robot.", EPILOG)
-    parser.add_argument("file", metavar="FILE.v2", nargs="?", help="a program file to load first")
-    parser.add_argument(
-        "--save", metavar="T.vrst", help="record every motion in a file; go on with it if it is there already"
+    return Parser(
+        prog,
+        "The interactive VAL-II shell of a virtual robot.",
+        EPILOG,
+        option("file", metavar="FILE.v2", nargs="?", help="a program file to load first"),
+        option("--save", metavar="T.vrst", help="record every motion in a file; go on with it if it is there already"),
+        *ROBOT,
+        DIALECT,
+        CELL,
+        REALTIME,
+        OUTSIDE,
     )
-    parser.add_robot()
-    parser.add_dialect()
-    parser.add_cell()
-    add_realtime_option(parser)
-    add_outside_options(parser)
-    return parser
 
 
-def _robot(prog: str, options: Namespace) -> RobotModel | None:
+def _robot(options: Namespace) -> RobotModel | None:
     """The one that is asked for; None leaves it to the file that is written on."""
     if options.robot is not None:
-        return chosen_robot(prog, options)
+        return chosen_robot(options)
     if options.base is not None or options.tip is not None:
         raise CommandLineError("--base and --tip are links of a robot's file", "give --robot FILE too")
     if options.task is not None:
@@ -72,6 +75,6 @@ def _robot(prog: str, options: Namespace) -> RobotModel | None:
             source = read_source(options.file)
         except FileError:  # it is told when it is loaded
             return None
-        named = robot_of(prog, source)
-        return None if named is None else chosen_robot(prog, options, named)
+        named = robot_of(options.prog, source)
+        return None if named is None else chosen_robot(options, named)
     return None

@@ -6,7 +6,8 @@ import argparse
 import gc
 import json
 import sys
-from collections.abc import Iterator, Sequence
+from argparse import Namespace
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from functools import partial
@@ -15,16 +16,18 @@ from math import degrees
 from typing import TYPE_CHECKING, TextIO
 
 from vrs_cli.cli.command_line import (
+    REALTIME,
+    ROBOT,
     STANDARD_STREAM,
     CommandLineError,
     Parser,
-    add_realtime_option,
     chosen_robot,
     clock_of,
+    option,
     positive,
 )
 from vrs_cli.cli.main import FAILED, OK
-from vrs_cli.cli.outputs import Outputs, add_output_options, journal
+from vrs_cli.cli.outputs import OUTPUT_OPTIONS, Outputs, journal
 from vrs_cli.errors import FileDamaged, FileError, MotionError, NonexistentFile, VrsError
 
 if TYPE_CHECKING:
@@ -54,27 +57,33 @@ A line that is no target is named and left out.
 """
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Follow a stream to its end; returns 1 when some of its lines were no targets, or out of reach."""
-    options = parser(prog).parse(arguments)
-    return _Run(prog, options, Outputs.of(options)).run()
+    return _Run(options, Outputs.of(options)).run()
 
 
 def parser(prog: str) -> Parser:
     from vrs_cli.kinematics.model import PROFILES
 
-    parser = Parser(prog, "Let the virtual robot follow a stream of targets.", EPILOG)
-    parser.add_argument("file", metavar="FILE.csv", help="the targets (- is standard input, line by line)")
-    parser.add_robot()
-    parser.add_argument("--speed", metavar="PCT", type=_percent, default=100.0, help="at most so much of full speed")
-    told = "LSPB: without limits of jerk; the others: with them (default: as the robot's file says)"
-    parser.add_argument("--profile", type=str.upper, choices=PROFILES, help=told)
-    parser.add_argument("--relative", action="store_true", help="times count from the first one (in real time, always)")
-    add_realtime_option(parser)
-    parser.add_argument("--save", metavar="T.vrst", help="save the trajectory, target by target")
-    add_output_options(parser)
-    parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
-    return parser
+    return Parser(
+        prog,
+        "Let the virtual robot follow a stream of targets.",
+        EPILOG,
+        option("file", metavar="FILE.csv", help="the targets (- is standard input, line by line)"),
+        *ROBOT,
+        option("--speed", metavar="PCT", type=_percent, default=100.0, help="at most so much of full speed"),
+        option(
+            "--profile",
+            type=str.upper,
+            choices=PROFILES,
+            help="LSPB: without limits of jerk; the others: with them (default: as the robot's file says)",
+        ),
+        option("--relative", action="store_true", help="times count from the first one (in real time, always)"),
+        REALTIME,
+        option("--save", metavar="T.vrst", help="save the trajectory, target by target"),
+        *OUTPUT_OPTIONS,
+        option("--json", action="store_true", help="print one JSON object and nothing else"),
+    )
 
 
 def _percent(text: str) -> float:
@@ -128,8 +137,7 @@ def _errors(following: Following, kinds: Collection[JointKind]) -> list[tuple[st
 class _Run:
     """One stream: the options, and how many of its lines were no targets, or out of reach."""
 
-    prog: str
-    options: argparse.Namespace
+    options: Namespace
     outputs: Outputs
     skipped: int = 0
     unreached: int = 0
@@ -153,7 +161,7 @@ class _Run:
         """Follow, and tell how it went, whatever ended it; the exit status."""
         from vrs_cli.repl.interrupt import Stoppable
 
-        model, stop = chosen_robot(self.prog, self.options), Stoppable(lambda: True)
+        model, stop = chosen_robot(self.options), Stoppable(lambda: True)
         with _lines(self.options.file) as lines:
             targets = self._targets(lines, model)
             steering = self._begin(model, first := self._first(targets))
@@ -237,7 +245,7 @@ class _Run:
             self._say("and others")
 
     def _say(self, what: str) -> None:
-        self.progress.say(f"{self.prog}: {what}")
+        self.progress.say(f"{self.options.prog}: {what}")
 
     def _tell(self, steering: Steering) -> None:
         if self.options.json:
@@ -260,7 +268,7 @@ class _Run:
             tell(f"{count(self.skipped, 'line')} {were}")
 
     def _object(self, steering: Steering) -> dict[str, object]:
-        from vrs_cli.cli.recordings import position_object
+        from vrs_cli.cli.sources import position_object
 
         engine, following = steering.engine, steering.following
         errors = _errors(following, engine.model.units.kinds)

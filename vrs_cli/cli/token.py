@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from argparse import Namespace
 from datetime import date, datetime
 from pathlib import Path
 
-from vrs_cli.cli.command_line import CommandLineError, Parser
+from vrs_cli.cli.command_line import CommandLineError, Parser, option
 from vrs_cli.cli.main import OK
 
 EPILOG = """\
@@ -20,9 +20,8 @@ The file holds hashes of tokens: what is printed here is told once. A server rea
 """
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Print a line for each name: the name and its token."""
-    options = parser(prog).parse(arguments)
     from vrs_cli.net.tokens import NAME_RULE, add_tokens, good_name, take_out
 
     wrong = next((name for name in options.names if not good_name(name)), None)
@@ -39,15 +38,18 @@ def main(prog: str, arguments: Sequence[str]) -> int:
 
 
 def parser(prog: str) -> Parser:
-    parser = Parser(prog, "Make tokens, each for one who may enter a server (vrs serve --tokens FILE).", EPILOG)
-    parser.add_argument("names", metavar="NAME", nargs="+", help="what others see; own robots are called so too")
-    parser.add_argument("--file", metavar="FILE", required=True, help="the file of tokens, made if need be")
     roles = ("observer", "designer", "supervisor", "teacher")
-    parser.add_argument("--role", choices=roles, default="supervisor", help="what they may do (default: supervisor)")
-    parser.add_argument("--robots", metavar="A,B", help="the shared robots that they may hold (default: all)")
-    parser.add_argument("--expires", metavar="DAY", type=_day, help="until the end of that day, or an instant")
-    parser.add_argument("--revoke", action="store_true", help="take the tokens of these names out of the file")
-    return parser
+    return Parser(
+        prog,
+        "Make tokens, each for one who may enter a server (vrs serve --tokens FILE).",
+        EPILOG,
+        option("names", metavar="NAME", nargs="+", help="what others see; own robots are called so too"),
+        option("--file", metavar="FILE", required=True, help="the file of tokens, made if need be"),
+        option("--role", choices=roles, default="supervisor", help="what they may do (default: supervisor)"),
+        option("--robots", metavar="A,B", help="the shared robots that they may hold (default: all)"),
+        option("--expires", metavar="DAY", type=_day, help="until the end of that day, or an instant"),
+        option("--revoke", action="store_true", help="take the tokens of these names out of the file"),
+    )
 
 
 def _day(text: str) -> date:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
-from collections.abc import Sequence
+from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import STANDARD_STREAM, Parser
-from vrs_cli.cli.connections import EPILOG, add_connection, ask_once
+from vrs_cli.cli.command_line import STANDARD_STREAM, Parser, option
+from vrs_cli.cli.connections import EPILOG, URL, ask_once
 from vrs_cli.errors import FileExists
 
 if TYPE_CHECKING:
@@ -27,10 +26,9 @@ GET = """\
 """
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Put a file, or get one."""
-    options = parser(prog).parse(arguments)
-    (_put if _puts(prog) else _get)(prog, options)
+    (_put if _puts(options.prog) else _get)(options)
     return 0
 
 
@@ -40,20 +38,27 @@ def _puts(prog: str) -> bool:
 
 def parser(prog: str) -> Parser:
     if _puts(prog):
-        parser = Parser(prog, "Put a file into the folder of a robot that is served.", PUT + EPILOG)
-        parser.add_argument("file", metavar="FILE", type=Path, help="a program file, a trajectory, any other")
-        parser.add_argument("--as", dest="called", metavar="NAME", help="how it is called there (default: as here)")
-        parser.add_argument("--replace", action="store_true", help="a file of that name there is overwritten")
-    else:
-        parser = Parser(prog, "Get a file from the folder of a robot that is served.", GET + EPILOG)
-        parser.add_argument("file", metavar="NAME", help="the file there")
-        parser.add_argument("-o", "--output", metavar="FILE", help="where to write it; - for standard output")
-        parser.add_argument("--replace", action="store_true", help="a file of that name here is overwritten")
-    add_connection(parser)
-    return parser
+        return Parser(
+            prog,
+            "Put a file into the folder of a robot that is served.",
+            PUT + EPILOG,
+            option("file", metavar="FILE", type=Path, help="a program file, a trajectory, any other"),
+            option("--as", dest="called", metavar="NAME", help="how it is called there (default: as here)"),
+            option("--replace", action="store_true", help="a file of that name there is overwritten"),
+            *URL,
+        )
+    return Parser(
+        prog,
+        "Get a file from the folder of a robot that is served.",
+        GET + EPILOG,
+        option("file", metavar="NAME", help="the file there"),
+        option("-o", "--output", metavar="FILE", help="where to write it; - for standard output"),
+        option("--replace", action="store_true", help="a file of that name here is overwritten"),
+        *URL,
+    )
 
 
-def _put(prog: str, options: argparse.Namespace) -> None:
+def _put(options: Namespace) -> None:
     """Raises FileError, and what the robot refuses."""
     from vrs_cli.files.opening import unreadable
     from vrs_cli.net.messages import Put
@@ -63,10 +68,10 @@ def _put(prog: str, options: argparse.Namespace) -> None:
     except OSError as error:
         raise unreadable(options.file, error) from None
     name = options.called or options.file.name
-    ask_once(prog, options, lambda id: Put(id, name, data, options.replace))
+    ask_once(options, lambda id: Put(id, name, data, options.replace))
 
 
-def _get(prog: str, options: argparse.Namespace) -> None:
+def _get(options: Namespace) -> None:
     """Raises FileError, and what the robot refuses. A file is written whole or not at all."""
     from vrs_cli.files.atomic import atomically
     from vrs_cli.net.messages import Fetched, Get
@@ -78,7 +83,7 @@ def _get(prog: str, options: argparse.Namespace) -> None:
     def get(id: int) -> Request:
         return Get(id, options.file)
 
-    fetched = ask_once(prog, options, get)
+    fetched = ask_once(options, get)
     assert isinstance(fetched, Fetched), "it is what was asked for"
     if options.output == STANDARD_STREAM:
         sys.stdout.buffer.write(fetched.data)

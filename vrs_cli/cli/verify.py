@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from argparse import Namespace
 from itertools import islice
 
-from vrs_cli.cli.command_line import Parser
+from vrs_cli.cli.command_line import Parser, option
 from vrs_cli.cli.main import FAILED, OK
-from vrs_cli.cli.recordings import read_recording
+from vrs_cli.cli.sources import read_recording
 
 EPILOG = """\
 Reading a file checks its form, checksums, continuity, the ranges of the joints, and their limits in joint space;
@@ -20,18 +20,14 @@ Exit status 1 when something is.
 """
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Tell what is wrong in a file, line by line, or that nothing is."""
-    options = parser(prog).parse(arguments)
-    recording = read_recording(prog, options.file, lenient=True, told=False)
+    recording = read_recording(options.prog, options.file, lenient=True, told=False)
     from vrs_cli.engine.breaches import on_lines
     from vrs_cli.files.soundness import in_lines
     from vrs_cli.files.trajectory_file import MOST_FAULTS
-    from vrs_cli.kinematics.forms import arm_for
 
-    along = in_lines(
-        on_lines(arm_for(recording.model), recording.timeline), recording.timeline, recording.deltas, recording.lines
-    )
+    along = in_lines(on_lines(recording.arm, recording.timeline), recording.timeline, recording.deltas, recording.lines)
     wrong = [*recording.warnings, *map(str, islice(along, MOST_FAULTS))]
     checksums = recording.checksum is not None
     if options.json:
@@ -45,7 +41,10 @@ def main(prog: str, arguments: Sequence[str]) -> int:
 
 
 def parser(prog: str) -> Parser:
-    parser = Parser(prog, "Whether a saved trajectory is whole, and one that the robot can do.", EPILOG)
-    parser.add_argument("file", metavar="T.vrst", help="a saved trajectory")
-    parser.add_argument("--json", action="store_true", help="print one JSON object: sound, checksums, faults")
-    return parser
+    return Parser(
+        prog,
+        "Whether a saved trajectory is whole, and one that the robot can do.",
+        EPILOG,
+        option("file", metavar="T.vrst", help="a saved trajectory"),
+        option("--json", action="store_true", help="print one JSON object: sound, checksums, faults"),
+    )

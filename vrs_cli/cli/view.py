@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-from collections.abc import Sequence
+from argparse import Namespace
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import CommandLineError, Parser, clock_rate, positive
+from vrs_cli.cli.command_line import ROBOT, CommandLineError, Parser, clock_rate, group, option, positive
+from vrs_cli.cli.connections import ADDRESS, CONNECTION, client_of, duration
 from vrs_cli.cli.connections import EPILOG as TOKENS
-from vrs_cli.cli.connections import add_connection, client_of
-from vrs_cli.cli.delay_options import duration
-from vrs_cli.cli.recordings import add_lenient_option, is_recording, read_recording
 from vrs_cli.cli.serve import port
+from vrs_cli.cli.sources import LENIENT, is_recording, read_recording
 from vrs_cli.repl.shell import on_terminal
 
 if TYPE_CHECKING:
@@ -42,21 +41,20 @@ the robot again, + and - change the rate, Ctrl-X aborts what others have it do, 
 {TOKENS}"""
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Watch until the user leaves."""
-    options = parser(prog).parse(arguments)
     if not options.terminal:
         from vrs_cli.cli.browser import show
 
-        return show(prog, options)
+        return show(options)
     if not on_terminal():
         raise CommandLineError("this is no terminal", "vrs where and vrs replay tell of a saved trajectory in a pipe")
     if not options.url:
         raise CommandLineError("--terminal shows a robot that is served, or a saved trajectory", "name one")
     if is_recording(options.url):
-        _play(prog, options)
+        _play(options)
     else:
-        asyncio.run(_watch(prog, options))
+        asyncio.run(_watch(options))
     return 0
 
 
@@ -64,51 +62,60 @@ def parser(prog: str) -> Parser:
     from vrs_cli.net.far_end import Ahead
     from vrs_cli.net.mirror import WINDOW
 
-    parser = Parser(prog, "Watch a robot, and drive it: in a browser, or on the terminal.", EPILOG)
-    what = "; a program file, or a saved trajectory; nothing: a new robot, and the shell beside it"
-    add_connection(parser, "FILE.v2|T.vrst|URL", what, nargs="?")
-    parser.add_argument("--terminal", action="store_true", help="on the terminal: joints, tool, clock, who drives")
-    page = parser.add_argument_group("the browser")
-    page.add_argument("--no-open", action="store_true", help="print the address alone")
-    page.add_argument("--port", type=port, default=0, help="default: any that is free")
-    page.add_argument("--host", default="127.0.0.1", help="an address of this machine alone (default: 127.0.0.1)")
-    parser.add_robot()
-    parser.add_argument("--rate", metavar="R", type=clock_rate, default=1.0, help="seconds of it in one (default: 1)")
-    parser.add_argument("--no-run", action="store_true", help="load the file, and execute nothing")
-    parser.add_argument(
-        "--window",
-        metavar="S",
-        type=positive,
-        default=WINDOW,
-        help=f"so many seconds of the robot's past are kept (default {WINDOW:g})",
+    return Parser(
+        prog,
+        "Watch a robot, and drive it: in a browser, or on the terminal.",
+        EPILOG,
+        option(
+            "url",
+            metavar="FILE.v2|T.vrst|URL",
+            nargs="?",
+            help=f"{ADDRESS}; a program file, or a saved trajectory; nothing: a new robot, and the shell beside it",
+        ),
+        CONNECTION,
+        option("--terminal", action="store_true", help="on the terminal: joints, tool, clock, who drives"),
+        group(
+            "the browser",
+            option("--no-open", action="store_true", help="print the address alone"),
+            option("--port", type=port, default=0, help="default: any that is free"),
+            option("--host", default="127.0.0.1", help="an address of this machine alone (default: 127.0.0.1)"),
+        ),
+        *ROBOT,
+        option("--rate", metavar="R", type=clock_rate, default=1.0, help="seconds of it in one (default: 1)"),
+        option("--no-run", action="store_true", help="load the file, and execute nothing"),
+        option(
+            "--window",
+            metavar="S",
+            type=positive,
+            default=WINDOW,
+            help=f"so many seconds of the robot's past are kept (default {WINDOW:g})",
+        ),
+        option(
+            "--ahead",
+            metavar="T|auto",
+            type=_ahead,
+            default=Ahead.PRESENT,
+            help="a robot in real time as it will be, so long after what is heard of it; auto: where a command of now "
+            "finds it, D_f + D_b as measured (default: its present)",
+        ),
+        LENIENT,
     )
-    parser.add_argument(
-        "--ahead",
-        metavar="T|auto",
-        type=_ahead,
-        default=Ahead.PRESENT,
-        help="a robot in real time as it will be, so long after what is heard of it; auto: where a command of now "
-        "finds it, D_f + D_b as measured (default: its present)",
-    )
-    add_lenient_option(parser)
-    return parser
 
 
-def _play(prog: str, options: argparse.Namespace) -> None:
+def _play(options: Namespace) -> None:
     """A saved trajectory. Raises FileError."""
-    recording = read_recording(prog, options.url, lenient=options.lenient)
-    from vrs_cli.kinematics.forms import arm_for
+    recording = read_recording(options.prog, options.url, lenient=options.lenient)
     from vrs_cli.repl.player import play
 
-    play(arm_for(recording.model), recording.timeline, options.rate)
+    play(recording.arm, recording.timeline, options.rate)
 
 
-async def _watch(prog: str, options: argparse.Namespace) -> None:
+async def _watch(options: Namespace) -> None:
     """A robot afar. Raises RequestRefused, and what the server refuses."""
     from vrs_cli.net.predicted import Predicted
     from vrs_cli.repl.player import watch
 
-    client = client_of(prog, options)
+    client = client_of(options)
     news, predicted = News(), Predicted(client.far)
     client.far.ahead = options.ahead
     client.told = news.cut

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+from argparse import Namespace
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import Parser, number
-from vrs_cli.cli.recordings import add_lenient_option, position_object, read_recording
+from vrs_cli.cli.command_line import Parser, number, option
+from vrs_cli.cli.sources import LENIENT, position_object, read_recording
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.joints import JointUnits
@@ -21,14 +22,12 @@ Before the first motion, after the last and between motions the robot stands sti
 """
 
 
-def main(prog: str, arguments: Sequence[str]) -> int:
+def main(options: Namespace) -> int:
     """Print where the robot is at the times asked for."""
-    options = parser(prog).parse(arguments)
-    recording = read_recording(prog, options.file, lenient=options.lenient)
+    recording = read_recording(options.prog, options.file, lenient=options.lenient)
     from vrs_cli.engine.position import position_at
-    from vrs_cli.kinematics.forms import arm_for
 
-    arm = arm_for(recording.model)
+    arm = recording.arm
     positions = [position_at(arm, recording.timeline, t) for t in options.at]
     form = _json if options.json else _text
     print(form(positions, arm.model.units), end="")
@@ -36,14 +35,17 @@ def main(prog: str, arguments: Sequence[str]) -> int:
 
 
 def parser(prog: str) -> Parser:
-    parser = Parser(prog, "Where the robot of a saved trajectory is at any time: joints, tool and hand.", EPILOG)
-    parser.add_argument("file", metavar="T.vrst", help="a saved trajectory")
-    parser.add_argument(
-        "--at", metavar="TIME", type=number, nargs="+", action="extend", required=True, help="times [s], any number"
+    return Parser(
+        prog,
+        "Where the robot of a saved trajectory is at any time: joints, tool and hand.",
+        EPILOG,
+        option("file", metavar="T.vrst", help="a saved trajectory"),
+        option(
+            "--at", metavar="TIME", type=number, nargs="+", action="extend", required=True, help="times [s], any number"
+        ),
+        option("--json", action="store_true", help="a JSON list with an object for every time"),
+        LENIENT,
     )
-    parser.add_argument("--json", action="store_true", help="a JSON list with an object for every time")
-    add_lenient_option(parser)
-    return parser
 
 
 def _json(positions: Sequence[Position], units: JointUnits) -> str:

@@ -6,10 +6,9 @@ end.
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from threading import Lock
-from typing import Generic, NamedTuple, TypeVar
+from functools import lru_cache
+from typing import NamedTuple, TypeVar
 
 from msgspec import Struct
 
@@ -45,30 +44,6 @@ TAIL = 64  # bytes at the end of a line that have its checksum
 V = TypeVar("V")
 
 
-class _Near(Generic[V]):
-    """The part that was read last."""
-
-    def __init__(self) -> None:
-        self._found: OrderedDict[object, V] = OrderedDict()
-        self._lock = Lock()
-
-    def get(self, key: object, read: Callable[[], V]) -> V:
-        with self._lock:
-            found = self._found.get(key)
-        if found is None:
-            found = read()
-        with self._lock:
-            self._found[key] = found
-            self._found.move_to_end(key)
-            if len(self._found) > NEAR:
-                self._found.popitem(last=False)
-        return found
-
-
-_rows: _Near[Row] = _Near()
-_deltas: _Near[Sequence[TimelineDelta]] = _Near()
-
-
 class JournalLine(NamedTuple):
     """A whole line without its checksum, and where it begins and ends in the file."""
 
@@ -88,17 +63,18 @@ class Past:
         self.file, self.form, self.places, self.checkpoint = file, form, list(places), checkpoint
         self._read_to, self._motions = 0, Motions()  # deltas that were read in order, and what these describe
 
+    @lru_cache(NEAR)  # noqa: B019 (the journals of robots that were closed are few, and leave it)
     def row(self, place: int) -> Row:
         """The row whose line begins there. Raises FileError."""
-        return _rows.get(
-            (self, place), lambda: self._read(lambda: Row(decode_row(self._line(place).record, self.form)))
-        )
+        return self._read(lambda: Row(decode_row(_line(self.file, place).record, self.form)))
 
+    @lru_cache(NEAR)  # noqa: B019
     def read_deltas(self, first: int, last: int) -> Sequence[TimelineDelta]:
         """The deltas from number `first`, which begins a part, to before `last`. Raises FileError."""
-        return _deltas.get((self, first, last), lambda: self._read(lambda: self._read_deltas(first, last)))
+        return self._read(lambda: self._read_deltas(first, last))
 
     def _read(self, read: Callable[[], V]) -> V:
+        """Read from the file; again from the one that has taken its place meanwhile. Raises FileError."""
         file = self.file
         try:
             return read()
@@ -132,13 +108,6 @@ class Past:
         if number < last:
             raise RecordError("it is cut short")
 
-    def _line(self, place: int) -> JournalLine:
-        """Raises RecordError."""
-        line = next(lines(self.file, place), None)
-        if line is None:
-            raise RecordError("it is cut short")
-        return line
-
 
 class KeptRow(Struct, frozen=True):
     """A row in a journal."""
@@ -164,6 +133,14 @@ def lines(file: GrowingFile, place: int) -> Iterator[JournalLine]:
             begin = end
     if data and is_object(data):
         yield JournalLine(checksums.open(data), begin, begin + len(data))
+
+
+def _line(file: GrowingFile, place: int) -> JournalLine:
+    """The line that begins at a place. Raises RecordError."""
+    line = next(lines(file, place), None)
+    if line is None:
+        raise RecordError("it is cut short")
+    return line
 
 
 def _checksums(file: GrowingFile, place: int) -> Checksums:
@@ -198,12 +175,13 @@ def resumed(file: GrowingFile, changes: int) -> Resumed | None:
     try:
         place = _last_checkpoint(file)
         after = 0 if place is None else sum(not is_repeated(line.record) for line in lines(file, place))
+        version = None  # of the checkpoint that follows
         while place is not None:
-            record = _checkpoint(file, place)
+            record = decode(_line(file, place).record, CheckpointRecord)
+            after += 0 if version is None else version - record.checkpoint
             if after >= changes:
                 return _resumed(file, place, record)
-            place = record.before
-            after += 0 if place is None else record.checkpoint - _checkpoint(file, place).checkpoint
+            place, version = record.before, record.checkpoint
     except (OSError, ValueError, LookupError, VrsError):
         pass
     return None
@@ -227,24 +205,11 @@ def _last_checkpoint(file: GrowingFile) -> int | None:
     return None
 
 
-def _checkpoint(file: GrowingFile, place: int) -> CheckpointRecord:
-    """Raises RecordError."""
-    line = next(lines(file, place), None)
-    if line is None:
-        raise RecordError("a checkpoint is missing")
-    return decode(line.record, CheckpointRecord)
-
-
-def _header(file: GrowingFile) -> HeaderRecord:
-    """Raises RecordError."""
+def _resumed(file: GrowingFile, place: int, record: CheckpointRecord) -> Resumed:
     data = b""
     while b"\n" not in data and (chunk := file.read(len(data), CHUNK)):
         data += chunk
-    return decode(data[: data.index(b"\n")], HeaderRecord)
-
-
-def _resumed(file: GrowingFile, place: int, record: CheckpointRecord) -> Resumed:
-    header = _header(file)
+    header = decode(data[: data.index(b"\n")], HeaderRecord)
     model = from_dict(header.robot, f"{file.path}, line 1: robot")
     form = Form.of(arm_for(model))
     past, motions = Past(file, form, record.deltas, place), Motions()

@@ -21,6 +21,7 @@ from vrs_cli.files.atomic import atomically
 from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.opening import unreadable
 from vrs_cli.files.rebuild import Fault, apply, check_order
+from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict
@@ -85,7 +86,7 @@ class Recording(Struct, frozen=True):
     motions are kept as they were planned.
     """
 
-    model: RobotModel
+    arm: RobotArm
     timeline: Timeline
     deltas: tuple[TimelineDelta, ...]
     initial: tuple[Segment, ...]
@@ -96,6 +97,10 @@ class Recording(Struct, frozen=True):
     lines: Sequence[int]
     places: tuple[int, ...]
     laws: int
+
+    @property
+    def model(self) -> RobotModel:
+        return self.arm.model
 
 
 @pause_collector()
@@ -130,8 +135,7 @@ class _Reader:
         self._numbers, self._places = array("L"), list[int]()
         try:
             self._opened(1, first)
-            self._model = from_dict(record.robot, f"{path}, line 1: robot")
-            self._arm = arm_for(self._model)
+            self._arm = arm_for(from_dict(record.robot, f"{path}, line 1: robot"))
             self._form = Form.of(self._arm)
             self._initial = segments_of(record.initial, self._motions, None, self._form)
             check_order(self._initial)
@@ -181,7 +185,7 @@ class _Reader:
                 raise _damaged(self._path, fault.line, fault.what)
             self._faults.append(fault)
         return Recording(
-            model=self._model,
+            arm=self._arm,
             timeline=self._timeline,
             deltas=tuple(self._deltas),
             initial=self._initial,

@@ -307,11 +307,10 @@ class ShellTerminal:
 
     def _play(self, question: Playing) -> None:
         """The trajectory at its own rate."""
-        from vrs_cli.kinematics.forms import arm_for
         from vrs_cli.repl.player import play
 
         recording = self.screens.recording(question)
-        play(arm_for(recording.model), recording.timeline, 1.0)
+        play(recording.arm, recording.timeline, 1.0)
 
     # --- progress ---
 

@@ -26,7 +26,6 @@ from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
 from vrs_cli.interfaces.station.operands import Handler, operand, path_of, word
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.text.ast import Instruction, Program, Section
@@ -197,7 +196,7 @@ def _replay(station: Station, it: Instruction) -> Dialogue[None]:
     shown = station.user_state.attended and (yield from station.user_state.show(recording, Playing(named)))
     if recording.dropped_tail and not shown:
         yield Message(TORN, Tone.WARNING)
-    arm, there = arm_for(recording.model), [recording]
+    arm, there = recording.arm, [recording]
     del recording  # its memory is given back beside
     rows = yield from beside(lambda: _replayed(arm, there.pop()))
     if not shown:
