@@ -19,7 +19,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, position
-from vrs_cli.trajectory.laws.table import LAWS
+from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.segment import CartesianPath, Segment
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.values.motion import Motion, MotionKind, Start

@@ -19,7 +19,7 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import compose, distance, from_oat, translation
 from vrs_cli.trajectory.instant import on_grid
-from vrs_cli.trajectory.laws.table import LAWS
+from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.segment import Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Delay, Move, SetParameter, SetTool, Stamp

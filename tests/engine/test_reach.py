@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from tests.examples import examples
 from tests.laws.reach_laws import check_reach
 from vrs_cli.engine.engine import Engine
+from vrs_cli.engine.reach import _across
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationOutOfRange, MotionError
 from vrs_cli.kinematics.configuration import ALL, Arm, Wrist
 from vrs_cli.kinematics.joints import joints_outside
@@ -18,10 +19,13 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import (
     Transform,
+    Vector,
     at_position,
     compose,
     distance,
+    dot,
     from_oat,
+    length,
     position,
     rotation_z,
     to_oat,
@@ -48,6 +52,15 @@ ABOVE = PoseTarget(from_oat(0.0, 0.45, -0.15, radians(90), radians(90), 0.0))
 poses = st.tuples(
     st.floats(-0.9, 0.9), st.floats(-0.9, 0.9), st.floats(-0.6, 0.8), *[st.floats(-180.0, 180.0)] * 3
 ).map(lambda p: from_oat(*p[:3], *map(radians, p[3:])))
+
+
+@pytest.mark.parametrize("way", [(0.0, 0.0, 0.0), (0.2, 0.0, 0.0), (0.1, -0.2, 0.3), (0.0, 0.0, -0.5)])
+def test_via_points_are_looked_for_to_all_sides(way: Vector) -> None:
+    found = _across(way)
+    assert [length(one) for one in found] == pytest.approx([1.0] * len(found))
+    assert [dot(one, way) for one in found] == pytest.approx([0.0] * len(found))
+    assert sum(map(abs, map(sum, zip(*found, strict=True)))) == pytest.approx(0.0), "as far to one side as to the other"
+    assert len(set(found)) == (4 if length(way) else 6)
 
 
 def located(x: float, y: float, z: float, o: float = 90.0, a: float = 90.0, t: float = 0.0) -> PoseTarget:

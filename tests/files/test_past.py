@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from tests.laws.windows import small_parts
+from vrs_cli.engine.book import WindowSize
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.window import WindowSize
 from vrs_cli.errors import FileDamaged, FileError, UsageError
 from vrs_cli.files.continuing import keep_journal
 from vrs_cli.files.growing import GrowingFile

@@ -13,7 +13,7 @@ from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
 from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import Transform, angle_between, compose, distance
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT
-from vrs_cli.trajectory.laws.table import LAWS
+from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.polynomial import derivative, value
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta

@@ -17,7 +17,7 @@ from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import from_oat, translation
-from vrs_cli.trajectory.laws.table import LAWS
+from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.segment import CartesianPath
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.commands import (

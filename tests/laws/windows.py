@@ -18,11 +18,11 @@ import pytest
 
 from tests.by_hand import command
 from tests.net.edits import Edits
-from vrs_cli.engine import book, window
+from vrs_cli.engine import book
+from vrs_cli.engine.book import WindowSize
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.history import HistoryStep
-from vrs_cli.engine.window import WindowSize
 from vrs_cli.errors import VrsError
 from vrs_cli.files import journal as journals
 from vrs_cli.files import past, trajectory_file
@@ -30,7 +30,7 @@ from vrs_cli.files.continuing import keep_journal
 from vrs_cli.files.journal import Journal, take_up
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.trajectory import delta_log
+from vrs_cli.trajectory import timeline
 from vrs_cli.wire import lines
 
 EDITS = 150
@@ -164,10 +164,9 @@ def _check_file(short: Robot) -> None:
 def small_parts() -> Iterator[None]:
     """Parts of few deltas, and rows of few segments."""
     with pytest.MonkeyPatch.context() as patch:
-        for module in (delta_log, lines, journals, past, book, trajectory_file):
+        for module in (timeline, lines, journals, past, book, trajectory_file):
             patch.setattr(module, "PART", 4)
-        for module in (window, book):
-            patch.setattr(module, "ROW", 6)
+        patch.setattr(book, "ROW", 6)
         yield
 
 

@@ -21,8 +21,8 @@ from pathlib import Path
 from tests.by_hand import command
 from tests.live import PATIENCE
 from tests.net.serving import Caller
+from vrs_cli.engine.book import WindowSize
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.window import WindowSize
 from vrs_cli.files.continuing import keep_journal
 from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.journal import take_up

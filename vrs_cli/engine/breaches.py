@@ -17,14 +17,14 @@ from msgspec import Struct
 from vrs_cli.engine.boundary import survey
 from vrs_cli.engine.following import LEAST_GAP, Follower, Sample
 from vrs_cli.engine.load import ACCELERATION_MARGIN, StretchLoad
-from vrs_cli.engine.rates import joint_velocity, joints_on
+from vrs_cli.engine.problem import joint_velocity, joints_on
 from vrs_cli.errors import MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.transform import compose, distance, inverse
-from vrs_cli.trajectory.block_table import coefficients
-from vrs_cli.trajectory.laws.table import LAWS
+from vrs_cli.trajectory.laws.law import LAWS
+from vrs_cli.trajectory.row import coefficients
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.motion import MotionKind

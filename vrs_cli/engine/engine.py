@@ -11,24 +11,26 @@ from msgspec import Struct, structs
 
 from vrs_cli.engine.book import Book, Parts, silent, whole
 from vrs_cli.engine.clock import RobotClock, VirtualClock
-from vrs_cli.engine.corners import rounding_begins, slowing_down
 from vrs_cli.engine.feed import Feed
 from vrs_cli.engine.history import HistoryStep
-from vrs_cli.engine.line_check import Standpoint
-from vrs_cli.engine.motions import After, Speed, fraction_of_full, program_speed
+from vrs_cli.engine.one_motion import rounding_begins, slowing_down
 from vrs_cli.engine.parameters import DELAY, TIME, TIME_FROM_NOW
 from vrs_cli.engine.planner import plan, plan_steering
 from vrs_cli.engine.position import destination_at, finish_after, joints_at, position_at, world_pose
 from vrs_cli.engine.problem import NoRoomToStop
-from vrs_cli.engine.reach import reach_of
+from vrs_cli.engine.reach import Standpoint, reach_of
 from vrs_cli.engine.settings import Altered, Settings
 from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced
 from vrs_cli.engine.targets import (
+    After,
     Situation,
+    Speed,
     check_flag,
     check_joint_limits,
     check_near,
     check_swivel,
+    fraction_of_full,
+    program_speed,
     resolve,
     select,
 )
@@ -39,10 +41,9 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, angle_between, compose
-from vrs_cli.trajectory.delta_log import DeltaLog
 from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
 from vrs_cli.trajectory.state import Target
-from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.trajectory.timeline import DeltaLog, Timeline, TimelineDelta
 from vrs_cli.values.commands import (
     Alter,
     Brake,

@@ -1,21 +1,69 @@
-"""Who wants to hear of events, and can do no harm to whoever tells of them: an event is put into a queue, and no more.
+"""Messages between threads: an inbox with one reader, and feeds of events for many subscribers.
 
-A subscriber that does not take its events loses them: it is told how many, and given what makes it whole again.
+A subscriber can do no harm to whoever publishes: an event is put into its queue, and no more. A subscriber that does
+not take its events loses them: it is told how many, and given an event that stands for all of them.
 """
 
 from __future__ import annotations
 
+import time
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from threading import Lock
 from typing import Generic, TypeVar
 from weakref import WeakSet
 
 from msgspec import Struct
 
-from vrs_cli.engine.inbox import Inbox
-
 MOST = 1000  # events that wait for one subscriber
-
 E = TypeVar("E")
+M = TypeVar("M")
+
+
+class Inbox(Generic[M]):
+    """To put a message in waits for no lock: a signal handler may do so too.
+
+    A lock is the bell. A `SimpleQueue` has one inside, but its `get` may wait for ever: where the time runs out while
+    a signal is handled, CPython takes the time that is left, which is below zero, for none at all.
+    """
+
+    def __init__(self) -> None:
+        self._messages: deque[M] = deque()
+        self._bell = Lock()
+
+    def __len__(self) -> int:
+        return len(self._messages)
+
+    def put(self, message: M) -> None:
+        self._messages.append(message)
+        with suppress(RuntimeError):  # it rings already
+            self._bell.release()
+
+    def taken(self) -> list[M]:
+        """All that is there, in order of arrival."""
+        there: list[M] = []
+        with suppress(IndexError):
+            while True:
+                there.append(self._messages.popleft())
+        return there
+
+    def wait(self, seconds: float | None) -> None:
+        """Until a message is there, so many seconds [s] at most; None: however long that takes."""
+        end = None if seconds is None else time.monotonic() + seconds
+        while not self._messages:
+            left = -1.0 if end is None else end - time.monotonic()
+            if end is not None and left <= 0.0:
+                return
+            self._bell.acquire(timeout=left)
+
+    def take(self, seconds: float | None) -> M | None:
+        """The next message; None where none comes within so many seconds [s]."""
+        self.wait(seconds)
+        try:
+            return self._messages.popleft()
+        except IndexError:
+            return None
 
 
 class MissedEvents(Struct, frozen=True):

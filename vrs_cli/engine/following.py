@@ -11,7 +11,7 @@ from itertools import accumulate, pairwise
 from math import ceil, inf
 from typing import NamedTuple
 
-from vrs_cli.engine.rates import joint_velocity, joints_on, state_on
+from vrs_cli.engine.problem import joint_velocity, joints_on, state_on
 from vrs_cli.errors import (
     JointOutOfRange,
     LocationOutOfRange,

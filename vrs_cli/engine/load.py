@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeVar
 from msgspec import Struct
 
 from vrs_cli.engine.following import Follower, Sample
-from vrs_cli.engine.rates import joint_acceleration, joint_acceleration_and_jerk
+from vrs_cli.engine.problem import joint_acceleration, joint_acceleration_and_jerk
 from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints

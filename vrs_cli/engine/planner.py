@@ -14,16 +14,22 @@ from functools import cached_property, partial
 
 from msgspec import Struct, structs
 
-from vrs_cli.engine.corners import plan_corner, rounding_begins, slowing_down
-from vrs_cli.engine.one_motion import hardest_limits, joint_limits, plan_motion, plan_stop
+from vrs_cli.engine.one_motion import (
+    hardest_limits,
+    joint_limits,
+    plan_corner,
+    plan_motion,
+    plan_stop,
+    rounding_begins,
+    slowing_down,
+)
 from vrs_cli.engine.problem import SLOWEST, Here, NoRoomToStop, Problem, rest_after, state_at
 from vrs_cli.engine.targets import retarget
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import largest_change
 from vrs_cli.trajectory.instant import TICKS_PER_SECOND
-from vrs_cli.trajectory.laws.law import Row
-from vrs_cli.trajectory.laws.table import LAWS
+from vrs_cli.trajectory.laws.law import LAWS, Row
 from vrs_cli.trajectory.polynomial import Polynomial, shifted
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.state import JointState, Target

@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, TypeVar
 
 from msgspec import Struct, structs
 
-from vrs_cli.engine.problem import segment_joints
-from vrs_cli.engine.rates import joint_acceleration, joint_velocity
+from vrs_cli.engine.problem import joint_acceleration, joint_velocity, segment_joints
 from vrs_cli.errors import StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, compose, inverse
-from vrs_cli.trajectory.block_table import BlockTable
 from vrs_cli.trajectory.rope import RowPart
+from vrs_cli.trajectory.row import BlockTable
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.motion import Frames

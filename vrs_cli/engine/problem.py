@@ -1,22 +1,128 @@
-"""What is to be planned: a motion out of a state of the robot."""
+"""The state of the robot on a segment, and what is to be planned: a motion out of such a state.
+
+On the path of a tool the joints follow with their velocities, accelerations and jerks. Where the turn of the flange
+about its own axis a does not count (`Task.POINTING`) it is not the path's: the arm makes it faster by psi'. With the
+angular velocity w of the path and a' = w x a:
+
+    w_arm   = w   + psi' a
+    w_arm'  = w'  + psi' a'                + psi'' a
+    w_arm'' = w'' + psi' a'' + 2 psi'' a'  + psi''' a
+
+What is along a does not count; the rest does, and is asked of the joints.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import inf
+from typing import NamedTuple
 
 from msgspec import Struct
 
-from vrs_cli.engine.rates import joint_acceleration, joint_velocity, joints_on
 from vrs_cli.errors import PathWithoutJoints
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.jacobian import Twist
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.transform import Transform, added, compose, inverse
-from vrs_cli.trajectory.laws.table import LAWS
-from vrs_cli.trajectory.segment import STILL, JointPath, Segment
+from vrs_cli.kinematics.task import ArmTask
+from vrs_cli.kinematics.transform import Transform, Vector, added, compose, cross, dot, inverse, scaled, subtracted
+from vrs_cli.trajectory.laws.law import LAWS
+from vrs_cli.trajectory.polynomial import value_and_rate
+from vrs_cli.trajectory.segment import STILL, CartesianPath, JointPath, Segment
 from vrs_cli.trajectory.state import JointState, ToolState
 from vrs_cli.values.motion import Motion
 
 SLOWEST = 20.0  # a line is slowed down at most so many times, unless PARAMETER STRETCH says otherwise
+
+
+class _FreeTurn(NamedTuple):
+    """The axis a of a flange that turns about it as the joints have it, its rate a', w, and psi' [rad/s]."""
+
+    axis: Vector
+    axis_rate: Vector
+    spin: Vector
+    extra: float
+
+
+def joints_on(arm: RobotArm, path: CartesianPath, s: float, T_robot_flange: Transform, near: Joints) -> Joints | None:
+    """The joints [rad] next to `near`, at s seconds into a path, with the flange there; None out of reach."""
+    if path.guides:
+        return arm.guided_joints(T_robot_flange, near, path.demands(s))
+    return arm.branch_joints(T_robot_flange, path.configuration, near)
+
+
+def state_on(
+    arm: RobotArm, path: CartesianPath, s: float, tool: tuple[Transform, Twist], T_robot_flange: Transform, near: Joints
+) -> tuple[Joints, Joints] | None:
+    """`joints_on` and their rates [rad/s] by one system of equations, for the pose and twist of the tool there; None
+    where the arm has none, or not from `near` on.
+    """
+    pose, (vx, vy, vz, wx, wy, wz) = tool
+    x, y, z = T_robot_flange.px - pose.px, T_robot_flange.py - pose.py, T_robot_flange.pz - pose.pz
+    twist = vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x, wx, wy, wz
+    guided = [value_and_rate(guide.value, s) for guide in path.guides]
+    demands = tuple([(guide.weights, value) for guide, (value, _) in zip(path.guides, guided, strict=True)])
+    return arm.guided_state(T_robot_flange, near, demands, twist, [rate for _, rate in guided])
+
+
+def joint_velocity(
+    arm: RobotArm, path: CartesianPath, s: float, q: Joints, twist: Twist, T_flange_tool: Transform
+) -> Joints:
+    """[rad/s] at s seconds into a path, where the joints are q, for the path's twist there. Raises
+    StraightLineSingular.
+    """
+    if arm.steady is not None:
+        return arm.steady.joint_velocity_on(q, _flange_poses(path, s, T_flange_tool)(0.0), twist, T_flange_tool)
+    return arm.joint_velocity(q, twist, T_flange_tool, path.demands(s, 1))
+
+
+def joint_acceleration(
+    arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Joints, T_flange_tool: Transform
+) -> Joints:
+    """[rad/s2] at s seconds into a path, where the joints are q and their rates qd. Raises StraightLineSingular."""
+    if arm.steady is not None:
+        poses = _flange_poses(path, s, T_flange_tool)
+        return arm.steady.joint_acceleration_on(q, poses, path.twist(s), T_flange_tool)
+    rate = path.twist_rate(s)
+    if arm.model.task is ArmTask.POINTING:
+        rate = _asked_acceleration(_free_turn(arm, path, s, q, qd), rate)
+    return arm.joint_acceleration(q, qd, rate, T_flange_tool, path.demands(s, 2))
+
+
+def joint_acceleration_and_jerk(
+    arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Joints, T_flange_tool: Transform
+) -> tuple[Joints, Joints]:
+    """`joint_acceleration`, and the rate of it [rad/s3]."""
+    if arm.steady is not None:
+        poses = _flange_poses(path, s, T_flange_tool)
+        return arm.steady.joint_jerk_on(q, poses, path.twist(s), T_flange_tool)
+    rate, change = path.twist_rates(s)
+    second, third = path.demands(s, 2), path.demands(s, 3)
+    if arm.model.task is not ArmTask.POINTING:
+        qdd = arm.joint_acceleration(q, qd, rate, T_flange_tool, second)
+        return qdd, arm.joint_jerk(q, qd, qdd, change, T_flange_tool, third)
+    turn = _free_turn(arm, path, s, q, qd)
+    qdd = arm.joint_acceleration(q, qd, _asked_acceleration(turn, rate), T_flange_tool, second)
+    spin_rate = added(arm.twist(q, qdd)[3:], arm.acceleration_bias(q, qd)[3:])
+    extra_rate = dot(subtracted(spin_rate, rate[3:]), turn.axis)
+    again = added(cross(rate[3:], turn.axis), cross(turn.spin, turn.axis_rate))
+    more = added(scaled(again, turn.extra), scaled(turn.axis_rate, 2.0 * extra_rate))
+    return qdd, arm.joint_jerk(q, qd, qdd, (*change[:3], *added(change[3:], more)), T_flange_tool, third)
+
+
+def _flange_poses(path: CartesianPath, s: float, T_flange_tool: Transform) -> Callable[[float], Transform]:
+    """The poses of the flange that a path asks for, by the time from s on."""
+    T_tool_flange = inverse(T_flange_tool)
+    return lambda later: compose(path.pose(s + later), T_tool_flange)
+
+
+def _free_turn(arm: RobotArm, path: CartesianPath, s: float, q: Joints, qd: Joints) -> _FreeTurn:
+    flange, spin = arm.forward(q), path.twist(s)[3:]
+    a = flange.ax, flange.ay, flange.az
+    return _FreeTurn(a, cross(spin, a), spin, dot(subtracted(arm.twist(q, qd)[3:], spin), a))
+
+
+def _asked_acceleration(turn: _FreeTurn, rate: Twist) -> Twist:
+    return (*rate[:3], *added(rate[3:], scaled(turn.axis_rate, turn.extra)))
 
 
 class Here(Struct, frozen=True):

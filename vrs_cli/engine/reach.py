@@ -1,6 +1,7 @@
 """Why a location is in reach or not: every configuration, what MOVE would choose, and the straight line from here.
 
-What is found is data (WHY shows it). Nothing is moved.
+Of the line: whether it is possible, where it stops, and what would do instead. The findings are data (WHY shows them).
+Nothing is moved.
 """
 
 from __future__ import annotations
@@ -8,15 +9,164 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from math import dist
 
-from vrs_cli.engine.line_check import Standpoint, check_line
-from vrs_cli.engine.targets import check_joint_count
+from msgspec import Struct, structs
+
+from vrs_cli.engine.one_motion import plan_motion
+from vrs_cli.engine.problem import Here, Problem, segment_joints
+from vrs_cli.engine.settings import Settings
+from vrs_cli.engine.targets import After, Goal, Situation, check_joint_count, program_speed, resolve
 from vrs_cli.errors import LocationOutOfRange, MotionError
 from vrs_cli.kinematics.arm import RobotArm, Solution
 from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.joints import Joints, joints_outside
-from vrs_cli.kinematics.transform import Transform, compose, inverse, position
-from vrs_cli.values.motion import JointTarget, PoseTarget
+from vrs_cli.kinematics.transform import (
+    Transform,
+    Vector,
+    added,
+    at_position,
+    axis_angle,
+    compose,
+    cross,
+    inverse,
+    length,
+    position,
+    rotation_about,
+    scaled,
+    subtracted,
+)
+from vrs_cli.trajectory.segment import CartesianPath, Segment, stops_on_the_way
+from vrs_cli.trajectory.state import JointState
+from vrs_cli.values.commands import Move, SetConfiguration
+from vrs_cli.values.motion import Frames, JointTarget, Motion, PoseTarget, Start
 from vrs_cli.values.results import LineCheck, Option, Overrun, Reach, WayOut
+
+SIDEWAYS = (0.05, 0.1, 0.2, 0.3, 0.4)  # [m] how far from the line a via point is tried
+NO_WAY = 1e-9  # [m] a line that only turns the tool
+
+
+class Standpoint(Struct, frozen=True):
+    """A robot that stands at the joints `here` after the motion `before`, and its settings."""
+
+    arm: RobotArm
+    settings: Settings
+    here: Joints
+    before: Motion
+
+    @property
+    def frames(self) -> Frames:
+        return self.before.frames
+
+    @property
+    def configuration(self) -> Configuration:
+        return self.arm.configuration(self.here)
+
+    def tool(self, joints: Joints) -> Transform:
+        """T_robot_tool."""
+        return compose(self.arm.forward(joints), self.frames.tool)
+
+    def resolved(self, target: PoseTarget | JointTarget, straight: bool = False) -> Goal:
+        """Where a motion to a target goes. Raises as `targets.resolve` does."""
+        situation = Situation(self.here, self.here, self.frames)
+        return resolve(self.arm, self.settings, Move(target, straight), situation)
+
+    def line(self, pose: Transform, *, once: bool = True) -> Motion:
+        """MOVES to T_robot_tool, with the settings for the next motion, or with those for the ones after it."""
+        settings = self.settings
+        duration = settings.duration.present if once else settings.duration.always
+        speed = settings.speed.present if once else settings.speed.always
+        fast, number = program_speed(speed, settings, self.arm.model), self.before.number + 1
+        return After(self.before, number, settings).motion(Start.AT, pose, fast, duration=duration)
+
+    def planned(self, line: Motion) -> tuple[Segment, ...]:
+        """The segments of a line that begins here, at rest, at time 0. Raises MotionError."""
+        still = JointState(self.here, (0.0,) * len(self.here))
+        return plan_motion(Problem(self.arm, Here(still), line, 0.0, self.settings.slowest))
+
+
+def check_line(stand: Standpoint, end: Transform, *, reachable: bool) -> LineCheck:
+    """The straight line from here to T_robot_tool, as MOVES would plan it. `reachable`: MOVE goes to its end."""
+    begin = stand.tool(stand.here)
+    long = dist(position(begin), position(end))
+    try:
+        segments = stand.planned(stand.line(end))
+    except MotionError as error:
+        at = None if error.place is None else dist(error.place, position(begin))
+        return LineCheck(long, None, str(error), at, tuple(_ways_out(stand, begin, end, reachable=reachable)))
+    ends = [s.path.pose(s.duration) for s in stops_on_the_way(segments) if isinstance(s.path, CartesianPath)]
+    return LineCheck(long, segments[-1].finish, stops=tuple(dist(position(end), position(begin)) for end in ends))
+
+
+# --- the ways out ----------------------------------------------------------------------------------------------
+
+
+def _ways_out(stand: Standpoint, begin: Transform, end: Transform, *, reachable: bool) -> Iterator[WayOut]:
+    """What would do instead: another configuration for the whole line, a via point, a MOVE."""
+    ways = filter(None, (other.words_beside((stand.configuration,)) for other in stand.arm.ways))
+    found = [words for words in ways if _leads_as(stand, words, begin, end)]
+    if found:
+        yield WayOut(words=min(found, key=len))
+    if not stand.settings.configuration.words_beside((stand.configuration,)):  # else no line goes to a transformation
+        via = next((via for via in _beside(begin, end) if _leads_by(stand, via, end)), None)
+        if via is not None:
+            yield WayOut(via=compose(inverse(stand.frames.base), via))
+    if reachable:
+        yield WayOut()
+
+
+def _leads_as(stand: Standpoint, words: Sequence[str], begin: Transform, end: Transform) -> bool:
+    """Whether the line is possible after some configuration words and a MOVE to where it begins."""
+    settings = stand.settings
+    for flag in stand.arm.words:
+        if flag.name in words:
+            settings = settings.after(SetConfiguration(flag))
+    target = PoseTarget(compose(inverse(stand.frames.base), begin))
+    try:
+        moved = structs.replace(stand, settings=settings).resolved(target)
+        structs.replace(stand, here=moved).planned(stand.line(end, once=False))
+    except MotionError:
+        return False
+    return True
+
+
+def _beside(begin: Transform, end: Transform) -> Iterator[Transform]:
+    """Poses half-way, beside a line, the nearest first."""
+    way = subtracted(position(end), position(begin))
+    axis, angle = axis_angle(compose(inverse(begin), end))
+    half_turned, middle = compose(begin, rotation_about(axis, 0.5 * angle)), added(position(begin), scaled(way, 0.5))
+    for distance in SIDEWAYS:
+        for direction in _across(way):
+            yield at_position(half_turned, *added(middle, scaled(direction, distance)))
+
+
+def _leads_by(stand: Standpoint, via: Transform, end: Transform) -> bool:
+    """Whether a line to a via point, and another one from there, are possible."""
+    near: Joints | None = stand.here
+    arm, (way, *_) = stand.arm.holding(stand.frames.tool), stand.arm.line_ways(stand.here)
+    for pose in (via, end):  # seen sooner than in a plan
+        flange = compose(pose, inverse(stand.frames.tool))
+        near = near and arm.branch_joints(flange, way, near)
+    if near is None:
+        return False
+    try:
+        first = stand.planned(stand.line(via))[-1]
+        at_via = structs.replace(stand, here=segment_joints(stand.arm, first, first.duration))
+        at_via.planned(stand.line(end, once=False))
+    except MotionError:
+        return False
+    return True
+
+
+def _across(way: Vector) -> Sequence[Vector]:
+    """Directions across a way: up and down, to both sides."""
+    size = length(way)
+    if size < NO_WAY:
+        across: Sequence[Vector] = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    else:
+        along = scaled(way, 1.0 / size)
+        side = cross(along, (0.0, 0.0, 1.0) if abs(along[2]) < 0.9 else (1.0, 0.0, 0.0))
+        side = scaled(side, 1.0 / length(side))
+        across = cross(side, along), side
+    return [scaled(direction, sense) for direction in across for sense in (1.0, -1.0)]
 
 
 def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:

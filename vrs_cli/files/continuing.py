@@ -7,9 +7,8 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from vrs_cli.engine.book import Book
+from vrs_cli.engine.book import Book, MemoryWindow, WindowSize
 from vrs_cli.engine.engine import Bookmark, Engine
-from vrs_cli.engine.window import MemoryWindow, WindowSize
 from vrs_cli.errors import UsageError
 from vrs_cli.files.journal import Course, Journal, Taken
 from vrs_cli.files.rebuild import history_of

@@ -23,10 +23,9 @@ from vrs_cli.files.opening import reason
 from vrs_cli.files.past import KeptRow, Past, Resumed, part_record, resumed
 from vrs_cli.files.trajectory_file import Recording, read_trajectory, trajectory_lines
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.trajectory.delta_log import PART
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import Segment
-from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.trajectory.timeline import PART, Timeline, TimelineDelta
 from vrs_cli.values.motion import Motion
 from vrs_cli.wire.lines import CheckpointRecord, LineEncoder
 from vrs_cli.wire.records import Form

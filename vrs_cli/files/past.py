@@ -19,11 +19,10 @@ from vrs_cli.files.rebuild import loaded_forward
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict
-from vrs_cli.trajectory.delta_log import PART, DeltaLog
 from vrs_cli.trajectory.rope import LeafTimes
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import Segment
-from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.trajectory.timeline import PART, DeltaLog, Timeline, TimelineDelta
 from vrs_cli.wire.lines import (
     CHECKPOINT,
     CheckpointRecord,

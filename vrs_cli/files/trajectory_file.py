@@ -26,9 +26,8 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.language.text.collector import pause_collector
-from vrs_cli.trajectory.delta_log import PART
 from vrs_cli.trajectory.segment import Segment
-from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.trajectory.timeline import PART, Timeline, TimelineDelta
 from vrs_cli.version import __version__
 from vrs_cli.wire.lines import (
     FORMAT,

@@ -20,8 +20,8 @@ from math import inf, pi, radians, sin
 from typing import NamedTuple
 
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.motions import fraction_of_full
 from vrs_cli.engine.position import joints_at
+from vrs_cli.engine.targets import fraction_of_full
 from vrs_cli.interfaces.steering import SHORTEST
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.configuration import Arm, Configuration

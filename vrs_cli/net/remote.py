@@ -12,8 +12,7 @@ from typing import Any, TypeVar, cast
 from weakref import finalize
 
 from vrs_cli.engine.engine import Event
-from vrs_cli.engine.feed import Subscription
-from vrs_cli.engine.inbox import Inbox
+from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.files.atomic import atomically
 from vrs_cli.interfaces.dialogue import Answers, Notes

@@ -19,10 +19,10 @@ from typing import Any
 from msgspec import Struct
 from msgspec.structs import replace
 
+from vrs_cli.engine.book import WindowSize
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.feed import MissedEvents
 from vrs_cli.engine.snapshot import TimelineReplaced
-from vrs_cli.engine.window import WindowSize
 from vrs_cli.errors import LimitReached, VrsError
 from vrs_cli.files.bounds import Folder
 from vrs_cli.files.continuing import keep_journal

@@ -18,7 +18,7 @@ from typing import Protocol, TypeVar
 
 from msgspec.structs import replace
 
-from vrs_cli.engine.inbox import Inbox
+from vrs_cli.engine.feed import Inbox
 from vrs_cli.errors import EndOfInput, RequestRefused, VrsError
 from vrs_cli.files.trajectory_file import Recording, read_trajectory
 from vrs_cli.interfaces.conversation.internal_error import internal_error

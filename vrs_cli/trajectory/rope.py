@@ -22,8 +22,7 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
-from vrs_cli.trajectory.block_table import BlockTable, table_of
-from vrs_cli.trajectory.row import Row, later
+from vrs_cli.trajectory.row import BlockTable, Row, later, table_of
 from vrs_cli.trajectory.segment import Segment
 
 SMALL = 128  # segments: a leaf of no more may be copied

@@ -16,10 +16,9 @@ import msgspec
 
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import to_dict
-from vrs_cli.trajectory.delta_log import PART
 from vrs_cli.trajectory.laws.law import VERSION
 from vrs_cli.trajectory.segment import Segment
-from vrs_cli.trajectory.timeline import TimelineDelta
+from vrs_cli.trajectory.timeline import PART, TimelineDelta
 from vrs_cli.values.motion import Motion
 from vrs_cli.version import __version__
 from vrs_cli.wire.records import (

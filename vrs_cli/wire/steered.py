@@ -14,7 +14,7 @@ from vrs_cli.engine.one_motion import joint_limits
 from vrs_cli.engine.planner import place_at
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.instant import TICK, TICKS_PER_SECOND
-from vrs_cli.trajectory.laws.table import LAWS
+from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.motion import Motion, MotionKind

@@ -6,9 +6,8 @@ import pytest
 
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.trajectory.laws.lspb import straight_motion, straight_stop
-from vrs_cli.trajectory.limits import ToolLimits
 from vrs_cli.trajectory.polynomial import value
-from vrs_cli.trajectory.state import ToolState
+from vrs_cli.trajectory.state import ToolLimits, ToolState
 
 LIMITS = ToolLimits(speed=1.0, acceleration=4.0, spin=1.0, spin_acceleration=4.0)
 

@@ -7,9 +7,8 @@ from random import Random
 import pytest
 
 from vrs_cli.trajectory.laws.lspb_steering import steer
-from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
-from vrs_cli.trajectory.state import JointState, Target
+from vrs_cli.trajectory.state import JointLimits, JointState, Target
 from vrs_cli.values.motion import Motion, MotionKind, Start
 
 TICK = 1.0 / 64.0  # [s]

@@ -7,10 +7,9 @@ import pytest
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.trajectory.laws.law import NoTimes
 from vrs_cli.trajectory.laws.quintic import Bounds, from_rest, joint_motion, quintic
-from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.polynomial import derivative, extremes, value
 from vrs_cli.trajectory.segment import JointPath, Phase
-from vrs_cli.trajectory.state import JointState
+from vrs_cli.trajectory.state import JointLimits, JointState
 from vrs_cli.values.motion import Motion, MotionKind, Start
 
 MOTION = Motion(1, MotionKind.JOINT, Start.AT, profile=Profile.QUINTIC)

@@ -17,10 +17,9 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.laws.scurve import joint_motion
-from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.polynomial import derivative, extremes, value
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
-from vrs_cli.trajectory.state import JointState
+from vrs_cli.trajectory.state import JointLimits, JointState
 from vrs_cli.values.motion import Motion, MotionKind, Start
 
 ROBOTS = ("puma560", "ur5e", "panda", "cobra600", "so100")  # six joints, seven, four and five; two kinds of joint

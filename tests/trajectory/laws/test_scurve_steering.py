@@ -7,7 +7,6 @@ from random import Random
 import pytest
 
 from vrs_cli.kinematics.profile import Profile
-from vrs_cli.trajectory.laws.scurve_pieces import joint_pieces, state_after
 from vrs_cli.trajectory.laws.scurve_steering import (
     KEPT,
     Joint,
@@ -15,12 +14,13 @@ from vrs_cli.trajectory.laws.scurve_steering import (
     _brakable,
     _jerk,
     _slowing,
+    joint_pieces,
+    state_after,
     steer,
 )
 from vrs_cli.trajectory.laws.scurve_times import ramps
-from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.segment import JointPath, Phase
-from vrs_cli.trajectory.state import JointState, Target
+from vrs_cli.trajectory.state import JointLimits, JointState, Target
 from vrs_cli.values.motion import Motion, MotionKind, Start
 
 TICK = 1.0 / 64.0  # [s]

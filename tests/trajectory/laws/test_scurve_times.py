@@ -13,7 +13,7 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.laws.law import NoTimes
 from vrs_cli.trajectory.laws.scurve import joint_motion
-from vrs_cli.trajectory.laws.scurve_pieces import farthest, joint_stop, state_after, stop, turning_back
+from vrs_cli.trajectory.laws.scurve_steering import farthest, joint_stop, state_after, stop, turning_back
 from vrs_cli.trajectory.laws.scurve_times import (
     NONE,
     Change,
@@ -26,10 +26,9 @@ from vrs_cli.trajectory.laws.scurve_times import (
     ramps,
     turn_bounds,
 )
-from vrs_cli.trajectory.limits import JointLimits
 from vrs_cli.trajectory.polynomial import derivative, turns, value
 from vrs_cli.trajectory.segment import JointPath, Segment
-from vrs_cli.trajectory.state import JointState
+from vrs_cli.trajectory.state import JointLimits, JointState
 from vrs_cli.values.motion import Motion, MotionKind, Start
 
 ROUNDING = 1.0 + 1e-5

@@ -10,12 +10,10 @@ import pytest
 from vrs_cli.kinematics.configuration import NONE
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotation_about, translation
-from vrs_cli.trajectory.laws.law import NoTimes
-from vrs_cli.trajectory.laws.table import LAWS
-from vrs_cli.trajectory.limits import ToolLimits
+from vrs_cli.trajectory.laws.law import LAWS, NoTimes
 from vrs_cli.trajectory.polynomial import derived
 from vrs_cli.trajectory.segment import CartesianPath, Guide, ToolStretch
-from vrs_cli.trajectory.state import GuideState, ToolState
+from vrs_cli.trajectory.state import GuideState, ToolLimits, ToolState
 
 TOOL = {"speed": 0.5, "acceleration": 2.0, "spin": 1.0, "spin_acceleration": 4.0, "jerk": 20.0, "spin_jerk": 40.0}
 LIMITS = ToolLimits(**TOOL, guide=1.0, guide_acceleration=5.0, guide_jerk=50.0)

@@ -24,7 +24,7 @@ from msgspec import Struct, structs
 
 from vrs_cli.engine.book import JournalWriter
 from vrs_cli.engine.clock import WallClock
-from vrs_cli.engine.inbox import Inbox
+from vrs_cli.engine.feed import Inbox
 from vrs_cli.errors import FileError, RequestRefused, VrsError
 from vrs_cli.interfaces.actor.ticket import Outlet, Reaction, Ticket
 from vrs_cli.interfaces.actor.turns import Turns

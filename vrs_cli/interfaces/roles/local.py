@@ -25,8 +25,7 @@ from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.station import Conditions
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.trajectory.delta_log import DeltaLog
-from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.trajectory.timeline import DeltaLog, Timeline
 from vrs_cli.values.replies import Reply
 from vrs_cli.values.results import Position
 from vrs_cli.values.tagged import Act

@@ -1,15 +1,16 @@
-"""What the planner asks of a profile of velocity. The file that is named after a profile has its `LAW`."""
+"""What the planner asks of a velocity profile, and `LAWS[profile]`. The file named after a profile has its `LAW`."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from importlib import import_module
 from typing import NamedTuple
 
 from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.trajectory.limits import JointLimits, ToolLimits
 from vrs_cli.trajectory.segment import Segment, ToolStretch
-from vrs_cli.trajectory.state import JointState, Target, ToolState
+from vrs_cli.trajectory.state import JointLimits, JointState, Target, ToolLimits, ToolState
 from vrs_cli.values.motion import Motion
 
 VERSION = (
@@ -53,3 +54,13 @@ class Law(NamedTuple):
     steer: Callable[[JointState, Target, JointLimits, JointLimits, float, float, Motion, Coming], tuple[Segment, ...]]
     steered: Callable[[JointState, Joints, JointLimits, float, float, Motion], tuple[Segment, ...]]
     steering_of: Callable[[Sequence[Segment]], Joints | None]
+
+
+class _Laws(dict[Profile, Law]):
+    def __missing__(self, profile: Profile) -> Law:
+        """Read the file that is named after the profile, which most programs do for one profile alone."""
+        law: Law = import_module(f"{__package__}.{profile.value}").LAW
+        return self.setdefault(profile, law)
+
+
+LAWS = _Laws()

@@ -24,8 +24,7 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import Law
-from vrs_cli.trajectory.laws.lspb_steering import steer, steered, steering_of
-from vrs_cli.trajectory.laws.lspb_stops import joint_stops
+from vrs_cli.trajectory.laws.lspb_steering import joint_stops, steer, steered, steering_of
 from vrs_cli.trajectory.laws.lspb_times import (
     Component,
     Demand,
@@ -36,10 +35,9 @@ from vrs_cli.trajectory.laws.lspb_times import (
     search,
     vector_demands,
 )
-from vrs_cli.trajectory.limits import JointLimits, ToolLimits
 from vrs_cli.trajectory.polynomial import Polynomial, parabola, value
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, ToolStretch, segments_of
-from vrs_cli.trajectory.state import NEGLIGIBLE, JointState, ToolState
+from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, ToolLimits, ToolState
 from vrs_cli.values.motion import Motion
 
 FIRST_STEPS = 4  # towards the shortest blend of two lines, which is the quickest as a rule

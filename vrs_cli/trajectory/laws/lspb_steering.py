@@ -1,4 +1,4 @@
-"""One tick of steering: the joints chase a target that moves, each as well as its limits allow.
+"""Joints that come to rest at constant acceleration, and one tick of steering: the joints chase a target that moves.
 
 Every joint wants the velocity `w + g(e)`: that of its target, and one that takes away the error e within a short time,
 but no more than it can brake from on the way: g(e) = e / (2 D), at most sqrt(a |e|). It changes its velocity towards
@@ -15,18 +15,58 @@ from collections.abc import Iterator, Sequence
 from math import copysign, sqrt
 
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.trajectory.instant import TICK
+from vrs_cli.trajectory.instant import TICK, up_to_grid
 from vrs_cli.trajectory.laws.law import Coming
-from vrs_cli.trajectory.laws.lspb_stops import joint_stop, joint_stop_each
-from vrs_cli.trajectory.limits import JointLimits
-from vrs_cli.trajectory.polynomial import parabola
+from vrs_cli.trajectory.polynomial import parabola, value
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, segments_of, stay_inside
-from vrs_cli.trajectory.state import JointState, Target
+from vrs_cli.trajectory.state import JointLimits, JointState, Target
 from vrs_cli.values.motion import Motion
 
 RESPONSE = 2.5  # D in ticks: quick, and steady for targets that are known once a tick
 COASTING = 1.0  # ticks: how late the next target may come without a jolt
 SPARE = 1.0 - 1e-9  # of limits, for rounding
+
+
+def joint_stops(state: JointState, limits: JointLimits, start: float, motion: Motion) -> Iterator[tuple[Segment, ...]]:
+    """The ways to rest: all joints together, or each as fast as it can."""
+    yield joint_stop(state, limits, start, motion)
+    yield joint_stop_each(state, limits, start, motion)
+
+
+def joint_stop(state: JointState, limits: JointLimits, start: float, motion: Motion) -> tuple[Segment, ...]:
+    """Every joint to rest together, along the present direction."""
+    blend = max(map(_stopping_time, state.velocity, limits.acceleration))
+    pairs = zip(state.joints, state.velocity, strict=True)
+    path = JointPath(tuple(parabola(q, v, 0.0, blend) if blend else (q,) for q, v in pairs))
+    return segments_of(start, motion, iter([(blend, Phase.DECELERATE, path)]))
+
+
+def _stopping_time(velocity: float, acceleration: float) -> float:
+    return up_to_grid(abs(velocity) / acceleration)
+
+
+def joint_stop_each(state: JointState, limits: JointLimits, start: float, motion: Motion) -> tuple[Segment, ...]:
+    """Every joint to rest as fast as it can, each in its own time.
+
+    No joint goes farther than it would have to go anyway, so this stays inside joint limits wherever the motion that is
+    interrupted would have.
+    """
+    stops = list(map(_stopping_time, state.velocity, limits.acceleration))
+    q, v = list(state.joints), list(state.velocity)
+    rates = [0.0 if not stop else -speed / stop for speed, stop in zip(v, stops, strict=True)]
+    stretches: list[tuple[float, Phase, Path]] = []
+    before = 0.0
+    for moment in sorted(set(stops) - {0.0}):
+        lasting = moment - before
+        path = tuple(
+            (p, w, 0.5 * rate) if stop >= moment else (p, 0.0, 0.0)
+            for p, w, rate, stop in zip(q, v, rates, stops, strict=True)
+        )
+        stretches.append((lasting, Phase.DECELERATE, JointPath(path)))
+        q = [value(a, lasting) for a in path]
+        v = [w + rate * lasting if stop > moment else 0.0 for w, rate, stop in zip(v, rates, stops, strict=True)]
+        before = moment
+    return segments_of(start, motion, iter(stretches))
 
 
 def steer(

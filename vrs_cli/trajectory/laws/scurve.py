@@ -27,8 +27,7 @@ from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.law import Law, NoTimes
 from vrs_cli.trajectory.laws.lspb_times import MARGIN
 from vrs_cli.trajectory.laws.scurve_joints import stretches
-from vrs_cli.trajectory.laws.scurve_pieces import joint_stops
-from vrs_cli.trajectory.laws.scurve_steering import steer, steered, steering_of
+from vrs_cli.trajectory.laws.scurve_steering import joint_stops, steer, steered, steering_of
 from vrs_cli.trajectory.laws.scurve_times import (
     NONE,
     Bounds,
@@ -43,10 +42,9 @@ from vrs_cli.trajectory.laws.scurve_times import (
     turn_bounds,
     vector_bounds,
 )
-from vrs_cli.trajectory.limits import JointLimits, ToolLimits
 from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, ToolStretch, segments_of
-from vrs_cli.trajectory.state import NEGLIGIBLE, STEADY, GuideState, JointState, ToolState
+from vrs_cli.trajectory.state import NEGLIGIBLE, STEADY, GuideState, JointLimits, JointState, ToolLimits, ToolState
 from vrs_cli.values.motion import Motion
 
 STRETCH = 1.02  # powers of it are factors by which the likely times of a stop are tried

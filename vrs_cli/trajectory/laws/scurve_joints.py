@@ -24,10 +24,9 @@ from typing import NamedTuple
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.trajectory.instant import TICK, TICKS_PER_SECOND, up_to_grid
 from vrs_cli.trajectory.laws.law import NoTimes, Row
-from vrs_cli.trajectory.laws.scurve_pieces import SHORTEST, common_stretches
-from vrs_cli.trajectory.limits import JointLimits
+from vrs_cli.trajectory.laws.scurve_steering import SHORTEST, common_stretches
 from vrs_cli.trajectory.segment import Path, Phase
-from vrs_cli.trajectory.state import NEGLIGIBLE, JointState
+from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState
 
 CLOSE = 1e-12  # [rad, m] of a way: what is left of it is no jump
 IN_TIME = 0.4 * TICK  # [s] by which phases may last longer than the time that there is: none of the grid

@@ -8,8 +8,14 @@ import pytest
 
 from tests.kinematics.pointing import CLOSED, FIVE, SEVEN
 from vrs_cli.engine.one_motion import plan_motion
-from vrs_cli.engine.problem import Here, Problem, segment_joints
-from vrs_cli.engine.rates import joint_acceleration, joint_acceleration_and_jerk, joint_velocity
+from vrs_cli.engine.problem import (
+    Here,
+    Problem,
+    joint_acceleration,
+    joint_acceleration_and_jerk,
+    joint_velocity,
+    segment_joints,
+)
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for

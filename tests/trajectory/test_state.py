@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrs_cli.trajectory.limits import ToolLimits
+from vrs_cli.trajectory.state import ToolLimits
 
 FACTOR = st.floats(0.1, 10.0)
 LIMITS = ToolLimits(*(float(k) for k in range(1, 12)))

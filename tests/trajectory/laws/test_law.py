@@ -11,12 +11,10 @@ import pytest
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import IDENTITY, Transform, angle_between, compose, position, rotation_about
 from vrs_cli.trajectory.instant import TICK
-from vrs_cli.trajectory.laws.law import NoTimes
-from vrs_cli.trajectory.laws.table import LAWS
-from vrs_cli.trajectory.limits import JointLimits, ToolLimits
+from vrs_cli.trajectory.laws.law import LAWS, NoTimes
 from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment, ToolStretch
-from vrs_cli.trajectory.state import JointState, Target, ToolState
+from vrs_cli.trajectory.state import JointLimits, JointState, Target, ToolLimits, ToolState
 from vrs_cli.values.motion import Motion, MotionKind, Start
 
 LIMITS = JointLimits((1.4, 0.9), (4.8, 3.1), (48.0, 31.0), (1.4, 0.9), (-9.0, -9.0), (9.0, 9.0))
