@@ -143,6 +143,14 @@ DEFERRED = (
         ),
         "they bring numpy",
     ),
+    Deferred(
+        ("interfaces/tasks", "interfaces/actor"),
+        (
+            *("vrs_cli.engine.engine", "vrs_cli.interfaces.tasks.driver"),
+            *("vrs_cli.language.run.environment", "vrs_cli.language.run.runtime"),
+        ),
+        "types of arguments: whoever makes these objects has loaded the modules",
+    ),
     Deferred(("files/trajectory_file.py",), ("vrs_cli.files.soundness",), "it brings numpy"),
     Deferred(
         ("view3d/pictures.py", "api/scene.py"),

@@ -36,7 +36,7 @@ from vrs_cli.interfaces.session.drag_control import DragControl
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.lease import Notice, RobotLease
 from vrs_cli.interfaces.tasks.driver import AskedInVain
-from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
+from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.language.text.ast import Instruction, ProgramHeader

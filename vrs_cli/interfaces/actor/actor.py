@@ -18,7 +18,7 @@ from itertools import count
 from math import inf
 from queue import SimpleQueue
 from threading import Lock, Thread
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from msgspec import Struct, structs
 
@@ -29,10 +29,12 @@ from vrs_cli.errors import FileError, RequestRefused, VrsError
 from vrs_cli.interfaces.actor.ticket import Outlet, Reaction, Ticket
 from vrs_cli.interfaces.actor.turns import Turns
 from vrs_cli.interfaces.dialogue import Dialogue, Running, Said, Slice, Terminal, Work, quietly
-from vrs_cli.interfaces.tasks.driver import Driver
-from vrs_cli.interfaces.tasks.track import PROMPT_LINE
+from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE
 from vrs_cli.values.questions import Question
 from vrs_cli.values.replies import Message, Reply, Tone
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.tasks.driver import Driver
 
 MOST_WAITING = 10_000  # requests
 TOGETHER = 0.02  # [s] for which answers may wait for others, that go to the disk with them

@@ -24,7 +24,7 @@ from vrs_cli.interfaces.monitor.files import load
 from vrs_cli.interfaces.monitor.help import EDITING, help_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.user_state import UserState
-from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
+from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.parser import variables_in
 from vrs_cli.language.words.functions import FUNCTIONS

@@ -9,11 +9,12 @@ from vrs_cli.errors import NoProgramSpecified
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Track
+from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE, ROBOT_PROGRAM, Track
 from vrs_cli.language.run.cells import Reference
+from vrs_cli.language.run.effects import PROCESS_CONTROL
 from vrs_cli.language.run.prompt import arguments_of
 from vrs_cli.language.run.runtime import Task
-from vrs_cli.language.run.semantics.tasks import PROCESS_CONTROL, checked_task
+from vrs_cli.language.run.semantics.tasks import checked_task
 from vrs_cli.language.text.ast import Instruction, ProgramCall
 from vrs_cli.language.words.values import whole
 from vrs_cli.values.replies import Message, ProgramStopped, Reply, Tone

@@ -9,7 +9,7 @@ from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.monitor.running import asked_program, run
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, shown, sight, word
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.tasks.debugging import Stepping, Watch
+from vrs_cli.interfaces.tasks.tasks import Stepping, Watch
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import StoredProgram

@@ -14,7 +14,7 @@ from vrs_cli.interfaces.monitor.consent import agreed, may_write
 from vrs_cli.interfaces.monitor.plotting import in_file, plotted, selected
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.interfaces.tasks.track import ROBOT_PROGRAM
+from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.values import whole
 from vrs_cli.trajectory.segment import Segment, stops_on_the_way

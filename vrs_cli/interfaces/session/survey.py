@@ -17,7 +17,7 @@ from vrs_cli.interfaces.editor.lines import listed
 from vrs_cli.interfaces.monitor.programs import directory
 from vrs_cli.interfaces.monitor.timeline import branch_table
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.tasks.track import PendingInput, Track
+from vrs_cli.interfaces.tasks.tasks import PendingInput, Track
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.memory import StoredProgram

@@ -34,11 +34,10 @@ from vrs_cli.interfaces.station.lease import RobotLease
 from vrs_cli.interfaces.station.loaded_file import LoadedFile
 from vrs_cli.interfaces.station.unstored import Unstored
 from vrs_cli.interfaces.station.user_state import UserState
-from vrs_cli.interfaces.tasks.debugging import Stepping
 from vrs_cli.interfaces.tasks.driver import Driver
 from vrs_cli.interfaces.tasks.limits import ATTENDED, Advice, Limits, at_prompt
 from vrs_cli.interfaces.tasks.readings import Readings
-from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Track
+from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE, ROBOT_PROGRAM, Stepping, Track
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
@@ -132,7 +131,7 @@ class Station:
         self.actor = Actor(self.driver)
         self.tasks, self.debugging = self.driver.tasks, self.driver.debugging
         self.tasks.told = self._tell
-        self._closing = finalize(self, self.driver.close)
+        self._closing = finalize(self, self.driver.devices.close_all)
         self.engine.postponed.append(self._postponed)
         self.engine.turned.append(self._turned)
         self.dialect = Dialect.VPLUS  # of what is typed, and of files that name none
@@ -173,7 +172,7 @@ class Station:
         that, as before."""
         self.folder = folder
         if not folder.closed:
-            self.driver.change_folder(folder)
+            self.driver.disk.folder = folder
 
     def close(self) -> None:
         """The end of the session: the files of programs are closed. It comes by itself when a process ends."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from vrs_cli.errors import EndlessWait, VrsError
-from vrs_cli.interfaces.tasks.track import Track
+from vrs_cli.interfaces.tasks.tasks import Track
 from vrs_cli.language.run.effects import AttachRobot, Wait, WaitEvent
 from vrs_cli.language.text.ast import Call, Expression, Instruction, nodes, plain_number
 from vrs_cli.language.text.printer import expression_text

@@ -1,6 +1,6 @@
-"""What tasks ask for, done: the robot's requests, waits, the terminal, other tasks, the end.
+"""Do what tasks ask for: requests to the robot, waits, the terminal, other tasks, the end (`ACTS`).
 
-What takes time leaves the task with an instant to go on at; nothing here lets time go on.
+What takes time leaves the task with an instant at which it goes on; nothing here lets time go on.
 """
 
 from __future__ import annotations
@@ -16,12 +16,10 @@ from vrs_cli.devices.device import Waits
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import EndOfInput, IllegalValue, TaskNotActive, VrsError
 from vrs_cli.interfaces.dialogue import Terminal
-from vrs_cli.interfaces.tasks.debugging import Onward, Stopped
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes
 from vrs_cli.interfaces.tasks.limits import GO_ON, Advice, Limits, Spent
-from vrs_cli.interfaces.tasks.tasks import Tasks
-from vrs_cli.interfaces.tasks.track import Aborted, Pending, PendingInput, Track
+from vrs_cli.interfaces.tasks.tasks import Aborted, Onward, PendingInput, Stopped, Tasks, Track
 from vrs_cli.language.run.effects import (
     AttachRobot,
     Budget,
@@ -57,7 +55,7 @@ STEPS_A_START = 100  # that the start of a task takes as long as
 
 
 class TypedLines:
-    """`lines` are those that have ended since the run began."""
+    """What programs type. `lines` are the lines that have ended since the run began."""
 
     def __init__(self, engine: Engine, terminal: Terminal, advice: Advice) -> None:
         self.lines: list[str] = []
@@ -70,11 +68,11 @@ class TypedLines:
         self._spent.begin(limits)
 
     def count(self, text: str, newline: bool = False) -> None:
-        """Text is about to be typed. Raises LimitReached."""
+        """Count text that is about to be typed. Raises LimitReached."""
         self._spent.add(len(text.encode("utf-8", "replace")) + newline)
 
     def show(self, text: str, newline: bool) -> None:
-        """Nothing on the terminal where the switch MESSAGES is off. Raises LimitReached."""
+        """Type a text; nothing on the terminal where the switch MESSAGES is off. Raises LimitReached."""
         self.count(text, newline)
         self._put(text, newline)
 
@@ -85,13 +83,16 @@ class TypedLines:
         self.lines += lines
 
     def end_line(self) -> None:
-        """The end of a line that is not ended yet."""
+        """End a line that has begun."""
         if self._line:
             self._put("", newline=True)
 
 
 class Performer:
-    """Does what the tasks of one robot ask for."""
+    """Does what the tasks of one robot ask for. Each act raises VrsError where it cannot be done.
+
+    `asked`: a task has asked a question since the questions were put to users. `last`: when the run is stopped [s].
+    """
 
     def __init__(
         self,
@@ -103,24 +104,10 @@ class Performer:
         devices: Devices,
         advice: Advice,
     ) -> None:
-        self.asked = False  # something, since all that was asked was put to somebody
-        self.last = inf  # when the run is stopped [s]
+        self.asked, self.last = False, inf
         self._advice = advice
         self._engine, self._environment, self._robot, self._tasks = engine, environment, robot, tasks
         self._transcript, self._devices, self._questions = transcript, devices, count(1)
-
-    def do(self, track: Track, event: Pending) -> None:
-        """Raises VrsError where it cannot be done."""
-        track.wake = self._engine.now
-        act = _ACTS.get(type(event))
-        if act is None:
-            self._request(track, event)  # type: ignore[arg-type]
-        else:
-            act(self, track, event)
-
-    def tick(self) -> float:
-        """When a task that waits looks again."""
-        return on_grid(self._engine.now) + TICK
 
     # --- the terminal and the files ---
 
@@ -143,13 +130,13 @@ class Performer:
             self._devices.expire(track.number, event)
 
     def _ask(self, track: Track, event: Prompt | ReadRecord | AwaitLine) -> None:
-        """It goes on when somebody has answered."""
+        """Ask a question; the task goes on with the answer."""
         self.asked = True
         track.until(inf, PendingInput(next(self._questions), event))
 
     def answer(self, track: Track, asked: PendingInput, answer: str | VrsError | None) -> None:
-        """A line for a task that has asked. Raises EndOfInput, and why the line before could not be read, where there
-        is none and the task cannot do without.
+        """Give a line to a task that has asked. Without one, where the task needs it, raises EndOfInput, or why the
+        line before could not be read.
         """
         track.until(self._engine.now)
         event = asked.event
@@ -169,7 +156,7 @@ class Performer:
         if self._engine.now < first:
             track.until(first, wait)
         elif not wait.condition():
-            track.until(self.tick(), wait)
+            track.until(on_grid(self._engine.now) + TICK, wait)
 
     def _wait_event(self, track: Track, wait: WaitEvent) -> None:
         if wait.event and track.event:
@@ -192,7 +179,7 @@ class Performer:
         track.event_signal = event.signal
 
     def _budget(self, track: Track, _event: Budget) -> None:
-        track.wake = self.tick()
+        track.wake = on_grid(self._engine.now) + TICK
 
     # --- the robot ---
 
@@ -201,7 +188,8 @@ class Performer:
             for setting in event.settings:
                 self._engine.perform(setting)
 
-    def _request(self, track: Track, request: Request) -> None:
+    def request(self, track: Track, request: Request) -> None:
+        """Give a request to the robot once the robot is ready for it."""
         if not (self._tasks.owns(track) or isinstance(request, EVERYBODYS)):
             if isinstance(request, Break | Brake):
                 return
@@ -239,8 +227,8 @@ class Performer:
     # --- other tasks ---
 
     def _start_task(self, track: Track, event: StartTask) -> None:
-        """Of the steps that may be done before time goes on it has those that are left to the task that starts it: one
-        that starts itself over and over does not hold time up.
+        """Start a task. It has what is left of the steps that the task that starts it may do at this instant: a
+        program that starts itself over and over does not hold time up.
         """
         number = self._tasks.free() if event.number is None else event.number
         call = event.call
@@ -263,8 +251,8 @@ class Performer:
     # --- endings ---
 
     def _end(self, track: Track, event: ProgramCompleted | Halt | Pause | Failed | Aborted | Stopped) -> None:
-        """Once the robot is at rest, if it is this task's, and no line of the prompt; what is stopped while the clock
-        stands does not wait for that.
+        """End the task once the robot is at rest, where the task has the robot and is no line of the prompt. A task
+        that is stopped while the clock is paused does not wait for that.
         """
         rests = not track.at_prompt or (isinstance(event, Aborted) and not self._tasks.only_waits(track))
         stands = self._engine.clock.paused and isinstance(event, Failed | Aborted)
@@ -279,14 +267,14 @@ class Performer:
 
 
 def _as_typed(request: Request, times: HolderTimes) -> Request:
-    """The same with the robot's time where a line of the prompt gives one by the clock of its holder."""
+    """Return a request of a line of the prompt with its time, given by the user's clock, by the robot's clock."""
     if not (isinstance(request, Move) and request.stamp is not None and not request.stamp.relative):
         return request
     return structs.replace(request, stamp=Stamp(times.executed(request.stamp.seconds)))
 
 
 def _line(answer: str | VrsError | None) -> str | None:
-    """Raises why there is none."""
+    """Return the line. Raises the error that says why there is none."""
     if isinstance(answer, VrsError):
         raise answer
     return answer
@@ -300,7 +288,7 @@ _ENDINGS: dict[type, RunOutcome] = {
     Aborted: RunOutcome.ABORTED,
 }
 
-_ACTS: dict[type, Callable[[Performer, Track, Any], None]] = {
+ACTS: dict[type, Callable[[Performer, Track, Any], None]] = {
     Type: lambda performer, _track, event: performer._transcript.show(event.text, event.newline),
     Prompt: Performer._prompt,
     **dict.fromkeys(UnitEffect.__subclasses__(), Performer._unit),

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
-from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.parameters import FULL_SPEED
 from vrs_cli.engine.targets import check_joint_limits
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationTooClose, MotionError
@@ -16,11 +16,14 @@ from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import Joints, put_inside
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.language.run.effects import TaskState
-from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
 from vrs_cli.language.run.robot import ROBOT_NUMBER, System
 from vrs_cli.language.words.values import key_of
 from vrs_cli.version import __version__
+
+if TYPE_CHECKING:
+    from vrs_cli.engine.engine import Engine
+    from vrs_cli.language.run.environment import Environment
 
 # INRANGE: why a location is out of reach, as bits: joints 1 to 6, then too close and too far, then joints 7 and on
 # (V+ Keyword Reference, INRANGE, names such bits; the numbers are ours)

@@ -1,30 +1,218 @@
-"""The tasks of one robot, by number: who runs, who has stopped, and who has the robot.
+"""The tasks of one robot, by number: which run, which have stopped, what each waits for, and which has the robot.
 
-0 is the robot program, 1 the process control program of VAL-II, others those of V+. The robot belongs to one task at a
-time: to task 0 when it starts, or to the one that attaches it.
+0 is the robot program, 1 the process control program of VAL-II, others those of V+; -1 is a line of the prompt. The
+robot belongs to one task at a time: to task 0 when it starts, or to the one that attaches it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
 
-from vrs_cli.engine.engine import Engine
-from vrs_cli.errors import RobotNotAttached, TaskActive, TaskNotActive
+from msgspec import Struct, field
+
+from vrs_cli.errors import RobotNotAttached, TaskActive, TaskNotActive, VrsError
 from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.tasks.devices import Devices
-from vrs_cli.interfaces.tasks.track import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Track
-from vrs_cli.language.run.effects import AttachRobot, Pause, TaskState, Wait, WaitEvent
-from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.runtime import Task
-from vrs_cli.language.run.semantics.tasks import LAST_TASK
-from vrs_cli.language.run.units import UnitEffect
-from vrs_cli.values.results import RunOutcome, StoppedTask
+from vrs_cli.interfaces.tasks.holder_times import THE_ROBOTS, HolderTimes
+from vrs_cli.language.run.effects import (
+    LAST_TASK,
+    AttachRobot,
+    Budget,
+    Event,
+    Pause,
+    Prompt,
+    TaskState,
+    Wait,
+    WaitEvent,
+)
+from vrs_cli.language.run.units import AwaitLine, ReadRecord, UnitEffect
+from vrs_cli.language.words.values import key_of
+from vrs_cli.values.commands import Request
+from vrs_cli.values.numbers import Value
+from vrs_cli.values.questions import LineWanted
+from vrs_cli.values.results import ProgramFault, RunOutcome, StoppedTask
+
+if TYPE_CHECKING:
+    from vrs_cli.engine.engine import Engine
+    from vrs_cli.language.run.environment import Environment
+    from vrs_cli.language.run.runtime import Task
+
+ROBOT_PROGRAM = 0
+PROMPT_LINE = -1  # the number of the task that a line of the prompt is
+
+
+# --- what a task waits with, beside the events of its program -------------------------------------------------------
+
+
+class Aborted(Struct, frozen=True):
+    """A task is stopped from outside, and waits until the robot is at rest."""
+
+
+class PendingInput(Struct, frozen=True):
+    """A task waits for a line of the terminal: `number` is that of the question, `event` what the task asked."""
+
+    number: int
+    event: Prompt | ReadRecord | AwaitLine
+
+    @property
+    def question(self) -> LineWanted:
+        """The question for the user who drives the task."""
+        if not isinstance(self.event, Prompt):
+            return LineWanted("")
+        wrong = self.event.wrong
+        return LineWanted(self.event.text, "" if wrong is None else str(wrong))
+
+
+class Stopped(Struct, frozen=True):
+    """The program stands before a step. `outcome`: STEPPED, BREAKPOINT or WATCHED; `detail`: what has changed."""
+
+    outcome: str
+    detail: str = ""
+
+
+class Onward(Struct, frozen=True):
+    """The program stands before a step, and goes on at once."""
+
+
+Pending = Event | Aborted | Stopped | Onward | PendingInput
+ONWARD = Onward()
+
+
+# --- one task -------------------------------------------------------------------------------------------------------
+
+
+class Stepping(Struct):
+    """One step of a program, into a program that it calls or (`over`) over it.
+
+    `begun`: the step is being done, with `depth` programs on the stack; before that the task comes to the step.
+    """
+
+    over: bool
+    begun: bool = False
+    depth: int = 0
+
+
+class Track(Struct, eq=False):
+    """A task in time: it goes on at `wake` [s], after `pending` is done where that is not None.
+
+    `outcome` is None while it runs. `asked`: when `pending` was asked for. `mine`: it takes the robot when it goes on;
+    `awaited`: a user waits for its end. `instant`: when it last went on, `before`: how many steps it had done then.
+    `held`: the events that reactions have interrupted, and when these were asked for. `driven_by`: the user who let it
+    go on last, who gets its questions; None where that user has gone. `times`: of the user who typed the line that it
+    is; `issued`: when that was, until its first request. `event`: whether it is set, `event_signal`: the input that
+    sets it; `run_signal`: the output that is on while the task runs.
+    """
+
+    number: int
+    task: Task
+    wake: float = 0.0
+    pending: Pending | None = None
+    asked: float = 0.0
+    answer: str | None = None
+    outcome: RunOutcome | None = None
+    fault: ProgramFault | None = None
+    error: VrsError | None = None
+    detail: str = ""
+    mine: bool = False
+    awaited: bool = False
+    event: bool = False
+    event_signal: int | None = None
+    run_signal: int | None = None
+    stepping: Stepping | None = None
+    instant: float = -1.0
+    before: int = 0
+    held: list[tuple[Pending, float]] = field(default_factory=list)
+    driven_by: object = None
+    times: HolderTimes = THE_ROBOTS
+    issued: float | None = None
+
+    @property
+    def running(self) -> bool:
+        return self.outcome is None
+
+    @property
+    def at_prompt(self) -> bool:
+        return self.number == PROMPT_LINE
+
+    @property
+    def in_program(self) -> bool:
+        """False in a line of the prompt: its motion is over when it returns, and one with a time stamp leaves the clock
+        alone. A program that the line CALLs runs as any other."""
+        return not self.at_prompt or len(self.task.stack) > 1
+
+    @property
+    def reacts(self) -> bool:
+        """Whether a reaction is due that interrupts what the task waits for: a WAIT or a peer; for REACTI also the
+        robot."""
+        due = self.task.reactions.due
+        if due is None:
+            return False
+        return isinstance(self.pending, Wait | WaitEvent | UnitEffect) or (
+            due.immediate and isinstance(self.pending, Request)
+        )
+
+    def until(self, instant: float, pending: Pending | None = None) -> None:
+        """Go on at an instant [s], and no earlier."""
+        self.wake, self.pending = instant, pending
+
+
+# --- programs one step at a time ------------------------------------------------------------------------------------
+
+
+class Watch(Struct):
+    """An expression, its text and the value that it had when it was last looked at; None: it had no value."""
+
+    text: str
+    evaluate: Callable[[], Value]
+    shown: Callable[[Value], str]
+    last: Value | None = None
+
+    def changed(self) -> str:
+        """What the value is now and was before; empty where it is the same."""
+        before = self.last
+        try:
+            self.last = self.evaluate()
+        except VrsError:
+            self.last = None
+        now, was = ("undefined" if value is None else self.shown(value) for value in (self.last, before))
+        return "" if self.last == before else f"{self.text} is {now}, was {was}"
+
+
+class Debugging(Struct):
+    """Where programs stop: `breakpoints` are program keys and steps (from 1)."""
+
+    breakpoints: set[tuple[str, int]] = field(default_factory=set)
+    watches: list[Watch] = field(default_factory=list)
+
+    def step(
+        self, task: Task, answer: str | None, stepping: Stepping | None, trace: Callable[[Task], None]
+    ) -> Event | Stopped | Onward:
+        """Do the present step: what it asks for, or whether the program stops before the next one. `trace` is told of
+        each step."""
+        if task.between:
+            trace(task)
+            if stepping is not None and not stepping.begun:
+                stepping.begun, stepping.depth = True, len(task.stack)
+        event = task.resume(answer, 1)
+        if not isinstance(event, Budget):
+            return event
+        changes = [change for watch in self.watches if (change := watch.changed())]
+        if changes:
+            return Stopped("WATCHED", "; ".join(changes))
+        if stepping is not None:
+            done = stepping.begun and not (stepping.over and len(task.stack) > stepping.depth)
+            return Stopped("STEPPED") if done else ONWARD
+        return Stopped("BREAKPOINT") if (key_of(task.program), task.step) in self.breakpoints else ONWARD
+
+
+# --- all tasks of a robot -------------------------------------------------------------------------------------------
 
 
 class Tasks:
-    """Those that run or have stopped. `current` is the number of the one whose turn it is. `failed`: those that nobody
-    waits for and that have stopped with an error since somebody waits for another; `told` hears of each at once. `who`
-    is served now, and drives what is begun.
+    """The tasks that run or have stopped. `current` is the number of the task that does its steps now. `who`: the user
+    who is served now, and drives what begins. `failed`: the tasks that stopped with an error while a user waited for
+    another task; `told` is called with each at once.
     """
 
     def __init__(self, engine: Engine, environment: Environment, devices: Devices) -> None:
@@ -44,7 +232,7 @@ class Tasks:
         return self._tracks.get(number)
 
     def in_order(self) -> list[Track]:
-        """By number."""
+        """The tasks by number."""
         return sorted(self, key=lambda track: track.number)
 
     @property
@@ -56,7 +244,7 @@ class Tasks:
         return sum([track.task.steps_done for track in self._tracks.values()])
 
     def next(self) -> Track | None:
-        """The task that goes on first."""
+        """The running task that goes on first."""
         first: Track | None = None
         for track in self._tracks.values():  # asked for twice a step
             if track.outcome is None and (first is None or (track.wake, track.number) < (first.wake, first.number)):
@@ -70,8 +258,8 @@ class Tasks:
     # --- beginning and going on ---
 
     def start(self, number: int, task: Task, folder: Folder | None = None) -> Track:
-        """A task beside those that run, from now on. `folder`: where it has its files, if not where all others have.
-        Raises TaskActive.
+        """Start a task beside those that run. `folder`: where it has its files, if not where all others have. Raises
+        TaskActive.
         """
         there = self.get(number)
         if there is not None and there.running:
@@ -93,16 +281,15 @@ class Tasks:
         return min(free)
 
     def prime(self, number: int, task: Task, folder: Folder | None = None) -> Track:
-        """Ready to run, and stopped before its first step. Raises TaskActive."""
+        """Start a task, and stop it before its first step. Raises TaskActive."""
         track = self.start(number, task, folder)
         task.state = TaskState.PAUSED
         self.stop(track, RunOutcome.PAUSED)
         return track
 
     def proceed(self, number: int, *, retry: bool = False) -> Track:
-        """Let a task go on that has stopped: at its next step, or (`retry`) again with the one where it stopped.
-
-        Raises TaskNotActive, TaskActive.
+        """Let a stopped task go on: at its next step, or (`retry`) again with the step where it stopped. Raises
+        TaskNotActive, TaskActive.
         """
         track = self.get(number)
         if track is None or (not track.running and track.task.ended):
@@ -121,7 +308,7 @@ class Tasks:
     # --- ending ---
 
     def abort(self, number: int) -> Track | None:
-        """Stop a task, and the robot if it is its; None where there is none that runs."""
+        """Stop a task, and the robot if the task has it; None where no task of this number runs."""
         track = self.get(number)
         if track is None or not track.running:
             return None
@@ -134,7 +321,7 @@ class Tasks:
         return track
 
     def pause(self, number: int) -> Track | None:
-        """Stop a task when the motion that it is in is over; None where there is none that runs."""
+        """Stop a task when its present motion is over; None where no task of this number runs."""
         track = self.get(number)
         if track is None or not track.running or isinstance(track.pending, Aborted):
             return None
@@ -143,7 +330,7 @@ class Tasks:
         return track
 
     def only_waits(self, track: Track) -> bool:
-        """A line of the prompt in real time: the arm moves whether it waits or not."""
+        """Whether it is a line of the prompt in real time: the arm moves whether the line waits or not."""
         return track.at_prompt and self._engine.realtime
 
     def end_cycles(self, number: int) -> Track:
@@ -155,13 +342,13 @@ class Tasks:
         return track
 
     def stop(self, track: Track, outcome: RunOutcome) -> None:
-        """It goes on no more by itself, and lets the robot, its signal and its files go."""
+        """End a task, or let it pause: it releases the robot, its signal and its files."""
         track.outcome, track.pending, track.stepping = outcome, None, None
         self.release_robot(track)
         self._run_signal(track, running=False)
         if track.task.ended and not track.at_prompt:
             self._devices.release(track.number)
-        else:  # it may go on: what it has written is in its files
+        else:  # it may go on: its files stay open, and have all that it wrote
             self._devices.rest(track.number)
         if track.fault is not None and not track.awaited:
             self.failed.append(StoppedTask(track.number, track.fault, self._engine.now))
@@ -189,7 +376,7 @@ class Tasks:
     # --- the robot ---
 
     def owns(self, track: Track) -> bool:
-        """Whether the robot is its; a line of the prompt has it while no task does."""
+        """Whether a task has the robot; a line of the prompt has it while no task does."""
         return self._owner == track.number or (track.at_prompt and self._owner is None)
 
     def check_robot_free(self) -> None:
@@ -203,7 +390,7 @@ class Tasks:
         return RobotNotAttached(f"task {self._owner} has it", "DETACH there and ATTACH here, or send it a signal")
 
     def attach_robot(self, track: Track) -> bool:
-        """ATTACH; False while another task has it."""
+        """Give a task the robot; False while another task has it."""
         if self._owner not in (None, track.number):
             return False
         self._owner, track.mine = track.number, True
@@ -214,7 +401,7 @@ class Tasks:
             self._owner = track.number
 
     def release_robot(self, track: Track) -> None:
-        """Those that want it are asked again."""
+        """Take the robot from a task that has it; the tasks that wait for it try again."""
         if self._owner != track.number:
             return
         self._owner = None
@@ -225,7 +412,7 @@ class Tasks:
     # --- units ---
 
     def look_at_units(self) -> None:
-        """Something has arrived on a device: those that wait for that look again."""
+        """Let the tasks that wait for a device look again: something has arrived."""
         for track in self.running:
             if isinstance(track.pending, UnitEffect):
                 track.wake = self._engine.now
@@ -233,7 +420,7 @@ class Tasks:
     # --- signals ---
 
     def _signal_changed(self, signal: int, on: bool) -> None:
-        """Waits that a signal may end are looked at now, and so are reactions."""
+        """Look now at the waits that a signal may end, and at reactions."""
         for track in self.running:
             track.task.reactions.changed(signal, on)
             if on and track.event_signal == signal:
@@ -242,7 +429,7 @@ class Tasks:
                 track.wake = self._engine.now
 
     def set_event(self, track: Track) -> None:
-        """SET.EVENT: a WAIT.EVENT of the task is looked at now."""
+        """SET.EVENT: set the event of a task, and look now at its WAIT.EVENT."""
         track.event = True
         if isinstance(track.pending, WaitEvent):
             track.wake = self._engine.now

@@ -22,6 +22,8 @@ class Effect(Struct, frozen=True):
 
 
 Event = Request | Effect
+LAST_TASK = 27  # V+ Language User's Guide: tasks 0 to 27
+PROCESS_CONTROL = 1  # the task that the PC commands of VAL-II mean
 Answers = Generator[Event, str | None, None]  # a driver sends the answer to an effect that asks
 
 

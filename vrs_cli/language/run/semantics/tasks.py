@@ -7,6 +7,8 @@ from functools import partial
 
 from vrs_cli.errors import IllegalSignal, IllegalValue
 from vrs_cli.language.run.effects import (
+    LAST_TASK,
+    PROCESS_CONTROL,
     CallProgram,
     ControlTask,
     Event,
@@ -27,8 +29,6 @@ from vrs_cli.language.words.signals import INPUTS
 from vrs_cli.language.words.values import integer_between, plain, whole
 
 MOST_STEPS = 9999  # that RETURN n leaves out
-LAST_TASK = 27  # V+ Language User's Guide: tasks 0 to 27
-PROCESS_CONTROL = 1  # the task that the PC commands of VAL-II mean
 
 
 def checked_task(number: float) -> int:
