@@ -75,7 +75,10 @@ def beside(work: Callable[[], W]) -> Dialogue[W]:
     it = Work(work)
     yield it
     if it.error is not None:
-        raise it.error
+        try:
+            raise it.error
+        finally:
+            it.error = None  # its traceback refers to this frame: no cycle is left
     return cast(W, it.done)
 
 

@@ -594,16 +594,16 @@ class ClientSession:
         ticket: Ticket[Any],
         error: BaseException | None,
     ) -> None:
-        try:
-            if error is not None:
-                raise error
-            found = answer(ticket.result())
-        except BaseException as wrong:
-            if pending.id:
-                self.tell(messages.Refused(_refusal(wrong), pending.id))
-        else:
-            if found is not None:
-                self.say(found)
+        found = None
+        if error is None:
+            try:
+                found = answer(ticket.result())
+            except Exception as wrong:
+                error = wrong.with_traceback(None)
+        if error is None and found is not None:
+            self.say(found)
+        elif error is not None and pending.id:
+            self.tell(messages.Refused(_refusal(error), pending.id))
 
     def show(self, reply: Reply, id: int | None = None) -> None:
         """Tell it what the robot says by itself; `id`: during which of its commands."""

@@ -7,6 +7,7 @@ from queue import Empty, SimpleQueue
 from threading import Event
 from typing import Any, Generic, TypeVar, cast
 
+from vrs_cli.errors import VrsError
 from vrs_cli.values.questions import Answer, Question
 from vrs_cli.values.replies import Reply
 
@@ -96,7 +97,10 @@ class Ticket(Generic[T]):
         self._end()
 
     def refuse(self, error: BaseException) -> None:
-        self._error = error
+        """End with an error. Its traceback is dropped: the frames in it refer to this ticket, and such a cycle would
+        keep all that they hold (tokens, programs) in a server that does not look for cycles of old values.
+        """
+        self._error = error.with_traceback(None) if isinstance(error, VrsError) else error
         self._end()
 
     def _end(self) -> None:

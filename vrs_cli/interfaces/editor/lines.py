@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping
-from functools import lru_cache, partial
+from functools import partial
 from typing import NamedTuple, TypeVar
 
 from msgspec import Struct
@@ -171,7 +171,7 @@ def _overlay(draft: Draft, _argument: str, line: str) -> Change:
     width = max(len(above), len(below.rstrip()))
     pairs = zip(above.ljust(width), below.ljust(width)[:width], strict=True)
     text = "".join(old if new.isspace() else new for old, new in pairs)
-    return Change(replace(draft, inserting=False).entered(_step(text, 1, draft.program.dialect)).moved(draft.at))
+    return Change(replace(draft, inserting=False).entered(parse_step(text, 1, draft.program.dialect)).moved(draft.at))
 
 
 def _teach(_draft: Draft, _argument: str, _line: str) -> Change:
@@ -229,7 +229,7 @@ def taken(draft: Draft, line: str, known: Mapping[str, Kind]) -> Change:
 
 def checked_step(program: Program, line: str, known: Mapping[str, Kind]) -> tuple[Step, tuple[Reply, ...]]:
     """A step of a program, and the warnings about it. Raises LineRefused."""
-    step = _step(line, 1, program.dialect)
+    step = parse_step(line, 1, program.dialect)
     if step.statement is None:
         return step, ()
     names = variables_named_like_functions(program.parameters, (step.statement for step in program.steps))
@@ -244,12 +244,6 @@ def outside(parameters: Iterable[Variable], known: Mapping[str, Kind]) -> dict[s
     """The kinds of variables in a program; a name that a parameter bears too means something else there."""
     own = {parameter.key for parameter in parameters}
     return {key: kind for key, kind in known.items() if key not in own}
-
-
-@lru_cache(maxsize=20_000)
-def _step(text: str, line: int, dialect: Dialect) -> Step:
-    """Remembered: a line that is typed changes one step of many."""
-    return parse_step(text, line, dialect)
 
 
 # --- programs as the memory holds them -----------------------------------------------------------------------------
@@ -272,7 +266,7 @@ def _relocated(step: Step, text: str, line: int) -> Step:
         begin = len(text) - len(text.lstrip())
         span = Span(line, begin + 1, len(text) + 1)
         return replace(step, statement=replace(step.statement, span=span), span=span)
-    return _step(text, line, Dialect.VPLUS)  # printed: its parentheses say all
+    return parse_step(text, line, Dialect.VPLUS)  # printed: its parentheses say all
 
 
 # --- the editor ----------------------------------------------------------------------------------------------------

@@ -6,7 +6,6 @@ The text is the `.PROGRAM` line and one line a step; `.END` is not shown, as in 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
 from typing import NamedTuple, Protocol
 
 from vrs_cli.errors import CannotInterpret, ProgramExists
@@ -155,9 +154,8 @@ def read_header(line: str) -> ProgramHeader | Diagnostic:
     return error(CannotInterpret, Span(1, 1, len(line) + 1), "the first line names the program", ".PROGRAM name")
 
 
-@lru_cache(maxsize=20_000)
 def read_step(text: str, line: int, dialect: Dialect) -> tuple[Step, Diagnostic | None]:
-    """A step, or a bad line with what is wrong. Raises nothing. Remembered: a key changes one line of many."""
+    """A step, or a bad line with what is wrong. Raises nothing."""
     try:
         return parse_step(text, line, dialect), None
     except LineRefused as refused:

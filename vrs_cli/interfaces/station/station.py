@@ -475,8 +475,9 @@ class Station:
         self.branches.serve(self.user_state, stay=any(self.tasks.running))
 
     def leave(self, user_state: UserState) -> None:
-        """Whoever was at a desk has gone, and what was tried there."""
+        """Forget a user who has left, with the branch and the program that he had to himself."""
         own = self.user_state
+        user_state.editor = user_state.on_screen = user_state.last_statement = None
         for track in self.tasks:
             if track.driven_by is user_state:
                 track.driven_by = None

@@ -31,7 +31,7 @@ from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span
 from vrs_cli.values.dialect import Dialect
 
 GRAMMAR = "val2.lark"
-REMEMBERED = 50_000  # steps: a text that is being changed is read again and again
+REMEMBERED = 20_000  # steps, about 3 kB each: a text that is being changed is read again and again
 STARTS = ("step", "prompt", "header", "entry")
 
 
