@@ -594,12 +594,10 @@ class ClientSession:
         ticket: Ticket[Any],
         error: BaseException | None,
     ) -> None:
-        found = None
-        if error is None:
-            try:
-                found = answer(ticket.result())
-            except Exception as wrong:
-                error = wrong.with_traceback(None)
+        try:
+            found = answer(ticket.result()) if error is None else None
+        except Exception as wrong:
+            error = wrong.with_traceback(None)
         if error is None and found is not None:
             self.say(found)
         elif error is not None and pending.id:
