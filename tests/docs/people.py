@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from tests.net.serving import serving
 from vrs_cli.net.client import Client, hello_of
-from vrs_cli.repl.connection import Connection
+from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.repl.remote_front_end import RemoteFrontEnd
 from vrs_cli.repl.terminal import PlainTerminal
 
@@ -27,7 +27,7 @@ class Person:
     def __init__(self, address: str, name: str) -> None:
         self.seen = io.StringIO()
         hello = replace(hello_of(name=name), attended=True)
-        connection = Connection(Client(address, hello, told=self._told))
+        connection = SocketPort(Client(address, hello, told=self._told))
         self.front_end = RemoteFrontEnd(Terminal(self.seen, iter(())), connection, self._told)
         self.front_end.begin()
 

@@ -377,7 +377,7 @@ class Afar(Wires):
             self.say(messages.Pong(sent, sent + 0.1, sent + 0.1, sent + 0.1))
 
     def drag(self, pose: Transform | None) -> messages.Drag:
-        self.far.drag(pose)
+        self.far.send(messages.Drag(pose))
         self.carry()
         (*_, sent) = self.came
         assert isinstance(sent, messages.Drag)
@@ -426,5 +426,5 @@ def test_wishes_that_a_cut_has_swallowed_are_in_doubt_no_longer() -> None:
 def test_next_to_the_robot_no_wish_is_in_doubt() -> None:
     wires = Wires()
     wires.say(Clock(wires.now, realtime=True, wall=wires.now))
-    wires.far.drag(translation(0.1, 0.0, 0.0))
+    wires.far.send(messages.Drag(translation(0.1, 0.0, 0.0)))
     assert wires.far.previewed().unconfirmed == inf

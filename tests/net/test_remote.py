@@ -25,7 +25,8 @@ from tests.net.serving import Serving, serving
 from vrs_cli.errors import JointOutOfRange, NonexistentFile, ProgramNotExecutable, RequestRefused, UndefinedValue
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.net.messages import LeaseAct
-from vrs_cli.net.remote import Loop, RemoteRobot
+from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.socket_port import Loop
 from vrs_cli.net.stream import SEGMENTS
 from vrs_cli.values.commands import Move
 from vrs_cli.values.motion import JointOffsetTarget

@@ -66,17 +66,17 @@ class Line:
             self._tell(self._answered(request))
         return self._id
 
-    def send(self, message: messages.ClientMessage) -> None:
+    def tell(self, message: messages.ClientMessage) -> None:
         if not self.cut:
             self._take(self._carried(message, self._from_client))
 
-    def abort(self, outlet: Outlet) -> None:
-        self.begin(messages.Abort, outlet)
+    def post(self, make: Callable[[int], messages.Request], outlet: Outlet) -> None:
+        self.begin(make, outlet)
 
     def listen(self, outlet: Outlet) -> None:
         self._news.append(outlet)
 
-    def follow(self) -> Watched:
+    def follow(self, _window: float) -> Watched:
         if self.cut:
             raise RequestRefused("there is no connection")
         return self.session.engine

@@ -57,7 +57,7 @@ class Looking:
         timeline = self.engine.timeline
         self.playback = Playback.following(timeline.start, timeline.end, 0.0, 0.0)
         self.seconds, self.node = 0.0, server.scene.get_handle_by_name
-        self.robot: Any = SimpleNamespace(arm=self.engine.arm, ahead=Ahead.AUTO, near=False)
+        self.robot: Any = SimpleNamespace(arm=self.engine.arm, far=SimpleNamespace(ahead=Ahead.AUTO, near=False))
         window: Any = SimpleNamespace(
             client=server,
             playback=self.playback,
@@ -149,10 +149,10 @@ def test_what_has_not_changed_is_not_sent_again(looking: Looking) -> None:
 
 
 def test_a_near_robot_has_no_panel_of_delays(looking: Looking) -> None:
-    looking.robot.near = True
+    looking.robot.far.near = True
     looking.show(predicts=False, round_trip=0.3)
     assert looking.told() == ""
-    looking.robot.near = False
+    looking.robot.far.near = False
     looking.show()
     assert looking.told().split() == ["D_f", "+", "D_b:", "300", "ms"]
     looking.show(
@@ -174,7 +174,7 @@ def test_a_near_robot_has_no_panel_of_delays(looking: Looking) -> None:
 def held(address: str, ahead: float | Ahead) -> Callable[[object], Watched]:
     def hold(_told: object) -> Watched:
         robot = RemoteRobot.connect(address, hello_of(name="browser"))
-        robot.ahead = ahead
+        robot.far.ahead = ahead
         return robot
 
     return hold
@@ -200,7 +200,7 @@ def test_over_a_line_both_robots_are_shown_and_the_user_chooses(tmp_path: Path) 
         choice = page.gui("GuiDropdownMessage", label="The robot is shown")
         assert choice["value"] == PRESENT
         page.set(choice["uuid"], HEARD)
-        until(lambda: app.windows[0].robot.ahead is Ahead.AUTO)  # type: ignore[union-attr]
+        until(lambda: app.windows[0].robot.far.ahead is Ahead.AUTO)  # type: ignore[union-attr]
         near.move(60, -90, 90, 0, 0, 0, at=near.now + 0.5)
         page.until(lambda: any(it.get("name") == link_node("/predicted", 1) for it in page.told))
         assert not [text for text in page.said() if "Internal" in text]

@@ -174,8 +174,8 @@ def test_steps_are_looked_at_while_a_program_runs(tmp_path: Path) -> None:
                 and 151 in [row.number for row in surveying.found.text.rows]
             )
         )
-        asked, look = [], front_end.robot.look
-        front_end.robot.look = lambda make, outlet: asked.append(1) or look(make, outlet)  # type: ignore[method-assign]
+        asked, post = [], front_end.robot.post
+        front_end.robot.post = lambda make, outlet: asked.append(1) or post(make, outlet)  # type: ignore[method-assign]
         for tick in range(100):  # two seconds at 50 Hz
             surveying.look(1e6 + tick * 0.02)
             until(lambda: not surveying._under_way)
@@ -192,7 +192,7 @@ def test_a_connection_that_is_cut(served: Serving) -> None:
         until(lambda: not front_end.robot.open)
         found: list[object] = []
         front_end.check("WHERE", found.append)
-        assert found == [None]
+        until(lambda: found == [None])
         front_end.type("WHERE")
         assert "there is no connection" in said(front_end)
         assert "WHERE" not in front_end.waiting.values()

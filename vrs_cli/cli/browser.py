@@ -108,17 +108,17 @@ def _recorded(options: argparse.Namespace) -> Hold:
 def _afar(options: argparse.Namespace) -> Hold:
     """A robot that is served, which is there. Raises what it refuses."""
     from vrs_cli.net.client import hello_of
-    from vrs_cli.net.remote import RemoteRobot
+    from vrs_cli.net.socket_port import SocketPort
 
     hello = hello_of(token_of(options.token_file), name=options.name or "browser", attended=True)
 
     def hold(told: Told) -> Watched:
-        robot = RemoteRobot.connect(options.url, hello, ca=options.ca, told=told, window=options.window)
-        robot.ahead = options.ahead
+        robot = SocketPort.connect(options.url, hello, ca=options.ca, told=told, window=options.window)
+        robot.far.ahead = options.ahead
         return robot
 
     try:
-        RemoteRobot.connect(options.url, hello, ca=options.ca, window=0.0).close()
+        SocketPort.connect(options.url, hello, ca=options.ca, window=0.0).close()
     except UsageError as error:
         raise CommandLineError(error.detail, error.hint) from None
     return hold
@@ -160,11 +160,11 @@ def _with_shell(options: argparse.Namespace, stack: ExitStack) -> int:
     door = _door(options)
     hosted = _hosted(options, stack, model)
     _open(options, stack, door, hosted.hold_for_browser)
-    from vrs_cli.repl.connection import Connection
+    from vrs_cli.net.socket_port import SocketPort
     from vrs_cli.repl.place import Afar
     from vrs_cli.repl.shell import at, on_terminal
 
-    connection = Connection(hosted.client(attended=on_terminal()))
+    connection = SocketPort(hosted.client(attended=on_terminal()))
     stack.callback(connection.close)
     status = at(Afar(connection, teller(options.prog)))
     if not on_terminal():

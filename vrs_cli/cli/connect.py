@@ -20,20 +20,20 @@ there and back. What concerns the connection is told on stderr.
 
 def main(options: Namespace) -> int:
     """Hand over to the shell; returns its exit status. Raises what the robot refuses."""
-    from vrs_cli.repl.connection import Connection
+    from vrs_cli.net.socket_port import SocketPort
     from vrs_cli.repl.place import Afar
     from vrs_cli.repl.shell import at, on_terminal
 
     attended = on_terminal()
     client = client_of(options, attended=attended, behind=options.behind)
     client.told = once(client.told)
-    connection = Connection(client)
+    port = SocketPort(client)
     try:
         if attended:
-            client.told(connection.greeting)
-        return at(Afar(connection, client.told))
+            client.told(f"{port.welcome.robot} at {client.url}; you are {port.name}, {port.welcome.role}")
+        return at(Afar(port, client.told))
     finally:
-        connection.close()
+        port.close()
 
 
 def parser(prog: str) -> Parser:

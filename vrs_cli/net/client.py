@@ -31,7 +31,6 @@ from websockets.http11 import Response
 
 from vrs_cli.errors import EndOfInput, FileError, RequestRefused, UsageError, VrsError
 from vrs_cli.files.opening import reason
-from vrs_cli.kinematics.transform import Transform
 from vrs_cli.net import messages
 from vrs_cli.net.far_end import FarEnd
 from vrs_cli.net.messages import PORT, Done, How, Request, ServerMessage
@@ -167,11 +166,6 @@ class Client:
     def send(self, message: messages.ClientMessage) -> None:
         """What has no answer. Raises RequestRefused where there is no connection."""
         self.far.send(message)
-        self._stirred.set()
-
-    def drag(self, T_world_tool: Transform | None) -> None:
-        """The tool is wished there, or let go. Raises RequestRefused where there is no connection."""
-        self.far.drag(T_world_tool)
         self._stirred.set()
 
     async def ask(self, make: Callable[[int], Request]) -> ServerMessage:

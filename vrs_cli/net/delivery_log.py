@@ -1,5 +1,5 @@
-"""What a server remembers of one holder, also while its connection is cut: what it was told, what it has commanded, and
-what it is asked. Pure: the time of the day is passed in. It is bounded in bytes, in seconds and in numbers.
+"""What a server remembers of one user, also while the connection is cut: messages, commands and questions.
+Pure: the time of the day is passed in. The log is bounded in bytes, in seconds and in numbers.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ SHORT = 400  # characters of a refusal that is remembered
 
 
 class Bounds(Struct, frozen=True):
-    """How long a holder is remembered after a cut [s]; bytes of what it was told; commands that have ended, and those
-    that have not, and questions with them.
+    """How long a user is remembered after a cut [s]; bytes of the messages; the number of commands that have ended, and
+    of those that have not.
     """
 
     seconds: float = 60.0
@@ -32,8 +32,9 @@ USUAL = Bounds()
 
 
 class DeliveryLog:
-    """`key` resumes the connection of the holder: whoever knows it is taken for the holder. `seq` numbers what it was
-    told last. `put`: gives a frame to the connection that is open.
+    """`key` resumes the user's connection: whoever knows it is taken for the user. `seq`: the number of the last
+    message to the user. `put`: gives a frame to the connection that is open. `waiting`: the ids of commands that have
+    not ended. `ended`: how the others ended, by id. `questions`: those without an answer, by number.
     """
 
     def __init__(self, key: str, bounds: Bounds = USUAL) -> None:
@@ -44,15 +45,15 @@ class DeliveryLog:
         self._since: float | None = None  # when its connection was cut
         self._told: deque[tuple[float, Frame]] = deque()  # when, and what: the last of them has the number `seq`
         self._size = 0
-        self._waiting: set[int] = set()  # commands that have not ended
-        self._ended: dict[int, Done] = {}
+        self.waiting: set[int] = set()
+        self.ended: dict[int, Done] = {}
         self._forgotten = -1  # the highest id of a command whose end is forgotten
-        self._questions: dict[int, Asked] = {}
+        self.questions: dict[int, Asked] = {}
 
-    # --- what it is told ---
+    # --- messages ---
 
     def tell(self, message: Numbered, now: float) -> None:
-        """Over the connection, or when it is resumed."""
+        """Send a message, now or when the connection is resumed."""
         self._note(message)
         self.seq += 1
         frame = encode(replace(message, seq=self.seq), self.encoding)
@@ -64,21 +65,21 @@ class DeliveryLog:
 
     def _note(self, message: Numbered) -> None:
         match message:
-            case Done(id) if id in self._waiting:
-                self._waiting.remove(id)
+            case Done(id) if id in self.waiting:
+                self.waiting.remove(id)
                 self._end(message)
             case Asked(number):
-                self._questions[number] = message
+                self.questions[number] = message
             case Withdrawn(number):
-                self._questions.pop(number, None)
+                self.questions.pop(number, None)
 
     def _end(self, done: Done) -> None:
         """Remember how a command has ended, in short."""
         refusal = done.refusal and replace(done.refusal, message=done.refusal.message[:SHORT], detail="", hint="")
-        self._ended[done.id] = Done(done.id, done.ok, refusal, done.version)
-        if len(self._ended) > self.bounds.ended:
-            oldest = next(iter(self._ended))
-            del self._ended[oldest]
+        self.ended[done.id] = Done(done.id, done.ok, refusal, done.version)
+        if len(self.ended) > self.bounds.ended:
+            oldest = next(iter(self.ended))
+            del self.ended[oldest]
             self._forgotten = max(self._forgotten, oldest)
 
     def _trim(self, now: float) -> None:
@@ -87,47 +88,31 @@ class DeliveryLog:
             self._size -= len(told.popleft()[1]) + BESIDE
 
     def since(self, seq: int) -> list[Frame] | None:
-        """What it was told after that number; None where that is not remembered."""
+        """Return the frames after that number; None if they are not all remembered."""
         missed = self.seq - seq
         if not 0 <= missed <= len(self._told):
             return None
         return [frame for _, frame in list(self._told)[len(self._told) - missed :]]
 
-    # --- what it commands, and what it is asked ---
+    # --- commands ---
 
     def outcome(self, id: int) -> Outcome:
-        if id in self._waiting:
+        if id in self.waiting:
             return Outcome.TAKEN
-        if id in self._ended:
-            return Outcome.DONE if self._ended[id].ok else Outcome.REFUSED
+        if id in self.ended:
+            return Outcome.DONE if self.ended[id].ok else Outcome.REFUSED
         return Outcome.FORGOTTEN if id <= self._forgotten else Outcome.UNSEEN
 
     def begin(self, id: int, *, always: bool = False) -> bool:
-        """A command that was unseen: whether there is room for it, or it is done `always`. `Done` ends it."""
-        if len(self._waiting) >= self.bounds.waiting and not always:
+        """Note a command that was unseen, which `Done` ends. False if too many wait; a command that is done `always` is
+        noted nevertheless.
+        """
+        if len(self.waiting) >= self.bounds.waiting and not always:
             return False
-        self._waiting.add(id)
+        self.waiting.add(id)
         return True
 
-    @property
-    def waits(self) -> bool:
-        """Whether a command has not ended."""
-        return bool(self._waiting)
-
-    def done(self, id: int) -> Done | None:
-        """How a command has ended."""
-        return self._ended.get(id)
-
-    @property
-    def questions(self) -> tuple[Asked, ...]:
-        """Those that have no answer."""
-        return tuple(self._questions.values())
-
-    def asked(self, number: int) -> Asked | None:
-        """The question with that number, if it has no answer."""
-        return self._questions.get(number)
-
-    # --- its connection ---
+    # --- the connection ---
 
     def cut(self, now: float) -> None:
         self.put, self._since = None, now
@@ -136,5 +121,5 @@ class DeliveryLog:
         self.put, self.encoding, self._since = put, encoding, None
 
     def expired(self, now: float) -> bool:
-        """Whether the holder has been away for too long."""
+        """Whether the user has been away for too long."""
         return self._since is not None and now - self._since > self.bounds.seconds

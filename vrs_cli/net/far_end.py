@@ -23,7 +23,6 @@ from vrs_cli.interfaces.tasks.holder_times import HolderTimes, move_of
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model_data import from_dict
-from vrs_cli.kinematics.transform import Transform
 from vrs_cli.net import messages
 from vrs_cli.net.flags import Flags
 from vrs_cli.net.in_flight import changing
@@ -174,6 +173,10 @@ class FarEnd:
             message = structs.replace(message, until=self._until)
         if not self.open:
             raise self.no_connection
+        if isinstance(message, messages.Drag) and self._passes:
+            issued = self.now
+            message = structs.replace(message, issued=issued)
+            self._wishes.sent(message.pose, issued)
         self.connection.send(message)
 
     @property
@@ -197,13 +200,6 @@ class FarEnd:
                     preview.sent(request.id, move_of(go, self._times), self.now if issued is None else issued, go.text)
             case _ if (text := changing(request)) is not None:
                 preview.sent(request.id, None, self.now, text)
-
-    def drag(self, T_world_tool: Transform | None) -> None:
-        """The tool is wished there, or let go. Raises RequestRefused where there is no connection."""
-        issued = self.now if self._passes else None
-        self.connection.send(messages.Drag(T_world_tool, issued))
-        if issued is not None:
-            self._wishes.sent(T_world_tool, issued)
 
     def extend(self, part: messages.Shown) -> bool:
         """More of the past, as far as it fits; False where it has to be asked for again: changes may overtake it."""

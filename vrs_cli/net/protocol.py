@@ -139,7 +139,7 @@ class ServerConnection:
             case Command():
                 return [message] if self._is_new(message, delivery_log, now) else []
             case Answer(number, until=until):
-                asked = delivery_log.asked(number)
+                asked = delivery_log.questions.get(number)
                 if asked is None:
                     return []  # it was withdrawn, or answered, meanwhile
                 if until is not None and now > until:
@@ -155,7 +155,7 @@ class ServerConnection:
         is always room for ABORT.
         """
         id = command.id
-        outcome, done = delivery_log.outcome(id), delivery_log.done(id)
+        outcome, done = delivery_log.outcome(id), delivery_log.ended.get(id)
         if outcome is Outcome.UNSEEN:
             if delivery_log.begin(id, always=isinstance(command, Abort)):
                 self._outbox.most = COMMANDING * self._backlog
@@ -201,10 +201,10 @@ class ServerConnection:
     def _say_again(self, ids: Iterable[int], delivery_log: DeliveryLog, now: float) -> None:
         """What has ended while nobody heard of it, and what waits for an answer."""
         for id in ids:
-            done = delivery_log.done(id)
+            done = delivery_log.ended.get(id)
             if done is not None:
                 delivery_log.tell(done, now)
-        for question in delivery_log.questions:
+        for question in tuple(delivery_log.questions.values()):
             delivery_log.tell(question, now)
 
     def send(self, message: ServerMessage, now: float) -> None:
@@ -240,7 +240,7 @@ class ServerConnection:
         if self._outbox.overflown and self.state is not ConnectionState.CLOSING:
             self.state, self.why = ConnectionState.CLOSING, f"the client has not taken {self._outbox.most} bytes"
         taken = self._outbox.taken(most)
-        if self.delivery_log is not None and not self.delivery_log.waits and self._outbox.size <= self._backlog:
+        if self.delivery_log is not None and not self.delivery_log.waiting and self._outbox.size <= self._backlog:
             self._outbox.most = self._backlog
         return taken
 

@@ -31,7 +31,7 @@ from vrs_cli.interfaces.station.lease import Lost, Notice, Requested
 from vrs_cli.net import messages
 from vrs_cli.net.client import answer_to
 from vrs_cli.net.far_hand import FarHand
-from vrs_cli.net.messages import Asked, At, Done, Drive, How, LeaseAct, Line, Refused, Request, ServerMessage
+from vrs_cli.net.messages import Abort, Asked, At, Done, Drive, How, LeaseAct, Line, Refused, Request, ServerMessage
 from vrs_cli.repl.front_end import KEEPING_UP, RESTING
 from vrs_cli.values.acts import Attend, Findings, KeepDraft, Kept, LeaveEntry, ReadDraft, StopProgram, UserAct
 from vrs_cli.values.hand import Look, Seen
@@ -40,6 +40,7 @@ from vrs_cli.values.questions import Answer, Editing, Jogging, Playing, Question
 from vrs_cli.values.replies import Farewell, Message, Tone, refusal
 
 AT_ONCE = 1.0  # [s] that the answer to a look is waited for: a key does not wait longer
+PAST = 60.0  # [s] of the timeline that a picture of the arm begins with
 COMING_BACK = 60.0  # [s] that a file is waited for
 LONGEST = 50_000  # characters of one message
 SLASH = "/"  # no line of VAL-II begins with it
@@ -72,17 +73,19 @@ class Far(Protocol):
     def begin(self, make: Callable[[int], Request], outlet: Outlet) -> int:
         """Send a request; all that comes of it goes to the outlet, its end last. Raises RequestRefused."""
 
-    def abort(self, outlet: Outlet) -> None:
-        """Send the emergency stop, and do not wait until it is sent. Safe in a signal handler."""
+    def post(self, make: Callable[[int], Request], outlet: Outlet) -> None:
+        """Send a request, and do not wait for its sending. The outlet also gets `Refused` if there is no connection.
+        Safe in a signal handler.
+        """
 
-    def send(self, message: messages.ClientMessage) -> None:
-        """What has no answer; that it was not sent is told. Safe in a signal handler."""
+    def tell(self, message: messages.ClientMessage) -> None:
+        """Send what has no answer; the user is told if it was not sent. Safe in a signal handler."""
 
     def listen(self, outlet: Outlet) -> None:
         """Have all that belongs to no request told."""
 
-    def follow(self) -> Watched:
-        """Have the timeline told as it changes. Raises RequestRefused."""
+    def follow(self, window: float) -> Watched:
+        """Have the timeline told as it changes, with so many seconds of the past. Raises RequestRefused."""
 
     def close(self) -> None:
         """Let the robot go."""
@@ -158,7 +161,7 @@ class RemoteFrontEnd:
         self._act(StopProgram())
 
     def abort(self) -> None:
-        self._far.abort(self._come)
+        self._far.post(Abort, self._come)
 
     def _act(self, act: UserAct) -> None:
         self._do(lambda id: At(id, act))
@@ -287,7 +290,7 @@ class RemoteFrontEnd:
         finally:
             self._asks, self._question = False, 0
         self.interrupted |= answer.how is How.INTERRUPTED
-        self._far.send(answer)
+        self._far.tell(answer)
 
     def _answered(self, question: Question) -> Answer:
         """What cannot fill the screen is told, and has been left."""
@@ -306,7 +309,7 @@ class RemoteFrontEnd:
         if not self._waits or self._asks:
             return False
         self.interrupted = True
-        self._far.send(messages.Interrupt())
+        self._far.tell(messages.Interrupt())
         return True
 
     # --- while a line is typed ---
@@ -392,7 +395,7 @@ class RemoteFrontEnd:
 
     def watched(self) -> Watched | None:
         try:
-            return self._far.follow()
+            return self._far.follow(PAST)
         except RequestRefused:
             return None
 

@@ -18,6 +18,7 @@ import viser
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.roles.observer import Watched
+from vrs_cli.net.messages import Abort
 from vrs_cli.view3d.door import HOST, Door, opened
 from vrs_cli.view3d.furnish import furnish
 from vrs_cli.view3d.guard import Guard
@@ -168,7 +169,7 @@ class App:
         if robot is None:
             return "STOP did not reach the robot."
         try:
-            robot.abort()
+            robot.ask(Abort)
         except VrsError as error:
             return f"STOP did not reach the robot. {error}"
         return ""
@@ -202,7 +203,7 @@ def _hear(window: RobotWindow) -> None:
 
 def lost(window: RobotWindow) -> str:
     """Since when the robot of a window is not heard; empty where it is."""
-    silent = None if window.robot is None else window.robot.unheard
+    silent = None if window.robot is None else window.robot.far.unheard
     if window.robot is None or silent is None:
         return ""
     since = time.strftime("%H:%M:%S", time.localtime(time.time() - silent))

@@ -17,7 +17,7 @@ from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.kinematics.model import levers
 from vrs_cli.kinematics.transform import Vector, position
 from vrs_cli.net.far_end import Ahead
-from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.doubts import FLAGGED, UNCONFIRMED
 from vrs_cli.view3d.figure import Colour
@@ -39,10 +39,10 @@ PRESENT, HEARD = "at its present", "as it is heard, with a prediction"
 class DelayPanel:
     """Nodes /predicted, /unconfirmed, /flagged; the panel is there once there is something to tell."""
 
-    def __init__(self, window: RobotWindow, robot: RemoteRobot) -> None:
-        self._window, self._robot = window, robot
+    def __init__(self, window: RobotWindow, robot: SocketPort) -> None:
+        self._window, self._far = window, robot.far
         scene, self._arm = window.client.scene, robot.arm
-        self._ahead = Ahead.AUTO if robot.ahead is Ahead.PRESENT else robot.ahead  # what is predicted, if anything is
+        self._ahead = Ahead.AUTO if self._far.ahead is Ahead.PRESENT else self._far.ahead  # what is predicted
         self._ghost = Ghost(scene, "/predicted", robot.arm.model, PREDICTED, OPACITY)
         self._path = ToolPath(robot.arm, ERROR)
         thick = AROUND * THICK * levers(robot.arm.model)[1][0]
@@ -52,7 +52,7 @@ class DelayPanel:
 
     def _add_panel(self) -> GuiHtmlHandle:
         """In the picture, at the right above the bar of time; only its title where there is no room beside the arm."""
-        gui, chosen = self._window.client.gui, PRESENT if self._robot.ahead is Ahead.PRESENT else HEARD
+        gui, chosen = self._window.client.gui, PRESENT if self._far.ahead is Ahead.PRESENT else HEARD
         panel = gui.add_panel()
         with panel.add_tab("Delays"):
             choice = gui.add_dropdown("The robot is shown", (PRESENT, HEARD), initial_value=chosen)
@@ -64,7 +64,7 @@ class DelayPanel:
         return told
 
     def _choose(self, chosen: str) -> None:
-        self._robot.ahead = self._ahead if chosen == HEARD else Ahead.PRESENT
+        self._far.ahead = self._ahead if chosen == HEARD else Ahead.PRESENT
 
     def show(self, shown: Shown) -> None:
         seen = shown.seen
@@ -118,7 +118,7 @@ class DelayPanel:
 
     def _tell(self, t: float, seen: Previewed) -> None:
         if self._told is None:
-            if self._robot.near and not seen.predicts:
+            if self._far.near and not seen.predicts:
                 return
             self._told = self._add_panel()
         told = "".join(f"<div>{line}</div>" for line in _lines(t, seen))

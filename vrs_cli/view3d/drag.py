@@ -15,7 +15,7 @@ from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.recording import Tolerance, recorded_program
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, inverse, position
 from vrs_cli.net import messages
-from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.values.hand import DragState, Limit
 from vrs_cli.view3d.panel_front_end import PanelFrontEnd
 from vrs_cli.view3d.panel_parts import Hands, OneOf, boxed, put
@@ -46,7 +46,7 @@ class Gizmo:
     and /limit.
     """
 
-    def __init__(self, window: RobotWindow, robot: RemoteRobot, front_end: PanelFrontEnd, hands: Hands) -> None:
+    def __init__(self, window: RobotWindow, robot: SocketPort, front_end: PanelFrontEnd, hands: Hands) -> None:
         self._window, self._robot, self._front_end = window, robot, front_end
         scene, reach = window.client.scene, robot.arm.length
         self.node = scene.add_transform_controls("/drag", scale=SIZE * reach, depth_test=False, visible=False)
@@ -93,16 +93,21 @@ class Gizmo:
         """In the order in which the browser tells it, as this never waits."""
         gizmo = transform_of(event.target)
         if event.phase == "start" and self._tool is not None:
-            self._robot.drag(None)  # what a cut has broken off is let go only now
+            self._wish_at(None)  # what a cut has broken off is let go only now
             self._drag_control = compose(inverse(gizmo), self._tool)
         if self._drag_control is None:
             return
         self._wish = compose(gizmo, self._drag_control)
         self._window.wake()
         if event.phase == "end":
-            self._robot.drag(self._wish)
-            self._robot.drag(None)
+            self._wish_at(self._wish)
+            self._wish_at(None)
             self.drop()
+
+    def _wish_at(self, pose: Transform | None) -> None:
+        """Tell the robot where the tool is wished; None lets the tool go. Without a connection nothing is sent."""
+        if self._robot.open:
+            self._robot.tell(messages.Drag(pose))
 
     def drop(self) -> None:
         """Nothing is wished any more until the gizmo is taken again."""
@@ -115,7 +120,7 @@ class Gizmo:
             self._window.again(wall + AGAIN)
         if wish is not None and (wish != self._said or wall > self._said_at + AGAIN):
             self._said, self._said_at = wish, wall
-            self._robot.drag(wish)
+            self._wish_at(wish)
 
     def _hear(self, message: messages.ServerMessage) -> None:
         """In the thread of the connection."""

@@ -13,7 +13,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.transform import Transform, position
 from vrs_cli.net.messages import At, Done, ServerMessage
-from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import BranchSeen
 from vrs_cli.values.results import Position
@@ -102,7 +102,7 @@ class BranchGhosts:
     """
 
     def __init__(
-        self, scene: SceneApi, arm: RobotArm, robot: RemoteRobot, moves: Callable[[], object] = lambda: None
+        self, scene: SceneApi, arm: RobotArm, robot: SocketPort, moves: Callable[[], object] = lambda: None
     ) -> None:
         self._scene, self._arm, self._robot, self._moves = scene, arm, robot, moves
         self._asked: dict[str, int] = {}  # the version that was asked for

@@ -16,9 +16,10 @@ from vrs_cli.net.audit import Audit
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.hub import Hub, RobotFolders
 from vrs_cli.net.limits import UNMEASURED, Allowance
-from vrs_cli.net.remote import Loop, RemoteRobot
+from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.net.room import Plan
 from vrs_cli.net.server import ListenAddress, Server
+from vrs_cli.net.socket_port import Loop
 from vrs_cli.net.tokens import TokenFile, add_tokens
 
 BROWSER, SHELL = "browser", "shell"  # who holds it, as all see them called

@@ -38,7 +38,7 @@ class Panel:
         self._drives = window.drives
         self.front_end = PanelFrontEnd(window.robot, window.surveying.happened)
         self.hands = Hands(self._refused)
-        self._breaks = self.robot.breaks
+        self._breaks = self.robot.cuts + self.robot.stalls
         self._waits: tuple[int, float] = 0, 0.0  # the command that is waited for, since that time of the day [s]
         self.parts: list[ShownPart] = [self]
         self._build(window, window.client.gui)
@@ -84,8 +84,9 @@ class Panel:
         wall = self._wall()
         found, drives = shown.surveyed, self._drives and self.robot.open and self.front_end.may_drive
         self._show_state(wall)
-        if self._breaks != self.robot.breaks:
-            self._breaks = self.robot.breaks
+        breaks = self.robot.cuts + self.robot.stalls
+        if self._breaks != breaks:
+            self._breaks = breaks
             self._drop()
         self.line.refresh()
         if self._drives:
@@ -111,7 +112,7 @@ class Panel:
     @property
     def _shares(self) -> bool:
         """Whether it matters who drives: at a robot of one user only once that one has asked for it."""
-        return self._drives and (bool(self.front_end.lease.driver) or not self.robot.welcome.one_user)
+        return self._drives and (bool(self.front_end.lease.driver) or not self.robot.one_user)
 
     def _waited_for(self, wall: float) -> str:
         """What has been under way for a while."""

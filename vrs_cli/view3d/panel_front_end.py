@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from vrs_cli.errors import RequestRefused, VrsError
+from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.station.lease import Lost, Requested
 from vrs_cli.net import messages
 from vrs_cli.net.messages import Asked, At, Done, Drive, How, LeaseAct, Line, Refused, Request, ServerMessage
-from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.render.colours import Ink
 from vrs_cli.values.acts import Attend, Define, Defined
 from vrs_cli.values.diagnostics import Diagnostic
@@ -37,7 +37,7 @@ class PanelFrontEnd:
     is called when one has, `explained` hears what WHY says, `refused` the lines that were not done.
     """
 
-    def __init__(self, robot: RemoteRobot, happened: Callable[[], None] = lambda: None) -> None:
+    def __init__(self, robot: SocketPort, happened: Callable[[], None] = lambda: None) -> None:
         self.robot, self._happened = robot, happened
         self.transcript = PanelTranscript()
         self.status = PromptStatus()
@@ -54,7 +54,7 @@ class PanelFrontEnd:
 
     @property
     def name(self) -> str:
-        return self.robot.welcome.name
+        return self.robot.name
 
     @property
     def may_drive(self) -> bool:
@@ -111,7 +111,7 @@ class PanelFrontEnd:
     def answer(self, asked: Asked, value: Answer, how: How = How.ANSWERED) -> None:
         """Once: what is asked of two is answered by the first. Without a connection the question stays."""
         if not self.robot.open:
-            self.note(str(self.robot.client.far.no_connection), Ink.ERROR)
+            self.note(str(self.robot.far.no_connection), Ink.ERROR)
             return
         if self._questions.pop(asked.number, None) is not None:
             said = ("Y" if value else "N") if isinstance(value, bool) else value or ""
@@ -125,7 +125,7 @@ class PanelFrontEnd:
             if isinstance(message, messages.Completed):
                 found(message.choices)
 
-        self._look(lambda id: messages.Complete(id, text), hear)
+        self.robot.post(lambda id: messages.Complete(id, text), hear)
 
     def check(self, text: str, found: Callable[[Diagnostic | None], None]) -> None:
         """The mistake in a line that is not sent yet; None too where the robot does not say."""
@@ -133,8 +133,7 @@ class PanelFrontEnd:
         def hear(message: ServerMessage) -> None:
             found(message.mistake if isinstance(message, messages.Checked) else None)
 
-        if not self._look(lambda id: messages.Check(id, text), hear):
-            found(None)
+        self.robot.post(lambda id: messages.Check(id, text), hear)
 
     def note(self, text: str, ink: Ink = Ink.NOTE) -> None:
         self.transcript.note(text, ink)
@@ -152,14 +151,6 @@ class PanelFrontEnd:
         except VrsError as error:
             self.waiting, self._attends = before, False
             self.note(str(error), Ink.ERROR)
-
-    def _look(self, make: Callable[[int], Request], hear: Callable[[ServerMessage], None]) -> bool:
-        """Whether there is a connection."""
-        try:
-            self.robot.begin(make, hear)
-        except RequestRefused:
-            return False
-        return True
 
     # --- what comes ---
 

@@ -16,7 +16,7 @@ from vrs_cli.language.text.ast import DoInstruction, Expression, Instruction
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.net.messages import At, Done, ServerMessage
-from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.values.acts import Evaluate, Explain, Goal, Valued
 from vrs_cli.values.motion import JointTarget, PoseTarget
 from vrs_cli.values.replies import ReachReport
@@ -105,7 +105,7 @@ def said(report: ReachReport) -> str:
 class Asking:
     """Asks the robot why a motion that somebody typed was refused; the report goes to `told`."""
 
-    def __init__(self, robot: RemoteRobot, told: Callable[[ReachReport], None]) -> None:
+    def __init__(self, robot: SocketPort, told: Callable[[ReachReport], None]) -> None:
         self._robot, self._told = robot, told
 
     def refused(self, text: str) -> None:
@@ -129,7 +129,7 @@ class Asking:
             if isinstance(message, Done):
                 heard(message.found)
 
-        self._robot.look(make, hear)
+        self._robot.post(make, hear)
 
 
 def target_of(value: Transform | Joints) -> PoseTarget | JointTarget:

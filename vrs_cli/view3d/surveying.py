@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from vrs_cli.interfaces.session.survey import MOST_STEPS
 from vrs_cli.net import messages
 from vrs_cli.net.messages import At, Done, ServerMessage
-from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.values.acts import Survey, Surveyed, TaskRow
 
 OFTEN = 0.25  # [s] between two looks at least
@@ -19,7 +19,7 @@ HAPPENED = (messages.Told, messages.Status, messages.Activity, messages.Lease, m
 class Surveying:
     """`found`: all that is known, None at first. `program`: whose steps are wanted, empty for the one that runs."""
 
-    def __init__(self, robot: RemoteRobot) -> None:
+    def __init__(self, robot: SocketPort) -> None:
         self.found: Surveyed | None = None
         self.program = ""
         self._robot = robot
@@ -55,7 +55,7 @@ class Surveying:
         self._happened, self._under_way, self._asked_at = False, True, wall
         self._asked, self._version = asked, self._robot.timeline.version
         known = () if self.found is None else self.found.marks
-        self._robot.look(lambda id: At(id, replace(asked, known=known)), self._heard)
+        self._robot.post(lambda id: At(id, replace(asked, known=known)), self._heard)
 
     def _wanted(self) -> Survey:
         """The steps around the present one; those that are known, where it is among them."""

@@ -16,7 +16,7 @@ from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.language.words.word import Role
-from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.net.tokens import TEACHER
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.shown import Shown, ShownPart
@@ -50,7 +50,7 @@ class RobotWindow:
         woken: Callable[[], object] = lambda: None,
     ) -> None:
         self.client, self.watched, self.wall = client, watched, wall
-        self.robot = watched if isinstance(watched, RemoteRobot) else None
+        self.robot = watched if isinstance(watched, SocketPort) else None
         self.surveying = None if self.robot is None else Surveying(self.robot)
         self.parts: list[ShownPart] = []
         self.type: Callable[[str], object] = lambda _line: None

@@ -37,7 +37,7 @@ class Held(Watched, Protocol):
     def act(self, act: Act[T], answer: Answers | None = None, issued: float | None = None) -> T:
         """Do it; what comes of it. `answer`: to what is asked meanwhile. `issued`: t_iss [s], where not now."""
 
-    def send(self, act: Act[T], issued: float | None = None) -> Callable[[], T]:
+    def start(self, act: Act[T], issued: float | None = None) -> Callable[[], T]:
         """Send it, and do not wait; what is given back waits, and tells what has come of it."""
 
     def previewed(self) -> Previewed:

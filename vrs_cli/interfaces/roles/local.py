@@ -91,7 +91,7 @@ class LocalRobot:
         with self._conversing(answer):
             return self._end(self._holder.submit(dialogue))
 
-    def send(self, act: Act[T], issued: float | None = None) -> Callable[[], T]:
+    def start(self, act: Act[T], issued: float | None = None) -> Callable[[], T]:
         """There is no way to it: it is done at once. What it refuses is raised by who waits."""
         try:
             found = self.act(act, issued=issued)

@@ -58,7 +58,7 @@ class Supervisor(Observer, Designer):
         if self._sent is None:
             self.held.act(motion, issued=issued)
         else:
-            self._sent.append(self.held.send(motion, issued))
+            self._sent.append(self.held.start(motion, issued))
 
     @contextmanager
     def without_waiting(self) -> Iterator[None]:

@@ -1,0 +1,265 @@
+"""The port to a served robot. Its connection has an event loop in a thread of its own, so that any thread may wait."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from concurrent.futures import CancelledError, Future
+from contextlib import suppress
+from pathlib import Path
+from threading import Lock, Thread, current_thread
+from typing import Any, Self, TypeVar
+from weakref import finalize
+
+from vrs_cli.engine.engine import Event
+from vrs_cli.engine.feed import Subscription
+from vrs_cli.errors import RequestRefused, VrsError
+from vrs_cli.interfaces.roles.preview import Previewed
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.net.client import Client
+from vrs_cli.net.far_end import Outlet
+from vrs_cli.net.messages import ClientMessage, Hello, Refused, Request, ServerMessage, Welcome
+from vrs_cli.net.mirror import WINDOW, Mirror
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.wire.refusal import Refusal
+
+CLOSING = 5.0  # [s] that the end of a connection takes at most
+CLOSED = "it was let go", "connect again"
+T = TypeVar("T")
+
+
+class Loop:
+    """An event loop in a thread of its own. `ends`: it is closed, or about to be."""
+
+    def __init__(self) -> None:
+        self._loop = asyncio.new_event_loop()
+        self._lock, self.ends = Lock(), False
+        self._thread = Thread(target=self._loop.run_forever, name="vrs connection", daemon=True)
+        self._thread.start()
+
+    def wait(self, work: Coroutine[Any, Any, T], seconds: float | None = None) -> T:
+        """Run a coroutine in the loop and return its result. Raises TimeoutError after `seconds`, and RequestRefused
+        if the loop is closed before the end.
+        """
+        future = self.begin(work)
+        try:
+            return future.result(seconds)
+        except CancelledError:
+            raise RequestRefused(*CLOSED) from None
+        except BaseException:
+            future.cancel()
+            raise
+
+    def begin(self, work: Coroutine[Any, Any, T]) -> Future[T]:
+        """Start a coroutine in the loop. Raises RequestRefused if the loop is closed."""
+        with self._lock:
+            if not self.ends:
+                return asyncio.run_coroutine_threadsafe(work, self._loop)
+        work.close()
+        raise RequestRefused(*CLOSED)
+
+    def soon(self, act: Callable[[], object]) -> None:
+        """Have the loop call `act`, and do not wait. Safe in a signal handler. A closed loop does nothing."""
+        with suppress(RuntimeError):
+            self._loop.call_soon_threadsafe(act)
+
+    def do(self, act: Callable[[], T]) -> T:
+        """Have the loop call `act`, and return its result. Raises RequestRefused if the loop is closed."""
+        if current_thread() is self._thread:
+            return act()
+
+        async def once() -> T:
+            return act()
+
+        return self.wait(once())
+
+    def close(self) -> None:
+        """Stop the loop. Everybody who still waits for something gets RequestRefused."""
+        with self._lock:
+            self.ends = True
+        # in the loop's own thread: this one may run another loop, as that of a notebook does
+        asyncio.run_coroutine_threadsafe(_stopped(), self._loop).result()
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join()
+        self._loop.close()
+
+
+async def _stopped() -> None:
+    """Cancel all other tasks of this loop, and wait for their end, but for no longer than CLOSING."""
+    tasks = asyncio.all_tasks() - {asyncio.current_task()}
+    for task in tasks:
+        task.cancel()
+    if tasks:
+        await asyncio.wait(tasks, timeout=CLOSING)
+
+
+class SocketPort:
+    """A served robot in the hands of one user. Any thread may call any method.
+
+    The constructor opens the connection. Raises RequestRefused if no robot answers, and what the server refuses. The
+    timeline can be read after `follow`. While the connection is cut, requests are refused at once. `close` lets the
+    robot go; so does dropping the last reference to the port.
+    """
+
+    def __init__(self, client: Client) -> None:
+        self.client, self.far, self._loop = client, client.far, Loop()
+        self._left = finalize(self, _leave, self._loop, client)
+        try:
+            self._loop.wait(client.open())
+        except BaseException:
+            self.close()
+            raise
+
+    @classmethod
+    def connect(
+        cls,
+        url: str,
+        hello: Hello,
+        *,
+        ca: Path | None = None,
+        window: float = WINDOW,
+        told: Callable[[str], None] = lambda _text: None,
+    ) -> Self:
+        """Open a port that follows the timeline, and keeps `window` seconds of the past. Raises UsageError if `url` is
+        not an address, RequestRefused if no robot answers, and what the server refuses.
+        """
+        try:
+            port = cls(Client(url, hello, ca=ca, told=told))
+            port.follow(window)
+        except VrsError as error:
+            raise error.with_traceback(None) from None
+        return port
+
+    # --- the connection ---
+
+    @property
+    def welcome(self) -> Welcome:
+        """The last answer of the server to an opened connection."""
+        assert self.far.welcome is not None, "the port is opened by its constructor"
+        return self.far.welcome
+
+    @property
+    def name(self) -> str:
+        """How other users see this one called."""
+        return self.welcome.name
+
+    @property
+    def one_user(self) -> bool:
+        """Whether nobody else holds the robot."""
+        return self.welcome.one_user
+
+    @property
+    def open(self) -> bool:
+        """Whether there is a connection now."""
+        return self.far.open
+
+    @property
+    def cuts(self) -> int:
+        """How often the connection was cut."""
+        return self.far.cuts
+
+    @property
+    def stalls(self) -> int:
+        """How often the connection was silent for so long that it may have been cut."""
+        return self.far.stalls
+
+    def close(self) -> None:
+        self._left()
+
+    # --- the timeline ---
+
+    def follow(self, window: float) -> Self:
+        """Have every change of the timeline told, if that is not so already, and keep `window` seconds of the past.
+        Raises RequestRefused.
+        """
+        if self.far.mirror is None:
+            self._loop.wait(self.client.follow(window))
+        return self
+
+    @property
+    def _mirror(self) -> Mirror:
+        assert self.far.mirror is not None, "the timeline is followed"
+        return self.far.mirror
+
+    @property
+    def arm(self) -> RobotArm:
+        return self._mirror.arm
+
+    @property
+    def timeline(self) -> Timeline:
+        return self._mirror.timeline
+
+    @property
+    def now(self) -> float:
+        return self._mirror.now
+
+    @property
+    def rate(self) -> float | None:
+        """Seconds of the robot's clock in one second; None if its time does not pass by itself."""
+        return self._mirror.clock.rate
+
+    @property
+    def begins(self) -> float:
+        """The time [s] from which on the timeline is known here."""
+        return self._mirror.begins
+
+    def previewed(self) -> Previewed:
+        """What the robot will do, with the commands that are on their way to it. Raises RequestRefused if closed."""
+        if self._loop.ends:
+            raise RequestRefused(*CLOSED)
+        return self.far.previewed()  # in the caller's thread: a window asks fifty times a second
+
+    def subscribe(self) -> Subscription[Event]:
+        """The timeline, and every change of it from now on."""
+        return self._loop.do(self._mirror.events.subscribe)
+
+    # --- messages ---
+
+    def ask(self, make: Callable[[int], Request]) -> ServerMessage:
+        """Send a request, made for an id, and wait for its end. Raises what is refused, and RequestRefused if there is
+        no connection.
+        """
+        return self._loop.wait(self.client.ask(make))
+
+    def begin(self, make: Callable[[int], Request], outlet: Outlet) -> int:
+        """Send a request, made for an id, and return the id. All that comes of it goes to the outlet, in the thread of
+        the connection, its end last. Raises RequestRefused if there is no connection.
+        """
+        return self._loop.do(lambda: self.client.begin(make, outlet))
+
+    def post(self, make: Callable[[int], Request], outlet: Outlet) -> None:
+        """Send a request, but do not wait for its sending: safe in a signal handler. The outlet also gets `Refused` if
+        there is no connection.
+        """
+
+        def begin() -> None:
+            try:
+                self.client.begin(make, outlet)
+            except RequestRefused as error:
+                outlet(Refused(Refusal.of(error)))
+
+        self._loop.soon(begin)
+
+    def tell(self, message: ClientMessage) -> None:
+        """Send a message that has no answer, without waiting: safe in a signal handler. If it cannot be sent, the user
+        is told by `client.told`.
+        """
+
+        def send() -> None:
+            try:
+                self.client.send(message)
+            except RequestRefused as refused:
+                self.client.told(str(refused))
+
+        self._loop.soon(send)
+
+    def listen(self, outlet: Outlet) -> None:
+        """Give all messages that belong to no request to the outlet, in the thread of the connection."""
+        self._loop.do(lambda: self.far.news.append(outlet))
+
+
+def _leave(loop: Loop, client: Client) -> None:
+    """Close the connection and its loop."""
+    with suppress(TimeoutError):
+        loop.wait(client.close(), CLOSING)
+    loop.close()
