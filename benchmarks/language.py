@@ -26,8 +26,7 @@ from vrs_cli.language.analysis.analyzer import analyze
 from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.compile.compiler import compile_program
 from vrs_cli.language.run.effects import Failed, ProgramCompleted
-from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.library import LIBRARY
+from vrs_cli.language.run.environment import LIBRARY, Environment
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import parse_file

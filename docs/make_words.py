@@ -8,10 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.operators import LINKS, OPERATORS
 from vrs_cli.language.words.word import Control, Word, WordRow
 
 PAGE = Path(__file__).parent / "words.md"

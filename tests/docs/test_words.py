@@ -8,10 +8,9 @@ from tests.docs.makers import DOCS, maker
 from vrs_cli.interfaces.conversation.complete import _all_words
 from vrs_cli.interfaces.monitor.help import overview
 from vrs_cli.interfaces.monitor.help import page as help_page
-from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, RESERVED
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.operators import LINKS, OPERATORS
 from vrs_cli.language.words.word import State
 
 ROWS = [*COMMANDS.values(), *CONTROL.values(), *INSTRUCTIONS.values(), *FUNCTIONS.values()]

@@ -14,10 +14,9 @@ from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import parse_step
-from vrs_cli.language.words.functions import FUNCTIONS, Function
+from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS, Function, Operator
 from vrs_cli.language.words.instructions import CONTROL, DECLARATIONS, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.operators import LINKS, OPERATORS, Operator
 from vrs_cli.language.words.word import State, Word
 from vrs_cli.values.diagnostics import LineRefused, Severity
 from vrs_cli.values.results import RunOutcome

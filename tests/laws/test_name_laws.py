@@ -20,7 +20,7 @@ from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.meaning import FUNCTION_NAMES
 from vrs_cli.language.text.parser import parse_file, parse_prompt, parse_step
 from vrs_cli.language.text.printer import print_file
-from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.functions import FUNCTIONS, LINKS
 from vrs_cli.language.words.instructions import (
     CONNECTIVES,
     CONTROL,
@@ -30,7 +30,6 @@ from vrs_cli.language.words.instructions import (
     RESERVED,
 )
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.operators import LINKS
 from vrs_cli.language.words.word import SORT_WORDS
 from vrs_cli.values.diagnostics import LineRefused, Severity
 

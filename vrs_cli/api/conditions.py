@@ -19,8 +19,7 @@ from vrs_cli.interfaces.station.station import Conditions
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.language.run.cell import Cell
-from vrs_cli.language.run.signals import NO_INPUTS
+from vrs_cli.language.run.signals import NO_INPUTS, Cell
 
 Signals: TypeAlias = str | Path | Iterable[tuple[float, int, bool]]
 CURRENT = Folder(closed=True, disclosed=True)

@@ -41,7 +41,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import Ends, load_robot
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.language.run.cell import Cell
+from vrs_cli.language.run.signals import Cell
 from vrs_cli.language.words.values import numbers_of, plain
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.motion import JointTarget, NamedTarget, PoseTarget, Target

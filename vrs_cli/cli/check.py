@@ -28,7 +28,7 @@ from vrs_cli.files.opening import stamp
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
-    from vrs_cli.language.run.cell import Cell
+    from vrs_cli.language.run.signals import Cell
     from vrs_cli.values.diagnostics import Diagnostic
 
 LOOKED_EVERY = 0.25  # [s] at the files, with --watch
@@ -84,7 +84,7 @@ def parser(prog: str) -> Parser:
 def _chosen_cell(options: Namespace) -> Cell:
     """That of --cell; without it, one that fills nothing."""
     if options.cell is None:
-        from vrs_cli.language.run.cell import NO_CELL
+        from vrs_cli.language.run.signals import NO_CELL
 
         return NO_CELL
     from vrs_cli.files.cell_file import read_cell

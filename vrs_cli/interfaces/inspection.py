@@ -19,17 +19,16 @@ from vrs_cli.language.analysis.confusions import delays
 from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.analysis.structure import unreachable
 from vrs_cli.language.analysis.surroundings import Surroundings, names_given_in
-from vrs_cli.language.run.cell import NO_CELL, Cell
 from vrs_cli.language.run.constants import Constants
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operations import trans
+from vrs_cli.language.run.signals import NO_CELL, Cell
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.language.text.makers import foreign_file, has_program
 from vrs_cli.language.text.parts import Part, Placed, parts_of, programs_of, repeated_programs
-from vrs_cli.language.text.source import JOINTS_HIGH
-from vrs_cli.language.text.suppression import heeded
+from vrs_cli.language.text.source import JOINTS_HIGH, heeded
 from vrs_cli.language.words.values import precision_point
 from vrs_cli.values.diagnostics import Diagnostic, Severity, Span, ordered, warning
 from vrs_cli.values.dialect import Dialect

@@ -33,14 +33,15 @@ from vrs_cli.language.text.source import PROGRAM, SECTIONS
 from vrs_cli.language.words.instructions import INSTRUCTIONS, RESERVED, why_reserved
 from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind, key_of
 from vrs_cli.language.words.word import Shape
-from vrs_cli.lsp.colours import Piece, pieces
 from vrs_cli.lsp.occurrences import (
     Occurrence,
+    Piece,
     SymbolKind,
     heading_span,
     label_span,
     locals_of,
     occurrences,
+    pieces,
 )
 from vrs_cli.values.diagnostics import Diagnostic, Span
 from vrs_cli.values.prompt import Suggestion

@@ -20,9 +20,8 @@ from pygls.protocol import json_rpc
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.lsp.colours import Colour, Modifier
 from vrs_cli.lsp.document import Document, Symbol
-from vrs_cli.lsp.occurrences import SymbolKind
+from vrs_cli.lsp.occurrences import Colour, Modifier, SymbolKind
 from vrs_cli.values.diagnostics import Diagnostic, Severity, Span
 from vrs_cli.values.prompt import Suggestion
 from vrs_cli.version import __version__

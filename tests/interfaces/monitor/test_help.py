@@ -5,10 +5,9 @@ import pytest
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.monitor.help import help_on, overview, page
-from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.operators import LINKS, OPERATORS
 from vrs_cli.language.words.word import State
 from vrs_cli.values.replies import HelpPage, HelpTopic
 

@@ -9,9 +9,8 @@ from vrs_cli.errors import NotAvailable, ProgramNotExecutable
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.analysis.lineage import beyond_val2
 from vrs_cli.language.text.parser import parse_prompt, parse_step
-from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
 from vrs_cli.language.words.instructions import INSTRUCTIONS
-from vrs_cli.language.words.operators import LINKS, OPERATORS
 from vrs_cli.language.words.word import State
 from vrs_cli.values.diagnostics import LineRefused, Severity
 from vrs_cli.values.results import RunOutcome

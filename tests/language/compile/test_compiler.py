@@ -27,8 +27,7 @@ from vrs_cli.language.analysis.analyzer import analyze
 from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.compile.compiler import compile_program
 from vrs_cli.language.run.effects import Budget, Failed, ProgramCompleted
-from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.library import LIBRARY
+from vrs_cli.language.run.environment import LIBRARY, Environment
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text.ast import Assignment, BadLine, Binary, Expression, Number, Program, Step, Unary, Variable
 from vrs_cli.language.text.collector import pause_collector

@@ -15,6 +15,7 @@ from vrs_cli.language.run.prompt import arguments_of, definable, evaluate, state
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import parse_prompt
+from vrs_cli.language.words.values import Kind
 from vrs_cli.values.commands import Move
 
 
@@ -112,6 +113,6 @@ def test_definable_places() -> None:
     environment.reference("jig").assign(translation(1, 0, 0))
     definable(environment, robot, argument("HERE jig:part")).define(translation(3, 0, 0))
     assert environment.reference("part").value() == translation(2, 0, 0)
-    assert definable(environment, robot, argument("HERE #p")).precision
+    assert definable(environment, robot, argument("HERE #p")).reference.cells.kind is Kind.PRECISION
     definable(environment, robot, argument("HERE row[2]")).define(IDENTITY)
     assert environment.reference("row", 2).value() == IDENTITY

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrs_cli.language.analysis.grouping import val_grouping
+from vrs_cli.language.analysis.expressions import val_grouping
 from vrs_cli.language.text.lexer import Token
 from vrs_cli.language.text.parser import grammar_dir, parse_step
 from vrs_cli.language.text.precedence import ORDER, VAL_ORDER, Grouping, Order

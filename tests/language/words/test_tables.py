@@ -8,13 +8,12 @@ import pytest
 
 from vrs_cli.language.analysis.analyzer import check_line
 from vrs_cli.language.analysis.lineage import IN_VAL2
-from vrs_cli.language.run.library import HANDLERS
+from vrs_cli.language.run.environment import HANDLERS
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import parse_prompt, parse_step
-from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
 from vrs_cli.language.words.instructions import CONTROL, DECLARATIONS, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.operators import LINKS, OPERATORS
 from vrs_cli.language.words.word import GROUPED, RAW_SHAPES, Shape, State, Word
 from vrs_cli.values.diagnostics import LineRefused, Severity
 

@@ -12,10 +12,9 @@ from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch
 from vrs_cli.errors import UsageError, did_you_mean
 from vrs_cli.interfaces.editor.lines import LEAVING, SUBCOMMANDS
 from vrs_cli.language.words.foreign import own_word
-from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS, Operator
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.operators import LINKS, OPERATORS, Operator
 from vrs_cli.language.words.values import Kind, plain
 from vrs_cli.language.words.word import Route, State, Word, WordRow, rows_for
 from vrs_cli.values.replies import HelpEntry, HelpGroup, HelpOverview, HelpPage, HelpTopic, Reply

@@ -30,7 +30,7 @@ from vrs_cli.interfaces.monitor.running import of_task
 from vrs_cli.interfaces.station.operands import Handler, operand, real, real_or, word
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.run.effects import PROCESS_CONTROL
-from vrs_cli.language.run.semantics.settings import MODE_WORDS
+from vrs_cli.language.run.semantics.motions import MODE_WORDS
 from vrs_cli.language.run.signals import Signals
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS

@@ -41,13 +41,12 @@ from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE, ROBOT_PROGRAM, Stepping,
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.language.run.cell import Cell
 from vrs_cli.language.run.effects import CYCLE_SETTINGS
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.run.prompt import statement_task
 from vrs_cli.language.run.runtime import Arguments, Task
-from vrs_cli.language.run.signals import NO_INPUTS, Inputs
+from vrs_cli.language.run.signals import NO_INPUTS, Cell, Inputs
 from vrs_cli.language.text.ast import (
     BadLine,
     File,

@@ -38,12 +38,11 @@ from vrs_cli.interfaces.tasks.tasks import (
     Tasks,
     Track,
 )
-from vrs_cli.language.run.cell import NO_CELL, Cell, LivingCell
 from vrs_cli.language.run.effects import Budget, Event, Failed
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.runtime import BUDGET, Task
-from vrs_cli.language.run.signals import NO_INPUTS, Inputs
+from vrs_cli.language.run.signals import NO_CELL, NO_INPUTS, Cell, Inputs, LivingCell
 from vrs_cli.values.replies import Message, Tone
 from vrs_cli.values.results import RunOutcome, RunResult
 

@@ -27,9 +27,8 @@ from vrs_cli.language.analysis.channels import channel
 from vrs_cli.language.analysis.confusions import first_assignment
 from vrs_cli.language.analysis.declarations import Declarations, own_variables
 from vrs_cli.language.analysis.expressions import Expressions, miscounted
-from vrs_cli.language.analysis.kinds import ANY_KIND, BARE, PLACE, REAL, STRING
 from vrs_cli.language.analysis.lineage import beyond
-from vrs_cli.language.analysis.names import with_article
+from vrs_cli.language.analysis.names import ANY_KIND, BARE, PLACE, REAL, STRING, with_article
 from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.analysis.structure import structure_of
 from vrs_cli.language.analysis.surroundings import Candidates, Surroundings

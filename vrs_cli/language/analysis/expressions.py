@@ -1,11 +1,12 @@
-"""Expressions: of what kind they are, and whether they can be what is wanted where they stand."""
+"""Check expressions: their kinds, whether they fit where they stand, and whether VAL-II would group them otherwise."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.errors import (
@@ -18,8 +19,7 @@ from vrs_cli.errors import (
     UnknownKeyword,
 )
 from vrs_cli.language.analysis.confusions import Confusions
-from vrs_cli.language.analysis.grouping import val_grouping
-from vrs_cli.language.analysis.kinds import (
+from vrs_cli.language.analysis.names import (
     ANY_KIND,
     CERTAIN,
     LOCATION,
@@ -29,12 +29,13 @@ from vrs_cli.language.analysis.kinds import (
     STRING,
     VARIABLES,
     Kinds,
+    NameFindings,
     kind_of,
 )
-from vrs_cli.language.analysis.names import NameFindings
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression
-from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
+from vrs_cli.language.text.lexer import Token
+from vrs_cli.language.text.precedence import LOGICAL, ORDER, RELATIONS, VAL_ORDER, Grouping
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.values import Kind
@@ -277,3 +278,59 @@ _SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
     **dict.fromkeys((Shape.FILE, Shape.WORD, Shape.BRANCH, Shape.SWITCH), Expressions._word),
     **dict.fromkeys((Shape.PARAMETER_NAME, Shape.INSTRUCTION), Expressions._word),
 }
+
+
+class OtherGrouping(Struct, frozen=True):
+    """The two readings of an expression, with parentheses."""
+
+    ours: str
+    theirs: str
+    span: Span
+
+
+def val_grouping(expression: Expression) -> Iterator[OtherGrouping]:
+    """Each part of an expression, between parentheses, that VAL-II groups otherwise."""
+    flat = tuple(_flat(expression))
+    if any(isinstance(item, Token) and item.value in LOGICAL for item in flat):
+        texts = [item if isinstance(item, Token) else expression_text(item) for item in flat]
+        ours, theirs = _OURS.tree(texts), _VAL.tree(texts)
+        if theirs != ours:
+            yield OtherGrouping(ours[1:-1], theirs[1:-1], expression.span)
+    for value in flat:
+        for inner in _inside(value):
+            yield from val_grouping(inner)
+
+
+def _flat(expression: Expression, root: bool = True) -> Iterator[Token | Expression]:
+    """The signs and values of an expression as they stand in the source."""
+    if not isinstance(expression, ast.Unary | ast.Binary) or (expression.grouped and not root):
+        yield expression
+        return
+    if isinstance(expression, ast.Binary):
+        yield from _flat(expression.left, False)
+    yield Token("", expression.operator, expression.operator, expression.span)
+    yield from _flat(expression.operand if isinstance(expression, ast.Unary) else expression.right, False)
+
+
+def _inside(value: Token | Expression) -> Iterator[Expression]:
+    """The expressions inside a value: of parentheses, arguments and indexes."""
+    if isinstance(value, ast.Binary | ast.Unary):
+        yield value
+    elif isinstance(value, ast.Call):
+        yield from (argument for argument in value.arguments if argument is not None)
+    elif isinstance(value, ast.Variable):
+        yield from value.indexes or ()
+
+
+# A tree as its text, with parentheses round every part and the whole.
+
+
+def _unary(sign: Token, operand: str) -> str:
+    return f"({sign.value}{' ' * sign.value.isalpha()}{operand})"
+
+
+def _binary(sign: Token, left: str, right: str) -> str:
+    return f"({left} {sign.value} {right})"
+
+
+_OURS, _VAL = Grouping(ORDER, _unary, _binary), Grouping(VAL_ORDER, _unary, _binary)

@@ -13,10 +13,9 @@ from vrs_cli.errors import NotAvailable
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Statement
 from vrs_cli.language.text.precedence import RELATIONS
-from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.operators import LINKS, OPERATORS
 from vrs_cli.language.words.word import Word
 from vrs_cli.values.diagnostics import Diagnostic, Span, error
 from vrs_cli.values.dialect import Dialect

@@ -155,7 +155,7 @@ class _ProgramCompiler(ExpressionCompiler):
         self.reads = False
         statements = _OPERATIONS[type(op)](self, op)
         if self.reads:
-            statements.insert(0, py.Expr(tree.call("reading_begins", tree.name("X"))))
+            statements.insert(0, py.Expr(tree.method(tree.name("X"), "reading_begins")))
         return statements if _silent(op) else [tree.yield_(tree.constant(place)), *statements]
 
     def _jump_if(self, op: JumpIf) -> list[py.stmt]:
@@ -269,7 +269,7 @@ class _ProgramCompiler(ExpressionCompiler):
             )
         handler = self._handler(statement.word)
         carried_out = tree.call(handler, tree.name("X"), tree.call("Wording", *wording), *arguments)
-        return [py.Expr(py.YieldFrom(carried_out))]
+        return [py.Expr(py.YieldFrom(py.BoolOp(py.Or(), [carried_out, tree.tuple_of(())])))]
 
     def _handler(self, word: str) -> str:
         if word not in self.library.handlers:

@@ -15,7 +15,7 @@ from typing import Any
 from msgspec import Struct
 
 from vrs_cli.errors import ProgramNotExecutable
-from vrs_cli.language.analysis.kinds import VARIABLES, kind_of
+from vrs_cli.language.analysis.names import VARIABLES, kind_of
 from vrs_cli.language.compile import python_tree as tree
 from vrs_cli.language.text import ast
 from vrs_cli.language.words.functions import FUNCTIONS, Function

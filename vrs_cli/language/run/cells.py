@@ -65,8 +65,9 @@ class Cells(dict[str | Index, Value]):
             self.rounded(key if isinstance(key, tuple) else (key,))
         others = None if self.others is None else self.others()
         if others is not None and key in others:
-            raise self.clash(key)
-        raise UndefinedValue(self.name(key), self._hint(key))
+            self.deny(key)
+        simple = self if self.array is None and isinstance(key, str) else ()
+        raise UndefinedValue(self.name(key), closest(str(key), {str(name): self.name(name) for name in simple}))
 
     def take(self, values: Mapping[str | Index, Value]) -> None:
         """Give many variables their values."""
@@ -86,14 +87,10 @@ class Cells(dict[str | Index, Value]):
         spelling = self.spelling.get(self.array, self.array)
         return f"{spelling}[{'' if isinstance(key, str) else subscript(key)}]"
 
-    def clash(self, key: str | Index) -> TypeMismatch:
-        """The error for a bare name that exists as the other kind."""
-        other = OTHER_KIND[self.kind]
-        return TypeMismatch(f"{self.name(key)} is a {other.value}", f"a {self.kind.value} is wanted here")
-
     def deny(self, key: str | Index) -> NoReturn:
-        """Raise `clash`: a compiled program found the name among the other kind."""
-        raise self.clash(key)
+        """Raise TypeMismatch for a bare name that exists as the other kind. Compiled programs call it too."""
+        other = OTHER_KIND[self.kind]
+        raise TypeMismatch(f"{self.name(key)} is a {other.value}", f"a {self.kind.value} is wanted here")
 
     def at(self, *indexes: float) -> Index:
         """The index of an element to be assigned, rounded. Raises IllegalArrayIndex below 0."""
@@ -110,11 +107,6 @@ class Cells(dict[str | Index, Value]):
     def item(self, key: str | Index) -> Item:
         """The variable whose value is under a key."""
         return (str(key), None) if self.array is None else (self.array, cast(Index, key))
-
-    def _hint(self, key: str | Index) -> str:
-        if self.array is not None or not isinstance(key, str):
-            return ""
-        return closest(key, {str(name): self.spelling.get(str(name), str(name)) for name in self})
 
 
 class NotedCells(Cells):
@@ -236,7 +228,7 @@ class Reference(NamedTuple):
             wanted = "real or a transformation" if self.cells.kind is Kind.REAL else self.cells.kind.value
             raise TypeMismatch(f"{self.name} cannot hold a {kind.value}", f"a {wanted} is wanted")
         if key in other:
-            raise mine.clash(key)
+            mine.deny(key)
         if not isinstance(key, str):
             self.cells.rounded(key if isinstance(key, tuple) else (key,))
         mine[key] = storable(value) if isinstance(value, str) else value

@@ -26,12 +26,11 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.language.analysis.channels import channel, signals_on
-from vrs_cli.language.analysis.kinds import VARIABLES
+from vrs_cli.language.analysis.names import VARIABLES
 from vrs_cli.language.compile.expressions import WORDS, word_of
 from vrs_cli.language.run.effects import CallProgram
-from vrs_cli.language.run.library import HANDLERS, evaluator, for_step
-from vrs_cli.language.run.memory import Context
-from vrs_cli.language.run.operands import Wording, stamp_of
+from vrs_cli.language.run.environment import HANDLERS, evaluator, for_step
+from vrs_cli.language.run.memory import Context, Wording, stamp_of
 from vrs_cli.language.run.operations import IN_CONTEXT
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program, Statement
@@ -164,7 +163,7 @@ class Constants(Struct, frozen=True):
     def _carry_out(self, statement: ast.Instruction, *operands: object) -> None:
         *arguments, value = operands
         it = Wording("", value, None, statement.modifiers.always, statement.modifiers.unit)
-        for request in HANDLERS[statement.word](self.context, it, *arguments):
+        for request in HANDLERS[statement.word](self.context, it, *arguments) or ():
             if isinstance(request, CHECKED_BY_THE_ROBOT):
                 self.perform(request)
 

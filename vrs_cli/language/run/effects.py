@@ -1,7 +1,11 @@
-"""What a running program asks of its driver, and how it ends.
+"""What a running program asks of its driver, how it ends, and the reactions of its task.
 
-A request of `engine.commands` goes to the robot, the effects below to all else. No driver sees what "the task does by
-itself".
+A request of `values.commands` goes to the robot, the effects below to all else. The task itself carries out those whose
+docstring says so.
+
+A reaction (REACT, REACTI, REACTE; val2 9.12-13) is called when its signal *changes* to the wanted state, between two
+steps, if its priority is above that of the program. Until then it waits. While it runs the program has the priority of
+the reaction; RETURN restores it.
 """
 
 from __future__ import annotations
@@ -11,8 +15,9 @@ from enum import Enum
 
 from msgspec import Struct
 
-from vrs_cli.errors import VrsError
+from vrs_cli.errors import IllegalValue, VrsError
 from vrs_cli.language.run.cells import Reference
+from vrs_cli.language.words.values import integer_between
 from vrs_cli.values.commands import Mode, Request, SetAlter, SetDuration, SetMode, SetSpeed, SpeedUnit
 from vrs_cli.values.results import ProgramFault
 
@@ -113,25 +118,7 @@ class Halt(Effect, frozen=True):
 
 
 class LookAround(Effect, frozen=True):
-    """A reaction may be due now, as after a SIGNAL of the program itself; the task does it by itself."""
-
-
-class Ignore(Effect, frozen=True):
-    """IGNORE: end the reaction to a signal; the task does it by itself."""
-
-    signal: int
-
-
-class Lock(Effect, frozen=True):
-    """LOCK: the priority of the program; the task does it by itself."""
-
-    priority: int
-
-
-class ReactToErrors(Effect, frozen=True):
-    """REACTE: call a program when a step fails, or (None) no longer; the task does it by itself."""
-
-    program: str | None
+    """A reaction may be due now, as after a SIGNAL of the program itself; the task calls it."""
 
 
 class RunSignal(Effect, frozen=True):
@@ -212,3 +199,68 @@ class TaskState(Enum):
     HALTED = "halted"
     ABORTED = "aborted"
     COMPLETED = "completed"
+
+
+HIGHEST = 127  # of a reaction to a signal, and of LOCK (V+ User's Guide p.46)
+OF_ERRORS = 254  # the priority of a REACTE routine (V+ User's Guide p.47)
+DEFAULT_PRIORITY = 1
+
+
+class Reaction(Struct, frozen=True):
+    """REACT, or REACTI (`immediate`): call `program` when `signal` goes on, or off where it is negative."""
+
+    signal: int
+    program: str
+    priority: int = DEFAULT_PRIORITY
+    immediate: bool = False
+
+
+class Reactions:
+    """The reactions of one task, from the start of a cycle to its end. `on_error`: the program that REACTE names."""
+
+    def __init__(self) -> None:
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all reactions: a cycle begins."""
+        self.priority = 0
+        self.on_error: str | None = None
+        self._set: dict[int, Reaction] = {}
+        self.waiting: list[Reaction] = []
+
+    def set(self, reaction: Reaction) -> None:
+        """Set a reaction from now on, in place of another to the same signal."""
+        self.ignore(reaction.signal)
+        self._set[abs(reaction.signal)] = reaction
+
+    def ignore(self, signal: int) -> None:
+        """End the reaction to a signal, also one that waits."""
+        gone = self._set.pop(abs(signal), None)
+        if gone in self.waiting:
+            self.waiting.remove(gone)
+
+    def changed(self, signal: int, on: bool) -> None:
+        """A signal has changed to a state. A reaction that waits already is not called twice."""
+        reaction = self._set.get(signal)
+        if reaction is not None and (reaction.signal > 0) is on and reaction not in self.waiting:
+            self.waiting.append(reaction)
+
+    @property
+    def due(self) -> Reaction | None:
+        """The reaction to call next: that of the highest priority; of equal ones the first whose signal changed."""
+        if not self.waiting:
+            return None
+        first = max(self.waiting, key=lambda reaction: reaction.priority)
+        return first if first.priority > self.priority else None
+
+
+def checked_priority(priority: float, lowest: int) -> int:
+    """A priority of REACT (from 1) or LOCK (from 0). Raises IllegalValue."""
+    return integer_between(priority, lowest, HIGHEST, "a priority of")
+
+
+def checked_signal(number: float) -> int:
+    """The signal of a reaction. Raises IllegalValue for 0."""
+    if not round(number):
+        raise IllegalValue("signal 0", "a signal number; negative: when it goes off")
+    return round(number)

@@ -1,29 +1,139 @@
-"""The memory of one robot, with its programs ready to run; and one activation of a program: where it is, what it keeps,
-and what it interrupted."""
+"""Programs ready to run: what compiled programs call, a program in memory, and one activation of it (where it is, what
+it keeps, and what it interrupted).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
+import ast as py
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from itertools import chain
+from typing import Any, NoReturn
 from weakref import WeakKeyDictionary
 
 from msgspec import Struct
 
-from vrs_cli.errors import ArgumentMismatch, ProgramNotExecutable
+from vrs_cli.errors import ArgumentMismatch, ArithmeticOverflow, IllegalValue, ProgramNotExecutable, UndefinedValue
 from vrs_cli.kinematics.joints import TURNING, JointUnits
+from vrs_cli.kinematics.transform import compose
 from vrs_cli.language.analysis.lineage import program_beyond_val2
 from vrs_cli.language.analysis.result import Own
-from vrs_cli.language.compile.compiler import Compiled, compile_program
-from vrs_cli.language.compile.expressions import CELLS
-from vrs_cli.language.run.cells import Reference, new_variable
-from vrs_cli.language.run.effects import Event
-from vrs_cli.language.run.library import LIBRARY, UNSET
-from vrs_cli.language.run.memory import Context, Memory, StoredProgram
+from vrs_cli.language.compile.compiler import Compiled, compile_expression, compile_program
+from vrs_cli.language.compile.expressions import CELLS, ExpressionCompiler, Library
+from vrs_cli.language.run.cells import NO_CELLS, Reference, new_variable
+from vrs_cli.language.run.effects import CallProgram, Event, Return, Wait
+from vrs_cli.language.run.memory import Context, Definable, Memory, StoredProgram, Wording, stamp_of
+from vrs_cli.language.run.operations import IN_CONTEXT, OF_VALUES, modulo, power
+from vrs_cli.language.run.semantics.assignments import ASSIGNMENTS
+from vrs_cli.language.run.semantics.input_output import INPUT_OUTPUT
+from vrs_cli.language.run.semantics.motions import MOTIONS, SETTINGS
+from vrs_cli.language.run.semantics.tasks import SIGNALS, TASKS
 from vrs_cli.language.text.ast import Variable
-from vrs_cli.language.words.values import Kind, kind_of_name
+from vrs_cli.language.words.values import (
+    Kind,
+    integer,
+    kind_of_name,
+    kind_of_value,
+    storable,
+    whole,
+    within_range,
+    wrap,
+)
+from vrs_cli.values.commands import Break
 from vrs_cli.values.diagnostics import Diagnostic, counted
+from vrs_cli.values.numbers import Value
+
+
+def for_step(step: float) -> float:
+    if step == 0.0:
+        raise IllegalValue("a STEP of 0", "the loop would never end")
+    return step
+
+
+def setting(name: str, variable: Reference) -> Value:
+    """`PARAMETER p = word`: the variable of that name if it has a value, otherwise the word itself."""
+    return variable.value() if variable.defined() else name.upper()
+
+
+def by_value(context: Context, value: Value) -> Reference:
+    """Pass the value of an expression to a CALL, in a variable that nobody else can see."""
+    kind = kind_of_value(value)
+    key = "the argument"
+    reference = new_variable(context.environment.spelling, key, Kind.REAL if kind is Kind.LOCATION else kind)
+    (reference.locations if kind is Kind.LOCATION else reference.cells)[key] = value
+    return reference
+
+
+def overflow(error: ArithmeticError) -> ArithmeticOverflow:
+    """Translate an error of Python's arithmetic into one of the language."""
+    if isinstance(error, ZeroDivisionError):
+        return ArithmeticOverflow("division by zero")
+    return ArithmeticOverflow("the result is too large for a real")
+
+
+def guarded(condition: Callable[[], float | bool]) -> Callable[[], bool]:
+    """Return the condition of a WAIT for the driver, which expects no error but VrsError."""
+
+    def ask() -> bool:
+        try:
+            return bool(condition())
+        except ArithmeticError as error:
+            raise overflow(error) from None
+
+    return ask
+
+
+def at_once() -> bool:
+    return True
+
+
+class Unset:
+    """The limit of a loop that was entered past its FOR. To compare it or to add it raises the error."""
+
+    def _say(self, _other: object) -> NoReturn:
+        raise UndefinedValue("the limit of FOR", "the loop was entered by a jump past its FOR")
+
+    __lt__ = __le__ = __gt__ = __ge__ = __radd__ = _say
+
+
+UNSET = Unset()
+
+# Who carries out which instruction: functions from evaluated operands to what the program asks for. What needs neither
+# robot nor terminal (variables, signals, timers) an instruction does by itself, at its own instant of the program.
+HANDLERS = {**MOTIONS, **SETTINGS, **ASSIGNMENTS, **SIGNALS, **INPUT_OUTPUT, **TASKS}
+
+_OPERATORS = (compose, modulo, power)
+_BITS: Mapping[str, Callable[..., float]] = {
+    "complement": lambda x: wrap(~integer(x)),
+    "bit_and": lambda a, b: wrap(integer(a) & integer(b)),
+    "bit_or": lambda a, b: wrap(integer(a) | integer(b)),
+    "bit_xor": lambda a, b: wrap(integer(a) ^ integer(b)),
+}
+_CHECKS = (for_step, guarded, at_once, stamp_of, storable, whole, within_range)
+_OPERANDS = (setting, by_value, CallProgram, Definable, Reference, Wait, Wording)
+_VALUES = {"NO_CELLS": NO_CELLS, "BREAK": Break(), "RETURN": Return()}
+_NAMES = {**{one.__name__: one for one in (*_OPERATORS, *_CHECKS, *_OPERANDS)}, **_BITS, **_VALUES}
+
+LIBRARY = Library(_NAMES, OF_VALUES, IN_CONTEXT, HANDLERS)
+
+
+def evaluator(
+    make: Callable[[ExpressionCompiler], py.expr], kinds: Mapping[str, Kind], own: Sequence[str] = ()
+) -> Callable[..., Any]:
+    """Compile an expression to a function of the context, and of a reference for each of `own`."""
+    compiled = compile_expression(LIBRARY, make, kinds, own)
+
+    def evaluate(context: Context, *references: Reference) -> Any:
+        cells = context.environment.cells
+        arrays = (cells(array.kind, array.key) for array in compiled.arrays)
+        try:
+            return compiled.function(context, *map(cells, CELLS), *chain.from_iterable(references), *arrays)
+        except ArithmeticError as error:
+            raise overflow(error) from None
+
+    return evaluate
+
 
 Steps = Generator[int | Event, str | None, int | None]
 
@@ -53,7 +163,7 @@ class Executable:
         """Raises ProgramNotExecutable for one that has errors."""
         compiled, self._ahead = self._ahead or compile_program(LIBRARY, self.analysis), None
         for key, name in compiled.spelling.items():
-            self._memory.spell(key, name)
+            self._memory.spelling.setdefault(key, name)
         return compiled
 
     def compile_ahead(self, *, everywhere: bool) -> None:
@@ -69,17 +179,14 @@ class Executable:
     def start(self, context: Context, arguments: Sequence[Reference], slots: list[object], op: int = 0) -> Steps:
         """An activation, from an operation on; one argument for each parameter, and the variables of the program's own.
 
-        `slots`: `fresh_slots()` to begin with; when the activation has ended in any way they hold what it kept.
+        `slots`: the limits of its FOR loops and the subjects of its CASEs, all UNSET to begin with; when the activation
+        has ended in any way they hold what it kept.
         """
         variant = self.compiled.variant(op)
         cells = context.environment.cells
         arrays = (cells(array.kind, array.key) for array in variant.arrays)
         bound = chain.from_iterable(arguments)
         return variant.function(context, *map(cells, CELLS), slots, variant.numbers[op], *bound, *arrays)
-
-    def fresh_slots(self) -> list[object]:
-        """The limits of its FOR loops and the subjects of its CASEs, none of them known yet."""
-        return [UNSET] * self.compiled.slots
 
     def own(self) -> tuple[Reference, ...]:
         """The variables that an activation has beside its arguments: those of AUTO, new, and those of LOCAL."""
@@ -91,7 +198,7 @@ class Executable:
         return tuple(self._new(own) for own in self.analysis.own if not own.automatic)
 
     def _new(self, own: Own) -> Reference:
-        self._memory.spell(own.key, self.compiled.spelling.get(own.key, own.key))
+        self._memory.spelling.setdefault(own.key, self.compiled.spelling.get(own.key, own.key))
         return new_variable(self._memory.spelling, own.key, kind_of_name(own.key), array=own.array)
 
     def held(self) -> int:
@@ -165,7 +272,7 @@ class Activation:
         self.op = program.compiled.entry(step)
         self._context = context
         self._arguments = (*arguments, *program.own())
-        self._slots = program.fresh_slots()
+        self._slots: list[object] = [UNSET] * program.compiled.slots
         self.between, self.reached = True, False
         self.interruption: Interruption | None = None
         self.steps: Steps = program.start(context, self._arguments, self._slots, self.op)

@@ -1,15 +1,19 @@
-"""What functions and instructions work on: variables, signals, timers, the random numbers, the programs by name."""
+"""What functions and instructions work on (variables, signals, timers, programs), and the operands they are given."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from random import Random
+from typing import Any
 
-from msgspec import Struct
+from msgspec import Struct, field
 
-from vrs_cli.errors import IllegalValue, UndefinedName
-from vrs_cli.kinematics.joints import TURNING, JointUnits
+from vrs_cli.errors import IllegalValue, TypeMismatch, UndefinedName
+from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
+from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.language.analysis.result import Analysis
-from vrs_cli.language.run.cells import closest
+from vrs_cli.language.run.cells import Reference, closest
+from vrs_cli.language.run.effects import Event, Reactions
 from vrs_cli.language.run.robot import RobotReadings, System
 from vrs_cli.language.run.signals import Signals
 from vrs_cli.language.run.variables import Variables
@@ -17,6 +21,7 @@ from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.values import integer_between, key_of, plain
 from vrs_cli.trajectory.instant import LATEST
+from vrs_cli.values.commands import Stamp
 
 LAST_TIMER = 15  # V+ has negative ones, too
 
@@ -113,11 +118,71 @@ class Memory(Variables):
 
 
 class Context(Struct, frozen=True):
-    """What functions and instructions work on."""
+    """What functions and instructions work on. `reactions`: those of the task."""
 
     environment: Memory
     robot: RobotReadings
+    reactions: Reactions = field(default_factory=Reactions)
+
+    def reading_begins(self) -> None:
+        """Call it before a step with GETC: a step that has to wait is done again, and reads the same again."""
+        self.environment.system.begin_reading()
 
     def folded(self, text: str) -> str:
         """A string as comparisons see it: without regard to case while the switch UPPER is on."""
         return text.upper() if self.robot.switch("UPPER") else text
+
+
+class Definable(Struct, frozen=True):
+    """A location that an instruction defines: a variable, seen from the product of those before it in `a:b:c`."""
+
+    reference: Reference
+    T_world_before: Transform | None = None
+
+    def define(self, value: Transform | Joints) -> None:
+        """Raises TypeMismatch for a precision point after others, or where the name is of another kind."""
+        if self.T_world_before is None:
+            self.reference.assign(value)
+        elif isinstance(value, Transform):
+            self.reference.assign(compose(inverse(self.T_world_before), value))
+        else:
+            raise TypeMismatch("a precision point in a compound", "only transformations can be compounded")
+
+
+class Wording(Struct, frozen=True):
+    """What an instruction has beside its operands. `text`: its canonical form; `value`: what followed `=`."""
+
+    text: str
+    value: Any = None  # of the kind that the table of instructions asks for
+    stamp: Stamp | None = None
+    always: bool = False
+    unit: str | None = None
+
+
+# Carries out an instruction with these operands: None for one that is left out, the last ones may be missing. Returns
+# what the driver is to do, or None.
+Handler = Callable[..., Iterable[Event] | None]
+
+
+def transform(place: Transform | Joints) -> Transform:
+    """Raises TypeMismatch for a precision point."""
+    if not isinstance(place, Transform):
+        raise TypeMismatch("a precision point", "a transformation is wanted here")
+    return place
+
+
+def checked_seconds(what: str, seconds: float) -> float:
+    """Return a length of time. Raises IllegalValue if it is negative."""
+    if seconds < 0.0:
+        raise IllegalValue(f"{what} of {plain(seconds)} seconds", "it must not be negative")
+    return seconds
+
+
+def stamp_of(at: float | None, within: float | None) -> Stamp | None:
+    """`AT t` or `IN dt` of a motion. Raises IllegalValue for a time before 0."""
+    seconds = within if at is None else at
+    if seconds is None:
+        return None
+    if seconds < 0.0:
+        raise IllegalValue(f"{'IN' if at is None else 'AT'} {plain(seconds)}", "times are 0 or more seconds")
+    return Stamp(seconds, relative=at is None)

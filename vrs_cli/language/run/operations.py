@@ -114,11 +114,6 @@ def power(a: float, b: float) -> float:
 _BCD_DIGITS = 6  # four bits each fill 24
 
 
-def to_bcd(x: float) -> float:
-    digits = integer_between(x, 0, 10**_BCD_DIGITS - 1, "BCD of")
-    return float(int(str(digits), 16))
-
-
 def from_bcd(x: float) -> float:
     text = format(integer_between(x, 0, INTEGER_HIGH, "DCB of"), "x")
     if not text.isdecimal():
@@ -192,18 +187,9 @@ def code_of(text: str, index: float | None) -> float:
     return float(ord(text[place - 1])) if place <= len(text) else -1.0
 
 
-def value_of(text: str) -> float:
-    found = leading_number(text.strip())
-    return 0.0 if found is None else found[0]
-
-
 def position_of(text: str, part: str, start: float | None) -> float:
     first = max(whole(_or(start, 1.0)), 1)
     return float(text.find(part, first - 1) + 1) if part else 0.0
-
-
-def character(code: float) -> str:
-    return chr(integer_between(code, 0, 255, "character"))
 
 
 def middle(text: str, first: float, count: float | None) -> str:
@@ -233,10 +219,6 @@ def packer(code: str, low: float, high: float) -> Callable[[float], str]:
     return pack
 
 
-def unpacker(code: str) -> Callable[[str, float | None], float]:
-    return lambda text, first: _numbers_in(text, first, code)[0]
-
-
 def _numbers_in(text: str, first: float | None, code: str) -> tuple[float, ...]:
     """The numbers of a big-endian binary form from a character on. Raises IllegalValue for what holds none."""
     start, size = whole(_or(first, 1.0)) - 1, struct.calcsize(f">{code}")
@@ -253,10 +235,6 @@ def location_bytes(T: Transform) -> str:
     """The axes and the position [mm] as numbers of single precision, a character a byte (V+ Language Reference)."""
     axes = (number for column in range(3) for number in T[column::4])
     return struct.pack(">12f", *axes, *map(millimetres, position(T))).decode("latin-1")
-
-
-def location_of_bytes(text: str, first: float | None) -> Transform:
-    return normalised(from_axes(_numbers_in(text, first, "12f")))
 
 
 PIECE = 128  # characters of an element of an array that PACK and $UNPACK take for one long string
@@ -310,20 +288,15 @@ IDLE, COMPLETED, FAILED, ABORTED, EXECUTING, PAUSED = range(6)
 def about_task(context: Context, select: float | None, task: float | None) -> float:
     """TASK."""
     which, system = whole(_or(select, 0.0)), context.environment.system
-    number = system.task() if task is None else whole(task)
-    if which == 0:
-        return float(system.task())
-    if which == 1:
-        return float(system.run_state(number))
-    if which == 2:
-        return float(system.robot_of(number))
-    raise IllegalValue(f"TASK({which})", "0 the number of this task, 1 what a task does, 2 its robot")
+    asked = {0: lambda _: system.task(), 1: system.run_state, 2: system.robot_of}
+    if which not in asked:
+        raise IllegalValue(f"TASK({which})", "0 the number of this task, 1 what a task does, 2 its robot")
+    return float(asked[which](_task(context, task)))
 
 
-def event_of(context: Context, task: float | None) -> float:
-    """GET.EVENT: the events of a task as bits. There is one."""
-    system = context.environment.system
-    return float(system.event(system.task() if task is None else whole(task)))
+def _task(context: Context, number: float | None) -> int:
+    """Return the number of a task: this one's where it is left out."""
+    return context.environment.system.task() if number is None else whole(number)
 
 
 def selected(device: str, mode: float | None) -> float:
@@ -385,12 +358,6 @@ def io_status(context: Context, unit: float, mode: float | None) -> float:
 RECORD_LENGTH = 2  # mode of IOSTAT
 
 
-def next_character(context: Context, unit: float, mode: float | None) -> float:
-    """GETC."""
-    wait = not whole(_or(mode, 0.0)) & NO_WAIT
-    return float(context.environment.system.character(checked_unit(unit), wait))
-
-
 # Messages that are no errors (V+ Language Reference, system messages).
 MESSAGES = {
     1: "Success",
@@ -420,7 +387,8 @@ def clock_text(context: Context) -> str:
     return f"{moment.day:02d}-{_MONTHS[moment.month - 1]}-{moment.year % 100:02d} {moment:%H:%M:%S}"
 
 
-def numeric(value: float | str) -> float:
+def parameter(context: Context, name: str = "HAND.TIME") -> float:
+    value = context.robot.parameter(name)
     if isinstance(value, str):
         raise IllegalValue(f"the parameter is the word {value}", "a number is wanted here")
     return value
@@ -458,7 +426,7 @@ OF_VALUES: Mapping[str, Evaluator] = {
     "MAX": lambda *x: max(x),
     "MIN": lambda *x: min(x),
     "OUTSIDE": lambda low, x, high: truth(x < low or x > high),
-    "BCD": to_bcd,
+    "BCD": lambda x: float(int(str(integer_between(x, 0, 10**_BCD_DIGITS - 1, "BCD of")), 16)),
     "DCB": from_bcd,
     "BMASK": bit_mask,
     "DX": lambda T: millimetres(T.px),
@@ -486,10 +454,10 @@ OF_VALUES: Mapping[str, Evaluator] = {
     "OFF": lambda: FALSE,
     "LEN": lambda text: float(len(text)),
     "ASC": code_of,
-    "VAL": value_of,
+    "VAL": lambda text: (leading_number(text.strip()) or (0.0,))[0],
     "POS": position_of,
     "STRDIF": lambda a, b: float((a > b) - (a < b)),
-    "$CHR": character,
+    "$CHR": lambda code: chr(integer_between(code, 0, 255, "character")),
     "$MID": middle,
     "$DECODE": decoded,
     "$ERROR": lambda code: message(whole(code)),
@@ -499,12 +467,12 @@ OF_VALUES: Mapping[str, Evaluator] = {
     "$LNGB": packer("i", -2147483648.0, 2147483647.0),
     "$FLTB": packer("f", -3.4028234e38, 3.4028234e38),
     "$DBLB": packer("d", -3.4028235e38, 3.4028235e38),
-    "INTB": unpacker("h"),
-    "LNGB": unpacker("i"),
-    "FLTB": unpacker("f"),
-    "DBLB": unpacker("d"),
+    "INTB": lambda text, first: _numbers_in(text, first, "h")[0],
+    "LNGB": lambda text, first: _numbers_in(text, first, "i")[0],
+    "FLTB": lambda text, first: _numbers_in(text, first, "f")[0],
+    "DBLB": lambda text, first: _numbers_in(text, first, "d")[0],
     "$TRANSB": location_bytes,
-    "TRANSB": location_of_bytes,
+    "TRANSB": lambda text, first: normalised(from_axes(_numbers_in(text, first, "12f"))),
     "FREE": free,
     "TPS": lambda: 1.0 / TICK,
     "SELECT": selected,
@@ -532,15 +500,15 @@ IN_CONTEXT: Mapping[str, Evaluator] = {
     "SPEED": lambda it, n: float(it.robot.speed(whole(n))),
     "STATE": lambda it, n: float(it.robot.state(whole(n))),
     "SWITCH": lambda it, name: truth(it.robot.switch(name)),
-    "PARAMETER": lambda it, name: numeric(it.robot.parameter(name)),
+    "PARAMETER": parameter,
     "HAND": lambda it: float(it.robot.hand()),
-    "HAND.TIME": lambda it: numeric(it.robot.parameter("HAND.TIME")),
+    "HAND.TIME": parameter,
     "ERROR": lambda it, *_: float(it.environment.last_error),
     "$ENCODE": lambda it, *items: encode(items, it.environment.units)[0],
     "$TIME": clock_text,
     "STATUS": lambda it, name: float(it.environment.system.program_status(name)),
     "TASK": about_task,
-    "GET.EVENT": event_of,
+    "GET.EVENT": lambda it, task: float(it.environment.system.event(_task(it, task))),  # there is one
     "CONFIG": configured,
     "LATCH": lambda it, select: latched_place(it, select)[0],
     "#PLATCH": lambda it, select: latched_place(it, select)[1],
@@ -548,5 +516,7 @@ IN_CONTEXT: Mapping[str, Evaluator] = {
     "PRIORITY": lambda it: float(it.environment.system.priority()),
     "ID": lambda it, component: it.environment.system.identity(whole(component)),
     "IOSTAT": io_status,
-    "GETC": next_character,
+    "GETC": lambda it, unit, mode: float(
+        it.environment.system.character(checked_unit(unit), wait=not whole(_or(mode, 0.0)) & NO_WAIT)
+    ),
 }

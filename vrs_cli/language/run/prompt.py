@@ -9,10 +9,8 @@ from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.analysis.analyzer import analyze
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import Event, Halt, ProgramCompleted, TaskState
-from vrs_cli.language.run.environment import Environment, Executable
-from vrs_cli.language.run.library import evaluator
-from vrs_cli.language.run.memory import Context, StoredProgram
-from vrs_cli.language.run.operands import Definable
+from vrs_cli.language.run.environment import Environment, Executable, evaluator
+from vrs_cli.language.run.memory import Context, Definable, StoredProgram
 from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text import ast

@@ -16,36 +16,41 @@ steps. A driver that sees one `due` while the task waits may call `react`: the s
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from inspect import GEN_CLOSED, getgeneratorstate
 from itertools import islice
-from typing import Any, cast
+from typing import cast
 
 from vrs_cli.errors import IllegalValue, LimitReached, LineMissing, StackOverflow, VrsError
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import (
     CYCLE_SETTINGS,
+    OF_ERRORS,
     Budget,
     CallProgram,
     CycleBegins,
     Event,
     Failed,
     Halt,
-    Ignore,
-    Lock,
     LookAround,
     Pause,
     ProgramCompleted,
-    ReactToErrors,
+    Reactions,
     Return,
     Stop,
     TaskState,
     Wait,
 )
-from vrs_cli.language.run.environment import Activation, Environment, Executable, Interruption
-from vrs_cli.language.run.library import at_once, by_value, overflow
+from vrs_cli.language.run.environment import (
+    Activation,
+    Environment,
+    Executable,
+    Interruption,
+    at_once,
+    by_value,
+    overflow,
+)
 from vrs_cli.language.run.memory import Context, StoredProgram
-from vrs_cli.language.run.reactions import OF_ERRORS, Reaction, Reactions
 from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.units import AwaitLine
 from vrs_cli.language.text.ast import Statement
@@ -79,7 +84,8 @@ class Task:
         step: int = 1,
     ) -> None:
         self._environment = environment
-        self._context = Context(environment, robot)
+        self.reactions = Reactions()
+        self._context = Context(environment, robot, self.reactions)
         stored = environment.program(program) if isinstance(program, str) else program
         main = self._allowed(stored if isinstance(stored, Executable) else environment.executable(stored))
         self._main: Executable | None = main  # None when all cycles are done: the program may be deleted then
@@ -98,7 +104,6 @@ class Task:
         self.steps_done = 0
         self.state = TaskState.RUNNING
         self.fault: ProgramFault | None = None
-        self.reactions = Reactions()
         self._activations: list[Activation] = []
         self._held: Event | None = None
         self._budget = BUDGET
@@ -251,7 +256,7 @@ class Task:
         self._activations = [Activation(self._context, self._main, bound, self._first_step)]
         self._first_step = 0
         self._tried: tuple[Activation, int, float] | None = None
-        self.reactions = Reactions()
+        self.reactions.clear()
 
     def _allowed(self, program: Executable) -> Executable:
         """Raises ProgramNotExecutable for what V+ alone has while VPLUS is off."""
@@ -299,15 +304,12 @@ class Task:
             returns = isinstance(event, Return)
             if isinstance(event, Stop) or (returns and len(self._activations) == 1):
                 return None
-            own = _OWN.get(type(event))
             if isinstance(event, Return):
                 yield from self._return(event)
-            elif own is not None:
-                own(self.reactions, event)
             elif isinstance(event, Halt):
                 self.state = TaskState.HALTED
                 return event
-            else:
+            elif not isinstance(event, LookAround):
                 if isinstance(event, Pause):
                     self.state = TaskState.PAUSED
                 yield from self._say(event)
@@ -325,26 +327,13 @@ class Task:
             below.enter(below.op)
             if event.mended:
                 below.skip()
-            else:
-                yield from self._try_again(below)
+                return
+            # a step that is tried twice at one instant waits a tick: a REACTE that mends nothing must not take for ever
+            if self._tried == (below, below.op, self._context.robot.time()):
+                yield from self._say(Wait(at_once, 1))
+            self._tried = (below, below.op, self._context.robot.time())
         elif interruption.waiting is not None:
             yield from self._say(interruption.waiting)
-
-    def _try_again(self, activation: Activation) -> Generator[Event, None, None]:
-        """The step that failed comes again. Where it has come at this instant already, a tick goes by before: a routine
-        of REACTE that mends nothing must not go on for ever now.
-        """
-        tried = (activation, activation.op, self._context.robot.time())
-        if tried == self._tried:
-            yield from self._say(Wait(at_once, 1))
-        self._tried = (activation, activation.op, self._context.robot.time())
-
-    def _reaction(self, reaction: Reaction) -> Event:
-        """Call it. Raises UndefinedName for a program that is there no more."""
-        self.reactions.waiting.remove(reaction)
-        waiting, self._held = self._held, None
-        self._interrupt(reaction.program, reaction.priority, Interruption(self.reactions.priority, waiting))
-        return Brake() if reaction.immediate else _LOOK_AROUND
 
     def _reacts_to(self, error: VrsError) -> bool:
         """Call the routine of REACTE, if there is one that may be called and this error is not the end in any case."""
@@ -366,11 +355,15 @@ class Task:
     def _advance(self) -> Event:
         """Steps of the program on top until it yields something else than the number of its next operation.
 
-        With a reaction due, up to the next step only.
+        With a reaction due, up to the next step only; then the reaction is called. Raises UndefinedName if its program
+        is not in memory.
         """
         activation, due = self._activations[-1], self.reactions.due
         if due is not None and (activation.between or self._held is not None):
-            return self._reaction(due)
+            self.reactions.waiting.remove(due)
+            waiting, self._held = self._held, None
+            self._interrupt(due.program, due.priority, Interruption(self.reactions.priority, waiting))
+            return Brake() if due.immediate else _LOOK_AROUND
         self._held = None
         budget = self._budget if due is None else min(self._budget, 1)
         op, left = activation.op, budget
@@ -422,12 +415,3 @@ class Task:
             error.numbers,
         )
         return Failed(self.fault, error)
-
-
-_OWN: dict[type, Callable[[Reactions, Any], None]] = {
-    Reaction: Reactions.set,
-    LookAround: lambda _reactions, _event: None,
-    Ignore: lambda reactions, event: reactions.ignore(event.signal),
-    Lock: lambda reactions, event: setattr(reactions, "priority", event.priority),
-    ReactToErrors: lambda reactions, event: setattr(reactions, "on_error", event.program),
-}

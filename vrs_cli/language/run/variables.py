@@ -75,7 +75,7 @@ class Variables:
     def reference(self, name: str, index: Index | None = None, *, array: bool = False) -> Reference:
         """The variable of that name (as typed); an element of an array; or, with `array`, the whole of it."""
         key = key_of(name)
-        self.spell(key, name)
+        self.spelling.setdefault(key, name)
         kind = kind_of_name(key)
         owner = key if array or index is not None else None
         cells = self.cells(kind, owner)
@@ -90,10 +90,6 @@ class Variables:
         elif value is None:
             value = entry.numbers[0] if len(entry.numbers) == 1 else transformation(entry.numbers)
         self.put_back((entry.variable.sigil + entry.variable.name, item_of(entry)[1]), value)
-
-    def spell(self, key: str, name: str) -> None:
-        """Keep the spelling of the first use of a name."""
-        self.spelling.setdefault(key, name)
 
     def kind_of(self, name: str) -> Kind | None:
         """The kind of a variable or an array that has a value; None for a name without one."""
@@ -115,7 +111,8 @@ class Variables:
 
     def variables(self, kind: Kind) -> Iterator[NamedValue]:
         """Every value of a kind in the order of names and indexes, arrays element by element."""
-        for key in sorted(self._names(kind)):
+        simple, arrays = self._named_by(kind)
+        for key in sorted({*map(str, simple), *arrays}):
             yield from self._named(kind, key)
 
     def first_variables(self, kind: Kind, most: int, begun: str = "") -> Iterator[NamedValue]:
@@ -166,7 +163,7 @@ class Variables:
     def alone(self, key: str) -> Variables:
         """One name with all that it stands for now."""
         found = Variables(self.units)
-        found.spell(key, self.spelling.get(key, key))
+        found.spelling[key] = self.spelling.get(key, key)
         for kind in kinds_of_name(key):
             if key in self._simple[kind]:
                 found._simple[kind][key] = self._simple[kind][key]
@@ -177,11 +174,6 @@ class Variables:
     def _named_by(self, kind: Kind) -> tuple[Set[str | Index], Set[str]]:
         """The keys of the simple variables of a kind, and of its arrays."""
         return self._simple[kind].keys(), {array for array, cells in self._arrays[kind].items() if cells}
-
-    def _names(self, kind: Kind) -> set[str]:
-        """The keys of the names that are of a kind."""
-        simple, arrays = self._named_by(kind)
-        return {*map(str, simple), *arrays}
 
     def name_of(self, item: Item) -> str:
         """A variable as a listing shows it."""
@@ -227,9 +219,6 @@ class _Kinds(Mapping[str, Kind]):
             if key in simple or arrays.get(key):
                 return kind
         raise KeyError(key)
-
-    def __contains__(self, key: object) -> bool:
-        return isinstance(key, str) and any(key in simple or arrays.get(key) for _, simple, arrays in self._rows)
 
     def __iter__(self) -> Iterator[str]:
         known: dict[str, None] = {}

@@ -1,11 +1,13 @@
-"""A file as lines: which belong to a program, which to a section of variables, and how old files are read."""
+"""A file as lines: which belong to programs and sections of variables, how old files are read, and which warnings its
+comments suppress: `; vrs: ignore V401, V056` ends a line, `; vrs: ignore-file V401` stands anywhere; no codes: all.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
-from typing import NamedTuple, Protocol
+from typing import Final, NamedTuple, Protocol
 
 from msgspec.structs import replace
 
@@ -25,6 +27,7 @@ from vrs_cli.values.diagnostics import (
     Diagnostic,
     DiagnosticCollector,
     LineRefused,
+    Severity,
     Span,
     counted,
     did_you_mean,
@@ -311,3 +314,26 @@ def step_numbers(lines: Sequence[SourceLine]) -> bool:
     labels = {inner[1] for text in rest if (inner := re.match(_LABEL, text))}
     targets = {target for text in rest for target in re.findall(_GOTO, text)}
     return len(rest) > 1 and targets <= labels
+
+
+_MARK: Final = "vrs:"
+_COMMENT: Final = re.compile(r";.*\bvrs:\s*ignore(-file)?((?:[\s,]+V\d{3,4})*)\s*$", re.IGNORECASE)
+
+
+def heeded(lines: Sequence[str], found: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Diagnostics without the warnings that comments of the lines suppress."""
+    everything = tuple(found)
+    asked = [(number, line) for number, line in enumerate(lines, 1) if _MARK in line and len(line) <= MAX_LINE_CHARS]
+    if not asked or not everything:
+        return everything
+    unwanted: dict[int, set[str]] = {}  # by line, 0 for the whole file
+    for number, line in asked:
+        if comment := _COMMENT.search(line):
+            place = 0 if comment[1] else number
+            unwanted.setdefault(place, set()).update(re.findall(r"V\d{3,4}", comment[2].upper()) or [""])
+    return tuple(one for one in everything if not _suppressed(one, unwanted))
+
+
+def _suppressed(one: Diagnostic, unwanted: dict[int, set[str]]) -> bool:
+    codes = unwanted.get(0, set()) | unwanted.get(one.span.line, set())
+    return one.severity is Severity.WARNING and not codes.isdisjoint(("", one.label))

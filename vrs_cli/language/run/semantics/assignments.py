@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from msgspec.structs import replace
 
@@ -10,51 +10,40 @@ from vrs_cli.errors import TypeMismatch
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, inverse
 from vrs_cli.language.run.cells import Reference
-from vrs_cli.language.run.effects import Event
-from vrs_cli.language.run.memory import Context
-from vrs_cli.language.run.operands import NOTHING, Definable, Handler, Wording, transform
+from vrs_cli.language.run.memory import Context, Definable, Handler, Wording, transform
 from vrs_cli.language.run.operations import configuration_bits, configuration_of, element, frame, pack, shift
-from vrs_cli.language.words.values import kind_of_value, numbers_of
+from vrs_cli.language.words.values import Kind, kind_of_value, numbers_of
 
 
-def _set(_context: Context, it: Wording, target: Definable) -> Iterable[Event]:
+def _set(_context: Context, it: Wording, target: Definable) -> None:
     target.define(it.value)
-    return NOTHING
 
 
-def _set_frame(_context: Context, _it: Wording, target: Definable, *places: Transform | Joints) -> Iterable[Event]:
+def _set_frame(_context: Context, _it: Wording, target: Definable, *places: Transform | Joints) -> None:
     origin, on_x, on_y = map(transform, places)
     target.define(frame(origin, on_x, on_y, origin))
-    return NOTHING
 
 
-def _shift(_context: Context, _it: Wording, target: Definable, *distances: float | None) -> Iterable[Event]:
+def _shift(_context: Context, _it: Wording, target: Definable, *distances: float | None) -> None:
     """The last name of a compound is moved in the frame of those before it, as the numbers of it are."""
     reference = target.reference
     T = reference.value()
     if not isinstance(T, Transform):
         raise TypeMismatch(f"{reference.name} is a {kind_of_value(T).value}", "a transformation is wanted")
     reference.assign(shift(T, *distances))
-    return NOTHING
 
 
-def _here(context: Context, _it: Wording, target: Definable) -> Iterable[Event]:
-    target.define(context.robot.joints() if target.precision else context.robot.here())
-    return NOTHING
+def _here(context: Context, _it: Wording, target: Definable) -> None:
+    joints = target.reference.cells.kind is Kind.PRECISION
+    target.define(context.robot.joints() if joints else context.robot.here())
 
 
-def _set_integer(_context: Context, it: Wording, variable: Reference) -> Iterable[Event]:
-    variable.assign(float(int(it.value)))
-    return NOTHING
-
-
-def _decompose(context: Context, it: Wording, first: Reference) -> Iterable[Event]:
-    """Elements from the one named on: X, Y, Z, O, A, T of a transformation, or the joints."""
+def _decompose(context: Context, it: Wording, first: Reference) -> None:
+    """Assign elements from the one named on: X, Y, Z, O, A, T of a transformation, or the joints."""
     if isinstance(first.key, str | tuple):
         raise TypeMismatch(first.name, "DECOMPOSE wants an element of an array with one index: a[1]")
     for offset, number in enumerate(numbers_of(it.value, context.environment.units)):
         first._replace(key=(first.key or 0) + offset).assign(number)
-    return NOTHING
 
 
 def _solve_angles(
@@ -66,7 +55,7 @@ def _solve_angles(
     place: Transform,
     before: Reference | None = None,
     asked: float | None = None,
-) -> Iterable[Event]:
+) -> None:
     robot = context.robot
     near = robot.joints() if before is None else _joints_from(context, before)
     joints, reasons = robot.solve(transform(place), near, None if asked is None else configuration_of(asked))
@@ -74,14 +63,12 @@ def _solve_angles(
         element(_beginning(first), offset).assign(number)
     flags.assign(float(configuration_bits(robot.configuration(joints))))
     error.assign(float(reasons))
-    return NOTHING
 
 
-def _solve_place(context: Context, it: Wording, target: Definable, error: Reference) -> Iterable[Event]:
+def _solve_place(context: Context, it: Wording, target: Definable, error: Reference) -> None:
     joints = _joints_from(context, it.value)
     target.define(context.robot.place(joints))
     error.assign(float(context.robot.in_range(joints)))
-    return NOTHING
 
 
 def _joints_from(context: Context, array: Reference) -> Joints:
@@ -96,11 +83,6 @@ def _beginning(array: Reference) -> Reference:
     return array._replace(key=0) if array.key is None else array
 
 
-def _pack(_context: Context, it: Wording, array: Reference, first: float, count: float) -> Iterable[Event]:
-    pack(array, first, count, it.value)
-    return NOTHING
-
-
 ASSIGNMENTS: Mapping[str, Handler] = {
     "SET": _set,
     "POINT": _set,
@@ -108,9 +90,9 @@ ASSIGNMENTS: Mapping[str, Handler] = {
     "SHIFT": _shift,
     "INVERSE": lambda context, it, target: _set(context, replace(it, value=inverse(it.value)), target),
     "FRAME": _set_frame,
-    "SETI": _set_integer,
+    "SETI": lambda _context, it, variable: variable.assign(float(int(it.value))),
     "DECOMPOSE": _decompose,
-    "PACK": _pack,
+    "PACK": lambda _context, it, array, first, count: pack(array, first, count, it.value),
     "SOLVE.ANGLES": _solve_angles,
     "SOLVE.TRANS": _solve_place,
 }

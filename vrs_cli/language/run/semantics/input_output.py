@@ -12,8 +12,7 @@ from vrs_cli.errors import IllegalValue, InvalidNumber, TypeMismatch, UnitNotAtt
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import Answers, AttachRobot, DetachRobot, Event, Prompt, Type
 from vrs_cli.language.run.formats import TypeItem, encode
-from vrs_cli.language.run.memory import Context
-from vrs_cli.language.run.operands import Handler, Wording
+from vrs_cli.language.run.memory import Context, Handler, Wording
 from vrs_cli.language.run.units import (
     ANY,
     CHOOSE,

@@ -1,12 +1,13 @@
-"""The end of a program or of a cycle, and tasks side by side: EXECUTE, ABORT, events."""
+"""Signals, timers and reactions; the end of a program or of a cycle; tasks side by side: EXECUTE, ABORT, events."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from functools import partial
 
-from vrs_cli.errors import IllegalSignal, IllegalValue
+from vrs_cli.errors import IllegalSignal
 from vrs_cli.language.run.effects import (
+    DEFAULT_PRIORITY,
     LAST_TASK,
     PROCESS_CONTROL,
     CallProgram,
@@ -14,21 +15,92 @@ from vrs_cli.language.run.effects import (
     Event,
     EventSignal,
     Halt,
+    LookAround,
     Pause,
+    Reaction,
     Return,
+    RunSignal,
     SetEvent,
     StartTask,
     Stop,
     TaskControl,
     Wait,
     WaitEvent,
+    checked_priority,
+    checked_signal,
 )
-from vrs_cli.language.run.memory import Context
-from vrs_cli.language.run.operands import Handler, Wording
+from vrs_cli.language.run.memory import Context, Handler, Wording, checked_seconds
 from vrs_cli.language.words.signals import INPUTS
-from vrs_cli.language.words.values import integer_between, plain, whole
+from vrs_cli.language.words.values import integer, integer_between, plain, whole
 
 MOST_STEPS = 9999  # that RETURN n leaves out
+
+# --- signals and reactions ---------------------------------------------------------------------------------------
+
+_LOOK_AROUND = (LookAround(),)
+
+
+def _signal(context: Context, _it: Wording, *numbers: float | None) -> Iterable[Event]:
+    for number in numbers:
+        if number is not None:
+            context.environment.signals.write(number)
+    return _LOOK_AROUND
+
+
+def _reset(context: Context, _it: Wording) -> Iterable[Event]:
+    context.environment.signals.reset()
+    return _LOOK_AROUND
+
+
+def _bits(context: Context, it: Wording, first: float, count: float | None = None) -> Iterable[Event]:
+    context.environment.signals.write_bits(first, 1.0 if count is None else count, integer(it.value))
+    return _LOOK_AROUND
+
+
+def _react(
+    immediate: bool, context: Context, _it: Wording, number: float, call: CallProgram, given: float | None = None
+) -> None:
+    signal, priority = checked_signal(number), checked_priority(DEFAULT_PRIORITY if given is None else given, 1)
+    context.environment.signals.read(signal)
+    context.environment.program(call.name)
+    context.reactions.set(Reaction(signal, call.name, priority, immediate))
+
+
+def _react_to_errors(context: Context, _it: Wording, call: CallProgram | None = None) -> None:
+    if call is not None:
+        context.environment.program(call.name)
+    context.reactions.on_error = None if call is None else call.name
+
+
+def _ignore(context: Context, _it: Wording, number: float) -> None:
+    signal = checked_signal(number)
+    context.environment.signals.read(signal)
+    context.reactions.ignore(signal)
+
+
+def _lock(context: Context, _it: Wording, priority: float) -> Iterable[Event]:
+    context.reactions.priority = checked_priority(priority, 0)
+    return _LOOK_AROUND
+
+
+def _run_signal(context: Context, _it: Wording, number: float) -> Iterable[Event]:
+    return (RunSignal(context.environment.signals.writable(checked_signal(number))),)
+
+
+SIGNALS: Mapping[str, Handler] = {
+    "SIGNAL": _signal,
+    "RESET": _reset,
+    "BITS": _bits,
+    "TIMER": lambda context, it, number: context.environment.timers.set(number, it.value, context.robot.time()),
+    "REACT": partial(_react, False),
+    "REACTI": partial(_react, True),
+    "REACTE": _react_to_errors,
+    "IGNORE": _ignore,
+    "LOCK": _lock,
+    "RUNSIG": _run_signal,
+}
+
+# --- tasks -------------------------------------------------------------------------------------------------------
 
 
 def checked_task(number: float) -> int:
@@ -54,15 +126,11 @@ def _control(control: TaskControl, _context: Context, _it: Wording, task: float 
     return (ControlTask(control, checked_task(task or 0.0)),)
 
 
-def _return(_context: Context, _it: Wording, steps: float | None = None) -> Iterable[Event]:
-    return (Return(integer_between(steps or 0.0, 0, MOST_STEPS, "a number of steps of")),)
-
-
 def _wait_event(
     _context: Context, _it: Wording, event: float | None = None, seconds: float | None = None
 ) -> Iterable[Event]:
-    if seconds is not None and seconds < 0.0:
-        raise IllegalValue(f"a wait of {plain(seconds)} seconds", "it must not be negative")
+    if seconds is not None:
+        checked_seconds("a wait", seconds)
     return (WaitEvent(event is not None or seconds is None, seconds),)
 
 
@@ -85,7 +153,9 @@ def _event_signal(context: Context, _it: Wording, number: float, level: float | 
 
 
 TASKS: Mapping[str, Handler] = {
-    "RETURN": _return,
+    "RETURN": lambda _context, _it, steps=None: (
+        Return(integer_between(steps or 0.0, 0, MOST_STEPS, "a number of steps of")),
+    ),
     "RETURNE": lambda _context, _it: (Return(mended=True),),
     "STOP": lambda _context, _it: (Stop(),),
     "PAUSE": lambda _context, _it: (Pause(),),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vrs_cli.language.analysis.kinds import kind_of
+from vrs_cli.language.analysis.names import kind_of
 from vrs_cli.language.text import ast
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.values import Kind

@@ -17,7 +17,7 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.language.run.effects import Failed
-from vrs_cli.language.run.library import HANDLERS
+from vrs_cli.language.run.environment import HANDLERS
 from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS
 from vrs_cli.language.words.word import State
 
