@@ -34,6 +34,13 @@ class VrsError(Exception):
     code: ClassVar[int] = -1
     text: ClassVar[str] = "Error"
 
+    def __init_subclass__(cls, *, code: int | None = None, text: str | None = None) -> None:
+        """A class without a code or a text of its own has that of its base."""
+        if code is not None:
+            cls.code = code
+        if text is not None:
+            cls.text = text
+
     def __init__(
         self,
         detail: str = "",
@@ -91,196 +98,168 @@ class ProgramError(VrsError):
     """A step of a program, or a line at the prompt, cannot be done."""
 
 
-class UndefinedValue(ProgramError):
-    code, text = -401, "Undefined value"
+class UndefinedValue(ProgramError, code=-401, text="Undefined value"):
+    """A variable without a value is read."""
 
 
-class IllegalValue(ProgramError):
-    code, text = -402, "Illegal value"
+class IllegalValue(ProgramError, code=-402, text="Illegal value"):
+    """A value is outside the range that a word takes."""
 
 
-class IllegalAssignment(ProgramError):
-    code, text = -403, "Illegal assignment"
+class IllegalAssignment(ProgramError, code=-403, text="Illegal assignment"):
+    """A value is assigned to something that takes none."""
 
 
-class IllegalArrayIndex(ProgramError):
-    code, text = -404, "Illegal array index"
+class IllegalArrayIndex(ProgramError, code=-404, text="Illegal array index"):
+    """An index is negative, too large, or one too many."""
 
 
-class IllegalSignal(ProgramError):
-    code, text = -405, "Illegal digital signal"
+class IllegalSignal(ProgramError, code=-405, text="Illegal digital signal"):
+    """There is no signal of that number, or it cannot be set."""
 
 
-class UndefinedName(ProgramError):
-    code, text = -406, "Undefined program or variable name"
+class UndefinedName(ProgramError, code=-406, text="Undefined program or variable name"):
+    """No program or variable has that name."""
 
 
-class ArgumentMismatch(ProgramError):
-    code, text = -408, "Program argument mismatch"
+class ArgumentMismatch(ProgramError, code=-408, text="Program argument mismatch"):
+    """A program is called with other arguments than it takes."""
 
 
-class ArithmeticOverflow(ProgramError):
-    code, text = -409, "Arithmetic overflow"
+class ArithmeticOverflow(ProgramError, code=-409, text="Arithmetic overflow"):
+    """A result is too large for a real."""
 
 
-class NegativeSquareRoot(ProgramError):
-    code, text = -410, "Negative square root"
+class NegativeSquareRoot(ProgramError, code=-410, text="Negative square root"):
+    """The square root of a negative number."""
 
 
-class StringOverflow(ProgramError):
+class StringOverflow(ProgramError, code=-416, text="String variable overflow"):
     """A string of more characters than a variable holds."""
 
-    code, text = -416, "String variable overflow"
+
+class UndefinedLabel(ProgramError, code=-412, text="Branch to undefined label"):
+    """GOTO names a label that the program does not have."""
 
 
-class UndefinedLabel(ProgramError):
-    code, text = -412, "Branch to undefined label"
+class StackOverflow(ProgramError, code=-413, text="Not enough program stack space"):
+    """Programs call one another too deeply."""
 
 
-class StackOverflow(ProgramError):
-    code, text = -413, "Not enough program stack space"
+class TypeMismatch(ProgramError, code=-465, text="Variable type mismatch"):
+    """A value of another type is wanted."""
 
 
-class TypeMismatch(ProgramError):
-    code, text = -465, "Variable type mismatch"
+class UnknownKeyword(ProgramError, code=-424, text="Unknown keyword"):
+    """A word that stands inside a statement is not known."""
 
 
-class UnknownKeyword(ProgramError):
-    code, text = -424, "Unknown keyword"
+class CannotInterpret(ProgramError, code=-450, text="Can't interpret line"):
+    """A line is no statement."""
 
 
-class CannotInterpret(ProgramError):
-    code, text = -450, "Can't interpret line"
+class UnknownInstruction(ProgramError, code=-452, text="Unknown instruction"):
+    """A line begins with an unknown word."""
 
 
-class UnknownInstruction(ProgramError):
-    code, text = -452, "Unknown instruction"
-
-
-class NotAvailable(ProgramError):
+class NotAvailable(ProgramError, code=-453, text="Not available"):
     """A word of VAL-II or its relatives that is known here, and not carried out."""
 
-    code, text = -453, "Not available"
+
+class InvalidName(ProgramError, code=-455, text="Invalid program or variable name"):
+    """A name breaks the rules for names."""
 
 
-class InvalidName(ProgramError):
-    code, text = -455, "Invalid program or variable name"
+class InvalidNumber(ProgramError, code=-456, text="Invalid number format"):
+    """A number is not written as VAL-II writes numbers."""
 
 
-class InvalidNumber(ProgramError):
-    code, text = -456, "Invalid number format"
+class MissingParenthesis(ProgramError, code=-457, text="Missing parenthesis"):
+    """A parenthesis is not closed."""
 
 
-class MissingParenthesis(ProgramError):
-    code, text = -457, "Missing parenthesis"
+class IllegalExpression(ProgramError, code=-458, text="Illegal expression syntax"):
+    """An expression cannot be read."""
 
 
-class IllegalExpression(ProgramError):
-    code, text = -458, "Illegal expression syntax"
+class MissingQuote(ProgramError, code=-460, text="Missing quote mark"):
+    """A string is not closed."""
 
 
-class MissingQuote(ProgramError):
-    code, text = -460, "Missing quote mark"
+class DuplicateLabel(ProgramError, code=-464, text="Duplicate statement label"):
+    """Two steps of a program have the same label."""
 
 
-class DuplicateLabel(ProgramError):
-    code, text = -464, "Duplicate statement label"
-
-
-class MisplacedDeclaration(ProgramError):
+class MisplacedDeclaration(ProgramError, code=-471, text="Misplaced declaration statement"):
     """AUTO, LOCAL or GLOBAL after a step that does something."""
 
-    code, text = -471, "Misplaced declaration statement"
+
+class ControlStructure(ProgramError, code=-473, text="Control structure error"):
+    """IF, CASE, WHILE or another structure is not closed, or is closed twice."""
 
 
-class ControlStructure(ProgramError):
-    code, text = -473, "Control structure error"
-
-
-class AmbiguousGrouping(ProgramError):
+class AmbiguousGrouping(ProgramError, code=56, text="Ambiguous grouping"):
     """A warning: VAL-II's own table of operators groups an expression otherwise."""
 
-    code, text = 56, "Ambiguous grouping"
 
-
-class OldMeaning(ProgramError):
+class OldMeaning(ProgramError, code=58, text="Taken as in VAL"):
     """A warning: a form that the first VAL has, and VAL-II reads otherwise."""
 
-    code, text = 58, "Taken as in VAL"
 
-
-class WordAsName(ProgramError):
+class WordAsName(ProgramError, code=59, text="Word as a name"):
     """A warning: a variable whose name a reader could take for a function or an instruction, or the reverse."""
 
-    code, text = 59, "Word as a name"
 
-
-class UnreachableCode(ProgramError):
+class UnreachableCode(ProgramError, code=57, text="Unreachable code"):
     """A warning: nothing leads to a step."""
 
-    code, text = 57, "Unreachable code"
 
-
-class PauseOfArm(ProgramError):
+class PauseOfArm(ProgramError, code=60, text="Pause of the arm"):
     """A warning: a DELAY that a reader could take for a pause of the program."""
 
-    code, text = 60, "Pause of the arm"
 
-
-class WithoutEffect(ProgramError):
+class WithoutEffect(ProgramError, code=61, text="No effect here"):
     """A warning: a switch or a parameter that means nothing to a virtual robot."""
 
-    code, text = 61, "No effect here"
+
+class NoProgramSpecified(ProgramError, code=-301, text="No program specified"):
+    """A command needs the name of a program."""
 
 
-class NoProgramSpecified(ProgramError):
-    code, text = -301, "No program specified"
+class ProgramNotExecutable(ProgramError, code=-307, text="Program not executable"):
+    """A program has bad lines."""
 
 
-class ProgramNotExecutable(ProgramError):
-    code, text = -307, "Program not executable"
-
-
-class ProgramInterlocked(ProgramError):
+class ProgramInterlocked(ProgramError, code=-308, text="Program interlocked"):
     """A program on the stack of a task cannot be changed or deleted."""
 
-    code, text = -308, "Program interlocked"
+
+class ProgramExists(ProgramError, code=-309, text="Program already exists"):
+    """A program of that name is in memory."""
 
 
-class ProgramExists(ProgramError):
-    code, text = -309, "Program already exists"
+class TaskActive(ProgramError, code=-310, text="Program task already active"):
+    """A task already executes a program."""
 
 
-class TaskActive(ProgramError):
-    code, text = -310, "Program task already active"
+class TaskNotActive(ProgramError, code=-311, text="Program task not active"):
+    """A task executes no program."""
 
 
-class TaskNotActive(ProgramError):
-    code, text = -311, "Program task not active"
-
-
-class LimitReached(ProgramError):
+class LimitReached(ProgramError, code=-414, text="Program limit reached"):
     """A program was stopped by a limit of its run: time, steps, memory, what it types or writes."""
 
-    code, text = -414, "Program limit reached"
 
-
-class EndlessWait(LimitReached):
+class EndlessWait(LimitReached, code=-419, text="Endless wait"):
     """A program waits for what nothing can change, in a time that would pass at once. (The code is ours.)"""
 
-    code, text = -419, "Endless wait"
 
-
-class ClockPaused(ProgramError):
+class ClockPaused(ProgramError, code=-415, text="Clock is paused"):
     """Something waits for a clock on the wall that was told to stand."""
 
-    code, text = -415, "Clock is paused"
 
-
-class EndOfInput(ProgramError):
+class EndOfInput(ProgramError, code=-504, text="Unexpected end of file"):
     """A program asks for a line, and there is no more input."""
-
-    code, text = -504, "Unexpected end of file"
 
 
 class MotionError(VrsError):
@@ -299,48 +278,36 @@ class MotionError(VrsError):
         )
 
 
-class RobotNotAttached(MotionError):
+class RobotNotAttached(MotionError, code=-602, text="Robot not attached to this program"):
     """Another task has the robot, or none has it and the program did not ask for it."""
 
-    code, text = -602, "Robot not attached to this program"
 
-
-class AlterNotOn(MotionError):
+class AlterNotOn(MotionError, code=-634, text="ALTER mode is not on"):
     """The code is of V+, from memory."""
 
-    code, text = -634, "ALTER mode is not on"
+
+class PowerOff(MotionError, code=-604, text="Robot power off"):
+    """The arm has no power."""
 
 
-class PowerOff(MotionError):
-    code, text = -604, "Robot power off"
-
-
-class TooLate(MotionError):
+class TooLate(MotionError, code=-690, text="Execution time is past"):
     """In real time: what was asked for would change what has happened already. (The code is ours.)"""
 
-    code, text = -690, "Execution time is past"
 
-
-class TooNear(MotionError):
+class TooNear(MotionError, code=-691, text="Too near a singularity"):
     """A small step of the tool would be a large one for a joint. (The code is ours.)"""
 
-    code, text = -691, "Too near a singularity"
 
-
-class StreamIsOver(MotionError):
+class StreamIsOver(MotionError, code=-692, text="Stream of targets is over"):
     """A motion that followed a stream of targets would have to be planned again. (The code is ours.)"""
 
-    code, text = -692, "Stream of targets is over"
+
+class IllegalJoint(MotionError, code=-609, text="Illegal joint number"):
+    """The robot has no joint of that number."""
 
 
-class IllegalJoint(MotionError):
-    code, text = -609, "Illegal joint number"
-
-
-class LocationOutOfRange(MotionError):
+class LocationOutOfRange(MotionError, code=-610, text="Location out of range"):
     """`value`: how far away the location is [m]; the arm reaches from `lower` to `upper`."""
-
-    code, text = -610, "Location out of range"
 
     @property
     def beyond(self) -> float | None:
@@ -349,137 +316,105 @@ class LocationOutOfRange(MotionError):
         return None if self.value is None or bound is None else self.value - bound
 
 
-class StraightLineConfiguration(MotionError):
-    code, text = -612, "Straight-line motion can't alter configuration"
+class StraightLineConfiguration(MotionError, code=-612, text="Straight-line motion can't alter configuration"):
+    """A straight line would end in another configuration."""
 
 
-class StraightLineSingular(MotionError):
+class StraightLineSingular(MotionError, code=-613, text="Straight-line motion too near a singularity"):
     """A straight line that passes too near a singularity for the joints to follow."""
 
-    code, text = -613, "Straight-line motion too near a singularity"
 
-
-class PathWithoutJoints(VrsError):
+class PathWithoutJoints(VrsError, code=-693, text="No joints for a place on a straight line"):
     """A straight line on the timeline leads where the arm has no joints: no planned one does. (The code is ours.)"""
 
-    code, text = -693, "No joints for a place on a straight line"
+
+class LocationTooFar(LocationOutOfRange, code=-619, text="Location too far"):
+    """A location is beyond the reach of the arm."""
 
 
-class LocationTooFar(LocationOutOfRange):
-    code, text = -619, "Location too far"
+class LocationTooClose(LocationOutOfRange, code=-618, text="Location too close"):
+    """A location is too near to the base for the arm."""
 
 
-class LocationTooClose(LocationOutOfRange):
-    code, text = -618, "Location too close"
-
-
-class JointOutOfRange(MotionError):
+class JointOutOfRange(MotionError, code=-1023, text="Joint out of range"):
     """A joint would leave its range."""
-
-    code, text = -1023, "Joint out of range"
 
     @property
     def title(self) -> str:
         return f"Joint {self.joint} out of range"
 
 
-class FileError(VrsError):
+class FileError(VrsError, code=-502, text="File error"):
     """A file cannot be read or written."""
 
-    code, text = -502, "File error"
+
+class NonexistentFile(FileError, code=-501, text="Nonexistent file"):
+    """There is no file of that name."""
 
 
-class NonexistentFile(FileError):
-    code, text = -501, "Nonexistent file"
+class FileExists(FileError, code=-500, text="File already exists"):
+    """A file of that name exists."""
 
 
-class FileExists(FileError):
-    code, text = -500, "File already exists"
+class FileDamaged(FileError, code=-503, text="File is not what it should be"):
+    """The content of a file is not of its format."""
 
 
-class FileDamaged(FileError):
-    code, text = -503, "File is not what it should be"
-
-
-class FileOpened(FileError):
+class FileOpened(FileError, code=-506, text="File already opened"):
     """A file that somebody writes is nobody else's, and a unit has one file."""
 
-    code, text = -506, "File already opened"
+
+class FileNotOpened(FileError, code=-513, text="File not opened"):
+    """A unit has no open file."""
 
 
-class FileNotOpened(FileError):
-    code, text = -513, "File not opened"
+class UnitNotAttached(FileError, code=-516, text="Logical unit not attached"):
+    """A task uses a logical unit that it has not attached."""
 
 
-class UnitNotAttached(FileError):
-    code, text = -516, "Logical unit not attached"
-
-
-class UnitAttached(FileError):
+class UnitAttached(FileError, code=-515, text="Device already attached"):
     """A device that cannot be shared is another task's."""
 
-    code, text = -515, "Device already attached"
 
-
-class DeviceNotReady(FileError):
+class DeviceNotReady(FileError, code=-508, text="Device not ready"):
     """There is no such device here, or it cannot be had."""
 
-    code, text = -508, "Device not ready"
 
-
-class NetworkClosed(FileError):
+class NetworkClosed(FileError, code=-562, text="Network connection closed"):
     """Nobody is at the other end, or not any more. (Public V+ programs test this code.)"""
 
-    code, text = -562, "Network connection closed"
 
-
-class NetworkTimeout(FileError):
+class NetworkTimeout(FileError, code=-559, text="Network timeout"):
     """Nothing has come from the other end for too long. (The code is ours.)"""
 
-    code, text = -559, "Network timeout"
 
-
-class PortTaken(FileError):
+class PortTaken(FileError, code=-560, text="Network port in use"):
     """Another program listens at that port. (The code is ours.)"""
 
-    code, text = -560, "Network port in use"
 
-
-class NoDataReceived(FileError):
+class NoDataReceived(FileError, code=-526, text="No data received"):
     """READ or GETC does not wait, and nothing is there."""
-
-    code, text = -526, "No data received"
 
 
 class LineMissing(NoDataReceived):
     """GETC waits for something to come on the unit `value`: the task asks for it, and does the step again."""
 
 
-class FileOutside(FileError):
+class FileOutside(FileError, code=-517, text="File outside the folder of the run"):
     """A program names a file that is not in the folder it runs in."""
 
-    code, text = -517, "File outside the folder of the run"
 
-
-class RequestRefused(VrsError):
+class RequestRefused(VrsError, code=-390, text="Request refused"):
     """A robot does not begin with what it is asked for. (The code is ours.)"""
 
-    code, text = -390, "Request refused"
 
-
-class UsageError(VrsError):
+class UsageError(VrsError, code=-300, text="Illegal monitor command"):
     """A command or an option does not exist, or is used in a way it cannot be."""
 
-    code, text = -300, "Illegal monitor command"
 
-
-class LeaseHeld(UsageError):
+class LeaseHeld(UsageError, code=-694, text="Lease is not yours"):
     """Somebody else drives the robot, or nobody does. (The code is ours.)"""
 
-    code, text = -694, "Lease is not yours"
 
-
-class RoleWanted(UsageError):
+class RoleWanted(UsageError, code=-695, text="Not in your role"):
     """A word needs a role that its sender has not. (The code is ours.)"""
-
-    code, text = -695, "Not in your role"

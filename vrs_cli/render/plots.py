@@ -55,10 +55,8 @@ def _check_matplotlib() -> None:
         raise PlotError("a plot needs matplotlib, which is not installed", how_to_install("matplotlib"))
 
 
-class PlotError(UsageError):
+class PlotError(UsageError, text="No plot"):
     """A plot cannot be made."""
-
-    text = "No plot"
 
 
 def plot_trajectory(path: str | Path, arm: RobotArm, timeline: Timeline, title: str) -> None:

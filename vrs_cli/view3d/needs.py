@@ -18,10 +18,8 @@ ELSEWHERE = (  # where they stand on systems that have no PATH for them
 )
 
 
-class PictureError(UsageError):
+class PictureError(UsageError, text="No picture"):
     """The scene cannot be shown, recorded or photographed."""
-
-    text = "No picture"
 
 
 def check_view() -> None:
