@@ -8,14 +8,14 @@ import pytest
 
 from vrs_cli.devices.address import Address
 from vrs_cli.devices.device import ENOUGH, FULL, YET, Device, Waits
-from vrs_cli.devices.outside import Arrival, Event, Nothing
+from vrs_cli.devices.outside import Arrival, Event, Outside
 from vrs_cli.errors import DeviceNotReady, FileNotOpened, FileOpened, NetworkClosed, NoDataReceived
 from vrs_cli.language.run.units import CLOSED, OPENED, SUCCESS
 
 NAME = "TCP:7"
 
 
-class Stand(Nothing):
+class Stand(Outside):
     """Hears what a device asks for, and has all there is."""
 
     def __init__(self) -> None:
@@ -215,7 +215,7 @@ def test_a_connection_that_is_asked_for(stand: Stand) -> None:
 
 
 def test_a_device_that_is_not_to_be_had_says_so_of_all() -> None:
-    device = Device("TCP", "TCP", Nothing(), DeviceNotReady("TCP"))
+    device = Device("TCP", "TCP", Outside(), DeviceNotReady("TCP"))
     for _ in range(2):
         with pytest.raises(DeviceNotReady):
             device.open_at("/LOCAL_PORT 7")

@@ -11,8 +11,7 @@ from tests.devices.peers import LONGEST, Door, client, run
 from tests.interfaces.programs import load
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.devices.outside import Arrival, Event
-from vrs_cli.devices.recording import DeviceRecording, line_of
-from vrs_cli.devices.script import Script, parse_script, read_script
+from vrs_cli.devices.script import DeviceRecording, Script, line_of, parse_script, read_script
 from vrs_cli.devices.sockets import Sockets
 from vrs_cli.engine.clock import VirtualClock
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile

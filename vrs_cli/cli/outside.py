@@ -68,7 +68,7 @@ def chosen_outside(options: argparse.Namespace, *, patience: float = inf) -> Out
         options.realtime = 1.0
     if outside is None or options.record_units is None:
         return outside
-    from vrs_cli.devices.recording import DeviceRecording
+    from vrs_cli.devices.script import DeviceRecording
 
     return DeviceRecording(outside, options.record_units)
 
@@ -93,9 +93,9 @@ def _sockets(options: argparse.Namespace, patience: float) -> Outside:
 
 def _script(options: argparse.Namespace, patience: float) -> Outside:
     if options.replay_units is None:
-        from vrs_cli.devices.outside import Nothing
+        from vrs_cli.devices.outside import Outside
 
-        return Nothing("--allow-net and --serial let programs have TCP and serial lines")
+        return Outside("--allow-net and --serial let programs have TCP and serial lines")
     from vrs_cli.devices.script import read_script
 
     return read_script(options.replay_units, patience)

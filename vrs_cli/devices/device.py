@@ -69,7 +69,9 @@ class DeviceConnection(Struct, eq=False):
         end = _END.search(data, 0, longest + 1)
         if end is None:
             over = data and (self.paused or self.ended)
-            return self._cut(longest) if len(data) > longest or over else None
+            piece = bytes(data[:longest]) if len(data) > longest or over else None
+            del data[: len(piece or b"")]
+            return piece
         line, self.returned = data[: end.start()], data[end.start()] == RETURN
         del data[: end.end()]
         self._pass_line_feed()
@@ -84,11 +86,6 @@ class DeviceConnection(Struct, eq=False):
             self.returned = False
             if self.data[0] == LINE_FEED:
                 del self.data[0]
-
-    def _cut(self, length: int) -> bytes:
-        piece = bytes(self.data[:length])
-        del self.data[:length]
-        return piece
 
 
 class Device(Struct, eq=False):
@@ -132,7 +129,8 @@ class Device(Struct, eq=False):
         if self.name != TCP:
             raise FileError(f"{self.name} has no ports", "FOPEN is for TCP")
         address = read_address(how)
-        name = _free(address.name, in_use)
+        names = (address.name if number == 1 else f"{address.name}#{number}" for number in count(1))
+        name = next(one for one in names if one not in in_use)  # each of two connections to one port has its own
         self.outside.open(name, address)
         self.name, self.address, self.open, self.dialing = name, address, True, bool(address.host)
 
@@ -215,13 +213,14 @@ class Device(Struct, eq=False):
     def read(self, notices: bool, wait: bool) -> str | Waits | None:
         """A line; None where the status says more. Raises NoDataReceived, NetworkClosed, and as `check_open` does."""
         self.check_open()
+        longest = LONGEST if self.address is None else self.address.longest
         for one in self._in_turn(self.handle + 1):
             if notices and not one.told:
                 one.told = True
                 self._told(one, OPENED)
                 return None
             before = len(one.data)
-            line = one.record(self._longest)
+            line = one.record(longest)
             if line is not None:
                 self._consumed(one, before - len(one.data))
                 self._told(one, SUCCESS, len(line))
@@ -288,10 +287,6 @@ class Device(Struct, eq=False):
     def _listens(self) -> bool:
         return self.address is not None and not self.address.host
 
-    @property
-    def _longest(self) -> int:
-        return LONGEST if self.address is None else self.address.longest
-
     # --- writing ---
 
     def write(self, text: str, newline: bool, handle: int | None, wait: bool) -> Waits | None:
@@ -310,18 +305,15 @@ class Device(Struct, eq=False):
             self._release(one.handle)
             raise NetworkClosed(self.name)
         if one.unwritten > FULL:
-            return self._until_written(one)
+            if not one.asked:
+                one.asked = True
+                self.outside.ask(self.name, one.handle)
+            return YET
         data = (text + END_OF_LINE * newline).encode("latin-1", "replace")
         one.unwritten += len(data)
         self.outside.send(self.name, one.handle, data)
         self.status, self.length = SUCCESS, len(text)
         return None
-
-    def _until_written(self, one: DeviceConnection) -> Waits:
-        if not one.asked:
-            one.asked = True
-            self.outside.ask(self.name, one.handle)
-        return YET
 
     # --- waiting in vain ---
 
@@ -333,9 +325,3 @@ class Device(Struct, eq=False):
             if self.dialing:
                 self.close()
             self.status, self.length = NetworkTimeout.code, 0
-
-
-def _free(name: str, in_use: Collection[str]) -> str:
-    """The name, with a number where several have it: each of two connections to one port."""
-    names = (name if number == 1 else f"{name}#{number}" for number in count(1))
-    return next(one for one in names if one not in in_use)

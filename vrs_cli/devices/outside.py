@@ -1,4 +1,4 @@
-"""The world outside, as units see it: it is told what to open and to send, and gives what arrives.
+"""What units are attached to: they ask it to open and to send, and it gives them what arrives.
 
 What arrives does so at an instant of the robot's clock, before all that programs do at that instant. So programs that
 are given the same arrivals at the same times do the same: a recording holds no more, and a script stands for peers.
@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from enum import Enum
 from math import inf
-from typing import Protocol
 
 from msgspec import Struct
 
@@ -21,7 +20,7 @@ TCP, SERIAL = "TCP", "SERIAL:"
 
 
 class Event(Enum):
-    """What happens on a device without the program's doing."""
+    """What happens on a device by itself."""
 
     OPENED = "opened"  # a connection
     REFUSED = "refused"  # one that was asked for: the code says why
@@ -42,28 +41,31 @@ class Arrival(Struct, frozen=True):
     code: int = 0
 
 
-class Outside(Protocol):
-    """Sockets, serial lines, or what stands for them.
+class Outside:
+    """What units are attached to: sockets, serial lines, or what stands for them. Here, nothing; `hint` says how to get
+    something.
 
     `live`: what arrives comes from others, in real time. `patience` [s] of the robot's clock: how long a unit waits.
-    `wake` is called, in any thread, when something has come; `tell` hears what whoever runs programs is to know.
+    `wake` is called, in any thread, when something has come; `tell` is called with messages for whoever runs programs.
     """
 
-    wake: Callable[[], None]
-    tell: Callable[[str], None]
+    live = False
 
-    @property
-    def live(self) -> bool: ...
-    @property
-    def patience(self) -> float: ...
+    def __init__(self, hint: str = "", patience: float = inf) -> None:
+        self.hint, self.patience = hint, patience
+        self.wake: Callable[[], None] = lambda: None
+        self.tell: Callable[[str], None] = lambda _text: None
 
     def check(self, device: str) -> None:
-        """Whether a unit may be attached to it. Raises DeviceNotReady."""
+        """Check whether a unit may be attached to it. Raises DeviceNotReady."""
+        check_known(device)
+        raise DeviceNotReady(f"the device {device}", self.hint)
 
-    def open(self, device: str, address: Address | None) -> None:
+    def open(self, device: str, address: Address | None) -> None:  # noqa: ARG002
         """Open it, or begin to: a connection that is asked for is OPENED or REFUSED later. Without an address it is a
         serial line. Raises DeviceNotReady, PortTaken.
         """
+        self.check(device)
 
     def send(self, device: str, handle: int, data: bytes) -> None: ...
     def ask(self, device: str, handle: int) -> None:
@@ -73,47 +75,18 @@ class Outside(Protocol):
         """So many bytes that came were read: as many more may come."""
 
     def release(self, device: str, handle: int) -> None:
-        """Close a connection, whose handle may be another's from now on."""
+        """Close a connection; a later one may get the same handle."""
 
     def close(self, device: str) -> None:
         """Close it with all its connections; its port is free then."""
 
     def close_all(self) -> None: ...
-    def due(self, clock: RobotClock) -> float:
-        """When the next arrivals are to be taken [s]; infinity where nothing is known to come."""
-
-    def take(self, now: float) -> Iterable[Arrival]:
-        """What has arrived up to `now`, in its order."""
-
-
-class Nothing:
-    """There is no world outside."""
-
-    live = False
-    patience = inf
-    wake: Callable[[], None] = staticmethod(lambda: None)
-    tell: Callable[[str], None] = staticmethod(lambda _text: None)
-
-    def __init__(self, hint: str = "") -> None:
-        self.hint = hint
-
-    def check(self, device: str) -> None:
-        check_known(device)
-        raise DeviceNotReady(f"the device {device}", self.hint)
-
-    def open(self, device: str, address: Address | None) -> None:  # noqa: ARG002
-        self.check(device)
-
-    def send(self, device: str, handle: int, data: bytes) -> None: ...
-    def ask(self, device: str, handle: int) -> None: ...
-    def consumed(self, device: str, handle: int, count: int) -> None: ...
-    def release(self, device: str, handle: int) -> None: ...
-    def close(self, device: str) -> None: ...
-    def close_all(self) -> None: ...
     def due(self, clock: RobotClock) -> float:  # noqa: ARG002
+        """When the next arrivals are to be taken [s]; infinity where nothing is known to come."""
         return inf
 
     def take(self, now: float) -> Iterable[Arrival]:  # noqa: ARG002
+        """Return what has arrived up to `now`, in its order."""
         return ()
 
 

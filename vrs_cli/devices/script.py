@@ -1,4 +1,4 @@
-"""Peers that are written down: a script for tests and batch runs, or the recording of a run with real ones.
+"""Peers that are written down: a script for tests and batch runs, or a run with real ones, as recorded here.
 
     {"time": 0.5, "device": "TCP:11000", "event": "opened", "handle": 1}
     {"in": 0.1, "data": "J 0 -90 90 0 0 0\\r\\n"}
@@ -11,19 +11,21 @@ A line that names no device or handle is of those of the line before. `time` and
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from math import inf, isfinite
+from pathlib import Path
+from typing import BinaryIO
 
 from msgspec import Struct, field, structs
 
 from vrs_cli.devices.address import Address
-from vrs_cli.devices.outside import SERIAL, TCP, Arrival, Event, check_known
+from vrs_cli.devices.outside import SERIAL, TCP, Arrival, Event, Outside, check_known
 from vrs_cli.engine.clock import RobotClock
-from vrs_cli.errors import DeviceNotReady, FileDamaged, PortTaken, VrsError
+from vrs_cli.errors import DeviceNotReady, FileDamaged, FileError, PortTaken, VrsError
 from vrs_cli.files.opening import text_at
 from vrs_cli.trajectory.instant import LATEST, TICK, on_grid
 from vrs_cli.wire.records import RecordError
-from vrs_cli.wire.unit_lines import UnitLine, read_unit_line
+from vrs_cli.wire.unit_lines import UnitLine, read_unit_line, written_unit_line
 
 SENT, OPEN = "sent", "open"  # lines of a recording: what the program wrote, and what came of opening the device
 EVENTS = {event.value: event for event in Event}
@@ -64,15 +66,11 @@ class _Part(Struct):
                 self.due = now
 
 
-class Script:
-    """Stands for the world outside. Where a program writes something else than when it was recorded, it tells."""
-
-    live = False
-    wake: Callable[[], None] = staticmethod(lambda: None)
-    tell: Callable[[str], None] = staticmethod(lambda _text: None)
+class Script(Outside):
+    """Gives units what is written down. It tells where a program writes something else than when it was recorded."""
 
     def __init__(self, lines: Iterable[UnitLine], patience: float = inf) -> None:
-        self.patience = patience
+        super().__init__(patience=patience)
         self._parts: dict[str, _Part] = {}
         self._differs = False
         for number, line in enumerate(lines):
@@ -108,16 +106,10 @@ class Script:
             self.tell(f"{device}: the program writes {data.decode('latin-1')!r}, it wrote {was!r} when it was recorded")
         del expected[: len(data)]
 
-    def ask(self, device: str, handle: int) -> None: ...
-    def consumed(self, device: str, handle: int, count: int) -> None: ...
-    def release(self, device: str, handle: int) -> None: ...
-
     def close(self, device: str) -> None:
         part = self._parts[device]
         part.open, part.due = False, None
         part.written.clear()
-
-    def close_all(self) -> None: ...
 
     def due(self, clock: RobotClock) -> float:
         return min((part.look(clock.now) for part in self._parts.values()), default=inf)
@@ -175,3 +167,86 @@ def _bytes(text: str) -> bytes:
         return text.encode("latin-1")
     except UnicodeEncodeError:
         raise ValueError(f"{text!r} has characters beyond 255, which are no bytes") from None
+
+
+# --- recordings -----------------------------------------------------------------------------------------------------
+
+
+def line_of(arrival: Arrival, now: float) -> UnitLine:
+    """The line of a recording for an arrival."""
+    data, event = arrival.data.decode("latin-1"), arrival.event.value
+    return UnitLine(time=now, device=arrival.device, event=event, handle=arrival.handle, data=data, code=arrival.code)
+
+
+class DeviceRecording(Outside):
+    """Hands on all between units and another outside, and writes down in a file what comes from there."""
+
+    def __init__(self, outside: Outside, path: str) -> None:
+        """Raises FileError."""
+        super().__init__(patience=outside.patience)
+        self.live = outside.live
+        outside.wake = lambda: self.wake()  # noqa: PLW0108 (it is set later)
+        outside.tell = lambda text: self.tell(text)  # noqa: PLW0108
+        self._outside, self._path = outside, path
+        self._clock: RobotClock | None = None
+        try:
+            self._file: BinaryIO | None = Path(path).open("wb")  # noqa: SIM115 (`close_all` closes it)
+        except OSError as error:
+            raise FileError(f"{path} cannot be written: {error.strerror}") from None
+
+    def check(self, device: str) -> None:
+        self._outside.check(device)
+
+    def open(self, device: str, address: Address | None) -> None:
+        try:
+            self._outside.open(device, address)
+        except VrsError as error:
+            self._write(UnitLine(time=self._now, device=device, event=OPEN, code=error.code))
+            raise
+        self._write(UnitLine(time=self._now, device=device, event=OPEN))
+
+    def send(self, device: str, handle: int, data: bytes) -> None:
+        self._write(UnitLine(device=device, event=SENT, handle=handle, data=data.decode("latin-1")))
+        self._outside.send(device, handle, data)
+
+    def ask(self, device: str, handle: int) -> None:
+        self._outside.ask(device, handle)
+
+    def consumed(self, device: str, handle: int, count: int) -> None:
+        self._outside.consumed(device, handle, count)
+
+    def release(self, device: str, handle: int) -> None:
+        self._outside.release(device, handle)
+
+    def close(self, device: str) -> None:
+        self._outside.close(device)
+
+    def close_all(self) -> None:
+        self._outside.close_all()
+        file, self._file = self._file, None
+        if file is not None:
+            file.close()
+
+    def due(self, clock: RobotClock) -> float:
+        self._clock = clock
+        return self._outside.due(clock)
+
+    def take(self, now: float) -> Iterable[Arrival]:
+        arrivals = tuple(self._outside.take(now))
+        for one in arrivals:
+            self._write(line_of(one, now))
+        return arrivals
+
+    @property
+    def _now(self) -> float:
+        return 0.0 if self._clock is None else self._clock.now
+
+    def _write(self, line: UnitLine) -> None:
+        if self._file is None:
+            return
+        try:
+            self._file.write(written_unit_line(line))
+            self._file.flush()
+        except OSError as error:
+            self.tell(f"{self._path}: {error.strerror}; no more is recorded")
+            self._file = None

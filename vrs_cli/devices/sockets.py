@@ -11,11 +11,12 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from math import inf
 from threading import Lock
+from typing import Concatenate
 
 from vrs_cli.devices.address import Address
-from vrs_cli.devices.outside import SERIAL, TCP, Arrival, check_known
+from vrs_cli.devices.outside import SERIAL, TCP, Arrival, Outside, check_known
 from vrs_cli.devices.serial_line import PseudoEnd, open_serial
-from vrs_cli.devices.traffic import GRACE, NonBlockingEnd, Traffic
+from vrs_cli.devices.traffic import GRACE, NonBlockingEnd, P, Traffic
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import DeviceNotReady, PortTaken
 from vrs_cli.trajectory.instant import TICK
@@ -24,19 +25,18 @@ LOOK = 0.005  # [s] between two looks whether that has happened, where nobody te
 LOOPBACK = "127.0.0.1"
 
 
-class Sockets:
+class Sockets(Outside):
     """`host`: at which ports are opened. Where that is this machine alone, connections are to this machine alone.
     `serial`: the number of each serial line and what it is: a device, or a pseudo-terminal.
     """
 
     live = True
-    wake: Callable[[], None] = staticmethod(lambda: None)
-    tell: Callable[[str], None] = staticmethod(lambda _text: None)
 
     def __init__(
         self, host: str | None = LOOPBACK, serial: Mapping[str, str] | None = None, patience: float = inf
     ) -> None:
-        self.host, self.serial, self.patience = host, serial or {}, patience
+        super().__init__(patience=patience)
+        self.host, self.serial = host, serial or {}
         self._come: deque[Arrival] = deque()
         self._coming = Lock()
         self._due: float | None = None
@@ -55,14 +55,14 @@ class Sockets:
     def open(self, device: str, address: Address | None) -> None:
         if address is None:
             ends = self._serial_line(device)
-            self._opened(device).connect(device, ends)
+            self._opened(device).do(Traffic.connect, device, 0, ends)
         elif address.host:
             host = self._checked(address.host)
-            self._opened(device).dial(device, host, address.port)
+            self._opened(device).do(Traffic.dial, device, host, address.port)
         else:
             listener = self._listener(address)
             where = listener.getsockname()
-            self._opened(device).listen(device, listener, address.clients)
+            self._opened(device).do(Traffic.listen, device, listener, address.clients)
             self.tell(f"TCP port {where[1]} is open at {where[0]}")
 
     def _opened(self, device: str) -> Traffic:
@@ -122,20 +122,20 @@ class Sockets:
         return fault
 
     def send(self, device: str, handle: int, data: bytes) -> None:
-        if self._traffic is not None:
-            self._traffic.send(device, handle, data)
+        self._do(Traffic.send, device, handle, data)
 
     def ask(self, device: str, handle: int) -> None:
-        if self._traffic is not None:
-            self._traffic.ask(device, handle)
+        self._do(Traffic.send, device, handle, b"", ask=True)
 
     def consumed(self, device: str, handle: int, count: int) -> None:
-        if self._traffic is not None:
-            self._traffic.consumed(device, handle, count)
+        self._do(Traffic.consumed, device, handle, count)
 
     def release(self, device: str, handle: int) -> None:
+        self._do(Traffic.release, device, handle)
+
+    def _do(self, act: Callable[Concatenate[Traffic, P], None], *of: P.args, **named: P.kwargs) -> None:
         if self._traffic is not None:
-            self._traffic.release(device, handle)
+            self._traffic.do(act, *of, **named)
 
     def close(self, device: str) -> None:
         traffic = self._traffic

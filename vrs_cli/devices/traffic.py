@@ -18,7 +18,7 @@ from functools import partial
 from math import inf
 from threading import Event as Done
 from threading import Thread
-from typing import Protocol
+from typing import Concatenate, ParamSpec, Protocol
 
 from vrs_cli.devices.outside import Arrival, Event
 from vrs_cli.errors import NetworkClosed
@@ -28,6 +28,8 @@ PIECE = 16384  # bytes that are taken at once
 PAUSE = 0.02  # [s] in which a line goes on whose end has not come
 GRACE = 0.5  # [s] that what was written has to leave when its device is closed
 ALONE = {"TCP_KEEPIDLE": 30, "TCP_KEEPINTVL": 10, "TCP_KEEPCNT": 3}  # [s], [s], times: a peer that is gone is missed
+
+P = ParamSpec("P")
 
 
 class NonBlockingEnd(Protocol):
@@ -113,48 +115,24 @@ class Traffic:
 
     # --- from another thread ---
 
-    def listen(self, device: str, listener: socket.socket, clients: int) -> None:
-        """Let clients in."""
-        self._do(partial(self._listen, _Port(device, listener, clients)))
-
-    def dial(self, device: str, host: str, port: int) -> None:
-        """Connect to a numeric address: OPENED or REFUSED arrives."""
-        self._do(partial(self._dial, device, host, port))
-
-    def connect(self, device: str, ends: NonBlockingEnd) -> None:
-        """What is open has one connection, whose handle is 0."""
-        self._do(partial(self._connected, device, 0, ends))
-
-    def send(self, device: str, handle: int, data: bytes) -> None:
-        self._do(partial(self._send, device, handle, data))
-
-    def ask(self, device: str, handle: int) -> None:
-        """Let it be known when all that was sent there is WRITTEN."""
-        self._do(partial(self._ask, device, handle))
-
-    def consumed(self, device: str, handle: int, count: int) -> None:
-        self._do(partial(self._consumed, device, handle, count))
-
-    def release(self, device: str, handle: int) -> None:
-        self._do(partial(self._release, device, handle))
+    def do(self, act: Callable[Concatenate[Traffic, P], None], *of: P.args, **named: P.kwargs) -> None:
+        """Have the thread do something: `traffic.do(Traffic.send, device, handle, data)`."""
+        self._wanted.append(partial(act, self, *of, **named))
+        with suppress(OSError):  # it rings already
+            self._ringer.send(b"\0")
 
     def close(self, device: str) -> None:
         """Nothing of it arrives any more."""
         done = Done()
-        self._do(partial(self._close, device, done))
+        self.do(Traffic._close, device, done)
         done.wait(GRACE)
 
     def end(self) -> None:
         """Once what was written has left, all is closed."""
-        self._do(self._end)
+        self.do(Traffic._end)
         self._thread.join(2 * GRACE)
 
-    def _do(self, wanted: Callable[[], None]) -> None:
-        self._wanted.append(wanted)
-        with suppress(OSError):  # it rings already
-            self._ringer.send(b"\0")
-
-    # --- the thread ---
+    # --- in the thread ---
 
     def _end(self) -> None:
         self._ended = True
@@ -182,8 +160,9 @@ class Traffic:
         with suppress(OSError):
             self._bell.recv(PIECE)
 
-    def _listen(self, port: _Port) -> None:
-        self._ports[port.device] = port
+    def listen(self, device: str, listener: socket.socket, clients: int) -> None:
+        """Let clients in."""
+        port = self._ports[device] = _Port(device, listener, clients)
         self._watch_port(port)
 
     def _watch_port(self, port: _Port) -> None:
@@ -201,15 +180,17 @@ class Traffic:
             return
         handle = min(port.free)
         port.free.remove(handle)
-        self._connected(port.device, handle, SocketEnd(client))
+        self.connect(port.device, handle, SocketEnd(client))
         self._arrived(Arrival(port.device, Event.OPENED, handle))
         self._watch_port(port)
 
-    def _connected(self, device: str, handle: int, ends: NonBlockingEnd) -> None:
+    def connect(self, device: str, handle: int, ends: NonBlockingEnd) -> None:
+        """A connection is open. That of a device with one alone has the handle 0."""
         one = self._connections[device, handle] = _Connection(device, handle, ends)
         self._watch(one)
 
-    def _dial(self, device: str, host: str, port: int) -> None:
+    def dial(self, device: str, host: str, port: int) -> None:
+        """Connect to a numeric address: OPENED or REFUSED arrives."""
         it = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
         it.setblocking(False)
         if it.connect_ex((host, port)) not in (0, errno.EINPROGRESS, errno.EWOULDBLOCK):
@@ -223,7 +204,7 @@ class Traffic:
         if it.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR):
             self._refused(device, it)
             return
-        self._connected(device, 0, SocketEnd(it))
+        self.connect(device, 0, SocketEnd(it))
         self._arrived(Arrival(device, Event.OPENED))
 
     def _refused(self, device: str, it: socket.socket) -> None:
@@ -287,27 +268,22 @@ class Traffic:
         if one.closing == inf:
             self._arrived(Arrival(one.device, Event.GONE, one.handle))
 
-    def _send(self, device: str, handle: int, data: bytes) -> None:
+    def send(self, device: str, handle: int, data: bytes, *, ask: bool = False) -> None:
+        """Send bytes. `ask`: WRITTEN arrives when all has left."""
         one = self._connections.get((device, handle))
         if one is not None and not one.broken:
             one.out += data
+            one.asked |= ask
             self._push(one)
             self._watch(one)
 
-    def _ask(self, device: str, handle: int) -> None:
-        one = self._connections.get((device, handle))
-        if one is not None and not one.broken:
-            one.asked = True
-            self._push(one)
-            self._watch(one)
-
-    def _consumed(self, device: str, handle: int, count: int) -> None:
+    def consumed(self, device: str, handle: int, count: int) -> None:
         one = self._connections.get((device, handle))
         if one is not None:
             one.room += count
             self._watch(one)
 
-    def _release(self, device: str, handle: int) -> None:
+    def release(self, device: str, handle: int) -> None:
         one = self._connections.pop((device, handle), None)
         if one is not None:
             one.closing = time.monotonic() + GRACE
@@ -329,7 +305,7 @@ class Traffic:
             self._selector.unregister(dialled)
             dialled.close()
         for key in [key for key in self._connections if key[0] == device]:
-            self._release(*key)
+            self.release(*key)
         self._hurry()
         done.set()
 

@@ -6,7 +6,7 @@ import pytest
 
 from tests.interfaces.programs import load, value
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.devices.outside import Nothing
+from vrs_cli.devices.outside import Outside
 from vrs_cli.devices.script import Script, parse_script
 from vrs_cli.devices.sockets import Sockets
 from vrs_cli.errors import (
@@ -163,7 +163,7 @@ def test_one_task_has_a_serial_line() -> None:
 @pytest.mark.parametrize("device", ["TCP", "SERIAL:1", "VISION", "SERIAL:", "tape"])
 def test_a_device_that_is_not_to_be_had_is_a_status_and_the_program_goes_on(device: str) -> None:
     terminal = RecordingTerminal()
-    session = Session(terminal, outside=Nothing("a hint"))
+    session = Session(terminal, outside=Outside("a hint"))
     operations = ('FOPEN (lun, 16) "/LOCAL_PORT 7"', "READ (lun, handle) $line", 'WRITE (lun) "x"', "FCLOSE (lun)")
     lines = [line for operation in operations for line in (operation, *STATUS)]
     code = str(DeviceNotReady.code)

@@ -17,7 +17,7 @@ from typing import TypeVar, cast
 
 from msgspec import Struct
 
-from vrs_cli.devices.outside import Nothing, Outside
+from vrs_cli.devices.outside import Outside
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import ClockPaused, LimitReached, VrsError
 from vrs_cli.files.bounds import FREE, Folder
@@ -107,7 +107,7 @@ class Driver:
         self.devices = Devices(
             self.disk,
             self._transcript.show,
-            outside or Nothing(),
+            outside or Outside(),
             lambda missing: terminal.show(Message(str(missing), Tone.WARNING)),  # the program goes on without it
         )
         self.devices.outside.tell = lambda text: terminal.show(Message(text))
