@@ -19,8 +19,9 @@ PAGE = Path(__file__).parent / "messages.md"
 SCHEMA = Path(__file__).parent / "protocol.schema.json"
 HEAD = """# Every message
 
-All messages of [the protocol](protocol.md), from their types in `vrs_cli/net/messages.py`; a field in brackets may be
-left out. `protocol.schema.json` says the same, and what is inside replies, questions and records, as a JSON Schema.
+All messages of [the protocol](protocol.md), from their types in `vrs_cli/wire/messages.py` and
+`vrs_cli/net/messages.py`; a field in brackets may be left out. `protocol.schema.json` says the same, and what is inside
+replies, questions and records, as a JSON Schema.
 Made by `python docs/make_protocol.py`.
 """
 COLUMNS = "| `type` | fields | sort | what it is |\n| --- | --- | --- | --- |"

@@ -31,7 +31,6 @@ from vrs_cli.net.messages import (
     Fetched,
     Get,
     Hello,
-    How,
     Interrupt,
     Lease,
     LeaseAct,
@@ -53,6 +52,7 @@ from vrs_cli.net.messages import (
     Window,
 )
 from vrs_cli.net.tokens import add_tokens
+from vrs_cli.wire.messages import How
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from itertools import cycle
 from typing import Any
 
+from vrs_cli.engine.inbox import Inbox
+
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.files.bounds import FREE, Folder
@@ -13,15 +15,17 @@ from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.dialogue import Dialogue, Reading, Running, Slice, Terminal
 from vrs_cli.interfaces.monitor.running import emergency_stop
+from vrs_cli.interfaces.port.port import Outlet
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.net import messages
 from vrs_cli.net.messages import FromClient, FromServer, ServerMessage
-from vrs_cli.repl.remote_front_end import Outlet, RemoteFrontEnd
+from vrs_cli.repl.remote_front_end import RemoteFrontEnd
 from vrs_cli.values.questions import Answer, Question, ended
 from vrs_cli.values.replies import Reply, is_error
 from vrs_cli.wire.codec import Encoding, Reader, encode
+from vrs_cli.wire.messages import How
 from vrs_cli.wire.refusal import Refusal
 
 FORMS = (Encoding.MSGPACK, Encoding.JSON)
@@ -65,6 +69,13 @@ class Line:
         else:
             self._tell(self._answered(request))
         return self._id
+
+    def take(self, inbox: Inbox[ServerMessage], seconds: float | None = None) -> ServerMessage | None:
+        return inbox.take(seconds)
+
+    def interrupt(self) -> bool:
+        self.tell(messages.Interrupt())
+        return True
 
     def tell(self, message: messages.ClientMessage) -> None:
         if not self.cut:
@@ -159,10 +170,10 @@ class Line:
             case messages.Answer(number, value, how):
                 ticket, question = self._asking.pop()
                 assert question.id == number
-                if how is messages.How.ANSWERED:
+                if how is How.ANSWERED:
                     ticket.answer(number, value)
                 else:
-                    interrupted = how is messages.How.INTERRUPTED
+                    interrupted = how is How.INTERRUPTED
                     ticket.throw(KeyboardInterrupt() if interrupted else ended(question), number)
                 self._drive()
             case messages.Interrupt():

@@ -19,6 +19,7 @@ from tests.interfaces.terminals import RecordingTerminal
 from tests.repl.afar import Line
 from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.conversation.conversation import Conversation
+from vrs_cli.interfaces.port.port import Outlet
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.net import messages
@@ -26,7 +27,7 @@ from vrs_cli.repl import plain
 from vrs_cli.repl.front_end import KEEPING_UP, RESTING
 from vrs_cli.repl.interactive import Shell
 from vrs_cli.repl.place import Afar, Local, Place
-from vrs_cli.repl.remote_front_end import WORDS, Outlet, RemoteFrontEnd
+from vrs_cli.repl.remote_front_end import WORDS, RemoteFrontEnd
 from vrs_cli.repl.terminal import PlainTerminal
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.questions import Answer, Question

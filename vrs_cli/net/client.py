@@ -33,12 +33,13 @@ from vrs_cli.errors import EndOfInput, FileError, RequestRefused, UsageError, Vr
 from vrs_cli.files.opening import reason
 from vrs_cli.net import messages
 from vrs_cli.net.far_end import FarEnd
-from vrs_cli.net.messages import PORT, Done, How, Request, ServerMessage
+from vrs_cli.net.messages import PORT, Done, Request, ServerMessage
 from vrs_cli.net.mirror import WINDOW, Mirror
 from vrs_cli.net.playout import USUAL_PERCENTILE, Playout
 from vrs_cli.net.protocol import SERVER_BYTES
 from vrs_cli.values.questions import Answer, Question
 from vrs_cli.wire.codec import Encoding
+from vrs_cli.wire.messages import How
 
 OPENING = 10.0  # [s] that a handshake takes at most
 KEEPALIVE, SILENT = 2.0, 10.0  # [s] between two pings of the socket, and until one without an answer cuts it

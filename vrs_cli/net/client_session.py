@@ -35,19 +35,20 @@ from vrs_cli.net.broadcast import Broadcast, Listener, Sink
 from vrs_cli.net.delivery_log import DeliveryLog
 from vrs_cli.net.driving import Driving
 from vrs_cli.net.limits import Allowance, Bucket, Share
-from vrs_cli.net.messages import RobotAct
 from vrs_cli.net.pace import SendPace
 from vrs_cli.net.packets import MessageForm
 from vrs_cli.net.parts import is_long, parts_of
 from vrs_cli.net.places import without
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.tokens import Grant
-from vrs_cli.values.acts import KeepDraft, Say, StopProgram, Survey, Undo, UserAct
+from vrs_cli.values.acts import KeepDraft, Say, StopProgram, Survey, Undo
 from vrs_cli.values.hand import Press, StopJog
 from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.values.questions import Amendment, Confirmation, LineWanted, Parting, Question, ended
 from vrs_cli.values.replies import DiagnosticsReport, Message, Reply, is_error, refusal
+from vrs_cli.values.tagged import Act, UserAct
 from vrs_cli.wire.codec import Encoding
+from vrs_cli.wire.messages import How
 from vrs_cli.wire.refusal import Refusal
 
 TYPING = messages.Complete | messages.Check  # asked while a line is typed
@@ -366,7 +367,7 @@ class ClientSession:
         user_state, claim = self.holder.user_state, message.issued
         return user_state.given(None if claim is None else user_state.times.issued(claim, self.holder.now), dialogue)
 
-    def _for_user(self, act: UserAct) -> Dialogue[Any]:
+    def _for_user(self, act: UserAct[Any]) -> Dialogue[Any]:
         """What moves the arm, or changes a program, is checked anew: the lease may be in other hands."""
         session, needs = self._services.session, CHANGING.get(type(act))
 
@@ -378,7 +379,7 @@ class ClientSession:
         stops = isinstance(act, StopJog | StopProgram)
         return self._services.checked(work(), lambda: stops or needs is None)
 
-    def _on_robot(self, act: RobotAct) -> Dialogue[Any]:
+    def _on_robot(self, act: Act[Any]) -> Dialogue[Any]:
         always = isinstance(act, Undo) or ACTS[type(act)].role is Role.OBSERVER
         return self._services.checked(act_on(self._services.session, act), lambda: always)
 
@@ -406,9 +407,9 @@ class ClientSession:
         if message.question not in self._questions:
             return
         question, ticket = self._questions.pop(message.question)
-        if message.how is messages.How.ANSWERED:
+        if message.how is How.ANSWERED:
             ticket.answer(message.question, message.value)
-        elif message.how is messages.How.INTERRUPTED:
+        elif message.how is How.INTERRUPTED:
             ticket.throw(KeyboardInterrupt(), message.question)
         else:
             ticket.throw(ended(question), message.question)

@@ -1,7 +1,7 @@
 """What goes over a connection between a robot and somebody who holds it from afar, as values.
 
-A message is one frame. `type`, the lower-case name of its class, tells it from others; a field that holds its default
-is not written. Metres, radians and seconds; times are those of the robot's clock where nothing else is said.
+A message is one frame. Those of the conversation are in `wire/messages.py`; here are those of connections, of looking
+at the robot, of the lease and of files, and the unions of all that a client and a server send.
 """
 
 from __future__ import annotations
@@ -13,121 +13,47 @@ from msgspec import Struct
 
 from vrs_cli.interfaces.station.lease import Notice
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.values.acts import (
-    Assign,
-    CommandList,
-    Compare,
-    Define,
-    Defined,
-    Evaluate,
-    Execute,
-    Explain,
-    Go,
-    ListBranches,
-    ListCommands,
-    ListMotions,
-    Record,
-    Recorded,
-    Redo,
-    Rest,
-    Say,
-    Survey,
-    Surveyed,
-    Undo,
-    UserAct,
-    UserFound,
-    Valued,
-)
-from vrs_cli.values.diagnostics import Diagnostic
 from vrs_cli.values.hand import DragState as PulledState
-from vrs_cli.values.prompt import PromptStatus as Around
-from vrs_cli.values.prompt import Suggestion
-from vrs_cli.values.questions import Answer as Answered
-from vrs_cli.values.questions import Question
-from vrs_cli.values.replies import BranchTable, ComparisonTable, ReachReport, Reply, TimelineTable
-from vrs_cli.values.results import Position, RunResult
 from vrs_cli.wire.codec import Encoding
-from vrs_cli.wire.records import Count, DeltaRecord, Joints, Length, Name, Number, Text, Time
+from vrs_cli.wire.messages import (
+    Abort,
+    Answer,
+    Asked,
+    At,
+    Check,
+    Checked,
+    ClientMessage,
+    Command,
+    Complete,
+    Completed,
+    Done,
+    Fetched,
+    Get,
+    How,  # noqa: F401 (of Answer)
+    Interrupt,
+    Line,
+    Located,
+    Numbered,
+    Positions,
+    Refused,
+    Request,
+    Result,
+    ServerMessage,
+    Status,
+    Told,
+    Typed,
+    Withdrawn,
+)
+from vrs_cli.wire.records import Count, DeltaRecord, Joints, Length, Name, Number, Time
 from vrs_cli.wire.refusal import Refusal
-from vrs_cli.wire.snapshots import BranchShown, ShowBranch, SnapshotRecord
+from vrs_cli.wire.snapshots import SnapshotRecord
 from vrs_cli.wire.steered import SteeredRecord
-
-RobotAct = (
-    Say
-    | Go
-    | Rest
-    | Undo
-    | Redo
-    | Explain
-    | Compare
-    | Evaluate
-    | Assign
-    | Define
-    | Execute
-    | ListCommands
-    | ListBranches
-    | ListMotions
-    | Record
-    | Survey
-    | ShowBranch
-)
-
-
-RobotFound = (
-    Valued
-    | Defined
-    | RunResult
-    | CommandList
-    | BranchTable
-    | TimelineTable
-    | ReachReport
-    | ComparisonTable
-    | Recorded
-    | Surveyed
-    | BranchShown
-)
 
 VERSION = 1
 PORT = 8765  # where a server listens, unless it is told otherwise
 MOST_TIMES = 2000  # of one Positions: 20 ms and more of the server, beside the connections
 
 Ids = tuple[Count, ...]
-
-
-class _Typed(Struct, frozen=True, tag_field="type", tag=str.lower, omit_defaults=True):
-    """`type` is written before the fields of a message."""
-
-
-class ClientMessage(_Typed, frozen=True, forbid_unknown_fields=True):
-    """What who holds a robot sends. A server refuses what it does not know."""
-
-
-class ServerMessage(_Typed, frozen=True):
-    """What a server sends. A client passes over what it does not know: a later version may have it."""
-
-
-class Request(ClientMessage, frozen=True):
-    """What is answered by a message with the same `id`. The ids of one holder grow."""
-
-    id: Count
-
-
-class Command(Request, frozen=True, kw_only=True):
-    """What is done once, however often it is sent: a known id is answered from memory. `Done` is its answer.
-
-    `until`: a time of the server's clock, as `Clock.wall` and `Pong` show it [s]. A command that arrives later was
-    held up on the way; the server refuses it, unless it stops the robot.
-    """
-
-    until: Number | None = None
-
-
-class Numbered(ServerMessage, frozen=True, kw_only=True):
-    """What who holds the robot hears exactly once, also over a cut connection. `seq` counts these messages of one
-    holder, from 1; the connection fills it in.
-    """
-
-    seq: Count = 0
 
 
 class Change(ServerMessage, frozen=True, kw_only=True):
@@ -182,66 +108,6 @@ class Bye(ClientMessage, frozen=True):
     """The holder leaves for good."""
 
 
-# --- from the client: the conversation ------------------------------------------------------------------------------
-
-
-class Line(Command, frozen=True):
-    """A line of the conversation, or lines that were pasted together; `more` of these come in the next message.
-    `issued`: when it was given, by the robot's clock as its holder knows it [s].
-    """
-
-    text: Text
-    issued: Number | None = None
-    more: bool = False
-
-
-class At(Command, frozen=True):
-    """An act of the holder. `issued`: when, as in `Line` [s]. `found` of `Done` is what comes of it."""
-
-    act: RobotAct | UserAct
-    issued: Number | None = None
-
-
-class Abort(Command, frozen=True):
-    """The emergency stop: it overtakes all, and who drives does not matter."""
-
-
-class Interrupt(ClientMessage, frozen=True):
-    """Ctrl-C: what this holder waits for is stopped."""
-
-
-class How(Enum):
-    """How a question has ended: by an answer, by Ctrl-C, by the end of the input."""
-
-    ANSWERED = "answered"
-    INTERRUPTED = "interrupted"
-    ENDED = "ended"
-
-
-class Answer(ClientMessage, frozen=True):
-    """To the question with this number. `Withdrawn` says that it has come. `until`: as in `Command`; the question is
-    asked again where the answer arrives later.
-    """
-
-    question: Count
-    value: Answered = None
-    how: How = How.ANSWERED
-    until: Number | None = None
-
-
-class Complete(Request, frozen=True):
-    """What may come next after a text; `everything`: also where nothing is begun. `Completed` answers."""
-
-    text: Text
-    everything: bool = False
-
-
-class Check(Request, frozen=True):
-    """The mistake in a line that is not sent yet. `Checked` answers."""
-
-    text: Text
-
-
 # --- from the client: looking ---------------------------------------------------------------------------------------
 
 
@@ -284,12 +150,6 @@ class Resync(ClientMessage, frozen=True):
     """What was heard does not fit together: `Replaced` comes; `full` asks for the full form from then on."""
 
     full: bool = False
-
-
-class Positions(Request, frozen=True):
-    """Where the robot is at these times. `Located` answers."""
-
-    times: tuple[Time, ...]
 
 
 class Window(Request, frozen=True):
@@ -339,12 +199,6 @@ class Put(Command, frozen=True):
     name: Name
     data: bytes
     replace: bool = False
-
-
-class Get(Request, frozen=True):
-    """A file of the robot's folder. `Fetched` answers."""
-
-    name: Name
 
 
 class Names(Request, frozen=True):
@@ -433,13 +287,6 @@ class Welcome(ServerMessage, frozen=True):
     one_user: bool = False
 
 
-class Refused(Numbered, frozen=True):
-    """A message that is not a command was not accepted; `id`: which, where it has one."""
-
-    refusal: Refusal
-    id: Count | None = None
-
-
 class Closing(ServerMessage, frozen=True):
     """The server closes the connection."""
 
@@ -454,59 +301,6 @@ class Pong(ServerMessage, frozen=True):
     came: float
     left: float
     clock: float
-
-
-# --- from the server: the conversation ------------------------------------------------------------------------------
-
-
-class Status(ServerMessage, frozen=True):
-    """What stands around a prompt: sent when it changes."""
-
-    around: Around
-
-
-class Typed(Numbered, frozen=True):
-    """What a program TYPEs. `newline`: the line ends with it."""
-
-    text: str
-    newline: bool = True
-
-
-class Told(Numbered, frozen=True):
-    """A reply; `id`: to which command, None for what the robot says by itself. `goes_on`: the next `told` has more of
-    this long reply; each list of it goes on where it ended here.
-    """
-
-    reply: Reply
-    id: Count | None = None
-    goes_on: bool = False
-
-
-class Asked(Numbered, frozen=True):
-    """The question with this number; `id`: the command that asks it, None for a program."""
-
-    number: Count
-    question: Question
-    id: Count | None = None
-
-
-class Withdrawn(Numbered, frozen=True):
-    """The question with this number needs no answer any more."""
-
-    number: Count
-
-
-class Done(Numbered, frozen=True):
-    """The command, or the request, with this id has ended. `version` of the timeline: what it has changed is in it.
-    `status`: what stands around the prompt then; `found`: what has come of an act.
-    """
-
-    id: Count
-    ok: bool = True
-    refusal: Refusal | None = None
-    version: Count = 0
-    status: Around | None = None
-    found: RobotFound | UserFound | None = None
 
 
 # --- from the server: looking ---------------------------------------------------------------------------------------
@@ -572,19 +366,6 @@ class Lease(Numbered, frozen=True):
 # --- from the server: answers ---------------------------------------------------------------------------------------
 
 
-class Result(ServerMessage, frozen=True):
-    """What the request with this id has asked for. Who hears none asks again."""
-
-    id: Count
-
-
-class Located(Result, frozen=True):
-    """For `Positions`: at these times, by timeline `version`."""
-
-    version: Count
-    positions: tuple[Position, ...]
-
-
 class Shown(Result, frozen=True):
     """For `Window`. `number`: of the last change that is in it; who knows a later one asks again. `begin`: where it
     begins [s], which is later than was asked for where that is too much at once.
@@ -595,31 +376,12 @@ class Shown(Result, frozen=True):
     begin: float = 0.0
 
 
-class Completed(Result, frozen=True):
-    """For `Complete`."""
-
-    choices: tuple[Suggestion, ...] = ()
-
-
-class Checked(Result, frozen=True):
-    """For `Check`: None where the line has no mistake."""
-
-    mistake: Diagnostic | None = None
-
-
 class Present(Result, frozen=True):
     """For `Who`: the robots that the token may hold, the holders of this one, and who of them drives."""
 
     robots: tuple[str, ...]
     holders: tuple[str, ...]
     driver: str = ""
-
-
-class Fetched(Result, frozen=True):
-    """For `Get`."""
-
-    name: str
-    data: bytes
 
 
 class StoredFile(Struct, frozen=True):

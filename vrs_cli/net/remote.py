@@ -14,7 +14,7 @@ from vrs_cli.files.atomic import atomically
 from vrs_cli.interfaces.dialogue import Answers, Notes
 from vrs_cli.net import messages
 from vrs_cli.net.client import Client, answer_to, checked
-from vrs_cli.net.messages import Abort, At, Done, Drive, LeaseAct, Line, Request, RobotAct, ServerMessage
+from vrs_cli.net.messages import Abort, At, Done, Drive, LeaseAct, Line, Request, ServerMessage
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.values.acts import LeaveEntry, Record, Say
 from vrs_cli.values.replies import Reply
@@ -61,7 +61,7 @@ class RemoteRobot(SocketPort):
 
     def act(self, act: Act[T], answer: Answers | None = None, issued: float | None = None) -> T:
         def make(id: int) -> Request:
-            return At(id, cast(RobotAct, act), issued)
+            return At(id, act, issued)
 
         if answer is None:
             return cast(T, self._follow(make, Inbox()).found)
@@ -70,7 +70,7 @@ class RemoteRobot(SocketPort):
 
     def start(self, act: Act[T], issued: float | None = None) -> Callable[[], T]:
         inbox: Inbox[ServerMessage] = Inbox()
-        self.begin(lambda id: At(id, cast(RobotAct, act), issued), inbox.put)
+        self.begin(lambda id: At(id, act, issued), inbox.put)
         return lambda: cast(T, self._ended(inbox).found)
 
     def say(self, line: str, answer: Answers) -> tuple[Reply, ...]:

@@ -12,13 +12,13 @@ from typing import Any, Self, TypeVar
 from weakref import finalize
 
 from vrs_cli.engine.engine import Event
-from vrs_cli.engine.feed import Subscription
+from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.net.client import Client
 from vrs_cli.net.far_end import Outlet
-from vrs_cli.net.messages import ClientMessage, Hello, Refused, Request, ServerMessage, Welcome
+from vrs_cli.net.messages import ClientMessage, Hello, Interrupt, Refused, Request, ServerMessage, Welcome
 from vrs_cli.net.mirror import WINDOW, Mirror
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.wire.refusal import Refusal
@@ -252,6 +252,15 @@ class SocketPort:
                 self.client.told(str(refused))
 
         self._loop.soon(send)
+
+    def take(self, inbox: Inbox[ServerMessage], seconds: float | None = None) -> ServerMessage | None:
+        """Wait for the next message of an inbox, so many seconds at most."""
+        return inbox.take(seconds)
+
+    def interrupt(self) -> bool:
+        """Stop what is waited for, which comes to an end by itself. Safe in a signal handler."""
+        self.tell(Interrupt())
+        return True
 
     def listen(self, outlet: Outlet) -> None:
         """Give all messages that belong to no request to the outlet, in the thread of the connection."""

@@ -12,11 +12,12 @@ if TYPE_CHECKING:
     from vrs_cli.devices.outside import Outside
     from vrs_cli.engine.clock import RobotClock
     from vrs_cli.interfaces.dialogue import Terminal
+    from vrs_cli.interfaces.port.port import Port
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.repl.front_end import FrontEnd
     from vrs_cli.repl.local_front_end import LocalFrontEnd
     from vrs_cli.repl.recorder import Recorder
-    from vrs_cli.repl.remote_front_end import Far, RemoteFrontEnd
+    from vrs_cli.repl.remote_front_end import RemoteFrontEnd
     from vrs_cli.values.dialect import Dialect
 
 
@@ -80,7 +81,7 @@ class Local(Struct):
 class Afar(Struct):
     """A robot behind a connection, which is there. `told` hears what becomes of that."""
 
-    far: Far
+    port: Port
     told: Callable[[str], None]
 
     @property
@@ -92,4 +93,4 @@ class Afar(Struct):
     def front_end(self, terminal: Terminal) -> RemoteFrontEnd:
         from vrs_cli.repl.remote_front_end import RemoteFrontEnd
 
-        return RemoteFrontEnd(terminal, self.far, self.told)
+        return RemoteFrontEnd(terminal, self.port, self.told)

@@ -14,7 +14,7 @@ from contextlib import suppress
 from functools import partial
 from math import inf
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 from msgspec.structs import replace
 
@@ -26,18 +26,21 @@ from vrs_cli.interfaces.conversation.signature import Signature, signature
 from vrs_cli.interfaces.dialogue import Running, Terminal
 from vrs_cli.interfaces.editor.screen import EditedProgram, Found
 from vrs_cli.interfaces.jog.jogger import JogArm
+from vrs_cli.interfaces.port.port import Port
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.station.lease import Lost, Notice, Requested
 from vrs_cli.net import messages
 from vrs_cli.net.client import answer_to
 from vrs_cli.net.far_hand import FarHand
-from vrs_cli.net.messages import Abort, Asked, At, Done, Drive, How, LeaseAct, Line, Refused, Request, ServerMessage
+from vrs_cli.net.messages import Abort, Asked, At, Done, Drive, LeaseAct, Line, Refused, Request, ServerMessage
 from vrs_cli.repl.front_end import KEEPING_UP, RESTING
-from vrs_cli.values.acts import Attend, Findings, KeepDraft, Kept, LeaveEntry, ReadDraft, StopProgram, UserAct
+from vrs_cli.values.acts import Attend, Findings, KeepDraft, Kept, LeaveEntry, ReadDraft, StopProgram
 from vrs_cli.values.hand import Look, Seen
 from vrs_cli.values.prompt import PromptStatus, Suggestion
 from vrs_cli.values.questions import Answer, Editing, Jogging, Playing, Question
 from vrs_cli.values.replies import Farewell, Message, Tone, refusal
+from vrs_cli.values.tagged import UserAct
+from vrs_cli.wire.messages import How
 
 AT_ONCE = 1.0  # [s] that the answer to a look is waited for: a key does not wait longer
 PAST = 60.0  # [s] of the timeline that a picture of the arm begins with
@@ -46,58 +49,15 @@ LONGEST = 50_000  # characters of one message
 SLASH = "/"  # no line of VAL-II begins with it
 WORDS = "/who is there and drives, /ask to drive, /give NAME lets another drive, /release lets anybody; all may ABORT"
 M = TypeVar("M", bound=ServerMessage)
-Outlet = Callable[[ServerMessage], None]
-
-
-class Far(Protocol):
-    """A connection of somebody who has a name at the robot. Any thread may send."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def one_user(self) -> bool:
-        """Whether nobody else holds the robot."""
-
-    @property
-    def open(self) -> bool:
-        """Whether there is a connection now."""
-
-    @property
-    def cuts(self) -> int:
-        """How often the connection was cut."""
-
-    @property
-    def stalls(self) -> int:
-        """How often it was quiet for so long that it may have been."""
-
-    def begin(self, make: Callable[[int], Request], outlet: Outlet) -> int:
-        """Send a request; all that comes of it goes to the outlet, its end last. Raises RequestRefused."""
-
-    def post(self, make: Callable[[int], Request], outlet: Outlet) -> None:
-        """Send a request, and do not wait for its sending. The outlet also gets `Refused` if there is no connection.
-        Safe in a signal handler.
-        """
-
-    def tell(self, message: messages.ClientMessage) -> None:
-        """Send what has no answer; the user is told if it was not sent. Safe in a signal handler."""
-
-    def listen(self, outlet: Outlet) -> None:
-        """Have all that belongs to no request told."""
-
-    def follow(self, window: float) -> Watched:
-        """Have the timeline told as it changes, with so many seconds of the past. Raises RequestRefused."""
-
-    def close(self) -> None:
-        """Let the robot go."""
 
 
 class RemoteFrontEnd:
     """`told` hears what concerns the connection."""
 
-    def __init__(self, terminal: Terminal, far: Far, told: Callable[[str], None]) -> None:
+    def __init__(self, terminal: Terminal, port: Port, told: Callable[[str], None]) -> None:
         self.interrupted = self.failed = False
         self.noted = ""
-        self._terminal, self._far, self._told = terminal, far, told
+        self._terminal, self._port, self._told = terminal, port, told
         self._heard: Inbox[ServerMessage] = Inbox()
         self._later: deque[ServerMessage] = deque()  # for when the user has no question before him
         self._status, self._told_at = PromptStatus(), 0.0
@@ -107,7 +67,7 @@ class RemoteFrontEnd:
         self._withdrawn: set[int] = set()
         self._question = 0  # that is before the user
         self._wake: Callable[[], object] = int  # nobody waits
-        far.listen(self._come)
+        port.listen(self._come)
 
     # --- what is done ---
 
@@ -115,7 +75,7 @@ class RemoteFrontEnd:
         """What a prompt shows comes with the answer."""
         if self._terminal.attended:
             self._act(Attend())
-            if not self._far.one_user:
+            if not self._port.one_user:
                 self._told(WORDS)
             if self._status.driver:
                 self._told(self._named(self._status.driver))
@@ -137,17 +97,17 @@ class RemoteFrontEnd:
         self._act(Attend())
 
     def was_cut(self) -> bool:
-        return not self._far.open or self._breaks != self._count_breaks()
+        return not self._port.open or self._breaks != self._count_breaks()
 
     def _count_breaks(self) -> int:
         """A person expects nothing any more of a line that is quiet for long; a pipe waits."""
-        return self._far.cuts + self._far.stalls * self._terminal.attended
+        return self._port.cuts + self._port.stalls * self._terminal.attended
 
     def drop(self, what: str) -> None:
         self._lost(f"not given, for the connection was cut meanwhile: {what}")
 
     def leave_entry(self, why: str = "") -> None:
-        if self._far.open:  # else the server forgets it by itself
+        if self._port.open:  # else the server forgets it by itself
             self._act(LeaveEntry(why))
 
     def leave(self) -> None:
@@ -155,15 +115,15 @@ class RemoteFrontEnd:
         self._terminal.show(Farewell())
 
     def end(self) -> None:
-        self._far.close()
+        self._port.close()
 
     def stop_program(self) -> None:
         self._act(StopProgram())
 
     def abort(self) -> None:
-        self._far.post(Abort, self._come)
+        self._port.post(Abort, self._come)
 
-    def _act(self, act: UserAct) -> None:
+    def _act(self, act: UserAct[None]) -> None:
         self._do(lambda id: At(id, act))
 
     def _drive(self, words: list[str]) -> None:
@@ -183,7 +143,7 @@ class RemoteFrontEnd:
                 self._told(WORDS)
 
     def _named(self, driver: str) -> str:
-        return f"{driver or 'nobody'} drives" if driver != self._far.name else "you drive"
+        return f"{driver or 'nobody'} drives" if driver != self._port.name else "you drive"
 
     def _do(self, make: Callable[[int], Request], line: str = "") -> bool:
         """Send a command; show what is said of it, and ask what is asked, until it has ended. Whether the robot has
@@ -192,7 +152,7 @@ class RemoteFrontEnd:
         self.noted = ""
         self._waits = True
         try:
-            id = self._far.begin(make, self._come)
+            id = self._port.begin(make, self._come)
             while True:
                 message = self._next()
                 if isinstance(message, Done | Refused) and message.id == id:
@@ -211,7 +171,7 @@ class RemoteFrontEnd:
     def _next(self) -> ServerMessage:
         if self._later:
             return self._later.popleft()
-        message = self._heard.take(None)
+        message = self._port.take(self._heard)
         assert message is not None, "it waits as long as that takes"
         return message
 
@@ -270,10 +230,10 @@ class RemoteFrontEnd:
         self._told("connected again")
         if self._terminal.attended:
             with suppress(RequestRefused):
-                self._far.begin(lambda id: At(id, Attend()), self._come)
+                self._port.begin(lambda id: At(id, Attend()), self._come)
 
     def _noticed(self, holder: str, notice: Notice | None) -> str:
-        me = self._far.name
+        me = self._port.name
         if isinstance(notice, Requested) and notice.of == me:
             return f"{notice.by} would like to drive: /give {notice.by}"
         if isinstance(notice, Lost) and notice.of == me:
@@ -290,7 +250,7 @@ class RemoteFrontEnd:
         finally:
             self._asks, self._question = False, 0
         self.interrupted |= answer.how is How.INTERRUPTED
-        self._far.tell(answer)
+        self._port.tell(answer)
 
     def _answered(self, question: Question) -> Answer:
         """What cannot fill the screen is told, and has been left."""
@@ -308,9 +268,8 @@ class RemoteFrontEnd:
         """Whoever is asked something answers with it; the robot stops all else that is waited for."""
         if not self._waits or self._asks:
             return False
-        self.interrupted = True
-        self._far.tell(messages.Interrupt())
-        return True
+        self.interrupted = self._port.interrupt()
+        return self.interrupted
 
     # --- while a line is typed ---
 
@@ -337,10 +296,10 @@ class RemoteFrontEnd:
         """What a look finds; None where it finds nothing in that time."""
         found: Inbox[ServerMessage] = Inbox()
         try:
-            self._far.begin(make, found.put)
+            self._port.begin(make, found.put)
         except RequestRefused:
             return None
-        end = found.take(seconds)
+        end = self._port.take(found, seconds)
         return end if isinstance(end, kind) else None
 
     @property
@@ -375,13 +334,13 @@ class RemoteFrontEnd:
     # --- what fills the screen ---
 
     def page(self, question: Editing) -> EditedProgram:
-        return _Page(question, self._far)
+        return _Page(question, self._port)
 
     def hand(self, question: Jogging) -> JogArm:
         seen = self._look(lambda id: At(id, Look()), Done)
         if seen is None or not isinstance(seen.found, Seen):
             raise RequestRefused("the robot does not answer", "JOG again")
-        return FarHand(self._far.begin, question.joints, question.units, seen.found)
+        return FarHand(self._port.begin, question.joints, question.units, seen.found)
 
     def recording(self, question: Playing) -> Recording:
         """The file comes here."""
@@ -395,7 +354,7 @@ class RemoteFrontEnd:
 
     def watched(self) -> Watched | None:
         try:
-            return self._far.follow(PAST)
+            return self._port.follow(PAST)
         except RequestRefused:
             return None
 
@@ -415,9 +374,9 @@ def _parts(text: str) -> list[str]:
 class _Page:
     """The program of SEE. One look at its text is on its way at a time, and the last text is looked at."""
 
-    def __init__(self, question: Editing, far: Far) -> None:
+    def __init__(self, question: Editing, port: Port) -> None:
         self.name, self.text, self.row, self.dialect = question.name, question.text, question.row, question.dialect
-        self._far = far
+        self._port = port
         self._latest: tuple[str, Found] | None = None
         self._looking = False
 
@@ -438,7 +397,7 @@ class _Page:
                 self._send()
 
         try:
-            self._far.begin(lambda id: At(id, ReadDraft(text)), hear)
+            self._port.begin(lambda id: At(id, ReadDraft(text)), hear)
         except RequestRefused:  # there is no connection: the text is looked at when it changes again
             self._looking = False
 
@@ -448,8 +407,8 @@ class _Page:
     def save(self, text: str) -> str:
         """Raises VrsError."""
         heard: Inbox[ServerMessage] = Inbox()
-        self._far.begin(lambda id: At(id, KeepDraft(text)), heard.put)
-        end = heard.take(COMING_BACK)
+        self._port.begin(lambda id: At(id, KeepDraft(text)), heard.put)
+        end = self._port.take(heard, COMING_BACK)
         if isinstance(end, Done | Refused) and end.refusal is not None:
             raise end.refusal.error()
         if not isinstance(end, Done) or not isinstance(end.found, Kept):

@@ -13,7 +13,6 @@ from vrs_cli.errors import IllegalValue
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, is_rotation
 from vrs_cli.values.diagnostics import Diagnostic
-from vrs_cli.values.hand import Look, Press, Seen, StopJog
 from vrs_cli.values.motion import (
     AlignedTarget,
     JointOffsetTarget,
@@ -35,7 +34,7 @@ from vrs_cli.values.replies import (
     TimelineTable,
 )
 from vrs_cli.values.results import CommandRecord, RunResult
-from vrs_cli.values.tagged import Act, Spoken
+from vrs_cli.values.tagged import RobotAct, Spoken, UserAct
 
 
 class Goal(Struct, frozen=True, omit_defaults=True):
@@ -130,13 +129,13 @@ def rotating(T: Transform) -> Transform:
     return T
 
 
-class Say(Act[None], frozen=True):
+class Say(RobotAct[None], frozen=True):
     """A line of the prompt. What is refused is raised, and not answered."""
 
     line: str
 
 
-class Go(Act[None], frozen=True, omit_defaults=True):
+class Go(RobotAct[None], frozen=True, omit_defaults=True):
     """A motion: `executed` is t_exec [s], after the last motion where that is None; `speed` the fraction of nominal."""
 
     goal: Goal
@@ -146,37 +145,37 @@ class Go(Act[None], frozen=True, omit_defaults=True):
     text: str = ""
 
 
-class Rest(Act[None], frozen=True):
+class Rest(RobotAct[None], frozen=True):
     """In virtual time: go on to when the robot stands."""
 
 
-class Undo(Act[None], frozen=True):
+class Undo(RobotAct[None], frozen=True):
     count: int = 1
 
 
-class Redo(Act[None], frozen=True):
+class Redo(RobotAct[None], frozen=True):
     count: int = 1
 
 
-class Explain(Act[ReachReport], frozen=True):
+class Explain(RobotAct[ReachReport], frozen=True):
     """WHY; `name`: how the goal is called in the report."""
 
     goal: Goal
     name: str
 
 
-class Compare(Act[ComparisonTable], frozen=True):
+class Compare(RobotAct[ComparisonTable], frozen=True):
     """Two branches."""
 
     a: str
     b: str
 
 
-class Evaluate(Act[Valued], frozen=True):
+class Evaluate(RobotAct[Valued], frozen=True):
     expression: str
 
 
-class Assign(Act[None], frozen=True):
+class Assign(RobotAct[None], frozen=True):
     """Give a variable, or an element of an array, a value."""
 
     variable: str
@@ -189,14 +188,14 @@ class Defined(Spoken, frozen=True):
     names: tuple[str, ...]
 
 
-class Define(Act[Defined], frozen=True):
+class Define(RobotAct[Defined], frozen=True):
     """Put the programs and variables of a text in memory; `where` stands before the number of a wrong line."""
 
     text: str
     where: str = "line "
 
 
-class Execute(Act[RunResult], frozen=True):
+class Execute(RobotAct[RunResult], frozen=True):
     """A program that is in memory, to its end."""
 
     program: str
@@ -207,15 +206,15 @@ class CommandList(Spoken, frozen=True):
     commands: tuple[CommandRecord, ...]
 
 
-class ListCommands(Act[CommandList], frozen=True):
+class ListCommands(RobotAct[CommandList], frozen=True):
     """All motion commands that hold."""
 
 
-class ListBranches(Act[BranchTable], frozen=True):
+class ListBranches(RobotAct[BranchTable], frozen=True):
     """All branches, main first."""
 
 
-class ListMotions(Act[TimelineTable], frozen=True):
+class ListMotions(RobotAct[TimelineTable], frozen=True):
     """The timeline as a table."""
 
 
@@ -225,18 +224,8 @@ class Recorded(Spoken, frozen=True):
     data: bytes
 
 
-class Record(Act[Recorded], frozen=True):
+class Record(RobotAct[Recorded], frozen=True):
     """The trajectory as SAVE would write it to a file."""
-
-
-class Survey(Act["Surveyed"], frozen=True, omit_defaults=True):
-    """What is there? `program`: the one whose steps are wanted, from number `first` on, empty for none; `known`: the
-    marks of lists that are known.
-    """
-
-    program: str = ""
-    first: int = 1
-    known: tuple[str, ...] = ()
 
 
 class PartialList(Struct, frozen=True):
@@ -307,13 +296,23 @@ class Surveyed(Spoken, frozen=True):
     driver: str = ""
 
 
+class Survey(RobotAct[Surveyed], frozen=True, omit_defaults=True):
+    """What is there? `program`: the one whose steps are wanted, from number `first` on, empty for none; `known`: the
+    marks of lists that are known.
+    """
+
+    program: str = ""
+    first: int = 1
+    known: tuple[str, ...] = ()
+
+
 class Findings(Spoken, frozen=True):
     """All that is wrong with a text, by line."""
 
     findings: tuple[Diagnostic, ...]
 
 
-class ReadDraft(Act[Findings], frozen=True):
+class ReadDraft(UserAct[Findings], frozen=True):
     """Look at the text of SEE."""
 
     text: str
@@ -326,27 +325,21 @@ class Kept(Spoken, frozen=True):
     said: str
 
 
-class KeepDraft(Act[Kept], frozen=True):
+class KeepDraft(UserAct[Kept], frozen=True):
     """Store the program of SEE."""
 
     text: str
 
 
-class Attend(Act[None], frozen=True):
+class Attend(UserAct[None], frozen=True):
     """Put the questions that programs have to whoever types."""
 
 
-class LeaveEntry(Act[None], frozen=True):
+class LeaveEntry(UserAct[None], frozen=True):
     """What is typed of a program is forgotten; `why` is said of it."""
 
     why: str = ""
 
 
-class StopProgram(Act[None], frozen=True):
+class StopProgram(UserAct[None], frozen=True):
     """Stop the program that runs beside an empty line."""
-
-
-UserAct = Attend | LeaveEntry | StopProgram | ReadDraft | KeepDraft | Press | StopJog | Look
-
-
-UserFound = Findings | Kept | Seen

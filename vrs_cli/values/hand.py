@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.values.results import Position
-from vrs_cli.values.tagged import Act, Spoken
+from vrs_cli.values.tagged import Spoken, UserAct
 
 
 class Limit(Enum):
@@ -103,7 +103,7 @@ class Seen(Spoken, frozen=True):
     said: str = ""
 
 
-class Press(Act[Seen], frozen=True):
+class Press(UserAct[Seen], frozen=True):
     """A key: a step of so much [mm, deg] along an axis, with `speed` [%]."""
 
     axis: Axis
@@ -111,9 +111,9 @@ class Press(Act[Seen], frozen=True):
     speed: float
 
 
-class StopJog(Act[Seen], frozen=True, tag="Brake"):
+class StopJog(UserAct[Seen], frozen=True, tag="Brake"):
     """Stop now."""
 
 
-class Look(Act[Seen], frozen=True):
+class Look(UserAct[Seen], frozen=True):
     """Where is the arm?"""

@@ -15,3 +15,13 @@ class Spoken(Struct, frozen=True, tag_field="kind", tag=True):
 
 class Act(Spoken, Generic[T], frozen=True):
     """A request to a robot; its result is a T."""
+
+
+class RobotAct(Act[T], Generic[T], frozen=True):
+    """A request to the robot; `interfaces/session/acts.py` carries it out. The role that it needs is that of the word
+    that does the same.
+    """
+
+
+class UserAct(Act[T], Generic[T], frozen=True):
+    """A request of who types, for a question, an editor or a screen of his own; `interfaces/conversation` does it."""

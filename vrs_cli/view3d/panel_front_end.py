@@ -11,7 +11,7 @@ from typing import NamedTuple
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.station.lease import Lost, Requested
 from vrs_cli.net import messages
-from vrs_cli.net.messages import Asked, At, Done, Drive, How, LeaseAct, Line, Refused, Request, ServerMessage
+from vrs_cli.net.messages import Asked, At, Done, Drive, LeaseAct, Line, Refused, Request, ServerMessage
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.render.colours import Ink
 from vrs_cli.values.acts import Attend, Define, Defined
@@ -108,7 +108,7 @@ class PanelFrontEnd:
             self._attends = True
             self._do(lambda id: At(id, Attend()), "")
 
-    def answer(self, asked: Asked, value: Answer, how: How = How.ANSWERED) -> None:
+    def answer(self, asked: Asked, value: Answer, how: messages.How = messages.How.ANSWERED) -> None:
         """Once: what is asked of two is answered by the first. Without a connection the question stays."""
         if not self.robot.open:
             self.note(str(self.robot.far.no_connection), Ink.ERROR)

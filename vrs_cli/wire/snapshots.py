@@ -8,7 +8,7 @@ from msgspec import Meta, Struct
 
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Snapshot
-from vrs_cli.values.tagged import Act, Spoken
+from vrs_cli.values.tagged import RobotAct, Spoken
 from vrs_cli.wire.records import Count, Form, Motions, SegmentRecord, segment_records, segments_of
 
 
@@ -30,11 +30,11 @@ def snapshot_of(record: SnapshotRecord, form: Form) -> Snapshot:
     return Snapshot(record.version, segments, record.settings, record.first)
 
 
-class ShowBranch(Act["BranchShown"], frozen=True):
+class BranchShown(Spoken, frozen=True):
+    snapshot: SnapshotRecord
+
+
+class ShowBranch(RobotAct[BranchShown], frozen=True):
     """The timeline of a branch. Raises UsageError where there is none of the name."""
 
     name: str
-
-
-class BranchShown(Spoken, frozen=True):
-    snapshot: SnapshotRecord

@@ -29,13 +29,14 @@ from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.parser import variables_in
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.word import Role
-from vrs_cli.values.acts import Attend, KeepDraft, LeaveEntry, ReadDraft, StopProgram, UserAct, UserFound
+from vrs_cli.values.acts import Attend, KeepDraft, LeaveEntry, ReadDraft, StopProgram
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused
 from vrs_cli.values.hand import Look, Press, StopJog
 from vrs_cli.values.numbers import count
 from vrs_cli.values.prompt import Pace, PromptStatus, Suggestion
 from vrs_cli.values.questions import Parting
 from vrs_cli.values.replies import Message, Reply, Tone, refusal, report
+from vrs_cli.values.tagged import UserAct
 
 RUNNING = "*"  # the prompt while a program runs
 PASTED_TOGETHER = 16  # pasted lines that are carried out before other users have their turn
@@ -261,7 +262,7 @@ class Conversation:
 
     # --- from afar ---
 
-    def act(self, act: UserAct) -> Dialogue[UserFound | None]:
+    def act(self, act: UserAct[Any]) -> Dialogue[Any]:
         """What is done that is no line. Raises UsageError for what no screen shows, VrsError."""
         match act:
             case Attend():

@@ -59,15 +59,6 @@ from vrs_cli.wire.snapshots import ShowBranch
 T = TypeVar("T", covariant=True)
 
 
-# --- parts ----------------------------------------------------------------------------------------------------------
-
-
-# --- acts -----------------------------------------------------------------------------------------------------------
-
-
-# --- how they are done ----------------------------------------------------------------------------------------------
-
-
 def act_on(session: Session, act: Act[T]) -> Dialogue[T]:
     """Do it; what comes of it. Raises RoleWanted, LeaseHeld, and UsageError for what has to wait until the program
     stops, as a line does; VrsError.

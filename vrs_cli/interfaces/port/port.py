@@ -1,0 +1,91 @@
+"""The port to a robot: one user sends requests, and hears replies, questions, and how each request ended.
+
+There are two transports: `interfaces/port/local.py` in this process, and `net/` over a connection. Front ends and roles
+stand on either.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Protocol
+
+from vrs_cli.engine.feed import Inbox
+from vrs_cli.interfaces.roles.observer import Watched
+from vrs_cli.wire.messages import ClientMessage, Done, Refused, Request, Result, ServerMessage
+
+MakeRequest = Callable[[int], Request]  # a request with that id
+Outlet = Callable[[ServerMessage], None]
+
+
+class Port(Protocol):
+    """A robot in the hands of one user. Any thread may send; `take` is for the thread that waits."""
+
+    @property
+    def name(self) -> str:
+        """The user's name at the robot, empty for a robot of this process."""
+
+    @property
+    def one_user(self) -> bool:
+        """Whether nobody else uses the robot."""
+
+    @property
+    def open(self) -> bool:
+        """Whether there is a connection now; always so in this process."""
+
+    @property
+    def cuts(self) -> int:
+        """How often the connection was cut."""
+
+    @property
+    def stalls(self) -> int:
+        """How often the connection was quiet for so long that it may have been cut."""
+
+    def begin(self, make: MakeRequest, outlet: Outlet) -> int:
+        """Send a request and return its id. All that comes of it goes to the outlet, its end last. Raises
+        RequestRefused where there is no connection.
+        """
+
+    def take(self, inbox: Inbox[ServerMessage], seconds: float | None = None) -> ServerMessage | None:
+        """Wait for the next message of an inbox, and return it; None after so many seconds [s]. In this process the
+        robot's time and tasks go on meanwhile.
+        """
+
+    def tell(self, message: ClientMessage) -> None:
+        """Send what has no answer. Safe in a signal handler."""
+
+    def post(self, make: MakeRequest, outlet: Outlet) -> None:
+        """Send a request and wait for nothing, not even its sending. `Refused` goes to the outlet where there is no
+        connection. Safe in a signal handler.
+        """
+
+    def interrupt(self) -> bool:
+        """Stop what is waited for (Ctrl-C); whether it comes to an end by itself. Safe in a signal handler."""
+
+    def listen(self, outlet: Outlet) -> None:
+        """Let an outlet hear all that belongs to no request."""
+
+    def follow(self, window: float) -> Watched:
+        """Return the robot's timeline and clock, kept up to date from now on, with so many seconds of the past. Raises
+        RequestRefused.
+        """
+
+    def close(self) -> None:
+        """Leave the robot: nothing more is asked of it."""
+
+
+def ends(message: ServerMessage, id: int) -> bool:
+    """Whether the message is the end of the request with this id."""
+    return isinstance(message, Done | Refused | Result) and message.id == id
+
+
+def send(port: Port, make: MakeRequest) -> Iterator[ServerMessage]:
+    """Send a request at once; yield what comes of it, its end last."""
+    inbox: Inbox[ServerMessage] = Inbox()
+    return _heard(port, inbox, port.begin(make, inbox.put))
+
+
+def _heard(port: Port, inbox: Inbox[ServerMessage], id: int) -> Iterator[ServerMessage]:
+    while (message := port.take(inbox)) is not None:
+        yield message
+        if ends(message, id):
+            return
