@@ -6,9 +6,8 @@ from collections.abc import Callable
 from itertools import cycle
 from typing import Any
 
-from vrs_cli.engine.inbox import Inbox
-
 from vrs_cli.engine.clock import RobotClock
+from vrs_cli.engine.feed import Inbox
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.interfaces.actor.ticket import Ticket

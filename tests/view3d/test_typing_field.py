@@ -5,33 +5,33 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrs_cli.view3d.typing_field import SAME, Typed, TypingField
+from vrs_cli.view3d.typing_field import SAME, TypedText, TypingField
 
 
 def test_enter_ends_a_line() -> None:
     field = TypingField()
-    assert field.changed("MOV", 0.0) == Typed(None, None)
-    assert field.changed("MOVE a\n", 0.1) == Typed("MOVE a", "")
-    assert field.changed("W", 1.0) == Typed(None, None)
-    assert field.changed("\n", 2.0) == Typed("", "")
+    assert field.changed("MOV", 0.0) == TypedText(None, None)
+    assert field.changed("MOVE a\n", 0.1) == TypedText("MOVE a", "")
+    assert field.changed("W", 1.0) == TypedText(None, None)
+    assert field.changed("\n", 2.0) == TypedText("", "")
 
 
 def test_enter_in_the_middle_ends_the_whole_line() -> None:
     field = TypingField()
     field.changed("SPEED 100", 0.0)
-    assert field.changed("SPEED 10\n0", 1.0) == Typed("SPEED 100", "")
+    assert field.changed("SPEED 10\n0", 1.0) == TypedText("SPEED 100", "")
 
 
 def test_what_is_pasted_is_taken_as_far_as_its_lines_end() -> None:
     field = TypingField()
-    assert field.changed(".PROGRAM a()\n TYPE 1\n.END\nEXEC", 0.0) == Typed(".PROGRAM a()\n TYPE 1\n.END", "EXEC")
-    assert field.changed("EXECUTE a\n", 1.0) == Typed("EXECUTE a", "")
+    assert field.changed(".PROGRAM a()\n TYPE 1\n.END\nEXEC", 0.0) == TypedText(".PROGRAM a()\n TYPE 1\n.END", "EXEC")
+    assert field.changed("EXECUTE a\n", 1.0) == TypedText("EXECUTE a", "")
 
 
 def test_the_same_line_again_is_done_again() -> None:
     field = TypingField()
     assert field.changed("UNDO\n", 0.0).text == "UNDO"
-    assert field.changed("UNDO\n", SAME / 2) == Typed(None, ""), "the page says again what it still has"
+    assert field.changed("UNDO\n", SAME / 2) == TypedText(None, ""), "the page says again what it still has"
     assert field.changed("UNDO\n", SAME * 2).text == "UNDO"
     field.put("UNDO")
     assert field.changed("UNDO\n", SAME * 2).text == "UNDO"

@@ -12,7 +12,7 @@ from typing import NamedTuple
 SAME = 0.3  # [s] in which the same text once more is an echo of what was taken, and not typed again
 
 
-class Typed(NamedTuple):
+class TypedText(NamedTuple):
     """`text`: lines that are ended, None while none is; `left`: what belongs in the field, None where that is there."""
 
     text: str | None
@@ -32,17 +32,17 @@ class TypingField:
         """The field holds another text: a suggestion, a line of before."""
         self.text, self._taken = text, ""
 
-    def changed(self, value: str, wall: float) -> Typed:
+    def changed(self, value: str, wall: float) -> TypedText:
         """`wall`: the time of the day [s]."""
         late = self._is_late(value, wall)
         text = self._rest + value[len(self._taken) :] if late else value
         if "\n" not in text:
             self.text = text
             self._taken = self._taken if late else ""
-            return Typed(None, text if late else None)
+            return TypedText(None, text if late else None)
         ended, rest = self._ended(text)
         self.text, self._taken, self._taken_at, self._rest = rest, value, wall, rest
-        return Typed(ended, rest)
+        return TypedText(ended, rest)
 
     def _is_late(self, value: str, wall: float) -> bool:
         """Whether the page has not heard yet what was taken."""
