@@ -35,7 +35,7 @@ from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.broadcast import Broadcast
 from vrs_cli.net.messages import Subscribe
-from vrs_cli.net.packets import MessageForm, Packet
+from vrs_cli.net.stream import MessageForm, Packet
 
 VIEWERS, RATE = 1000, 50.0
 ROUNDS, SAMPLED = 4, 2.0  # of samples, each so long [s]

@@ -9,7 +9,7 @@ from vrs_cli.api.location import Location as Location
 from vrs_cli.api.location import trans as trans
 from vrs_cli.api.notebook import load_ipython_extension as load_ipython_extension
 from vrs_cli.api.posture import Posture as Posture
-from vrs_cli.api.preview import Preview as Preview
+from vrs_cli.api.posture import Preview as Preview
 from vrs_cli.api.robot import Robot as Robot
 from vrs_cli.api.robot import load as load
 from vrs_cli.api.scene import Scene as Scene

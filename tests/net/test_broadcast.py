@@ -17,7 +17,7 @@ from vrs_cli.engine.feed import MissedEvents as LeftOut
 from vrs_cli.engine.position import joints_at, position_at
 from vrs_cli.engine.snapshot import TimelineReplaced as Other
 from vrs_cli.errors import IllegalValue
-from vrs_cli.interfaces.roles import viewer as viewers
+from vrs_cli.interfaces.roles import playback as viewers
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net import broadcast
@@ -37,8 +37,7 @@ from vrs_cli.net.messages import (
     Subscribe,
 )
 from vrs_cli.net.mirror import Mirror
-from vrs_cli.net.packets import MessageForm, Packet
-from vrs_cli.net.stream import Listening
+from vrs_cli.net.stream import Listening, MessageForm, Packet
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Move, Stamp
 from vrs_cli.values.motion import JointTarget

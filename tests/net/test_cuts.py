@@ -30,8 +30,8 @@ from vrs_cli.net.messages import (
     Told,
     Welcome,
 )
-from vrs_cli.net.packets import MessageForm, Packet
 from vrs_cli.net.protocol import ConnectionState, ServerConnection
+from vrs_cli.net.stream import MessageForm, Packet
 from vrs_cli.values.replies import Message
 from vrs_cli.wire.codec import Encoding, Frame
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -11,10 +12,12 @@ from vrs_cli.errors import FileError, LimitReached
 from vrs_cli.files.continuing import keep_journal
 from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.journal import take_up
+from vrs_cli.files.store import store
 from vrs_cli.files.trajectory_file import read_trajectory
+from vrs_cli.interfaces.dialogue import Work
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.net.durable_log import DurableLog
-from vrs_cli.net.memory import MemoryFile
+from vrs_cli.net.durable_log import WAITS, DurableLog, MemoryFile
+from vrs_cli.values.diagnostics import Severity
 
 
 def kept(folder: Path, most: int = 1000) -> tuple[Session, DurableLog]:
@@ -81,3 +84,165 @@ def test_what_could_not_be_written_is_tried_before_the_next_command(
     durable_log.check()
     assert "n" in (tmp_path / "cell1.v2").read_text()
     durable_log.check()
+
+
+LINES = (
+    "n = 1/3",
+    "row[3,4] = -1e-9",
+    '$s = "a ; part 00000000"',
+    "SET here = TRANS(1/3, -2.5, 1e3, 10, 20, 30)",
+    "SET #p = #PPOINT(1, 2, 3, 4, 5, 6)",
+    "DO SPEED 30 ALWAYS",
+    "SPEED 40",
+    "PARAMETER CAUSALITY = ABORT",
+)
+PROGRAM = ".PROGRAM p(a)\n; what it does\nMOVE here\nTYPE a\n.END\n"
+
+
+def opened(path: Path) -> tuple[Session, MemoryFile]:
+    session = Session(RecordingTerminal())
+    memory = MemoryFile(session, path)
+    assert not memory.bring_back()
+    return session, memory
+
+
+def carry_out(session: Session, memory: MemoryFile, *lines: str) -> None:
+    for line in lines:
+        session.perform(line)
+        memory.note()
+        memory.write()
+
+
+def held(session: Session) -> object:
+    """Locations as files have them: to 1e-9 mm."""
+    return store(session.environment), session.engine.settings
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "cell1.v2"
+
+
+def test_a_program_that_is_not_finished_is_loaded_back_without_a_word(path: Path) -> None:
+    session, memory = opened(path)
+    session.load_text(".PROGRAM p\nIF a THEN\nMOVEE b\n.END\n")
+    carry_out(session, memory, "n = 1")
+    again, _ = opened(path)
+    assert held(again) == held(session)
+    path.write_text(".PROGRAM p\nIF a THEN\n.END\n.REALS\n3x 4\n.END\n")
+    found = MemoryFile(Session(RecordingTerminal()), path).bring_back()
+    assert [(one.span.line, one.severity) for one in found] == [(5, Severity.ERROR), (4, Severity.WARNING)]
+
+
+def test_what_was_changed_is_there_again(path: Path) -> None:
+    session, memory = opened(path)
+    carry_out(session, memory, *LINES)
+    session.load_text(PROGRAM)
+    carry_out(session, memory, "n = n + 1")
+    again, _ = opened(path)
+    assert held(again) == held(session)
+
+
+def test_what_was_deleted_is_not(path: Path) -> None:
+    session, memory = opened(path)
+    session.load_text(PROGRAM)
+    carry_out(session, memory, "n = 1", "m = 2", "DELETER n", "DELETEP p")
+    again, _ = opened(path)
+    assert held(again) == held(session)
+    assert not again.programs
+
+
+def test_it_grows_by_what_has_changed(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    session, memory = opened(path)
+    session.load_text(".REALS\n" + "".join(f"x{n} {n}\n" for n in range(100)) + ".END\n")
+    carry_out(session, memory, "x1 = 7")
+    before = path.stat().st_size
+    carry_out(session, memory, "x2 = 7", "WHERE", "TYPE x2")
+    assert path.stat().st_size - before < 100
+    monkeypatch.setattr("vrs_cli.net.durable_log.SLACK", 500)
+    sizes = set()
+    for n in range(120):
+        session.environment.reference("x3").assign(float(n))
+        memory.note()
+        memory.write()
+        sizes.add(path.stat().st_size)
+    assert max(sizes) < 2.2 * min(sizes) + 500, "what is out of date is left out in time"
+    again, _ = opened(path)
+    assert held(again) == held(session)
+
+
+def test_a_last_part_that_is_cut_short_is_left_out_at_every_byte(path: Path) -> None:
+    session, memory = opened(path)
+    carry_out(session, memory, "n = 1")
+    whole = path.read_bytes()
+    carry_out(session, memory, "n = 22", "m = 33")
+    longer = path.read_bytes()
+    middle = longer.index(b"; part", len(whole)) + len("; part 00000000\n")
+    for cut in range(len(whole), len(longer)):
+        path.write_bytes(longer[:cut])
+        again, _ = opened(path)
+        values = {key: value for (key, _), value in again.environment.values().items()}
+        assert values == ({"n": 1.0} if cut < middle else {"n": 22.0}), cut
+
+
+def test_a_part_that_was_changed_ends_what_is_taken(path: Path) -> None:
+    session, memory = opened(path)
+    carry_out(session, memory, "n = 1", "n = 2", "n = 3")
+    path.write_bytes(re.sub(rb"(n\s+)2\b", rb"\g<1>9", path.read_bytes()))
+    again, _ = opened(path)
+    assert again.environment.values() == {("n", None): 1.0}
+
+
+def test_a_disk_that_takes_nothing(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    session, memory = opened(path)
+    carry_out(session, memory, "n = 1")
+
+    def full(*_data: object, **_how: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(GrowingFile, "add", full)
+        with pytest.raises(FileError, match="no space left"):
+            carry_out(session, memory, "n = 2")
+        assert "no space left" in memory.failing
+        assert WAITS in memory.failing
+    carry_out(session, memory, "m = 3")
+    assert not memory.failing
+    again, _ = opened(path)
+    assert held(again) == held(session), "also what could not be written before"
+
+
+def test_it_is_a_program_file_that_load_reads(path: Path) -> None:
+    session, memory = opened(path)
+    session.load_text(PROGRAM)
+    carry_out(session, memory, *LINES)
+    reader = Session(terminal := RecordingTerminal())
+    reader.perform(f"LOAD {path}")
+    assert store(reader.environment) == store(session.environment)
+    assert [str(getattr(reply, "text", reply)) for reply in terminal.replies] == [f"{path} loaded: p"]
+
+
+def test_a_long_program_is_printed_by_another_thread_and_others_write_meanwhile(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("vrs_cli.net.durable_log.LONG_PROGRAM", 3)
+    session, memory = opened(path)
+    session.load_text(".PROGRAM long\nx = 0\n.END\n")
+    carry_out(session, memory, "n = 1")
+    session.load_text(".PROGRAM long\n" + "x = 1\n" * 9 + ".END\n.PROGRAM more\n" + "x = 2\n" * 9 + ".END\n")
+    printing = memory.prepare()
+    work = next(printing)
+    with monkeypatch.context() as patch:
+        patch.setattr("vrs_cli.net.durable_log.print_program", None)  # the robot's thread prints nothing
+        carry_out(session, memory, "n = 2")
+    between, _ = opened(path)
+    assert list(between.programs) == ["long"]
+    assert len(between.programs["long"].program.steps) == 1
+    assert isinstance(work, Work)
+    work.run()
+    with pytest.raises(StopIteration):
+        next(printing)
+    assert memory.changed
+    memory.write()
+    again, _ = opened(path)
+    assert held(again) == held(session)

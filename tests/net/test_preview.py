@@ -14,8 +14,9 @@ from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import JointOutOfRange, TooLate, VrsError
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.transform import translation
 from vrs_cli.net.mirror import Mirror
-from vrs_cli.net.preview import Preview
+from vrs_cli.net.preview import PASSED_OVER, Preview, Wishes
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Move, Request, SetParameter, SetSpeed, Stamp
 from vrs_cli.values.motion import JointTarget
@@ -151,3 +152,37 @@ def test_with_delays_that_are_known_the_robot_does_what_was_seen(seed: int, poli
         assert [joints_at(ARM, line.robot.timeline, look) for look in looks] == seen
         line.changes_arrive()
         assert line.preview.unconfirmed == inf
+
+
+HERE, THERE = translation(0.1, 0.0, 0.0), translation(0.2, 0.0, 0.0)
+
+
+def test_the_oldest_is_the_first_that_nothing_was_told_of() -> None:
+    wishes = Wishes()
+    assert wishes.oldest(1.0, 0.5) is None
+    wishes.sent(HERE, 1.0)
+    wishes.sent(THERE, 1.1)
+    wishes.sent(HERE, 1.2)
+    assert wishes.oldest(1.2, 0.5) == 1.0
+    wishes.counted(1.1)
+    assert wishes.oldest(1.2, 0.5) == 1.2
+    wishes.counted(1.2)
+    assert wishes.oldest(1.2, 0.5) is None
+
+
+def test_what_is_said_again_and_to_let_go_change_nothing() -> None:
+    wishes = Wishes()
+    wishes.sent(HERE, 1.0)
+    wishes.counted(1.0)
+    wishes.sent(HERE, 1.1)
+    wishes.sent(None, 1.2)
+    assert wishes.oldest(1.2, 0.5) is None
+    wishes.sent(HERE, 1.3)
+    assert wishes.oldest(1.3, 0.5) == 1.3, "it is taken again"
+
+
+def test_one_that_is_never_told_of_is_forgotten() -> None:
+    wishes = Wishes()
+    wishes.sent(HERE, 1.0)
+    assert wishes.oldest(1.4 + PASSED_OVER, 0.5) == 1.0
+    assert wishes.oldest(1.6 + PASSED_OVER, 0.5) is None

@@ -45,9 +45,9 @@ from vrs_cli.net.messages import (
     Who,
     Window,
 )
-from vrs_cli.net.packets import MessageForm, Packet
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.room import Plan, Room
+from vrs_cli.net.stream import MessageForm, Packet
 from vrs_cli.net.tokens import OPEN, Grant
 from vrs_cli.values.acts import Go, Goal, StopProgram
 from vrs_cli.values.hand import StopJog

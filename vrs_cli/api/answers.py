@@ -1,13 +1,16 @@
-"""What a robot answers, as values: they show themselves as text, in a notebook as tables and pictures."""
+"""Answers of a robot as values, which show themselves as text, and in a notebook as tables and pictures."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from vrs_cli.errors import VrsError
-from vrs_cli.render.html import html
+from vrs_cli.render.blocks import Column, Grid, line, number_column
+from vrs_cli.render.colours import Ink
+from vrs_cli.render.html import blocks_html, html
 from vrs_cli.render.svg import picture
 from vrs_cli.render.text import plain_text
+from vrs_cli.values.numbers import fixed
 from vrs_cli.values.replies import Plot, Reply, is_error
 from vrs_cli.values.results import RunOutcome, RunResult
 
@@ -90,3 +93,25 @@ class ProgramFailed(VrsError):
 
     def __str__(self) -> str:
         return self.detail
+
+
+ROWS = 5  # at the beginning and at the end of a long table
+
+
+def table(title: str, columns: Sequence[Column], count: int, row: Callable[[int], tuple[str, ...]]) -> str:
+    """A title and a table of so many rows, of which a long one shows the first and the last."""
+    if count <= 2 * ROWS + 1:
+        rows = tuple(map(row, range(count)))
+    else:
+        first, last = map(row, range(ROWS)), map(row, range(count - ROWS, count))
+        rows = (*first, ("...",) * len(columns), *last)
+    return blocks_html((line(title, Ink.NOTE), Grid(tuple(columns), rows)))
+
+
+def number_columns(names: Iterable[str]) -> tuple[Column, ...]:
+    """Columns of numbers."""
+    return tuple(map(number_column, names))
+
+
+def figures(numbers: Iterable[float]) -> tuple[str, ...]:
+    return tuple(map(fixed, numbers))

@@ -8,9 +8,9 @@ from functools import cached_property
 import numpy as np
 from msgspec import Struct
 
+from vrs_cli.api.answers import figures, number_columns, table
 from vrs_cli.api.location import Location
 from vrs_cli.api.numbers import Flags, Floats, Units, freeze
-from vrs_cli.api.tables import figures, number_columns, table
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.transform import inverse
 from vrs_cli.kinematics.transform_batch import compose_batch, stack

@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, MutableMapping
 from typing import Any, Protocol
 
-from vrs_cli.api.answers import Replies
+from vrs_cli.api.answers import Replies, figures, number_columns, table
 from vrs_cli.api.robot import Robot
-from vrs_cli.api.tables import figures, number_columns, table
 from vrs_cli.render.blocks import Column
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.questions import Amendment, OnScreen, Question

@@ -20,8 +20,7 @@ from vrs_cli.api.conditions import ProgramFolders, Signals, conditions_of, sessi
 from vrs_cli.api.kinematics import Ways
 from vrs_cli.api.location import Location
 from vrs_cli.api.numbers import Floats, Units, number, numbers
-from vrs_cli.api.posture import Posture, place_text
-from vrs_cli.api.preview import Preview
+from vrs_cli.api.posture import Posture, Preview, place_text
 from vrs_cli.api.scene import Scene
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, RobotClock, VirtualClock, WallClock
 from vrs_cli.errors import JointOutOfRange, UsageError
@@ -33,8 +32,8 @@ from vrs_cli.interfaces.monitor.files import TORN
 from vrs_cli.interfaces.monitor.plotting import plotted, selected
 from vrs_cli.interfaces.roles.held import Held
 from vrs_cli.interfaces.roles.local import LocalRobot
+from vrs_cli.interfaces.roles.playback import Audience
 from vrs_cli.interfaces.roles.supervisor import Supervisor
-from vrs_cli.interfaces.roles.viewer import Audience
 from vrs_cli.interfaces.station.station import Conditions
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.kinematics.joints import Joints

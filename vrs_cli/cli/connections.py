@@ -97,21 +97,21 @@ def _read(parse: Callable[[str], T], text: str) -> T:
 
 def delays(text: str) -> tuple[str, Delays]:
     """Delays, with the text that says them."""
-    from vrs_cli.net.delay_text import parse_delays
+    from vrs_cli.net.delay_line import parse_delays
 
     return text, _read(parse_delays, text)
 
 
 def duration(text: str) -> float:
     """A time [s]: 200ms, 0.2s, 0.2."""
-    from vrs_cli.net.delay_text import parse_duration
+    from vrs_cli.net.delay_line import parse_duration
 
     return _read(parse_duration, text)
 
 
 def loss(text: str) -> float:
     """A share: 1%, 0.01."""
-    from vrs_cli.net.delay_text import parse_loss
+    from vrs_cli.net.delay_line import parse_loss
 
     return _read(parse_loss, text)
 

@@ -59,9 +59,8 @@ def _address(text: str) -> Endpoint:
 
 
 def _proxy(options: Namespace) -> DelayProxy:
-    from vrs_cli.net.delay_line import Constant, DelayWays
+    from vrs_cli.net.delay_line import Constant, DelayWays, with_loss
     from vrs_cli.net.delay_proxy import DelayProxy
-    from vrs_cli.net.delay_text import with_loss
 
     none = "0", Constant(0.0)
     forward, backward = ((way or none)[1] for way in (options.forward, options.backward))

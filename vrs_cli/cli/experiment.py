@@ -176,8 +176,7 @@ def _cases(options: Namespace) -> Iterator[tuple[str, Trial]]:
 
 def _lines(options: Namespace) -> Iterator[tuple[str, Delays, Delays]]:
     """The delays of both ways, with a name. Raises CommandLineError."""
-    from vrs_cli.net.delay_line import Constant, Gamma
-    from vrs_cli.net.delay_text import with_loss
+    from vrs_cli.net.delay_line import Constant, Gamma, with_loss
 
     lost = f", loss {options.loss:.1%}" if options.loss else ""
     if options.forward or options.backward:

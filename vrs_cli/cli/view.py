@@ -112,7 +112,7 @@ def _play(options: Namespace) -> None:
 
 async def _watch(options: Namespace) -> None:
     """A robot afar. Raises RequestRefused, and what the server refuses."""
-    from vrs_cli.net.predicted import Predicted
+    from vrs_cli.net.far_end import Predicted
     from vrs_cli.repl.player import watch
 
     client = client_of(options)

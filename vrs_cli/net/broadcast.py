@@ -19,12 +19,10 @@ from typing import NamedTuple, Protocol
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.snapshot import TimelineReplaced
 from vrs_cli.interfaces.roles.observer import Watched
-from vrs_cli.interfaces.roles.playback import Playback
-from vrs_cli.interfaces.roles.viewer import Audience, Viewer, checked_rate
+from vrs_cli.interfaces.roles.playback import Audience, Playback, Viewer, checked_rate
 from vrs_cli.net import messages
 from vrs_cli.net.messages import Play, PlayStep, ServerMessage, Subscribe
-from vrs_cli.net.packets import DeflatedPlace, Letter, MessageForm, Packet
-from vrs_cli.net.stream import Listening, Stream
+from vrs_cli.net.stream import DeflatedPlace, Letter, Listening, MessageForm, Packet, Stream
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.results import Position
 

@@ -36,10 +36,10 @@ from vrs_cli.net.delivery_log import DeliveryLog
 from vrs_cli.net.driving import Driving
 from vrs_cli.net.limits import Allowance, Bucket, Share
 from vrs_cli.net.pace import SendPace
-from vrs_cli.net.packets import MessageForm
 from vrs_cli.net.parts import is_long, parts_of
 from vrs_cli.net.places import without
 from vrs_cli.net.protocol import ServerConnection
+from vrs_cli.net.stream import MessageForm
 from vrs_cli.net.tokens import Grant
 from vrs_cli.values.acts import KeepDraft, Say, StopProgram, Survey, Undo
 from vrs_cli.values.hand import Press, StopJog

@@ -1,18 +1,31 @@
-"""One direction of a line: when does what is sent now arrive? Pure: seconds in, seconds out; every random is seeded.
+"""Delays of a line: when does a message arrive that is sent now? Pure: seconds in, seconds out; every random is seeded.
 
-Order is kept, as TCP keeps it. What is lost is sent again after a while, as TCP does: loss is a delay too.
+Order is kept, as TCP keeps it. A lost message is sent again after a while, as TCP does: loss is a delay too.
+
+Delays as people write them:
+
+    200ms, constant 200ms        always the same
+    normal 200ms 40ms            mean and standard deviation; never below 0
+    gamma 200ms 80ms             mean and standard deviation
+    bursty 50ms 400ms 5s 500ms   the delay in calm and in a burst, and how long each lasts on average
+    trace FILE                   as measured: a line is a delay, or a time [s] and a delay; begun again at its end
+
+A number without a unit is in seconds.
 """
 
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable
-from itertools import cycle
-from math import exp, inf
+from collections.abc import Callable, Sequence
+from itertools import cycle, pairwise
+from math import exp, inf, isfinite
+from pathlib import Path
 from random import Random
 from typing import Protocol
 
 from msgspec import Struct
+
+from vrs_cli.errors import NonexistentFile, UsageError, did_you_mean
 
 RETRANSMIT = 0.2  # [s] until what was lost is sent again: the least that Linux waits (TCP_RTO_MIN)
 LONGEST_WAIT = 120.0  # [s] between two tries, which double until then (RFC 6298, 5.5 and TCP_RTO_MAX)
@@ -147,3 +160,146 @@ class DelayWays(Struct, frozen=True):
         """Forward and backward."""
         seed = f"{self.seed} {connection}"
         return DelayLine(self.forward, f"{seed} forward"), DelayLine(self.backward, f"{seed} backward")
+
+
+# --- delays as people write them -------------------------------------------------------------------------------------
+
+
+LONGEST = 3600.0  # [s] a delay
+MOST_LOSS = 0.5
+UNITS = (("ms", 1e-3), ("us", 1e-6), ("s", 1.0))
+
+
+class DelayError(UsageError):
+    """A text, or a line of a file, that says no delays. (The code is ours.)"""
+
+    text = "No delay"
+
+
+class DelayForm(Struct, frozen=True):
+    """How one kind of delays is written: so many durations after its name; the last `lasting` of them are above 0."""
+
+    make: Callable[..., Delays]
+    arguments: str
+    lasting: int = 0
+
+
+FORMS = {
+    "constant": DelayForm(Constant, "DELAY"),
+    "normal": DelayForm(Normal, "MEAN DEVIATION"),
+    "gamma": DelayForm(Gamma, "MEAN DEVIATION"),
+    "bursty": DelayForm(Bursty, "CALM BURST CALM_LASTS BURST_LASTS", lasting=2),
+}
+TRACE = "trace"
+KINDS = (*FORMS, TRACE)
+
+
+def parse_delays(text: str) -> Delays:
+    """The delays that a text says. Raises DelayError; NonexistentFile for a trace."""
+    words = text.split()
+    if not words:
+        raise DelayError("which delays?", f"200ms, or one of {', '.join(KINDS)}")
+    kind, given = words[0].lower(), words[1:]
+    if kind == TRACE:
+        return read_trace(text.strip()[len(TRACE) :].strip())
+    if kind[0] in "0123456789.+-":
+        kind, given = "constant", words
+    form = FORMS.get(kind)
+    if form is None:
+        raise DelayError(f"{text!r} is no kind of delays", did_you_mean(kind, KINDS, f"one of {', '.join(KINDS)}"))
+    if len(given) != len(form.arguments.split()):
+        raise DelayError(f"{text!r} is not {kind} {form.arguments}", "a duration for each, as 200ms or 0.2s")
+    values = [parse_duration(one) for one in given]
+    if form.lasting and min(values[-form.lasting :]) <= 0.0:
+        raise DelayError(f"{text!r} has a state that lasts 0 s", "how long a state lasts is above 0")
+    return form.make(*values)
+
+
+def parse_duration(text: str) -> float:
+    """Seconds of 200ms, 0.2s or 0.2, to a nanosecond. Raises DelayError for what is none, or beyond LONGEST."""
+    unit, factor = next((row for row in UNITS if text.lower().endswith(row[0])), ("", 1.0))
+    try:
+        seconds = float(text[: len(text) - len(unit)]) * factor
+    except ValueError:
+        raise DelayError(f"{text!r} is no duration", "as 200ms, 0.2s or 0.2") from None
+    if not 0.0 <= seconds <= LONGEST:
+        raise DelayError(f"{text!r} is no delay", f"from 0 to {LONGEST:g} s")
+    return round(seconds, 9)
+
+
+def parse_loss(text: str) -> float:
+    """The share of 1% or 0.01. Raises DelayError for none, and for one above MOST_LOSS."""
+    try:
+        share = float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
+    except ValueError:
+        raise DelayError(f"{text!r} is no share", "as 1% or 0.01") from None
+    if not 0.0 <= share <= MOST_LOSS:
+        raise DelayError(f"{text!r} is no share that may be lost", f"from 0 to {MOST_LOSS:.0%}")
+    return share
+
+
+def with_loss(delays: Delays, loss: float) -> Delays:
+    """The same where this share is lost, and sent again."""
+    return Lossy(delays, loss) if loss else delays
+
+
+# --- measured delays ---------------------------------------------------------------------------------------------
+
+
+def read_trace(path: str) -> Trace:
+    """The delays of a file; what follows a # is a remark. Raises NonexistentFile, and DelayError for a line that is
+    neither a delay nor a time and a delay.
+    """
+    if not path:
+        raise DelayError("a trace is in a file", "trace FILE")
+    try:
+        lines = Path(path).read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError as error:
+        raise NonexistentFile(f"{path} cannot be read: {error.strerror}") from None
+    written = ((f"{path}:{number}", line.partition("#")[0].split()) for number, line in enumerate(lines, 1))
+    rows = [_row(where, words) for where, words in written if words]
+    if not rows:
+        raise DelayError(f"{path} holds no delay", "a line is a delay, or a time and a delay")
+    delays, times = tuple(row.delay for row in rows), tuple(row.time for row in rows if row.time is not None)
+    if times:
+        _check_times(rows, len(times))
+    return Trace(delays, times)
+
+
+class _Row(Struct, frozen=True):
+    """A line of a trace, and where it stands."""
+
+    where: str
+    delay: float
+    time: float | None
+
+
+def _row(where: str, words: Sequence[str]) -> _Row:
+    """Raises DelayError."""
+    if len(words) > 2:
+        raise DelayError(f"{where} has {len(words)} values", "a line is a delay, or a time and a delay")
+    try:
+        return _Row(where, parse_duration(words[-1]), _time(words[0]) if len(words) == 2 else None)
+    except DelayError as error:
+        raise DelayError(f"{where}: {error.detail}", error.hint) from None
+
+
+def _time(text: str) -> float:
+    """A time [s], from whatever instant. Raises DelayError."""
+    try:
+        t = float(text)
+    except ValueError:
+        t = float("nan")
+    if not isfinite(t):
+        raise DelayError(f"{text!r} is no time", "a number of seconds")
+    return t
+
+
+def _check_times(rows: Sequence[_Row], count: int) -> None:
+    """Every row has a time, each later than the one before. Raises DelayError."""
+    if count < len(rows):
+        without = next(row for row in rows if row.time is None)
+        raise DelayError(f"{without.where} has no time, and others have", "a time on each line, or on none")
+    for before, row in pairwise(rows):
+        if (row.time or 0.0) <= (before.time or 0.0):
+            raise DelayError(f"{row.where} is not later than the line before", "times grow from line to line")

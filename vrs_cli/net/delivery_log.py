@@ -1,17 +1,17 @@
-"""What a server remembers of one user, also while the connection is cut: messages, commands and questions.
-Pure: the time of the day is passed in. The log is bounded in bytes, in seconds and in numbers.
+"""Frames for one user: those that wait for the socket (`Outbox`), and all that a server remembers while the connection
+is cut (`DeliveryLog`): messages, commands and questions. Both are bounded. Pure: the time of the day is passed in.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from math import inf
 
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vrs_cli.net.messages import Asked, Done, Numbered, Outcome, Withdrawn
-from vrs_cli.net.outbox import BESIDE
+from vrs_cli.net.messages import Asked, Clock, Done, Numbered, Outcome, Sample, Status, Withdrawn
 from vrs_cli.wire.codec import Encoding, Frame, encode
 
 SHORT = 400  # characters of a refusal that is remembered
@@ -123,3 +123,54 @@ class DeliveryLog:
     def expired(self, now: float) -> bool:
         """Whether the user has been away for too long."""
         return self._since is not None and now - self._since > self.bounds.seconds
+
+
+NEWEST_WINS = (Sample, Clock, Status)  # what was not sent yet is out of date when the next one comes
+
+BESIDE = 100  # bytes that a frame takes in memory, beside its own
+
+
+class Outbox:
+    """Frames in order, until the socket takes them. `size`: their bytes; a long frame counts as half of `most` at most,
+    so that it gets through alone. `overflown`: there were too many, and they were dropped; nothing more is taken.
+    """
+
+    def __init__(self, most: int) -> None:
+        self.most, self.size, self.overflown = most, 0, False
+        self.encoding = Encoding.JSON
+        self._waiting: dict[object, tuple[Frame | Struct, int]] = {}  # and what it counts
+        self._count = 0
+
+    def put(self, frame: Frame, *, counts: bool = True) -> None:
+        """Append a frame; `counts`: its bytes count."""
+        if self.overflown:
+            return
+        self._count += 1
+        size = min(len(frame) + BESIDE, self.most // 2) if counts else 0
+        self._waiting[self._count] = frame, size
+        self.size += size
+        if self.size > self.most:
+            self.drop()
+            self.overflown = True
+
+    def send(self, message: Struct) -> None:
+        if isinstance(message, NEWEST_WINS):
+            self._waiting.pop(type(message), None)
+            self._waiting[type(message)] = message, 0
+        else:
+            self.put(encode(message, self.encoding))
+
+    def drop(self) -> None:
+        self._waiting.clear()
+        self.size = 0
+
+    def taken(self, most: float = inf) -> list[Frame]:
+        """Take frames for the socket, in order, until they have `most` bytes or more."""
+        taken: list[Frame] = []
+        while self._waiting and most > 0:
+            one, size = self._waiting.pop(next(iter(self._waiting)))
+            frame = encode(one, self.encoding) if isinstance(one, Struct) else one
+            taken.append(frame)
+            self.size -= size
+            most -= len(frame)
+        return taken

@@ -1,17 +1,38 @@
-"""What a robot that is served writes down before anybody is answered: its timeline in the journal, and its memory.
+"""What a served robot writes to the disk before a command is answered: its timeline in the journal, and its memory.
 
-It stands where the book has its journal, so that both go to the disk when `settle` is due, one time for many commands.
+`DurableLog` takes the place of the book's journal, so that one sync writes both for many commands.
+
+`MemoryFile` keeps programs, variables and settings for the next start of the server. It is a program file (.v2), which
+LOAD reads too. A command appends what it has changed, before it is answered. Each part ends in a line with its
+checksum; an incomplete last part is left out. The file is written anew when something is deleted, and when later parts
+have replaced most of it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from zlib import crc32
 
 from vrs_cli.engine.book import JournalWriter
-from vrs_cli.errors import LimitReached
-from vrs_cli.interfaces.dialogue import Dialogue
-from vrs_cli.net.memory import MemoryFile
+from vrs_cli.engine.settings import Settings
+from vrs_cli.errors import FileError, LimitReached
+from vrs_cli.files.atomic import write_atomically, writing
+from vrs_cli.files.growing import GrowingFile
+from vrs_cli.files.opening import unreadable
+from vrs_cli.files.store import EVERYTHING, MemoryPart, sections_of, store
+from vrs_cli.interfaces.conversation.entry import ProgramEntry, closes_entry, opens_entry
+from vrs_cli.interfaces.dialogue import Dialogue, beside
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.station import LONG_PROGRAM
+from vrs_cli.language.text.ast import Program
+from vrs_cli.language.text.printer import print_file, print_program
 from vrs_cli.trajectory.timeline import TimelineDelta
+from vrs_cli.values.diagnostics import Diagnostic
+from vrs_cli.wire.codec import Encoding, Reader, encode
+from vrs_cli.wire.records import RecordError
 
 
 class DurableLog:
@@ -67,3 +88,177 @@ class DurableLog:
         if memory is not None and memory.failing:
             memory.changed = True
             memory.write()
+
+
+SLACK = 100_000  # bytes that may be out of date before the file is written anew
+WAITS = "nothing is changed until the server can write it"
+_SEAL = re.compile(rb"; part ([0-9a-f]{8})\n")
+_SETTINGS = "; settings "
+_settings: Reader[Settings] = Reader(Settings)
+
+
+class MemoryFile:
+    """The file of one session. `failing`: why it cannot be written now; empty where it can. Raises FileError."""
+
+    def __init__(self, session: Session, path: Path) -> None:
+        self.path, self.failing = path, ""
+        self.changed = False  # since it was written
+        self._session = session
+        session.unstored.watch()
+        self._file: GrowingFile | None = None
+        self._programs: Mapping[str, Program] = {}  # as the file has them
+        self._texts: dict[str, tuple[Program, str]] = {}  # programs as they are printed, by key
+        self._printing: set[str] = set()  # keys of programs that another thread prints: they are written after that
+        self._settings: Settings | None = None
+        self._least = 0  # bytes of the file when it was written anew
+
+    def bring_back(self) -> tuple[Diagnostic, ...]:
+        """Load what the file has, if it is there, and write it anew; what of it is not there again."""
+        found: tuple[Diagnostic, ...] = ()
+        if self.path.exists():
+            text = _sound(self.path)
+            programs = _of_programs(text)
+            found = tuple(one for one in self._session.load_text(text) if one.span.line not in programs)
+            self._bring_settings(text)
+        self._session.unstored.news()
+        self._replace()
+        return found
+
+    def _bring_settings(self, text: str) -> None:
+        lines = [line for line in text.splitlines() if line.startswith(_SETTINGS)]
+        if not lines:
+            return
+        with suppress(RecordError):  # of another version: the usual ones hold
+            self._session.engine.settings = _settings.read(lines[-1].removeprefix(_SETTINGS))
+
+    def note(self) -> None:
+        """A command has been carried out, which may have changed something."""
+        if not self.changed:
+            self.changed = (
+                self._session.unstored.fresh
+                or self._session.engine.settings is not self._settings
+                or self._differs(self._now())
+            )
+
+    def _differs(self, programs: Mapping[str, Program]) -> bool:
+        """Whether the file has other programs. To compare long programs step by step would take long."""
+        there = self._programs
+        return there.keys() != programs.keys() or any(there[key] is not one for key, one in programs.items())
+
+    def prepare(self) -> Dialogue[None]:
+        """Print long programs that are new, before they are written: another thread does that."""
+        new = {key: one for key, one in self._now().items() if not self._is_printed(key, one)}
+        if sum(len(one.steps) for one in new.values()) <= LONG_PROGRAM:
+            return
+        self._printing |= new.keys()
+        try:
+            texts = yield from beside(lambda: [print_program(one) for one in new.values()])
+            self._texts |= {key: (one, text) for (key, one), text in zip(new.items(), texts, strict=True)}
+        finally:
+            self._printing -= new.keys()
+            self.note()
+
+    def _is_printed(self, key: str, program: Program) -> bool:
+        return key in self._texts and self._texts[key][0] is program
+
+    def _text(self, key: str, program: Program) -> str:
+        if not self._is_printed(key, program):
+            self._texts[key] = program, print_program(program)
+        return self._texts[key][1]
+
+    def write(self) -> None:
+        """What has changed is on the disk. Raises FileError; what is to be written is written with what comes next."""
+        if not self.changed:
+            return
+        self.changed = False
+        try:
+            self._write()
+        except FileError as error:
+            failed = FileError(error.detail, WAITS)
+            self.failing = str(failed)
+            self._least = -1  # anew, the next time
+            raise failed from error
+        self.failing = ""
+
+    def close(self) -> None:
+        file, self._file = self._file, None
+        if file is not None:
+            file.close()
+
+    def _now(self) -> dict[str, Program]:
+        """The programs in memory."""
+        return {key: stored.program for key, stored in self._session.environment.programs.items()}
+
+    def _to_write(self) -> dict[str, Program]:
+        """The same, but for those that are being printed: of these as the file has them."""
+        now, there = self._now(), self._programs
+        for key in self._printing & now.keys():
+            if key in there:
+                now[key] = there[key]
+            else:
+                del now[key]
+        return now
+
+    def _write(self) -> None:
+        items, programs = self._session.unstored.news(), self._to_write()
+        environment = self._session.environment
+        gone = not self._programs.keys() <= programs.keys()
+        gone = gone or any(environment.value(item) is None for item in items)
+        file = self._file
+        if gone or file is None or self._least < 0 or file.size > 2 * self._least + SLACK or file.changed():
+            self._replace()
+            return
+        new = [self._text(key, one) for key, one in programs.items() if self._programs.get(key) is not one]
+        text = "".join(new) + print_file(sections_of(environment, items))
+        if self._session.engine.settings is not self._settings:
+            text += self._settings_line()
+        with writing(self.path):
+            file.add(_sealed(text), durable=True)
+        self._programs, self._settings = programs, self._session.engine.settings
+
+    def _settings_line(self) -> str:
+        return f"{_SETTINGS}{encode(self._session.engine.settings, Encoding.JSON)}\n"
+
+    def _replace(self) -> None:
+        """A new file with all that there is."""
+        programs = self._to_write()
+        printed = "".join(self._text(key, one) for key, one in programs.items())
+        text = printed + store(self._session.environment, EVERYTHING - {MemoryPart.PROGRAMS}) + self._settings_line()
+        self._texts = {key: self._texts[key] for key in programs}
+        write_atomically(self.path, _sealed(text).decode())
+        self.close()
+        with writing(self.path):
+            self._file = GrowingFile(self.path)
+        self._least = self._file.size
+        self._programs, self._settings = programs, self._session.engine.settings
+
+
+def _of_programs(text: str) -> frozenset[int]:
+    """The numbers of the lines of programs: these are kept as they are, and what is wrong with them was told before."""
+    inside, found = False, set[int]()
+    for number, line in enumerate(text.split("\n"), start=1):
+        inside = inside or (opens_entry(line) and ProgramEntry(line).program)
+        if inside:
+            found.add(number)
+            inside = not closes_entry(line)
+    return frozenset(found)
+
+
+def _sealed(text: str) -> bytes:
+    data = text.encode("utf-8")
+    return data + b"; part %08x\n" % crc32(data)
+
+
+def _sound(path: Path) -> str:
+    """The parts of a file up to the first that is not whole. A file without any (somebody's own) is taken as it is."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise unreadable(path, error) from None
+    begin = 0
+    seals = list(_SEAL.finditer(data))
+    for seal in seals:
+        if crc32(data[begin : seal.start()]) != int(seal[1], 16):
+            break
+        begin = seal.end()
+    return (data[:begin] if seals else data).decode("utf-8", "replace")

@@ -25,13 +25,12 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.net import messages
 from vrs_cli.net.flags import Flags
-from vrs_cli.net.in_flight import changing
 from vrs_cli.net.messages import Done, Request, ServerMessage
 from vrs_cli.net.mirror import WINDOW, ClockReading, Mirror, parting
-from vrs_cli.net.preview import Preview
+from vrs_cli.net.preview import Preview, Wishes, changing
 from vrs_cli.net.protocol import ClientConnection, ConnectionState
 from vrs_cli.net.timesync import Estimate, TimeSync
-from vrs_cli.net.wishes import Wishes
+from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import Define, Go
 from vrs_cli.values.hand import DragState as PulledState
 from vrs_cli.wire.codec import Frame
@@ -460,3 +459,24 @@ class FarEnd:
 def _takes_long(message: messages.ClientMessage) -> bool:
     """Whether it holds a file, which is on its way for as long as its length takes."""
     return isinstance(message, messages.Put) or (isinstance(message, messages.At) and isinstance(message.act, Define))
+
+
+class Predicted:
+    """Looked at as the robot itself is; its present is what `far` shows."""
+
+    def __init__(self, far: FarEnd) -> None:
+        self._far = far
+
+    @property
+    def arm(self) -> RobotArm:
+        assert self._far.mirror is not None, "it is followed"
+        return self._far.mirror.arm
+
+    @property
+    def timeline(self) -> Timeline:
+        assert self._far.preview is not None, "it comes with the mirror"
+        return self._far.preview.timeline
+
+    @property
+    def now(self) -> float:
+        return self._far.shown

@@ -25,8 +25,8 @@ from vrs_cli.net.client import hello_of, reason_of
 from vrs_cli.net.far_end import FarEnd
 from vrs_cli.net.messages import FromServer, Subscribe
 from vrs_cli.net.mirror import Mirror
-from vrs_cli.net.packets import MessageForm, Packet
 from vrs_cli.net.room import Room
+from vrs_cli.net.stream import MessageForm, Packet
 from vrs_cli.wire.codec import Encoding, Reader, encode, marks_of
 from vrs_cli.wire.records import RecordError
 

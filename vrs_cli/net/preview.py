@@ -1,11 +1,12 @@
-"""What a robot behind a line with delays will do, with the commands that are still on their way to it. Pure.
+"""What a robot behind a slow line will do, as its user can know it: with the commands still on their way to it. Pure.
 
-Who commands knows what is on its way, and can plan it as the robot will: f of the same timeline, at the time at which
-the command is expected there. What it changes is unconfirmed until the robot's own change has come.
+The user's side plans such a command as the robot will: it applies f to the same timeline, at the time when the command
+should arrive. The planned change is unconfirmed until the robot's own change has come.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from math import inf
 from threading import Lock
 
@@ -16,18 +17,27 @@ from vrs_cli.engine.clock import VirtualClock
 from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import VrsError
+from vrs_cli.interfaces.rights import needed
 from vrs_cli.interfaces.roles.preview import Expected
+from vrs_cli.kinematics.transform import Transform
+from vrs_cli.language.text.ast import ProgramHeader
+from vrs_cli.language.text.parser import parse_prompt
+from vrs_cli.language.words.word import Role
+from vrs_cli.net import messages
+from vrs_cli.net.messages import Abort, At, Line
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.acts import Execute, Redo, Say, Undo
 from vrs_cli.values.commands import Request
+from vrs_cli.values.diagnostics import LineRefused
 
 UNCONFIRMED = 1 << 40  # added to the numbers of motions that are previewed: no motion of a robot has such a number
 
 
 class Underway(Struct, frozen=True):
-    """A command that is not in the timeline that is known here, issued at that time of the robot's clock [s]. What has
-    no `request` cannot be planned here, and may change all from its arrival on. `text`: as it was given; `version`: of
-    the timeline with it, where the robot has said that it is done.
+    """A command that is not in the known timeline yet, issued at that time of the robot's clock [s]. Without a
+    `request` it cannot be planned here, and may change everything from its arrival on. `text`: as it was given;
+    `version`: of the timeline with its change, once the robot has done it.
     """
 
     request: Request | None
@@ -37,13 +47,13 @@ class Underway(Struct, frozen=True):
 
 
 class _ArrivalClock(VirtualClock):
-    """The robot's clock when a command is expected there: what is before has happened by then."""
+    """The robot's clock at the expected arrival of a command: all before that time has happened."""
 
     realtime = True
 
 
 class PreviewPlan(Struct, frozen=True):
-    """What all that is under way makes of the timeline that is `known`; `settings`: those after each command."""
+    """The `known` timeline, and the `timeline` with all commands on their way; `settings`: after each of them."""
 
     known: Timeline
     timeline: Timeline
@@ -52,7 +62,7 @@ class PreviewPlan(Struct, frozen=True):
 
 
 class Preview:
-    """What is known of a robot, with all that is on its way to it. `forward`: the delay D_f that is expected [s]. Any
+    """The known timeline of a robot with all commands on their way to it. `forward`: the expected delay D_f [s]. Any
     thread may call any method.
     """
 
@@ -69,27 +79,31 @@ class Preview:
     # --- what is sent, and what is answered ---
 
     def sent(self, id: int, request: Request | None, issued: float, text: str = "") -> Expected:
-        """A command is on its way, issued at that time of the robot's clock [s]; what is expected of it. None: it
-        cannot be planned here.
+        """Note a command that is on its way, issued at that time of the robot's clock [s]; return what is expected of
+        it. `request` None: it cannot be planned here.
         """
         with self._lock:
             self._underway[id], self._stale = Underway(request, issued, text), True
             return self._planned().expected[-1]
 
     def begun(self, id: int) -> None:
-        """The robot is at it. What changes by one that cannot be planned here is told as it comes."""
+        """Note that the robot has begun the command. The changes of one that cannot be planned here now come one by
+        one.
+        """
         with self._lock:
             if id in self._underway and self._underway[id].request is None:
                 self._forget(id)
 
     def done(self, id: int, version: int) -> None:
-        """The robot has done it. The timeline has that version since, which may still be on its way."""
+        """Note that the robot has done the command. Its change made this version of the timeline, and may still
+        come.
+        """
         with self._lock:
             if id in self._underway:
                 self._underway[id], self._stale = structs.replace(self._underway[id], version=version), True
 
     def refused(self, id: int) -> None:
-        """The robot has not done it."""
+        """Forget a command that the robot refused."""
         with self._lock:
             self._forget(id)
 
@@ -100,7 +114,7 @@ class Preview:
 
     @property
     def plan(self) -> PreviewPlan:
-        """The timeline with all that is under way, and what is expected of each command, in the order of sending."""
+        """The timeline with all commands on their way, and what is expected of each, in the order of sending."""
         with self._lock:
             return self._planned()
 
@@ -114,11 +128,11 @@ class Preview:
 
     @property
     def unconfirmed(self) -> float:
-        """From when on [s] the timeline is not what the robot has said; infinity where it is."""
+        """The time [s] from which on the timeline is not confirmed by the robot; infinity if all of it is."""
         return min((it.begin for it in self.expected if it.begin is not None), default=inf)
 
     def _planned(self) -> PreviewPlan:
-        """Plan anew where something was sent, or the robot's own change has come."""
+        """Plan again if something was sent, or a change of the robot has come."""
         known = self._followed.timeline
         if self._stale or self._plan.known is not known:
             self._confirm(known.version)
@@ -126,7 +140,7 @@ class Preview:
         return self._plan
 
     def _confirm(self, version: int) -> None:
-        """What the timeline of that version has is no longer under way."""
+        """Drop the commands whose changes are in the timeline of that version."""
         if self._told is not self._followed.settings:
             self._told = self._settings = self._followed.settings
         confirmed = {id for id, it in self._underway.items() if it.version is not None and it.version <= version}
@@ -147,7 +161,7 @@ class Preview:
         return PreviewPlan(known, engine.timeline, tuple(expected), tuple(settings))
 
     def _begin(self, request: Request, issued: float) -> tuple[float | None, VrsError | None]:
-        """Plan it: from when on it changes the timeline, or why the robot will not do it."""
+        """Plan a command; return the time from which on it changes the timeline, or why the robot will refuse it."""
         engine = self._engine
         count = len(engine.deltas)
         try:
@@ -155,3 +169,72 @@ class Preview:
         except VrsError as error:
             return None, error
         return min((delta.cut for delta in engine.deltas[count:]), default=None), None
+
+
+CHANGING = frozenset(  # words of the monitor, beside all motions
+    ("ABORT", "BRANCH", "COMMANDS", "EXECUTE", "LOAD", "MERGE", "NEXT", "PROCEED", "REDO", "RETRY", "UNDO", "XSTEP")
+)
+
+
+def changing(request: messages.Request) -> str | None:
+    """The request as it would be typed, if it may change the timeline; else None."""
+    match request:
+        case Line(text=text) | At(act=Say(line=text)):
+            return text.strip() if _moves(text) else None
+        case At(act=Undo()):
+            return "UNDO"
+        case At(act=Redo()):
+            return "REDO"
+        case At(act=Execute(program)):
+            return f"EXECUTE {program}"
+        case Abort():
+            return "ABORT"
+    return None
+
+
+def _moves(text: str) -> bool:
+    """Whether a line may move the robot; of pasted text, the first line."""
+    try:
+        statement = parse_prompt(text.strip().partition("\n")[0])
+    except LineRefused:
+        return False
+    if statement is None or isinstance(statement, ProgramHeader):
+        return False
+    word, role = needed(statement)
+    return role is Role.DESIGNER or word in CHANGING
+
+
+PASSED_OVER = 1.0  # [s] and a round trip, after which nothing is told of a wish any more
+
+
+class Wishes:
+    """The places where a remote user wishes the dragged tool, from their sending until the robot follows them. Times
+    are those of the robot's clock [s]. A wish that is repeated does not count. Any thread may call any method.
+    """
+
+    def __init__(self) -> None:
+        self._last: Transform | None = None
+        self._under_way: deque[float] = deque()  # when they were issued
+        self._lock = Lock()
+
+    def sent(self, pose: Transform | None, issued: float) -> None:
+        """Note a wish; None: the tool is let go, which changes nothing that the robot does."""
+        with self._lock:
+            if pose is not None and pose != self._last:
+                self._under_way.append(issued)
+            self._last = pose
+
+    def counted(self, issued: float) -> None:
+        """Forget the wishes up to the one issued then: the robot follows it, or has dropped it."""
+        with self._lock:
+            self._forget(issued)
+
+    def _forget(self, issued: float) -> None:
+        while self._under_way and self._under_way[0] <= issued:
+            self._under_way.popleft()
+
+    def oldest(self, now: float, round_trip: float) -> float | None:
+        """The issue time [s] of the first wish that the robot has not told of; None if there is none."""
+        with self._lock:
+            self._forget(now - round_trip - PASSED_OVER)
+            return self._under_way[0] if self._under_way else None

@@ -46,12 +46,10 @@ from vrs_cli.net import messages
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.broadcast import Broadcast
 from vrs_cli.net.client_session import ClientSession, ClientSocket, Pending
-from vrs_cli.net.delivery_log import DeliveryLog
+from vrs_cli.net.delivery_log import BESIDE, DeliveryLog
 from vrs_cli.net.driving import Driving, WhenGone
-from vrs_cli.net.durable_log import DurableLog
+from vrs_cli.net.durable_log import DurableLog, MemoryFile
 from vrs_cli.net.limits import USUAL, Allowance, Meter, advice, check_growth
-from vrs_cli.net.memory import MemoryFile
-from vrs_cli.net.outbox import BESIDE
 from vrs_cli.net.pace import MUCH
 from vrs_cli.net.parts import is_long
 from vrs_cli.net.places import prefixes_of

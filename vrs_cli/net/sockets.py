@@ -17,7 +17,7 @@ from websockets.frames import OP_BINARY, OP_TEXT, Frame
 from websockets.protocol import OPEN
 from websockets.typing import ExtensionParameter
 
-from vrs_cli.net.packets import WINDOW_BITS, Packet
+from vrs_cli.net.stream import WINDOW_BITS, Packet
 
 
 class SocketSink:

@@ -1,15 +1,21 @@
-"""The changes of one robot for those who hear its timeline: numbered, encoded, and remembered for those who are behind.
+"""The changes of one robot for everybody who follows its timeline: numbered, encoded and remembered.
 
-A change is encoded when it happens, in each form that somebody hears, or has heard until a short while ago and may come
-back for; it then holds its bytes and nothing else. A form that nobody hears costs nothing. Who is behind all that is
-remembered gets a snapshot in its place, as does everybody where another timeline has taken the place of the one before.
-Pure: it reads no clock.
+A change is encoded once, when it happens, in each form that somebody hears or heard a short while ago; then only its
+bytes are kept. Somebody who is behind all remembered changes gets a snapshot; so does everybody when another timeline
+replaces this one. Pure: nothing here reads a clock.
+
+A deflated message may refer back to the messages before it, if the receiver has got them too. So each deflated message
+has its place in a context: a run of messages that are only useful together. All other messages are sent as they are,
+which leaves the context of a connection alone (RFC 7692, 6 and 7.2).
 """
 
 from __future__ import annotations
 
+import zlib
 from collections import Counter
+from collections.abc import Callable
 from functools import partial
+from itertools import count
 from typing import NamedTuple
 
 from msgspec import Struct, field
@@ -19,16 +25,84 @@ from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.net import messages
-from vrs_cli.net.packets import DeflateContext, DeflatedPlace, Letter, MessageForm, Packet
+from vrs_cli.net.messages import ServerMessage
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.wire.codec import Encoding, encode
 from vrs_cli.wire.records import Motions, delta_record
 from vrs_cli.wire.snapshots import SnapshotRecord, snapshot_record
 from vrs_cli.wire.steered import steered_record
 
+# One context serves all, so its memory costs nothing: a full window. For what robots do, level 9 takes up to twice as
+# long as 6 for 2 % fewer bytes, and level 1 is a third faster for 5 to 20 % more.
+LEVEL, WINDOW_BITS, MEMORY = 6, 15, 8
+_TAIL = 4  # bytes at the end of what is flushed that a frame does not carry (RFC 7692, 7.2.1)
 REMEMBERED, REMEMBERED_BYTES = 1000, 256 * 1024  # changes
 SEGMENTS, SNAPSHOT_BYTES = 1000, 256 * 1024  # of a snapshot (15 ms of CPU), which begins later rather than to have more
-TEXT = MessageForm(text=True)  # the longest form
 MAX_PARTS = 8  # that are remembered until the next change
+
+
+class MessageForm(NamedTuple):
+    """How somebody hears messages: as text (JSON) or MessagePack; `full`: with what it cannot compute by itself."""
+
+    text: bool
+    full: bool = False
+
+
+class DeflatedPlace(NamedTuple):
+    """Of something deflated: in the context with this number, after so many others."""
+
+    context: int
+    number: int
+
+
+class Packet(Struct, eq=False):
+    """One message as bytes. `place`: where it is deflated. `frame`: the same as a frame, once somebody has made one."""
+
+    data: bytes
+    text: bool
+    place: DeflatedPlace | None = None
+    frame: bytes = b""
+
+    def follows(self, last: DeflatedPlace | None) -> bool:
+        """Whether somebody can inflate it who has got what is at the place `last`, and all before that."""
+        place = self.place
+        return place is None or place.number == 0 or last == (place.context, place.number - 1)
+
+
+class DeflateContext:
+    """Deflates messages, each with a look back at those before it."""
+
+    _numbers = count()
+
+    def __init__(self) -> None:
+        self._number, self._index = next(DeflateContext._numbers), 0
+        self._compressor = zlib.compressobj(LEVEL, zlib.DEFLATED, -WINDOW_BITS, MEMORY)
+
+    def deflated(self, packet: Packet) -> Packet:
+        data = self._compressor.compress(packet.data) + self._compressor.flush(zlib.Z_SYNC_FLUSH)
+        place = DeflatedPlace(self._number, self._index)
+        self._index += 1
+        return Packet(data[:-_TAIL], packet.text, place)
+
+
+class Letter:
+    """A message to many. `make`: the message, full or not. `size`: of all the bytes that have been made of it."""
+
+    def __init__(self, make: Callable[[bool], ServerMessage]) -> None:
+        self._make = make
+        self._packets: dict[MessageForm, Packet] = {}
+        self.size = 0
+
+    def packet(self, form: MessageForm) -> Packet:
+        found = self._packets.get(form)
+        if found is None:
+            frame = encode(self._make(form.full), Encoding.JSON if form.text else Encoding.MSGPACK)
+            found = self._packets[form] = Packet(frame.encode() if isinstance(frame, str) else frame, form.text)
+            self.size += len(found.data)
+        return found
+
+
+TEXT = MessageForm(text=True)  # the longest form
 
 
 class Listening(NamedTuple):

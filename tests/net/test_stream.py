@@ -7,7 +7,7 @@ import zlib
 import pytest
 
 from vrs_cli.net.messages import Missed, ServerMessage
-from vrs_cli.net.packets import DeflateContext, DeflatedPlace, Letter, MessageForm, Packet
+from vrs_cli.net.stream import DeflateContext, DeflatedPlace, Letter, MessageForm, Packet
 
 TAIL = b"\x00\x00\xff\xff"
 
