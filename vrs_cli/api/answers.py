@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from vrs_cli.errors import VrsError
 from vrs_cli.render.blocks import Column, Grid, line, number_column
 from vrs_cli.render.colours import Ink
-from vrs_cli.render.html import blocks_html, html
-from vrs_cli.render.svg import picture
+from vrs_cli.render.html import blocks_html, html, picture
 from vrs_cli.render.text import plain_text
 from vrs_cli.values.numbers import fixed
 from vrs_cli.values.replies import Plot, Reply, is_error

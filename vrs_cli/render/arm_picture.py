@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from enum import IntEnum
 from itertools import pairwise
-from math import floor, log10
 from typing import TYPE_CHECKING, NamedTuple
 
 from vrs_cli.kinematics.transform import Vector, along, position
 from vrs_cli.render.blocks import Page, Piece, TextLine
 from vrs_cli.render.canvas import FINE, PLAIN, Canvas, Cell, Dot
+from vrs_cli.render.chart import round_step
 from vrs_cli.render.colours import Ink
 from vrs_cli.values.numbers import fixed, seconds
 
 if TYPE_CHECKING:
     from vrs_cli.values.replies import ArmPicture
-    from vrs_cli.values.results import Position
 
 WIDTH, HEIGHT = 80, 21  # columns and rows of all, where a page has no end
 WORDS = 3  # rows of text above and below the drawing
@@ -43,7 +42,7 @@ class DrawnPart(IntEnum):
 
 
 class PartStyle(NamedTuple):
-    """How a part is drawn: its ink, and its letter where there are no dots."""
+    """How a part is drawn: its ink, its letter where there are no dots, and its name in the legend."""
 
     ink: Ink
     letter: str
@@ -116,21 +115,26 @@ class ArmDrawing:
         fine, width = page.unicode, max(page.width or WIDTH, LEAST_WIDTH)
         canvases = self._drawn(picture, page, width)
         frames = self._frames
-        yield _fitted(_doing(picture), width)
+        at = picture.position
+        place = zip("XYZ", position(at.T_world_tool), strict=True)
+        tool = "  ".join(f"{axis} {fixed(1e3 * x, 1)}" for axis, x in place)
+        doing = (at.text or "moving") if at.moving else "at rest"
+        told = ((f"At {seconds(at.time)}  ", Ink.NOTE), (f"{tool} mm  ", Ink.NUMBER), (doing, Ink.INSTRUCTION))
+        yield _fitted(told, width)
         yield TextLine(
             tuple((f"{frame.view.title[: frame.width]:<{frame.width + GAP}}", Ink.HEADING) for frame in frames)
         )
         for row in range(frames[0].height):
             yield TextLine(
-                tuple(piece for view, canvas in enumerate(canvases) for piece in self._row(view, canvas, row, fine))
+                tuple(piece for view, canvas in enumerate(canvases) for piece in self._row(view, canvas, row))
             )
         yield _fitted((*_scale(frames[0], fine), *_legend(picture, fine)), width)
 
-    def _row(self, view: int, canvas: Canvas, row: int, fine: bool) -> tuple[Piece, ...]:
+    def _row(self, view: int, canvas: Canvas, row: int) -> tuple[Piece, ...]:
         """A row of a view; where nothing was drawn before what stays, as it was."""
         kept = self._rows.get((view, row)) if canvas.shared[row] else None
         if kept is None:
-            kept = (*_cells(canvas, row, fine), (" " * GAP, Ink.TEXT))
+            kept = (*canvas.pieces(row, lambda part: LOOKS[part][:2]), (" " * GAP, Ink.TEXT))
             if canvas.shared[row]:
                 self._rows[view, row] = kept
         return kept
@@ -142,19 +146,17 @@ class ArmDrawing:
             self._page, self._frames, self._behind = here, _frames(picture, width, height), ()
             self._kept = {}
             self._reach = tuple(_drawn_reach(picture, frame, page.unicode) for frame in self._frames)
-        behind = (picture.past[:-1], picture.planned[1:])
+        behind = (picture.past[:-1], picture.planned[1:])  # all of the way but the line under way
         if behind != self._behind:
             self._behind, self._rows = behind, {}
-            self._canvases = tuple(self._drawn_behind(pen, *behind) for pen in self._pens(self._reach, page))
+            pens = tuple(self._pens(self._reach, page))
+            for pen in pens:
+                for part, lines in zip((DrawnPart.PAST, DrawnPart.PLANNED), behind, strict=True):
+                    for points in lines:
+                        pen.canvas.lay(part, self._cells_of(pen, points))
+            self._canvases = tuple(pen.canvas for pen in pens)
             self._kept, self._new = self._new, {}
         return [_drawn_before(pen, picture) for pen in self._pens(self._canvases, page)]
-
-    def _drawn_behind(self, pen: Pen, past: Lines, planned: Lines) -> Canvas:
-        """What stays while the arm moves on one line: all of the way but that line."""
-        for part, lines in ((DrawnPart.PAST, past), (DrawnPart.PLANNED, planned)):
-            for points in lines:
-                pen.canvas.lay(part, self._cells_of(pen, points))
-        return pen.canvas
 
     def _cells_of(self, pen: Pen, points: Points) -> Sequence[Cell]:
         """What a line covers: it is found once, as long as it is in sight."""
@@ -173,14 +175,6 @@ class ArmDrawing:
             yield Pen(frame, page.unicode, canvas.copy())
 
 
-def _doing(picture: ArmPicture) -> Iterator[Piece]:
-    at = picture.position
-    tool = "  ".join(f"{axis} {fixed(1e3 * x, 1)}" for axis, x in zip("XYZ", position(at.T_world_tool), strict=True))
-    yield f"At {seconds(at.time)}  ", Ink.NOTE
-    yield f"{tool} mm  ", Ink.NUMBER
-    yield ((at.text or "moving") if at.moving else "at rest"), Ink.INSTRUCTION
-
-
 def _fitted(pieces: Iterable[Piece], width: int) -> TextLine:
     """As much of them as a line has room for."""
     left, found = width, list[Piece]()
@@ -195,7 +189,8 @@ def _fitted(pieces: Iterable[Piece], width: int) -> TextLine:
 
 def _frames(picture: ArmPicture, width: int, height: int) -> tuple[ViewFrame, ...]:
     """On one scale, each in the middle of its place."""
-    low, high = _box(picture)
+    columns = list(zip(*picture.reach, picture.links[0], strict=True))  # it stays while the arm moves
+    low, high = list(map(min, columns)), list(map(max, columns))
     size = max(b - a for a, b in zip(low, high, strict=True))
     views = (ABOVE,) if high[2] - low[2] <= size * FLAT else (SIDE, ABOVE)
     edge = EDGE * size
@@ -204,20 +199,11 @@ def _frames(picture: ArmPicture, width: int, height: int) -> tuple[ViewFrame, ..
     up = max(high[view.up] - low[view.up] for view in views) + 2 * edge
     scale = min(wide / across, 2 * height / up)
     rows = min(round(up * scale / 2 + 0.5), height)
-    return tuple(_frame(view, low, high, scale, wide, rows) for view in views)
-
-
-def _frame(view: View, low: Vector, high: Vector, scale: float, width: int, height: int) -> ViewFrame:
-    size = 0.5 * max(b - a for a, b in zip(low, high, strict=True))
-    middle = [0.5 * (low[i] + high[i]) for i in (view.right, view.up)]
-    return ViewFrame(view, middle[0] - 0.5 * width / scale, middle[1] + height / scale, scale, width, height, size)
-
-
-def _box(picture: ArmPicture) -> tuple[Vector, Vector]:
-    """The least and the greatest of all coordinates that the arm can have; it stays while the arm moves."""
-    columns = list(zip(*picture.reach, picture.links[0], strict=True))
-    low, high = tuple(map(min, columns)), tuple(map(max, columns))
-    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+    middle = [0.5 * (a + b) for a, b in zip(low, high, strict=True)]
+    corners = [(middle[view.right] - 0.5 * wide / scale, middle[view.up] + rows / scale) for view in views]
+    return tuple(
+        ViewFrame(view, *corner, scale, wide, rows, 0.5 * size) for view, corner in zip(views, corners, strict=True)
+    )
 
 
 # --- drawing -------------------------------------------------------------------------------------------------------
@@ -257,35 +243,25 @@ def _drawn_reach(picture: ArmPicture, frame: ViewFrame, fine: bool) -> Canvas:
 
 def _drawn_before(pen: Pen, picture: ArmPicture) -> Canvas:
     """The line under way, and the arm."""
-    for points in picture.past[-1:]:
-        pen.line(DrawnPart.PAST, points)
-    for points in picture.planned[:1]:
-        pen.line(DrawnPart.PLANNED, points)
+    for part, lines in ((DrawnPart.PAST, picture.past[-1:]), (DrawnPart.PLANNED, picture.planned[:1])):
+        for points in lines:
+            pen.line(part, points)
     if pen.frame.view is SIDE:
-        _draw_base(pen, picture.links[0])
+        (x, y, z), half = picture.links[0], THICK * pen.size
+        left, right = (x - half, y, z - half), (x + half, y, z - half)
+        pen.line(DrawnPart.BASE, (left, picture.links[0], right, left))
     count = len(picture.links) - 1
     for i, link in enumerate(pairwise(picture.links)):
         pen.line(DrawnPart.LINK, link, THICK * pen.size * (1.0 - 0.5 * i / count))
     for p in picture.joints:
         pen.disc(DrawnPart.JOINT, p, 0.5 * THICK * pen.size)
-    _draw_hand(pen, picture.position)
+    T, hand, long = picture.position.T_world_tool, picture.position.hand, HAND * pen.size
+    for side in (-0.5 * long * hand, 0.5 * long * hand):  # two fingers, apart along Y of the tool as the hand is open
+        root = along(position(T), (T.sx, T.sy, T.sz), side)
+        pen.line(DrawnPart.HAND, (position(T), root, along(root, (T.ax, T.ay, T.az), long)))
     if picture.target is not None:
         pen.cross(DrawnPart.TARGET, picture.target)
     return pen.canvas
-
-
-def _draw_base(pen: Pen, base: Vector) -> None:
-    (x, y, z), half = base, THICK * pen.size
-    left, right = (x - half, y, z - half), (x + half, y, z - half)
-    pen.line(DrawnPart.BASE, (left, base, right, left))
-
-
-def _draw_hand(pen: Pen, at: Position) -> None:
-    """Two fingers, apart along the Y axis of the tool as far as the hand is open."""
-    T, long = at.T_world_tool, HAND * pen.size
-    for side in (-0.5 * long * at.hand, 0.5 * long * at.hand):
-        root = along(position(T), (T.sx, T.sy, T.sz), side)
-        pen.line(DrawnPart.HAND, (position(T), root, along(root, (T.ax, T.ay, T.az), long)))
 
 
 def _outline(view: View, points: Sequence[Vector]) -> list[Vector]:
@@ -312,20 +288,10 @@ def _turns_left(a: Dot, b: Dot, c: Dot) -> bool:
 # --- cells and words -----------------------------------------------------------------------------------------------
 
 
-def _cells(canvas: Canvas, row: int, fine: bool) -> Iterator[Piece]:
-    for owner, first, last in canvas.runs(row):
-        if owner is None:
-            yield " " * (last - first), Ink.TEXT
-        else:
-            look = LOOKS[owner]
-            yield canvas.braille(row, first, last) if fine else look.letter * (last - first), look.ink
-
-
 def _scale(frame: ViewFrame, fine: bool) -> Iterator[Piece]:
     """A bar of a round length, at least four cells."""
     least = 4.0 / frame.scale
-    power = 10.0 ** floor(log10(least))
-    metres = next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= least)
+    metres = round_step(least)
     cells = round(metres * frame.scale)
     bar = f"├{'─' * (cells - 2)}┤" if fine else f"|{'-' * (cells - 2)}|"
     yield f"{bar} {1e3 * metres:g} mm", Ink.NOTE

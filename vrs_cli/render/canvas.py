@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from math import ceil, floor, hypot, sqrt
+
+from vrs_cli.render.blocks import Piece
+from vrs_cli.render.colours import Ink
 
 BRAILLE = 0x2800
 DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))  # by row, then column (Unicode 1.1, U+2800 block)
@@ -133,6 +136,15 @@ class Canvas:
             first = before
         if self.width > first:
             yield None, first, self.width
+
+    def pieces(self, row: int, look: Callable[[int], tuple[Ink, str]]) -> Iterator[Piece]:
+        """A row in pieces of one owner each. `look`: the ink of an owner, and its letter where a cell is one dot."""
+        for owner, first, last in self.runs(row):
+            if owner is None:
+                yield " " * (last - first), Ink.TEXT
+            else:
+                ink, letter = look(owner)
+                yield (self.braille(row, first, last) if self.dots_wide > 1 else letter * (last - first)), ink
 
     def braille(self, row: int, first: int, last: int) -> str:
         """Cells as characters."""

@@ -71,7 +71,9 @@ def chart(plot: Plot, page: Page) -> Iterator[TextLine]:
     figures = Scale.over(high, low, height, TICKS * height).figures()
     for row in range(height):
         axis = (f"{figures.get(row, ''):>{LABEL - 1}} {'+' if row in figures else '|'}", Ink.NOTE)
-        yield TextLine((axis, *_cells(canvas, row, plot.curves, fine)))
+        yield TextLine(
+            (axis, *canvas.pieces(row, lambda curve: (CURVES[curve % len(CURVES)], plot.curves[curve].mark)))
+        )
     yield from _time_axis(plot.times, width)
     yield from legend
 
@@ -111,15 +113,6 @@ def _at(values: Sequence[float], fraction: float) -> float:
     i = min(int(place), max(len(values) - 2, 0))
     follower = values[min(i + 1, len(values) - 1)]
     return values[i] + (follower - values[i]) * (place - i)
-
-
-def _cells(canvas: Canvas, row: int, curves: Sequence[Curve], fine: bool) -> Iterator[Piece]:
-    for owner, first, last in canvas.runs(row):
-        if owner is None:
-            yield (" " * (last - first), Ink.TEXT)
-        else:
-            marks = canvas.braille(row, first, last) if fine else curves[owner].mark * (last - first)
-            yield (marks, CURVES[owner % len(CURVES)])
 
 
 def _time_axis(times: Sequence[float], width: int) -> Iterator[TextLine]:

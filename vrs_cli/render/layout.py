@@ -348,18 +348,14 @@ def _help_page(reply: replies.HelpPage, page: Page) -> Iterator[Block]:
     for number, entry in enumerate(reply.entries):
         if number:
             yield line()
-        yield TextLine((*scan(entry.form), (f"   ({_of(entry)})", Ink.NOTE)))
+        lineage = [LINEAGE[mark] for mark in entry.where.split() if mark in LINEAGE]
+        yield TextLine((*scan(entry.form), (f"   ({', '.join((entry.sort, *lineage))})", Ink.NOTE)))
         for text in wrap(_sentence(entry.summary), (page.width or PLAIN_WIDTH) - 4):
             yield line(f"    {text}")
         if entry.note:
             yield line(f"    {_sentence(entry.note)}", Ink.WARNING)
         if entry.example:
             yield TextLine((("    Example: ", Ink.NOTE), *scan(entry.example)))
-
-
-def _of(entry: replies.HelpEntry) -> str:
-    lineage = [LINEAGE[mark] for mark in entry.where.split() if mark in LINEAGE]
-    return ", ".join((entry.sort, *lineage))
 
 
 def _sentence(text: str) -> str:

@@ -64,13 +64,13 @@ def plot_trajectory(path: str | Path, arm: RobotArm, timeline: Timeline, title: 
 
     Raises UsageError (no matplotlib, no picture file) or FileError.
     """
-    plot_panels(path, TIME, _panels(arm, timeline, _times(timeline)), title)
+    plot_panels(path, TIME, _panels(arm, timeline), title)
 
 
 def drawn_trajectory(arm: RobotArm, timeline: Timeline, title: str, form: str) -> bytes:
     """The same as `svg` or `png`. Raises UsageError where there is no matplotlib."""
     _check_matplotlib()
-    return _drawn(TIME, _panels(arm, timeline, _times(timeline)), title, form)
+    return _drawn(TIME, _panels(arm, timeline), title, form)
 
 
 def plot_curves(path: str | Path, plot: Plot) -> None:
@@ -87,20 +87,16 @@ def plot_panels(path: str | Path, along: str, panels: Sequence[Curves], title: s
         stream.write(picture)
 
 
-def _times(timeline: Timeline) -> Floats:
-    """Even steps, and the borders of segments, where curves have their corners [s]."""
+def _panels(arm: RobotArm, timeline: Timeline) -> tuple[Curves, ...]:
+    """Joints, their velocities and the tool, at even steps and at the borders of segments, where curves bend."""
     import numpy as np
 
-    even = np.linspace(timeline.start, timeline.end, SAMPLES)
-    if len(timeline) > MOST_BORDERS:
-        return even
-    return np.union1d(even, [segment.start for segment in timeline])
-
-
-def _panels(arm: RobotArm, timeline: Timeline, times: Floats) -> tuple[Curves, ...]:
     from vrs_cli.engine.position import positions_at
     from vrs_cli.files.exports import shown_joints
 
+    times = np.linspace(timeline.start, timeline.end, SAMPLES)
+    if len(timeline) <= MOST_BORDERS:
+        times = np.union1d(times, [segment.start for segment in timeline])
     units = arm.model.units
     names = tuple(dict.fromkeys(units.unit(joint) for joint in range(1, arm.model.joint_count + 1)))
     unit, rate = ", ".join(names), ", ".join(f"{name}/s" for name in names)
@@ -128,18 +124,15 @@ def _drawn(along: str, panels: Sequence[Curves], title: str, form: str) -> bytes
         return buffer.getvalue()
 
 
-def _stroke(column: Sequence[float] | Floats, before: Sequence[Sequence[float] | Floats]) -> dict[str, Any]:
+def _draw_panel(axis: Any, panel: Curves) -> None:
     """A curve on which others lie already is drawn in dashes, so that these are seen through it."""
     import numpy as np
 
-    under = sum(np.allclose(column, other, rtol=0.0, atol=1e-9) for other in before)
-    return {"dashes": (2.0, 2.0 * under)} if under else {}
-
-
-def _draw_panel(axis: Any, panel: Curves) -> None:
     before: list[Sequence[float] | Floats] = []
     for name, column in zip(panel.names, panel.columns, strict=True):
-        axis.plot(panel.along, column, label=name, linewidth=1.2, **_stroke(column, before))
+        under = sum(np.allclose(column, other, rtol=0.0, atol=1e-9) for other in before)
+        stroke = {"dashes": (2.0, 2.0 * under)} if under else {}
+        axis.plot(panel.along, column, label=name, linewidth=1.2, **stroke)
         before.append(column)
     axis.set_ylabel(panel.title)
     axis.grid(visible=True, alpha=0.3)

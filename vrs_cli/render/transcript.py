@@ -1,11 +1,11 @@
-"""What a session says, written down as it comes: as text, as a page of HTML, or as a cast that asciinema plays."""
+"""The lines and replies of a session in a file, written as they come: text, HTML, or a cast that asciinema plays."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Protocol, TextIO
+from typing import NamedTuple, TextIO
 
 from vrs_cli.render.blocks import Grid, Page, TextLine, grid_lines, line, split
 from vrs_cli.render.colours import COLOURS, Ink
@@ -18,16 +18,6 @@ WIDTH, HEIGHT = 100, 30  # characters of a cast
 PAGE = Page(WIDTH, unicode=True)
 
 
-class Writer(Protocol):
-    """One format."""
-
-    def begin(self) -> str: ...
-    def line(self, line: TextLine, seconds: float) -> str:
-        """A line that came so many seconds after the begin."""
-
-    def end(self) -> str: ...
-
-
 def lines_of(reply: Reply) -> Iterator[TextLine]:
     """A reply in lines."""
     for block in blocks(reply, PAGE):
@@ -35,45 +25,18 @@ def lines_of(reply: Reply) -> Iterator[TextLine]:
             yield from grid_lines(part) if isinstance(part, Grid) else (part,)
 
 
-def typed_line(prompt: str, text: str) -> TextLine:
-    """A line that somebody typed."""
-    return TextLine(((prompt, Ink.NOTE), (text, Ink.HEADING)))
+class TranscriptFormat(NamedTuple):
+    """How a transcript begins and ends, and how a line is written that came so many seconds after the beginning."""
+
+    begin: str
+    line: Callable[[TextLine, float], str]
+    end: str
 
 
-class TextWriter:
-    def begin(self) -> str:
-        return ""
-
-    def line(self, line: TextLine, seconds: float) -> str:  # noqa: ARG002 (the interface)
-        return f"{line.text}\n"
-
-    def end(self) -> str:
-        return ""
-
-
-class HtmlWriter:
-    def begin(self) -> str:
-        return '<!DOCTYPE html>\n<html><head><meta charset="utf-8"><title>vrs</title></head><body><pre>\n'
-
-    def line(self, line: TextLine, seconds: float) -> str:  # noqa: ARG002 (the interface)
-        return f"{pieces_html(line.pieces)}\n"
-
-    def end(self) -> str:
-        return "</pre></body></html>\n"
-
-
-class CastWriter:
-    """asciicast v2 (docs.asciinema.org/manual/asciicast/v2)."""
-
-    def begin(self) -> str:
-        return json.dumps({"version": 2, "width": WIDTH, "height": HEIGHT, "title": "vrs"}) + "\n"
-
-    def line(self, line: TextLine, seconds: float) -> str:
-        drawn = "".join(_ansi(text, ink) for text, ink in line.pieces)
-        return json.dumps([round(seconds, 3), "o", f"{drawn}\r\n"]) + "\n"
-
-    def end(self) -> str:
-        return ""
+def _cast_line(line: TextLine, seconds: float) -> str:
+    """An event of asciicast v2 (docs.asciinema.org/manual/asciicast/v2)."""
+    drawn = "".join(_ansi(text, ink) for text, ink in line.pieces)
+    return json.dumps([round(seconds, 3), "o", f"{drawn}\r\n"]) + "\n"
 
 
 def _ansi(text: str, ink: Ink) -> str:
@@ -84,7 +47,16 @@ def _ansi(text: str, ink: Ink) -> str:
     return f"\x1b[{';'.join(codes)}m{text}\x1b[0m" if codes else text
 
 
-WRITERS: Mapping[str, Callable[[], Writer]] = {".html": HtmlWriter, ".htm": HtmlWriter, ".cast": CastWriter}
+TEXT = TranscriptFormat("", lambda line, _seconds: f"{line.text}\n", "")
+HTML = TranscriptFormat(
+    '<!DOCTYPE html>\n<html><head><meta charset="utf-8"><title>vrs</title></head><body><pre>\n',
+    lambda line, _seconds: f"{pieces_html(line.pieces)}\n",
+    "</pre></body></html>\n",
+)
+CAST = TranscriptFormat(
+    json.dumps({"version": 2, "width": WIDTH, "height": HEIGHT, "title": "vrs"}) + "\n", _cast_line, ""
+)
+FORMATS: Mapping[str, TranscriptFormat] = {".html": HTML, ".htm": HTML, ".cast": CAST}
 
 
 class Transcript:
@@ -93,12 +65,12 @@ class Transcript:
     def __init__(self, path: Path, clock: Callable[[], float]) -> None:
         self.path = path
         self._clock, self._begun, self._open_line = clock, clock(), ""
-        self._writer = WRITERS.get(path.suffix.lower(), TextWriter)()
+        self._format = FORMATS.get(path.suffix.lower(), TEXT)
         self._stream: TextIO = path.open("w", encoding="utf-8", newline="\n")
-        self._put(self._writer.begin())
+        self._put(self._format.begin)
 
     def typed(self, prompt: str, text: str) -> None:
-        self._line(typed_line(prompt, text))
+        self._line(TextLine(((prompt, Ink.NOTE), (text, Ink.HEADING))))
 
     def reply(self, reply: Reply) -> None:
         for one in lines_of(reply):
@@ -113,12 +85,12 @@ class Transcript:
     def close(self) -> None:
         if self._open_line:
             self._line(line(self._open_line))
-        self._put(self._writer.end())
+        self._put(self._format.end)
         self._stream.close()
 
     def _line(self, one: TextLine) -> None:
         shown = TextLine(tuple((visible(text), ink) for text, ink in one.pieces))
-        self._put(self._writer.line(shown, self._clock() - self._begun))
+        self._put(self._format.line(shown, self._clock() - self._begun))
 
     def _put(self, text: str) -> None:
         self._stream.write(text)
