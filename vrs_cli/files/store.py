@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from vrs_cli.files.layout import Layout
 from vrs_cli.kinematics.joints import JointUnits
-from vrs_cli.language.analysis.declarations import own_variables
+from vrs_cli.language.analysis.names import own_variables
 from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.run.variables import NamedValue, item_of

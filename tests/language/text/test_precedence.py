@@ -17,7 +17,7 @@ from vrs_cli.values.diagnostics import Span
 
 def groupings(text: str) -> list[tuple[str, str]]:
     statement: Any = parse_step(f"x = {text}").statement
-    return [(other.ours, other.theirs) for other in val_grouping(statement.value)]
+    return [(ours, theirs) for ours, theirs, _ in val_grouping(statement.value)]
 
 
 @pytest.mark.parametrize(

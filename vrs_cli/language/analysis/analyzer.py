@@ -23,12 +23,10 @@ from vrs_cli.errors import (
     UndefinedValue,
     UsageError,
 )
-from vrs_cli.language.analysis.channels import channel
-from vrs_cli.language.analysis.confusions import first_assignment
-from vrs_cli.language.analysis.declarations import Declarations, own_variables
+from vrs_cli.language.analysis.confusions import confusions, first_assignment
 from vrs_cli.language.analysis.expressions import Expressions, miscounted
 from vrs_cli.language.analysis.lineage import beyond
-from vrs_cli.language.analysis.names import ANY_KIND, BARE, PLACE, REAL, STRING, with_article
+from vrs_cli.language.analysis.names import ANY_KIND, PLACE, REAL, STRING, declares, own_variables, with_article
 from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.analysis.structure import structure_of
 from vrs_cli.language.analysis.surroundings import Candidates, Surroundings
@@ -36,7 +34,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program, ProgramHeader, Statement
 from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.values import SIGIL_KINDS, Kind
+from vrs_cli.language.words.values import SIGIL_KINDS, Kind, kinds_of_name
 from vrs_cli.language.words.word import Argument, Shape, State, Word, argument_at
 from vrs_cli.values.diagnostics import Diagnostic, Span, counted, ordered
 
@@ -70,7 +68,7 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
     found = (*structure.diagnostics, *steps.diagnostics, *beyond(program))
     kinds = {key: decided.kind for key, decided in steps.kinds.items()}
     needs = frozenset(one.key for one in steps.without_value())
-    called, functions = frozenset(steps.called), frozenset(steps.confusions.functions)
+    called, functions = frozenset(steps.called), frozenset(steps.functions)
     own = own_variables(program)
     return Analysis(program, kinds, structure.blocks, structure.labels, ordered(found), needs, called, functions, own)
 
@@ -98,7 +96,6 @@ class _Steps(Expressions):
         parameters = {variable.key for variable in program.parameters} if program is not None else set()
         super().__init__(known, parameters, at_prompt=program is None)
         self.called: set[str] = set()
-        self._declarations = Declarations(self)
         self._program = program
         self._surroundings = surroundings
 
@@ -118,11 +115,11 @@ class _Steps(Expressions):
     def statement(self, step: int, statement: Statement) -> None:
         """A step of a program."""
         self.step = step
-        if isinstance(statement, ast.Instruction) and statement.word in DECLARATIONS:
+        if isinstance(statement, ast.Instruction) and declares(statement):
             self._count(statement, INSTRUCTIONS[statement.word])
-            self._declarations.check(statement)
+            self.check_declaration(statement)
             return
-        self._declarations.other()
+        self._declarations_over = True
         check = _STATEMENTS.get(type(statement))
         if check is not None:
             check(self, statement)
@@ -159,14 +156,15 @@ class _Steps(Expressions):
                 hint = around.name_meant(variable, own)
             self.warn(UndefinedValue, variable.span, detail, hint)
         if program is not None and around is not None:
-            self.diagnostics += self.confusions.found(program, self, around)
+            self.diagnostics += confusions(program, self, around)
 
     # --- statements ---
 
     def _assignment(self, statement: ast.Assignment) -> None:
         target, value = statement.target, statement.value
         self.reference(target)
-        self.confusions.assign(target)
+        if target.indexes is None and not target.sigil:
+            self.assigned.setdefault(target.key, target)
         name = target.sigil + target.name
         if target.many:
             self.fault(IllegalAssignment, target.span, f"{name}[] is an array", "assign its elements")
@@ -192,7 +190,7 @@ class _Steps(Expressions):
     def _wait(self, statement: ast.Instruction) -> None:
         """WAIT 3 waits for a signal, as in VAL: as a condition a number would make no sense."""
         asked = statement.arguments[0] if statement.arguments else None
-        number = None if asked is None else channel(asked)
+        number = None if asked is None else ast.channel(asked)
         if asked is not None and number is not None:
             clear, hint = f"SIG({number})", "DELAY n lets n seconds pass"
             self.warn(OldMeaning, asked.span, f"it is taken as WAIT {clear}", hint, clear)
@@ -216,7 +214,13 @@ class _Steps(Expressions):
             self.fault(NotAvailable, statement.span, f"{row.name}: {row.summary}", row.note)
         else:
             self._count(statement, row)
-            self._check_operands(statement, row)
+            if statement.value is not None and row.value is not None:  # which is read before a variable is defined
+                self._check_operand(statement.value, row.value)
+            self._reals(statement.modifiers.at, statement.modifiers.within)
+            for place, expression in enumerate(statement.arguments):
+                argument = argument_at(row, place)
+                if expression is not None and argument is not None:
+                    self._check_operand(expression, argument)
             if row.name == "WAIT":
                 self._wait(statement)
             elif row.name == "SET":
@@ -230,16 +234,6 @@ class _Steps(Expressions):
             self.fault(CannotInterpret, span, detail, hint)
         if row.value is not None and not row.value.optional and statement.value is None:
             self.fault(CannotInterpret, end, f"{row.name}: = {row.value.name} is missing", hint)
-
-    def _check_operands(self, statement: ast.Instruction, row: Word) -> None:
-        """Check the operands; the value first, since the instruction reads it before it defines a variable."""
-        if statement.value is not None and row.value is not None:
-            self._check_operand(statement.value, row.value)
-        self._reals(statement.modifiers.at, statement.modifiers.within)
-        for place, expression in enumerate(statement.arguments):
-            argument = argument_at(row, place)
-            if expression is not None and argument is not None:
-                self._check_operand(expression, argument)
 
     def _check_operand(self, expression: Expression, argument: Argument) -> None:
         if argument.shape is Shape.PROGRAM:
@@ -264,13 +258,11 @@ class _Steps(Expressions):
 
     def _program_argument(self, expression: Expression) -> None:
         """Check a program with its arguments. Variables go by reference: it may give them a value."""
-        if isinstance(expression, ast.BareWord):
-            return
-        if not isinstance(expression, ast.ProgramCall):
+        if isinstance(expression, ast.ProgramCall):
+            self._pass(expression.arguments)
+            self._check_call(expression)
+        elif not isinstance(expression, ast.BareWord):
             self.fault(InvalidName, expression.span, "a program name is wanted here")
-            return
-        self._pass(expression.arguments)
-        self._check_call(expression)
 
     def _program_text(self, expression: Expression) -> None:
         """Check a string that names a program. Nothing is known of that program."""
@@ -284,7 +276,7 @@ class _Steps(Expressions):
             if isinstance(argument, ast.Variable) and not argument.grouped:
                 self.reference(argument)
                 self.given.add(argument.key)
-                self.confusions.pass_argument(argument)
+                self.passed.add(argument.key)
             elif argument is not None:
                 self.value(argument, ANY_KIND)
 
@@ -303,16 +295,10 @@ class _Steps(Expressions):
             hint = f"it has {counted(len(target.parameters), 'parameter')}"
             self.fault(ArgumentMismatch, call.span, detail, hint)
         for argument, parameter in zip(call.arguments, target.parameters, strict=False):
-            if argument is not None:
-                self._check_argument(argument, parameter)
-
-    def _check_argument(self, argument: Expression, parameter: ast.Variable) -> None:
-        kind = self.kind_of(argument)
-        wanted = frozenset({SIGIL_KINDS[parameter.sigil]}) if parameter.sigil else BARE
-        if kind is not None and kind not in wanted:
-            name = parameter.sigil + parameter.name
-            detail = f"{with_article({kind})} for the parameter {name}"
-            self.fault(ArgumentMismatch, argument.span, detail)
+            kind = None if argument is None else self.kind_of(argument)
+            if argument is not None and kind is not None and kind not in kinds_of_name(parameter.sigil):
+                detail = f"{with_article({kind})} for the parameter {parameter.sigil}{parameter.name}"
+                self.fault(ArgumentMismatch, argument.span, detail)
 
 
 _STATEMENTS: Mapping[type, Callable[[_Steps, Any], None]] = {

@@ -19,53 +19,24 @@ from vrs_cli.language.words.word import Route, State
 from vrs_cli.values.diagnostics import Diagnostic, warning
 
 
-class Confusions:
-    """Collects names that may confuse a reader. `functions`: those that could be variables, by key."""
-
-    def __init__(self) -> None:
-        self.functions: dict[str, ast.Call] = {}
-        self._passed: set[str] = set()
-        self._assigned: dict[str, ast.Variable] = {}
-
-    def function(self, call: ast.Call) -> None:
-        """Note the call of a function."""
-        if not call.parenthesised and call.name.lower() in FUNCTION_NAMES:
-            self.functions.setdefault(call.name.lower(), call)
-
-    def assign(self, target: ast.Variable) -> None:
-        """Note an assignment."""
-        if target.indexes is None and target.name.upper() in INSTRUCTIONS and not target.sigil:
-            self._assigned.setdefault(target.key, target)
-
-    def pass_argument(self, argument: ast.Variable) -> None:
-        """Note a variable that is passed to a program, which may read it."""
-        self._passed.add(argument.key)
-
-    def found(self, program: Program, names: NameFindings, surroundings: Surroundings) -> Iterator[Diagnostic]:
-        """Yield the confusions of a program after all of its steps were noted."""
-        for variable in _variables_like_functions(program, names):
-            name = variable.sigil + variable.name.lower()
-            function = FUNCTION_NAMES[variable.key]
-            yield _warning(variable, f"{name} is a variable in this program", f"{function}() is the function")
-        for key, call in self.functions.items():
-            if surroundings.given_elsewhere(key, program):
-                detail = f"{call.name} is the function here, and a variable in another program"
-                yield _warning(call, detail, f"GLOBAL {key} makes it the variable")
-        for key, target in self._assigned.items():
-            row = INSTRUCTIONS[target.name.upper()]
-            met = any(key in of for of in (names.first_read, names.declared, names.parameters, self._passed))
-            if not met and row.arguments and row.state is State.SUPPORTED:
-                detail = f"{target.name.lower()} is a variable here, and nothing reads it"
-                yield _warning(target, detail, f"the form of the instruction is {row.form}")
-
-
-def _variables_like_functions(program: Program, names: NameFindings) -> Iterator[ast.Variable]:
-    """Yield the first variable of each name that a function has too."""
-    keys = FUNCTION_NAMES.keys() & names.met()
+def confusions(program: Program, names: NameFindings, surroundings: Surroundings) -> Iterator[Diagnostic]:
+    """Yield the confusions of a program whose names are all known."""
+    keys = FUNCTION_NAMES.keys() & {*names.given, *names.first_read, *names.declared, *names.parameters}
     for node in ast.nodes((program.parameters, program.steps)) if keys else ():
         if isinstance(node, ast.Variable) and node.key in keys:
             keys.discard(node.key)
-            yield node
+            detail = f"{node.sigil}{node.name.lower()} is a variable in this program"
+            yield _warning(node, detail, f"{FUNCTION_NAMES[node.key]}() is the function")
+    for key, call in names.functions.items():
+        if surroundings.given_elsewhere(key, program):
+            detail = f"{call.name} is the function here, and a variable in another program"
+            yield _warning(call, detail, f"GLOBAL {key} makes it the variable")
+    for key, target in names.assigned.items():
+        row = INSTRUCTIONS.get(target.name.upper())
+        met = any(key in of for of in (names.first_read, names.declared, names.parameters, names.passed))
+        if row is not None and not met and row.arguments and row.state is State.SUPPORTED:
+            detail = f"{target.name.lower()} is a variable here, and nothing reads it"
+            yield _warning(target, detail, f"the form of the instruction is {row.form}")
 
 
 def first_assignment(target: ast.Variable) -> Iterator[Diagnostic]:
@@ -92,7 +63,7 @@ _WAITS = frozenset({"WAIT", "WAIT.EVENT", "CALL", "CALLS", "PAUSE", "RETURN", "S
 
 def delays(program: Program) -> Iterator[Diagnostic]:
     """Warn of the first such DELAY of a program."""
-    statements = [step.statement for step in program.steps if step.statement is not None]
+    statements = program.statements
     for number, statement in enumerate(statements, 1):
         if isinstance(statement, ast.Instruction) and statement.word == "DELAY":
             telling = (one for one in statements[number:] if _shows_time(one) or not _at_once(one))

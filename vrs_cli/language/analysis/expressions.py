@@ -6,7 +6,6 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.errors import (
@@ -18,7 +17,6 @@ from vrs_cli.errors import (
     NotAvailable,
     UnknownKeyword,
 )
-from vrs_cli.language.analysis.confusions import Confusions
 from vrs_cli.language.analysis.names import (
     ANY_KIND,
     CERTAIN,
@@ -35,6 +33,7 @@ from vrs_cli.language.analysis.names import (
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression
 from vrs_cli.language.text.lexer import Token
+from vrs_cli.language.text.meaning import FUNCTION_NAMES
 from vrs_cli.language.text.precedence import LOGICAL, ORDER, RELATIONS, VAL_ORDER, Grouping
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.functions import FUNCTIONS
@@ -50,7 +49,6 @@ class Expressions(NameFindings):
 
     def __init__(self, known: Mapping[str, Kind], parameters: Collection[str], *, at_prompt: bool) -> None:
         super().__init__(known, parameters, at_prompt=at_prompt)
-        self.confusions = Confusions()
         self._logical = False  # whether NOT, AND, OR or XOR has been met in the expression
 
     # --- arguments, by their shape ---
@@ -82,17 +80,17 @@ class Expressions(NameFindings):
             self._define(expression, PLACE)
 
     def _define(self, expression: Expression, wanted: Kinds) -> None:
-        if self.is_variable(expression):
-            assert isinstance(expression, ast.Variable)
-            self.define(expression, wanted)
+        variable = self._checked_variable(expression)
+        if variable is not None:
+            self.define(variable, wanted)
 
-    def is_variable(self, expression: Expression) -> bool:
-        """Check that an expression is a variable, which can be given a value."""
+    def _checked_variable(self, expression: Expression) -> ast.Variable | None:
+        """Return a variable, which can be given a value; report anything else."""
         if isinstance(expression, ast.Variable):
             self.reference(expression)
-            return True
+            return expression
         self.fault(IllegalAssignment, expression.span, "a variable is wanted here")
-        return False
+        return None
 
     def reference(self, variable: ast.Variable) -> None:
         """Check the name and the indexes of a variable."""
@@ -102,12 +100,12 @@ class Expressions(NameFindings):
 
     def _elements(self, expression: Expression) -> None:
         """The first element of an array of reals, or the whole of it."""
-        if self.is_variable(expression):
-            assert isinstance(expression, ast.Variable)
-            if expression.indexes is None:
-                hint = f"{expression.name}[1], or {expression.name}[]"
-                self.fault(IllegalArrayIndex, expression.span, f"{expression.name} is no array", hint)
-            self.read(expression, REAL)
+        variable = self._checked_variable(expression)
+        if variable is not None:
+            if variable.indexes is None:
+                hint = f"{variable.name}[1], or {variable.name}[]"
+                self.fault(IllegalArrayIndex, variable.span, f"{variable.name} is no array", hint)
+            self.read(variable, REAL)
 
     def _label(self, expression: Expression) -> None:
         if not isinstance(expression, ast.Number):
@@ -130,9 +128,9 @@ class Expressions(NameFindings):
         outer, self._logical = self._logical, False
         self._kind(expression, wanted)
         if self._logical:
-            for other in val_grouping(expression):
-                detail = f"it is taken as {other.ours}, VAL-II takes {other.theirs}"
-                self.warn(AmbiguousGrouping, other.span, detail, "add parentheses", other.ours)
+            for ours, theirs, span in val_grouping(expression):
+                detail = f"it is taken as {ours}, VAL-II takes {theirs}"
+                self.warn(AmbiguousGrouping, span, detail, "add parentheses", ours)
         self._logical = outer
 
     def _kind(self, expression: Expression, wanted: Kinds) -> Kind | None:
@@ -174,8 +172,10 @@ class Expressions(NameFindings):
         if operator == "+":
             wanted = self._of_both(expression)
             return self._operands(expression, wanted, next(iter(wanted)))
-        if operator == "**":
-            self._check_power(expression)
+        left = expression.left
+        if operator == "**" and isinstance(left, ast.Unary) and left.operator == "-" and not left.grouped:
+            detail, clear = "the sign binds before **", replace(expression, left=replace(left, grouped=True))
+            self.warn(AmbiguousGrouping, expression.span, detail, "add parentheses", expression_text(clear))
         return self._operands(expression, REAL, Kind.REAL)
 
     def _operands(self, expression: ast.Binary, wanted: Kinds, result: Kind) -> Kind | None:
@@ -189,24 +189,22 @@ class Expressions(NameFindings):
         """+ and the relations take two reals or two strings."""
         return STRING if Kind.STRING in (self.kind_of(expression.left), self.kind_of(expression.right)) else REAL
 
-    def _check_power(self, expression: ast.Binary) -> None:
-        left = expression.left
-        if isinstance(left, ast.Unary) and left.operator == "-" and not left.grouped:
-            detail, clear = "the sign binds before **", replace(expression, left=replace(left, grouped=True))
-            self.warn(AmbiguousGrouping, expression.span, detail, "add parentheses", expression_text(clear))
-
     # --- functions ---
 
     def _call(self, call: ast.Call) -> Kind | None:
         function = FUNCTIONS.get(call.name)
         if function is None:
-            self._unknown_function(call)
+            hint = did_you_mean(call.name, usable_names(FUNCTIONS))
+            if not hint and len(call.arguments) == 1:
+                hint = f"an element of an array is {call.name}[index]"
+            self.fault(UnknownKeyword, call.span, f"there is no function {call.name}", hint)
             return None
         if function.state is not State.SUPPORTED:
             detail = f"{function.name}: {function.summary}"
             self.fault(NotAvailable, call.span, detail, function.note)
             return function.result
-        self.confusions.function(call)
+        if not call.parenthesised and call.name.lower() in FUNCTION_NAMES:
+            self.functions.setdefault(call.name.lower(), call)
         end = Span(call.span.line, call.span.end - 1, call.span.end)
         for span, detail in miscounted(call.name, call.arguments, function, end, call.span)[:1]:
             self.fault(IllegalExpression, span, detail, f"the form is {function.form}")
@@ -215,18 +213,12 @@ class Expressions(NameFindings):
                 self._argument_of_call(expression, function.arguments[min(place, len(function.arguments) - 1)].shape)
         return function.result
 
-    def _unknown_function(self, call: ast.Call) -> None:
-        hint = did_you_mean(call.name, usable_names(FUNCTIONS))
-        if not hint and len(call.arguments) == 1:
-            hint = f"an element of an array is {call.name}[index]"
-        self.fault(UnknownKeyword, call.span, f"there is no function {call.name}", hint)
-
     def _argument_of_call(self, expression: Expression, shape: Shape) -> None:
         """Check an argument as that of an instruction. DEFINED and LAST only look at a variable of any kind."""
         if shape is Shape.VARIABLE:
             if isinstance(expression, ast.Variable):
                 self.given.add(expression.key)
-            self.is_variable(expression)
+            self._checked_variable(expression)
         else:
             self.argument(expression, shape)
 
@@ -280,25 +272,21 @@ _SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
 }
 
 
-class OtherGrouping(Struct, frozen=True):
-    """The two readings of an expression, with parentheses."""
-
-    ours: str
-    theirs: str
-    span: Span
-
-
-def val_grouping(expression: Expression) -> Iterator[OtherGrouping]:
-    """Each part of an expression, between parentheses, that VAL-II groups otherwise."""
+def val_grouping(expression: Expression) -> Iterator[tuple[str, str, Span]]:
+    """Yield each part of an expression, between parentheses, that VAL-II groups otherwise: our reading and that of
+    VAL-II, both with parentheses, and the place.
+    """
     flat = tuple(_flat(expression))
     if any(isinstance(item, Token) and item.value in LOGICAL for item in flat):
         texts = [item if isinstance(item, Token) else expression_text(item) for item in flat]
         ours, theirs = _OURS.tree(texts), _VAL.tree(texts)
         if theirs != ours:
-            yield OtherGrouping(ours[1:-1], theirs[1:-1], expression.span)
+            yield ours[1:-1], theirs[1:-1], expression.span
     for value in flat:
-        for inner in _inside(value):
-            yield from val_grouping(inner)
+        if not isinstance(value, Token):
+            grouped = isinstance(value, ast.Binary | ast.Unary)
+            for inner in (value,) if grouped else ast.children(value):
+                yield from val_grouping(inner)
 
 
 def _flat(expression: Expression, root: bool = True) -> Iterator[Token | Expression]:
@@ -310,16 +298,6 @@ def _flat(expression: Expression, root: bool = True) -> Iterator[Token | Express
         yield from _flat(expression.left, False)
     yield Token("", expression.operator, expression.operator, expression.span)
     yield from _flat(expression.operand if isinstance(expression, ast.Unary) else expression.right, False)
-
-
-def _inside(value: Token | Expression) -> Iterator[Expression]:
-    """The expressions inside a value: of parentheses, arguments and indexes."""
-    if isinstance(value, ast.Binary | ast.Unary):
-        yield value
-    elif isinstance(value, ast.Call):
-        yield from (argument for argument in value.arguments if argument is not None)
-    elif isinstance(value, ast.Variable):
-        yield from value.indexes or ()
 
 
 # A tree as its text, with parentheses round every part and the whole.

@@ -6,8 +6,8 @@ The tables say by their column `where` which rows are of which; `IN_VAL2` and `I
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
 
 from vrs_cli.errors import NotAvailable
 from vrs_cli.language.text import ast
@@ -16,7 +16,6 @@ from vrs_cli.language.text.precedence import RELATIONS
 from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.word import Word
 from vrs_cli.values.diagnostics import Diagnostic, Span, error
 from vrs_cli.values.dialect import Dialect
 
@@ -101,35 +100,48 @@ _BLOCKS: Mapping[type, str] = {
 
 
 def beyond(program: Program) -> Iterator[Diagnostic]:
-    """What of a program its dialect has not."""
-    if program.dialect is Dialect.VPLUS:
-        return
-    for step in program.steps:
-        if step.statement is not None:
-            yield from _beyond(step.statement, INSTRUCTIONS, _Told(program.dialect, "this program is in"))
+    """Yield the refusal of each word and form of a program that its dialect has not."""
+    told = _Told(program.dialect, "this program is in")
+    return (found for statement in program.statements for found in _beyond(statement, told))
 
 
 def beyond_dialect(statement: Statement, dialect: Dialect) -> Iterator[Diagnostic]:
     """The same of a line of the prompt."""
-    inner = statement.statement if isinstance(statement, ast.DoInstruction) else statement
-    if dialect is not Dialect.VPLUS:
-        yield from _beyond(
-            inner, COMMANDS if inner is statement else INSTRUCTIONS, _Told(dialect, "this session is in")
-        )
+    return _beyond(statement, _Told(dialect, "this session is in"), at_prompt=True)
 
 
 def beyond_val2(statement: Statement, *, at_prompt: bool = False) -> Iterator[Diagnostic]:
-    """What of a step, or of a line of the prompt, V+ alone has."""
+    """Yield the refusal of what V+ alone has, in a step or in a line of the prompt."""
+    return _beyond(statement, _Told(Dialect.VAL2), at_prompt)
+
+
+def program_beyond_val2(program: Program) -> Iterator[Diagnostic]:
+    """The same of a whole program."""
+    return (found for statement in program.statements for found in beyond_val2(statement))
+
+
+def _beyond(statement: Statement, told: _Told, at_prompt: bool = False) -> Iterator[Diagnostic]:
     inner = statement.statement if isinstance(statement, ast.DoInstruction) else statement
     table = COMMANDS if at_prompt and inner is statement else INSTRUCTIONS
-    yield from _beyond(inner, table, _Told(Dialect.VAL2))
-
-
-def _beyond(statement: Statement | None, table: Mapping[str, Word], told: _Told) -> Iterator[Diagnostic]:
-    for node in ast.nodes(statement):
-        look = _LOOKS.get(type(node))
-        if look is not None:
-            yield from look(node, table, told)
+    for node in () if told.dialect is Dialect.VPLUS else ast.nodes(inner):
+        match node:
+            case ast.Instruction():
+                row = table.get(node.word) or INSTRUCTIONS[node.word]
+                yield from told.named(row.name, row.where, node.span)
+                if node.modifiers.unit is not None:
+                    yield from told.named(node.modifiers.unit, LINKS[node.modifiers.unit].where, node.span)
+                place = len(row.arguments) - 1
+                task = node.arguments[place] if row.tasked and len(node.arguments) > place else None
+                if task is not None and told.dialect.knows(row.where):
+                    yield told.refused("the number of a task is", IN_VAL2["EXECUTE"], task.span)
+            case ast.Call() if node.name in FUNCTIONS:
+                yield from told.named(node.name, FUNCTIONS[node.name].where, node.span)
+            # in VAL the relations are EQ and the like, behind IF
+            case ast.Binary() if node.operator not in RELATIONS or told.dialect is not Dialect.VAL:
+                yield from told.named(node.operator, OPERATORS[node.operator].where, node.span)
+            case ast.Variable() if len(node.indexes or ()) > 1 or node.rest:
+                hint = f"one index: {node.sigil}{node.name}[10*i+j]"
+                yield told.refused("an array with several indexes is", hint, node.span)
         if told.dialect is Dialect.VAL and isinstance(node, _Block) and not getattr(node, "then", False):
             yield error(NotAvailable, node.span, f"this form is of VAL-II, and {told.why} VAL", _BLOCKS[type(node)])
 
@@ -150,46 +162,3 @@ class _Told(NamedTuple):
             of = Dialect.VAL2 if Dialect.VAL2.knows(where) else Dialect.VPLUS
             ways = {**IN_VAL2, **IN_VAL} if self.dialect is Dialect.VAL else IN_VAL2
             yield self.refused(f"{name} is", ways.get(name, NOTHING_LIKE_IT), span, of)
-
-
-def program_beyond_val2(program: Program) -> Iterator[Diagnostic]:
-    """The same of a whole program."""
-    for step in program.steps:
-        if step.statement is not None:
-            yield from beyond_val2(step.statement)
-
-
-def _instruction(node: ast.Instruction, table: Mapping[str, Word], told: _Told) -> Iterator[Diagnostic]:
-    row = table.get(node.word) or INSTRUCTIONS[node.word]
-    yield from told.named(row.name, row.where, node.span)
-    if node.modifiers.unit is not None:
-        yield from told.named(node.modifiers.unit, LINKS[node.modifiers.unit].where, node.span)
-    place = len(row.arguments) - 1
-    task = node.arguments[place] if row.tasked and len(node.arguments) > place else None
-    if task is not None and told.dialect.knows(row.where):
-        yield told.refused("the number of a task is", IN_VAL2["EXECUTE"], task.span)
-
-
-def _call(node: ast.Call, _table: Mapping[str, Word], told: _Told) -> Iterator[Diagnostic]:
-    row = FUNCTIONS.get(node.name)
-    if row is not None:
-        yield from told.named(row.name, row.where, node.span)
-
-
-def _binary(node: ast.Binary, _table: Mapping[str, Word], told: _Told) -> Iterator[Diagnostic]:
-    if node.operator not in RELATIONS or told.dialect is not Dialect.VAL:  # there they are EQ and the like, behind IF
-        yield from told.named(node.operator, OPERATORS[node.operator].where, node.span)
-
-
-def _variable(node: ast.Variable, _table: Mapping[str, Word], told: _Told) -> Iterator[Diagnostic]:
-    if len(node.indexes or ()) > 1 or node.rest:
-        hint = f"one index: {node.sigil}{node.name}[10*i+j]"
-        yield told.refused("an array with several indexes is", hint, node.span)
-
-
-_LOOKS: Mapping[type, Callable[[Any, Mapping[str, Word], _Told], Iterator[Diagnostic]]] = {
-    ast.Instruction: _instruction,
-    ast.Call: _call,
-    ast.Binary: _binary,
-    ast.Variable: _variable,
-}

@@ -1,43 +1,47 @@
-"""Kinds of values, and the names of a program: which are reals, which transformations, which are read or assigned."""
+"""Kinds of values, and the names of a program: which are reals, which transformations, which are read or assigned, and
+which belong to the program alone.
+
+AUTO makes a set of variables for each activation of a program, LOCAL one for the program, which keeps its values
+between calls. All other variables are global, and GLOBAL says so. Declarations stand before the first other step
+(V+ Language User's Guide p.36; val2 section 1).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import NamedTuple
 
-from vrs_cli.errors import IllegalArrayIndex, InvalidName, TypeMismatch
+from msgspec.structs import replace
+
+from vrs_cli.errors import (
+    ArgumentMismatch,
+    CannotInterpret,
+    IllegalArrayIndex,
+    InvalidName,
+    MisplacedDeclaration,
+    TypeMismatch,
+)
+from vrs_cli.language.analysis.result import Own
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Expression
+from vrs_cli.language.text.ast import Expression, Program
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.functions import FUNCTIONS
-from vrs_cli.language.words.instructions import RESERVED, why_reserved
+from vrs_cli.language.words.instructions import DECLARATIONS, RESERVED, why_reserved
 from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind
 from vrs_cli.language.words.word import Shape
 from vrs_cli.values.diagnostics import DiagnosticCollector
 
+# --- kinds -------------------------------------------------------------------------------------------------------
+
 Kinds = frozenset[Kind]
 
-
 ANY_KIND: Kinds = frozenset(Kind)
-
-
 REAL: Kinds = frozenset({Kind.REAL})
-
-
 STRING: Kinds = frozenset({Kind.STRING})
-
-
 LOCATION: Kinds = frozenset({Kind.LOCATION})
-
-
 PLACE: Kinds = frozenset({Kind.LOCATION, Kind.PRECISION})
-
-
 PRINTED: Kinds = frozenset({Kind.REAL, Kind.STRING})
-
-
 BARE: Kinds = frozenset({Kind.REAL, Kind.LOCATION})  # what a name without a sigil can be
-
 
 # The arguments that are variables to be given a value.
 VARIABLES: Mapping[Shape, Kinds] = {
@@ -45,6 +49,7 @@ VARIABLES: Mapping[Shape, Kinds] = {
     Shape.REAL_VARIABLE: REAL,
     Shape.STRING_VARIABLE: STRING,
 }
+CERTAIN: Mapping[type, Kind] = {ast.Number: Kind.REAL, ast.StringConstant: Kind.STRING, ast.Unary: Kind.REAL}
 
 
 def kind_of(expression: Expression, of_variable: Callable[[ast.Variable], Kind | None]) -> Kind | None:
@@ -62,11 +67,6 @@ def kind_of(expression: Expression, of_variable: Callable[[ast.Variable], Kind |
     return Kind.STRING if expression.operator == "+" and Kind.STRING in sides else Kind.REAL
 
 
-CERTAIN: Mapping[type, Kind] = {ast.Number: Kind.REAL, ast.StringConstant: Kind.STRING, ast.Unary: Kind.REAL}
-
-
-LONGEST_SHOWN = 40  # characters of an expression in a message
-
 _ARTICLES = {
     Kind.REAL: "a real",
     Kind.STRING: "a string",
@@ -80,8 +80,52 @@ def with_article(kinds: Collection[Kind]) -> str:
     return " or ".join(_ARTICLES[kind] for kind in Kind if kind in kinds)
 
 
+# --- the variables of AUTO and LOCAL -----------------------------------------------------------------------------
+
+SORTS: Mapping[str, Kind] = {"REAL": Kind.REAL, "DOUBLE": Kind.REAL, "LOC": Kind.LOCATION}
+
+
+def declares(statement: ast.Statement | None) -> bool:
+    """Whether a statement is AUTO, LOCAL or GLOBAL."""
+    return isinstance(statement, ast.Instruction) and statement.word in DECLARATIONS
+
+
+def own_variables(program: Program) -> tuple[Own, ...]:
+    """Return what AUTO and LOCAL declare, each name once, in the order of the program.
+
+    A variable that is declared without an index is an array if the first step that names it gives it an index.
+    """
+    found: dict[str, Own] = {}
+    for statement in _declarations(program):
+        for argument in statement.arguments:
+            if isinstance(argument, ast.Variable) and statement.word != "GLOBAL":
+                found.setdefault(argument.key, Own(argument, statement.word == "AUTO", argument.indexes is not None))
+    for parameter in program.parameters:
+        found.pop(parameter.key, None)
+    plain = {key for key, own in found.items() if not own.array}
+    rest = tuple(one for one in program.statements if not declares(one)) if plain else ()
+    for node in ast.nodes(rest):
+        if isinstance(node, ast.Variable) and node.key in plain:
+            plain.discard(node.key)
+            found[node.key] = replace(found[node.key], array=node.indexes is not None)
+    return tuple(found.values())
+
+
+def _declarations(program: Program) -> Iterator[ast.Instruction]:
+    for statement in program.statements:
+        if isinstance(statement, ast.Instruction) and declares(statement):
+            yield statement
+        elif not isinstance(statement, ast.BadLine):
+            return
+
+
+# --- the names of a program --------------------------------------------------------------------------------------
+
+MAX_SHOWN_CHARS = 40  # of an expression in a message
+
+
 class Decided(NamedTuple):
-    """The kind of a bare name, and the step that decides it (None: it has a value of that kind)."""
+    """The kind of a name, and the step that decides it (None: its sigil or its present value does)."""
 
     kind: Kind
     step: int | None
@@ -92,7 +136,9 @@ class NameFindings(DiagnosticCollector):
 
     `known`: the kinds of the variables that have a value. At the prompt they decide; a program may run when they have
     others, so there they only give rise to warnings. `kinds`: of the bare names whose use decides it. `given`: the keys
-    that are given a value; `own`: those that AUTO or LOCAL declares; `first_read`: the first reading of each name.
+    that are given a value; `passed`: those that are passed to a program; `own`: those that AUTO or LOCAL declares;
+    `first_read`: the first reading of each name; `assigned`: the first assignment to each simple bare name;
+    `functions`: the first call of each function that could be a variable.
     """
 
     def __init__(self, known: Mapping[str, Kind], parameters: Collection[str], *, at_prompt: bool) -> None:
@@ -100,11 +146,16 @@ class NameFindings(DiagnosticCollector):
         self.step = 0
         self.kinds: dict[str, Decided] = {}
         self.given: set[str] = set()
+        self.passed: set[str] = set()
         self.own: set[str] = set()
         self._arrays: dict[str, bool] = {}  # of those: whether it is one, once that is known
         self.first_read: dict[str, ast.Variable] = {}
+        self.assigned: dict[str, ast.Variable] = {}
+        self.functions: dict[str, ast.Call] = {}
         self.parameters = parameters
-        self.declared: dict[str, ast.Variable] = {}
+        self.declared: set[str] = set()
+        self._declared_by: dict[str, str] = {}  # the word of the first declaration of a name, right or wrong
+        self._declarations_over = False
         self._known = known
         self._at_prompt = at_prompt
         self._spellings: dict[str, str] = {}
@@ -117,105 +168,110 @@ class NameFindings(DiagnosticCollector):
             if key not in self.given and (key not in self._known or key in self.own) and key not in self.parameters
         ]
 
-    def declare(self, variable: ast.Variable, kind: Kind | None, *, own: bool) -> None:
-        """AUTO, LOCAL (`own`) or GLOBAL; `kind`: of a bare name whose sort is said."""
-        self.check(variable)
-        self.declared[variable.key] = variable
-        if own:
-            self.own.add(variable.key)
-            if variable.indexes is not None:
-                self._arrays[variable.key] = True
-        if kind is not None:
-            self.kinds[variable.key] = Decided(kind, self.step)
-
-    def met(self) -> set[str]:
-        """The keys of all names."""
-        return {*self.given, *self.first_read, *self.declared, *self.parameters}
-
     def check(self, variable: ast.Variable) -> None:
-        """Report a name that cannot be used as a name."""
-        word = variable.name.upper()
+        """Report a name that cannot be used as a name, and an array of the program's own used as none."""
+        word, key, is_array = variable.name.upper(), variable.key, variable.indexes is not None
         if word in RESERVED and not variable.sigil:
             self.fault(InvalidName, variable.span, *why_reserved(word))
-        if len(variable.name) > NAME_LENGTH:
-            self._check_length(variable)
-        if variable.key in self.own:
-            self._check_declared(variable)
-
-    def _check_declared(self, variable: ast.Variable) -> None:
-        """A variable of AUTO or LOCAL is an array where it is declared or first used as one, and nothing else is."""
-        array = self._arrays.setdefault(variable.key, variable.indexes is not None)
-        if array is not (variable.indexes is not None):
+        if len(word) > NAME_LENGTH:
+            before = self._spellings.get(key, word.lower())
+            self._spellings[key] = word.lower()
+            if before != word.lower():
+                hint = f"the first {NAME_LENGTH} characters count"
+                self.warn(InvalidName, variable.span, f"{variable.name} and {before} are the same name", hint)
+        if key in self.own and self._arrays.setdefault(key, is_array) is not is_array:
             name = variable.sigil + variable.name
             detail, hint = f"{name} is an array of the program's own", f"give an index: {name}[1]"
-            if not array:
+            if is_array:
                 detail, hint = f"{name} is a variable of the program's own, no array", f"declare {name}[]"
             self.fault(IllegalArrayIndex, variable.span, detail, hint)
 
-    def _check_length(self, variable: ast.Variable) -> None:
-        name = variable.name.lower()
-        before = self._spellings.setdefault(variable.key, name)
-        if before != name:
-            hint = f"the first {NAME_LENGTH} characters count"
-            self.warn(InvalidName, variable.span, f"{variable.name} and {before} are the same name", hint)
-            self._spellings[variable.key] = name
+    # --- declarations ---
+
+    def check_declaration(self, statement: ast.Instruction) -> None:
+        """Check AUTO, LOCAL or GLOBAL, and note what it declares."""
+        if self._declarations_over:
+            detail = f"{statement.word} stands after a step that does something"
+            self.fault(MisplacedDeclaration, statement.span, detail, "declarations begin a program")
+        for argument in statement.arguments:
+            if isinstance(argument, ast.Variable):
+                self._check_declared(argument, statement)
+                self._declared_by.setdefault(argument.key, statement.word)
+            elif argument is not None:
+                self.fault(InvalidName, argument.span, "a variable is wanted here")
+
+    def _check_declared(self, variable: ast.Variable, statement: ast.Instruction) -> None:
+        name, key, sort = variable.sigil + variable.name, variable.key, statement.modifiers.sort
+        kind = None if sort is None else SORTS[sort]
+        if key in self.parameters:
+            self.fault(ArgumentMismatch, variable.span, f"{name} is a parameter of the program")
+        elif key in self._declared_by:
+            self.fault(InvalidName, variable.span, f"{name} is in {self._declared_by[key]} too")
+        elif not all(isinstance(index, ast.Number) for index in variable.indexes or ()):
+            hint = f"{statement.word} {name}[]"
+            self.fault(CannotInterpret, variable.span, "the size of an array is a number, or left out", hint)
+        else:
+            if variable.sigil and kind is not None and not (variable.sigil == "#" and kind is Kind.LOCATION):
+                detail = f"{name} is a {SIGIL_KINDS[variable.sigil].value}, not {sort}"
+                self.fault(TypeMismatch, variable.span, detail)
+            self.check(variable)
+            self.declared.add(key)
+            if statement.word != "GLOBAL":
+                self.own.add(key)
+                if variable.indexes is not None:
+                    self._arrays[key] = True
+            if kind is not None and not variable.sigil:
+                self.kinds[key] = Decided(kind, self.step)
+
+    # --- kinds of names ---
 
     def read(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
         """Note that a variable is read as one of the kinds. Return its kind if that is decided."""
         self.first_read.setdefault(variable.key, variable)
-        return self._meet(variable, wanted)
+        return self._decide(variable, wanted)
 
     def define(self, variable: ast.Variable, wanted: Kinds) -> None:
         """Note that a variable is given a value of one of the kinds."""
         self.given.add(variable.key)
-        self._meet(variable, wanted)
-
-    def _meet(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
-        kind = SIGIL_KINDS.get(variable.sigil)
-        if kind is None:
-            return self._decide(variable, wanted)
-        if kind not in wanted:
-            self.mismatch(variable, kind, wanted)
-        return kind
+        self._decide(variable, wanted)
 
     def _decide(self, variable: ast.Variable, wanted: Kinds) -> Kind | None:
-        """Return the kind of a bare name. If nothing has decided it yet, this use does where it leaves one choice."""
-        decided = self._decided(variable.key)
+        """Return the kind of a name. If nothing has decided it yet, this use does where it leaves one choice; a warning
+        tells if the variable has a value of the other kind now.
+        """
+        key, name, decided = variable.key, variable.name, self._decided(variable)
         if decided is None:
             choice = wanted & BARE
             if not choice:
-                detail = f"{variable.name} is not {with_article(wanted)}"
                 sigil = next((sigil for sigil, kind in SIGIL_KINDS.items() if kind in wanted), "")
-                self.fault(TypeMismatch, variable.span, detail, f"{sigil}{variable.name} is one")
+                self.fault(
+                    TypeMismatch, variable.span, f"{name} is not {with_article(wanted)}", f"{sigil}{name} is one"
+                )
             if len(choice) != 1:
                 return None
-            decided = self.kinds[variable.key] = Decided(next(iter(choice)), self.step)
-            self._compare(variable, decided.kind)
+            decided = self.kinds[key] = Decided(next(iter(choice)), self.step)
+            now = self._known.get(key, decided.kind)
+            if now is not decided.kind and key not in self.parameters and key not in self.own:
+                detail = f"{name} is used as {_ARTICLES[decided.kind]}, and has the value of {_ARTICLES[now]} now"
+                self.warn(TypeMismatch, variable.span, detail)
         if decided.kind not in wanted:
             self.mismatch(variable, decided.kind, wanted, decided.step)
         return decided.kind
 
-    def _decided(self, key: str) -> Decided | None:
-        """What the uses of a name have decided, or (at the prompt) its present value."""
-        held = self._at_prompt and key in self._known
-        return self.kinds.get(key) or (Decided(self._known[key], None) if held else None)
-
-    def _compare(self, variable: ast.Variable, kind: Kind) -> None:
-        """Warn if a variable of that name has a value of the other kind now."""
-        now = self._known.get(variable.key, kind)
-        if now is not kind and variable.key not in self.parameters and variable.key not in self.own:
-            detail = f"{variable.name} is used as {_ARTICLES[kind]}, and has the value of {_ARTICLES[now]} now"
-            self.warn(TypeMismatch, variable.span, detail)
+    def _decided(self, variable: ast.Variable) -> Decided | None:
+        """What the sigil of a name says, or its uses have decided, or (at the prompt) its present value."""
+        kind = SIGIL_KINDS.get(variable.sigil) or (self._known.get(variable.key) if self._at_prompt else None)
+        return self.kinds.get(variable.key) or (None if kind is None else Decided(kind, None))
 
     def certain_kind(self, variable: ast.Variable) -> Kind | None:
         """Return the kind of a variable as far as it is certain."""
-        decided = self._decided(variable.key)
-        return SIGIL_KINDS.get(variable.sigil) or (decided.kind if decided is not None else None)
+        decided = self._decided(variable)
+        return None if decided is None else decided.kind
 
     def mismatch(self, expression: Expression, kind: Kind, wanted: Kinds, step: int | None = None) -> None:
         """Report an expression of a kind that is not wanted. `step`: the one that decided the kind."""
         text = expression_text(expression)
-        shown = text if len(text) <= LONGEST_SHOWN else "this"
+        shown = text if len(text) <= MAX_SHOWN_CHARS else "this"
         since = f" since step {step}" if step not in (None, self.step) else ""
         detail = f"{shown} is {_ARTICLES[kind]}{since}"
         self.fault(TypeMismatch, expression.span, detail, f"{with_article(wanted)} is wanted")

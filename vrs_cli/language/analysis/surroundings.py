@@ -9,11 +9,10 @@ from collections import Counter
 from collections.abc import Collection, Mapping
 from functools import cached_property
 
-from vrs_cli.language.analysis.declarations import own_variables
+from vrs_cli.language.analysis.names import declares, own_variables
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.meaning import variables_given_by
-from vrs_cli.language.words.instructions import DECLARATIONS
 from vrs_cli.language.words.values import NAME_LENGTH, Kind
 from vrs_cli.values.diagnostics import did_you_mean
 
@@ -100,13 +99,8 @@ def names_given_in(program: Program) -> frozenset[str]:
     """Return the keys of all variables that a program gives a value, by itself or through a CALL."""
     remembered = vars(program)  # of the program itself: a cache of this module would keep deleted programs in memory
     if "names_given" not in remembered:
-        remembered["names_given"] = _find_names_given(program)
+        own = {own.key for own in own_variables(program)} | {one.key for one in program.parameters}
+        doing = (one for one in program.statements if not declares(one))
+        remembered["names_given"] = frozenset(key for one in doing for key in variables_given_by(one)) - own
     found: frozenset[str] = remembered["names_given"]
     return found
-
-
-def _find_names_given(program: Program) -> frozenset[str]:
-    own = {own.key for own in own_variables(program)} | {one.key for one in program.parameters}
-    statements = (step.statement for step in program.steps)
-    doing = (one for one in statements if not (isinstance(one, ast.Instruction) and one.word in DECLARATIONS))
-    return frozenset(key for statement in doing for key in variables_given_by(statement)) - own

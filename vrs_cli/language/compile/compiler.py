@@ -32,7 +32,6 @@ from typing import Any, cast
 from msgspec import Struct
 
 from vrs_cli.errors import ProgramNotExecutable
-from vrs_cli.language.analysis.channels import channel, signals_on
 from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.compile import python_tree as tree
 from vrs_cli.language.compile.expressions import CELLS, Array, ExpressionCompiler, Library, VariablePlace
@@ -295,7 +294,7 @@ class _ProgramCompiler(ExpressionCompiler):
         if not statement.arguments or statement.arguments[0] is None:
             return [tree.yield_(tree.call("Wait", tree.name("at_once"), tree.constant(1)))]
         asked = statement.arguments[0]
-        truth = self.truth(asked if channel(asked) is None else signals_on((asked,), asked.span))
+        truth = self.truth(asked if ast.channel(asked) is None else ast.signals_on((asked,), asked.span))
         # a function of no arguments, with the program's variables as defaults: cells of a closure are slower for all
         names = {node.id for node in py.walk(truth) if isinstance(node, py.Name)} - self.namespace.keys()
         condition = py.Lambda(tree.parameters(sorted(names), defaults=True), truth)

@@ -11,7 +11,6 @@ from collections.abc import Callable
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vrs_cli.language.analysis.channels import signals_on
 from vrs_cli.language.analysis.result import Analysis, Block, BlockKind
 from vrs_cli.language.analysis.structure import LOOPS, label_of, loops_of
 from vrs_cli.language.text import ast
@@ -210,6 +209,6 @@ def _grasp(statement: ast.Instruction) -> tuple[ast.Expression, ast.Instruction 
 
 
 _CONDITIONS: dict[str, Callable[[ast.Instruction], tuple[ast.Expression, ast.Instruction | None]]] = {
-    "IFSIG": lambda statement: (signals_on(statement.arguments[:-1], statement.span), None),
+    "IFSIG": lambda statement: (ast.signals_on(statement.arguments[:-1], statement.span), None),
     "GRASP": _grasp,
 }

@@ -6,12 +6,10 @@ texts are those of the runtime, and no rule is written twice.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from enum import Enum
 from functools import partial
-from typing import get_args
 
 from msgspec import Struct
 
@@ -25,7 +23,6 @@ from vrs_cli.errors import (
     UsageError,
     VrsError,
 )
-from vrs_cli.language.analysis.channels import channel, signals_on
 from vrs_cli.language.analysis.names import VARIABLES
 from vrs_cli.language.compile.expressions import WORDS, word_of
 from vrs_cli.language.run.effects import CallProgram
@@ -76,10 +73,9 @@ class Constants(Struct, frozen=True):
 
     def findings(self, program: Program) -> Iterator[Diagnostic]:
         """Yield a warning for each constant that no run could take. It is no error: no run may come to that step."""
-        for step in program.steps:
-            if step.statement is not None:
-                with suppress(RecursionError):  # so deep an expression is what the compiler refuses
-                    yield from self._in_expressions(_expressions(step.statement)) or self._whole(step.statement)
+        for statement in program.statements:
+            with suppress(RecursionError):  # so deep an expression is what the compiler refuses
+                yield from self._in_expressions(_expressions(statement)) or self._whole(statement)
 
     # --- expressions ---
 
@@ -89,11 +85,12 @@ class Constants(Struct, frozen=True):
 
     def _expression(self, expression: Expression) -> list[Diagnostic]:
         if not _evaluable(expression):
-            return self._in_expressions(_children(expression))
+            return self._in_expressions(ast.children(expression))
         error = _error(lambda: self._evaluated(expression), (*NEVER_RIGHT, UsageError))
         if error is None:
             return []
-        return self._in_expressions(_children(expression)) or [_wrong(_named(expression).span, error)]
+        named = next((one for one in ast.children(expression) if isinstance(one, ast.BareWord)), expression)
+        return self._in_expressions(ast.children(expression)) or [_wrong(named.span, error)]
 
     def _value(self, expression: Expression) -> Value | Gap:
         """Return the value of a constant expression, otherwise a gap."""
@@ -132,7 +129,8 @@ class Constants(Struct, frozen=True):
         places = [*statement.arguments, statement.value]
         rows = [*(argument_at(row, place) for place in range(len(statement.arguments))), row.value]
         given = [self._operand(expression, argument) for expression, argument in zip(places, rows, strict=True)]
-        if Gap.OTHER not in given and (error := self._refusal(statement, given)) is not None:
+        error, *others = [None] if Gap.OTHER in given else self._outcomes(statement, given)
+        if error is not None and all(str(other) == str(error) for other in others):  # whatever stands in the gaps
             yield _wrong(self._culprit(statement, given, error), error)
 
     def _operand(self, expression: Expression | None, argument: Argument | None) -> Given:
@@ -147,11 +145,6 @@ class Constants(Struct, frozen=True):
         if argument.shape in REALS and not (argument.shape in NAMED and isinstance(expression, ast.Variable)):
             return self._value(expression)
         return expression.value if isinstance(expression, ast.StringConstant) else Gap.OTHER
-
-    def _refusal(self, statement: ast.Instruction, given: Sequence[Given]) -> VrsError | None:
-        """Return why the instruction cannot be carried out, whatever stands in the gaps."""
-        first, *others = self._outcomes(statement, given)
-        return first if all(str(error) == str(first) for error in others) else None
 
     def _outcomes(self, statement: ast.Instruction, given: Sequence[Given]) -> list[VrsError | None]:
         """Return the error, or None, for each number that is tried in the gaps."""
@@ -194,26 +187,8 @@ def _error(act: Callable[[], object], wrong: tuple[type[VrsError], ...] = NEVER_
 
 def _expressions(statement: Statement) -> Iterator[Expression]:
     signals = isinstance(statement, ast.Instruction) and statement.word in TAKE_CHANNELS
-    for one in _children(statement):
-        yield one if not signals or channel(one) is None else signals_on((one,), one.span)
-
-
-def _children(tree: object) -> Iterator[Expression]:
-    """The expressions right under a statement or an expression."""
-    for name in _BRANCHES[type(tree)]:
-        child = getattr(tree, name)
-        if isinstance(child, tuple):
-            yield from (one for one in child if one is not None)
-        elif isinstance(child, ast.Modifiers):
-            yield from _children(child)
-        elif child is not None:
-            yield child
-
-
-_BRANCHES: Mapping[type, tuple[str, ...]] = {
-    kind: tuple(name for name, type in kind.__annotations__.items() if re.search("Expression|Variable|Modifiers", type))
-    for kind in (*get_args(Expression), *get_args(Statement), ast.Modifiers)
-}
+    for one in ast.children(statement):
+        yield one if not signals or ast.channel(one) is None else ast.signals_on((one,), one.span)
 
 
 def _constant(expression: Expression) -> bool:
@@ -224,7 +199,7 @@ def _constant(expression: Expression) -> bool:
             return False
     elif not isinstance(expression, ast.Number | ast.StringConstant | ast.Unary | ast.Binary):
         return False
-    return all(map(_constant, _children(expression)))
+    return all(map(_constant, ast.children(expression)))
 
 
 def _evaluable(expression: Expression) -> bool:
@@ -234,7 +209,9 @@ def _evaluable(expression: Expression) -> bool:
     function = FUNCTIONS.get(expression.name) if isinstance(expression, ast.Call) else None
     if function is None or function.result is Kind.LOCATION or not function.arguments:
         return False
-    return _by_value(function) and all(isinstance(one, ast.BareWord) or _constant(one) for one in _children(expression))
+    return _by_value(function) and all(
+        isinstance(one, ast.BareWord) or _constant(one) for one in ast.children(expression)
+    )
 
 
 def _wrong(place: Span, error: VrsError) -> Diagnostic:
@@ -244,8 +221,3 @@ def _wrong(place: Span, error: VrsError) -> Diagnostic:
 def _by_value(function: Function) -> bool:
     """Whether it can be evaluated, and takes no variable to change."""
     return function.state is State.SUPPORTED and not any(row.shape in VARIABLES for row in function.arguments)
-
-
-def _named(expression: Expression) -> Expression:
-    """Return the name that a function is given, otherwise the expression itself."""
-    return next((one for one in _children(expression) if isinstance(one, ast.BareWord)), expression)

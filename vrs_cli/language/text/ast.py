@@ -7,10 +7,11 @@ typed; two names are the same when their first 15 characters agree without regar
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from msgspec import Struct
 
+from vrs_cli.language.words.signals import INPUTS, OUTPUTS
 from vrs_cli.language.words.values import NAME_LENGTH
 from vrs_cli.values.diagnostics import Span
 from vrs_cli.values.dialect import Dialect
@@ -299,6 +300,11 @@ class Program(Node, frozen=True, dict=True, weakref=True):
     dialect: Dialect = Dialect.VPLUS
 
     @property
+    def statements(self) -> tuple[Statement, ...]:
+        """The statements of its steps; blank lines and comments have none."""
+        return tuple(step.statement for step in self.steps if step.statement is not None)
+
+    @property
     def key(self) -> str:
         """The name under which the program is stored."""
         return self.name.lower()[:NAME_LENGTH]
@@ -361,8 +367,44 @@ def nodes(tree: object) -> Iterator[object]:
             yield from nodes(getattr(tree, name))
 
 
+def children(tree: Struct) -> Iterator[Expression]:
+    """The expressions right under a statement or an expression."""
+    for name in tree.__struct_fields__:
+        child = getattr(tree, name)
+        if isinstance(child, Modifiers):
+            yield from children(child)
+        else:
+            yield from (one for one in (child if isinstance(child, tuple) else (child,)) if isinstance(one, Expression))
+
+
 def plain_number(expression: Expression | None) -> float | None:
     """A number as it stands there, also behind a minus; None for anything else."""
     if isinstance(expression, Unary) and expression.operator == "-" and isinstance(expression.operand, Number):
         return -expression.operand.value
     return expression.value if isinstance(expression, Number) else None
+
+
+def channel(expression: Expression) -> int | None:
+    """The signal that a number stands for as an input channel of VAL (1 is the input 1001), negative for the inverse;
+    None for anything else.
+    """
+    if isinstance(expression, Unary) and expression.operator == "-":
+        inner = channel(expression.operand)
+        return None if inner is None else -inner
+    if not isinstance(expression, Number) or not expression.value.is_integer() or not expression.value:
+        return None
+    number = int(expression.value)
+    return number + INPUTS[0] - OUTPUTS[0] if number in OUTPUTS else number
+
+
+def signals_on(channels: Iterable[Expression | None], span: Span) -> Call:
+    """`SIG(...)` of these channels; what is no plain number is a signal number already."""
+    signals = list[Expression]()
+    for one in channels:
+        number = None if one is None else channel(one)
+        if one is not None and number is not None:
+            known = Number(float(abs(number)), str(abs(number)), span=one.span)
+            signals.append(known if number > 0 else Unary("-", known, span=one.span))
+        elif one is not None:
+            signals.append(one)
+    return Call("SIG", tuple(signals), True, span=span)
