@@ -371,8 +371,8 @@ def test_a_line_ends_the_wait_for_the_time(terminal: RecordingTerminal) -> None:
 def when_it_ends(ticket: Ticket[None], act: Callable[[], None]) -> None:
     end = ticket.end
 
-    def ended(result: None) -> None:
-        end(result)
+    def ended(result: None, error: BaseException | None = None) -> None:
+        end(result, error)
         act()
 
     ticket.end = ended  # type: ignore[method-assign]

@@ -1,9 +1,9 @@
-"""An actor: one robot that many ask at once. Requests come from any thread, and one thing is done at a time.
+"""An actor: one robot that many users ask at once. Requests come from any thread; the actor does one thing at a time.
 
-A request is a talk: a generator of replies and questions. What one holder asks for is begun in the order in which it
-came, and several have their turns, so that nobody waits for all that another one wants. What is urgent overtakes them,
-and then those that have not begun are refused. A request that waits, for an answer or until a program stops, lets
-others go first.
+A request is a dialogue: a generator of replies and questions. The requests of a user begin in the order in which they
+came, and users take turns, so that nobody waits for all that another user wants. An urgent request overtakes all
+others, and those that have not begun are refused then. A request that waits, for an answer or until a program stops,
+lets others go first.
 
 `peek` tells when the next thing is due, `step` does it, and nothing happens between two steps. A shell, a batch run and
 a test let `finish` step until their request is over; for a server `serve` steps in a thread of its own.
@@ -18,16 +18,15 @@ from itertools import count
 from math import inf
 from queue import SimpleQueue
 from threading import Lock, Thread
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from msgspec import Struct, structs
+from msgspec import structs
 
 from vrs_cli.engine.book import JournalWriter
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.feed import Inbox
 from vrs_cli.errors import FileError, RequestRefused, VrsError
-from vrs_cli.interfaces.actor.ticket import Outlet, Reaction, Ticket
-from vrs_cli.interfaces.actor.turns import Turns
+from vrs_cli.interfaces.actor.ticket import Outlet, Reaction, Ticket, Waiting
 from vrs_cli.interfaces.dialogue import Dialogue, Running, Said, Slice, Terminal, Work, quietly
 from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE
 from vrs_cli.values.questions import Question
@@ -38,60 +37,45 @@ if TYPE_CHECKING:
 
 MOST_WAITING = 10_000  # requests
 TOGETHER = 0.02  # [s] for which answers may wait for others, that go to the disk with them
-MOST_BESIDE = 3  # threads that work for those who look: more would keep the robot's own from its turn
-LAG = 0.01  # [s] between two looks whether who hears of a program has caught up
+MOST_BESIDE = 3  # threads for long work: more would keep the robot's own thread from its turn
+LAG = 0.01  # [s] between two checks whether the users who see what programs TYPE have caught up
 T = TypeVar("T")
 
 
-class _Request(Struct, eq=False):
-    """What somebody asks for: its talk, and what that is sent when it goes on."""
-
-    ticket: Ticket[Any]
-    dialogue: Dialogue[Any]
-    by: object
-    reaction: Reaction = None
-    asked: int = 0  # the id of its last question
-
-    def go_on(self) -> Said:
-        """What it says next. Raises StopIteration with its result, and whatever goes wrong in it."""
-        reaction, self.reaction = self.reaction, None
-        return self.dialogue.throw(reaction) if isinstance(reaction, BaseException) else self.dialogue.send(reaction)
-
-
-class _Answer(NamedTuple):
-    """What is given to the holder of a ticket; without one, what the robot says by itself."""
-
-    ticket: Ticket[Any] | None
-    give: Callable[[], None]
+_Given = tuple[Ticket[Any] | None, Callable[[], None]]
+"""What is given to the user of a ticket; without one, what the robot says by itself."""
 
 
 class Actor:
-    """What is asked of one robot, and what becomes due on it."""
+    """Carries out the requests to one robot, and what becomes due on it.
+
+    `internal_errors`: errors of vrs itself, while it was served; `worked`: the CPU time [s] meanwhile. `spent` is
+    called from any thread with the CPU time [s] that a request of a user has cost, where many are served.
+    """
 
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
         self._inbox: Inbox[Callable[[], object]] = Inbox()  # what is to be done of what others ask for
-        self._present: list[_Request] = []  # in the middle of what they do: the last goes on first
-        self._waiting: Turns[_Request] = Turns()  # to begin
-        self._running: list[_Request] = []  # until a program has stopped
-        self._asking: list[_Request] = []
-        self._beside: list[_Request] = []  # another thread works for them
-        self._at_work: _Request | None = None  # the one that does its part now
-        self._behind: frozenset[object] = frozenset()  # who has not taken what he was told
+        self._waiting = Waiting()  # requests that have not begun
+        self._present: list[Ticket[Any]] = []  # in the middle of what they do: the last goes on first
+        self._running: list[Ticket[Any]] = []  # until a program has stopped
+        self._asking: list[Ticket[Any]] = []
+        self._beside: list[Ticket[Any]] = []  # another thread works for them
+        self._at_work: Ticket[Any] | None = None  # the request that does its part now
+        self._behind: frozenset[object] = frozenset()  # users who have not taken their replies
         self._questions = count(1)
         self._time_first = False  # time goes on before the next request begins
         self._look = False  # what was done may have stopped a program that others wait for
         self._rests = self._stopped = False  # programs and motions stand; their clock was stopped for that
-        self._answers: list[_Answer] = []  # to be given when the changes that they are of are on the disk
+        self._answers: list[_Given] = []  # to be given when the changes that they are of are on the disk
+        self._since = inf  # [s] of real time: when the first of them was made
         self._beat: Callable[[], float | None] | None = None  # what the robot does by itself
         self._beats_at = inf  # [s] of the robot's clock
-        self._since = inf  # [s] of real time: when the first of them was made
-        self.internal_errors: list[Exception] = []  # errors of the program itself, while it was served
-        self.worked = 0.0  # [s] of CPU, while it was served
-        # told of the CPU time [s] that a request of somebody has cost, where many are served; from any thread
+        self.internal_errors: list[Exception] = []
+        self.worked = 0.0
         self.spent: Callable[[object, Ticket[Any], float], None] = lambda _by, _ticket, _seconds: None
         self._stepping = Lock()
-        self._works: SimpleQueue[tuple[_Request, Work] | None] = SimpleQueue()  # to be done beside; None ends it
+        self._works: SimpleQueue[tuple[Ticket[Any], Work] | None] = SimpleQueue()  # None ends a thread
         self._workers = 0
         self._server: Thread | None = None
         self._closed = False
@@ -105,28 +89,27 @@ class Actor:
     def submit(
         self, dialogue: Dialogue[T], *, urgent: bool = False, by: object = None, outlet: Outlet | None = None
     ) -> Ticket[T]:
-        """Ask for what a talk does. The ticket has what is said of it, and how it ends; or the outlet hears of that.
-        `by`: who asks; while another thread works for that one, what he asks for next waits.
+        """Ask for what a dialogue does. The ticket has what is said of it, and how it ends; or the outlet is told.
+        `by`: the user who asks; while another thread works for that user, the user's next request waits.
         """
-        ticket: Ticket[T] = Ticket(self._put_reaction, self._put_withdrawal, outlet)
+        ticket = Ticket(dialogue, by, outlet, self._inbox.put, self._react, self._withdraw)
         if self._closed:
-            ticket.refuse(RequestRefused("the robot is not driven any more"))
-        elif not urgent and len(self._inbox) + len(self._waiting) >= MOST_WAITING:
-            ticket.refuse(RequestRefused(f"{MOST_WAITING} requests wait already", "wait for some answers first"))
+            ticket.end(None, RequestRefused("the robot is not driven any more"))
+        elif not urgent and len(self._inbox) + self._waiting.count >= MOST_WAITING:
+            ticket.end(None, RequestRefused(f"{MOST_WAITING} requests wait already", "wait for some answers first"))
         else:
-            request = _Request(ticket, dialogue, by)
-            self._inbox.put(partial(self._overtake, request) if urgent else partial(self._waiting.put, request, by))
+            self._inbox.put(partial(self._overtake, ticket) if urgent else partial(self._move, self._waiting, ticket))
         return ticket
 
     def call(self, act: Callable[[], T], *, urgent: bool = False) -> Ticket[T]:
-        """Ask for something to be done, while nobody else changes anything."""
+        """Ask for a function to be called, while nobody else changes anything."""
         return self.submit(quietly(act), urgent=urgent)
 
     def tell(self, give: Callable[[], None]) -> None:
-        """The robot says something by itself: it is given where its answers are, and in their order. For what happens
-        in one of its steps.
+        """Give what the robot says by itself together with its answers, and in their order. For what happens in one of
+        the robot's steps.
         """
-        self._answers.append(_Answer(None, give))
+        self._answers.append((None, give))
 
     def let_wait(self, by: object) -> None:
         """Hold back the requests of a user who has not taken the replies, until `let_go_on`. In any thread."""
@@ -135,17 +118,17 @@ class Actor:
     def let_go_on(self, by: object) -> None:
         if by in self._behind:
             self._behind = self._behind - {by}
-            self._inbox.put(lambda: None)
+            self.wake()
 
     def repeat(self, beat: Callable[[], float | None]) -> None:
-        """In real time: from now on it is done, in the place of what was before, whenever it is due. It says when that
-        is again [s], None for never. For what happens in one of the robot's steps.
+        """Install the function that is called whenever it is due in real time, replacing the old one. It returns when
+        it is due again [s], None for never. For what happens in one of the robot's steps.
         """
         self._beat, self._beats_at = beat, self._driver.engine.clock.reached
 
     def rest(self, rests: bool) -> None:
-        """Let programs, motions and the clock stand from now on, or go on from where they stand; requests are carried
-        out all the same. In any thread.
+        """Stop programs, motions and the clock, or let them go on; requests are carried out all the same. In any
+        thread.
         """
         self._inbox.put(partial(self._rest, rests))
 
@@ -159,17 +142,10 @@ class Actor:
         """End a wait of `step`."""
         self._inbox.put(lambda: None)
 
-    def _put_reaction(self, ticket: Ticket[Any], reaction: Reaction, question: int) -> None:
-        self._inbox.put(partial(self._react, ticket, reaction, question))
-
-    def _put_withdrawal(self, ticket: Ticket[Any]) -> None:
-        self._inbox.put(partial(self._withdraw, ticket))
-
     # --- driving ---
 
     def peek(self) -> float:
-        """When the next thing is due [s]: now where somebody asks for something, infinity where nothing happens by
-        itself."""
+        """When the next thing is due [s]: now where there is a request, infinity where nothing happens by itself."""
         clock = self._driver.engine.clock
         if len(self._inbox) or self._present or self._ready or (self._running and self._look):
             return clock.reached
@@ -185,14 +161,33 @@ class Actor:
             raise RuntimeError("another thread drives this robot: wait for the ticket")
         try:
             self._driver.engine.events.hold()
-            self._step()
+            came = self._take()
+            time_goes_on = bool(self._running) and not self._rests and not self._driver.stands
+            if self._present:
+                self._look = True
+                self._work(self._present[-1])
+            elif self._running and self._look:
+                self._look = False
+                self._go_on_all()
+            elif self._beats_at <= self._driver.engine.clock.reached:
+                self._go_on_by_itself()
+            elif (ready := self._ready) and not (time_goes_on and (self._time_first or self._line_runs())):
+                self._time_first = self._look = bool(self._running)
+                self._work(ready)
+            elif time_goes_on:
+                self._time_first = False
+                self._happen()
+            elif not self._rests and self._driver.peek() <= self._driver.engine.clock.reached:
+                self._happen()
+            elif not came:
+                self._wait()
         finally:
             self._give_answers()
             self._stepping.release()
 
     def finish(self, ticket: Ticket[T], terminal: Terminal) -> T:
-        """Drive until a request is over, or wait where it is served; what is said is shown and asked at a terminal.
-        Return what comes of it. Raises what went wrong in it.
+        """Drive until a request is over, or wait where the robot is served; what is said is shown and asked at a
+        terminal. Return the result. Raises what went wrong in the request.
         """
         if self._server is not None:
             for said in ticket:
@@ -213,7 +208,7 @@ class Actor:
 
     @staticmethod
     def put(said: Reply | Question | Running, ticket: Ticket[Any], terminal: Terminal) -> None:
-        """Show or ask it. What goes wrong with that is raised in the request, which may go on."""
+        """Show or ask what was said. What goes wrong then is raised in the request, which may go on."""
         try:
             if isinstance(said, Question):
                 ticket.answer(said.id, terminal.ask(said))
@@ -233,13 +228,13 @@ class Actor:
         while not self._closed:
             try:
                 self.step()
-            except Exception as error:  # of a task that nobody waits for, which has ended with it
+            except Exception as error:  # in a task that nobody waits for, which has ended with it
                 self.internal_errors.append(error)
             self.worked = time.thread_time()
 
     def close(self) -> None:
-        """Drive no longer: what has not ended is refused."""
-        self._inbox.put(self._shut)
+        """Stop driving: requests that have not ended are refused."""
+        self._inbox.put(self._end_all)
         if self._server is not None:
             self._server.join()
             self._server = None
@@ -249,44 +244,21 @@ class Actor:
 
     # --- one step ---
 
-    def _step(self) -> None:
-        came = self._take()
-        time_goes_on = bool(self._running) and not self._rests and not self._driver.stands
-        if self._present:
-            self._look = True
-            self._work(self._present.pop())
-        elif self._running and self._look:
-            self._look = False
-            self._go_on_all()
-        elif self._beats_at <= self._driver.engine.clock.reached:
-            self._go_on_by_itself()
-        elif (ready := self._ready) and not (time_goes_on and (self._time_first or self._line_runs())):
-            self._time_first = self._look = bool(self._running)
-            self._waiting.begin(ready, ready.by)
-            self._work(ready)
-        elif time_goes_on:
-            self._time_first = False
-            self._happen()
-        elif not self._rests and self._driver.peek() <= self._driver.engine.clock.reached:
-            self._happen()
-        elif not came:
-            self._wait()
-
     @property
-    def _ready(self) -> _Request | None:
-        """Who begins next: whose turn it is, of those whose former request no other thread still works for, and who
-        have taken what they were told.
+    def _ready(self) -> Ticket[Any] | None:
+        """The request that begins next: of the users who have taken their replies, and whose former request no other
+        thread still works for.
         """
-        busy = {request.by for request in self._beside if request.by is not None}
+        busy = {ticket.by for ticket in self._beside if ticket.by is not None}
         return self._waiting.next(busy | self._behind)
 
     def _line_runs(self) -> bool:
-        """Whether a line of the prompt is being carried out, which others wait for."""
+        """Whether a line of the prompt is being carried out, for which others wait."""
         line = self._driver.tasks.get(PROMPT_LINE)
         return line is not None and line.running
 
     def _wait(self) -> None:
-        """Until the next thing is due or a message comes."""
+        """Wait until the next thing is due or a message comes."""
         due = self.peek()
         if due == inf:
             self._inbox.wait(None)
@@ -301,7 +273,7 @@ class Actor:
             self._beat, self._beats_at = beat, again
 
     def _happen(self) -> None:
-        """Let time go on to what is due next, and see who has waited for it."""
+        """Let time go on to what is due next, and the requests that have waited for it."""
         error: BaseException | None = None
         try:
             if self._driver.held:
@@ -316,91 +288,94 @@ class Actor:
         self._go_on_all(error)
 
     def _go_on_all(self, error: BaseException | None = None) -> None:
-        """Let those go on that wait until a program has stopped."""
-        waited, self._running = self._running, []
-        for request in waited:
-            request.reaction = request.reaction if error is None else error
-            self._go_on(request)
+        """Let the requests go on that wait until a program has stopped."""
+        for ticket in tuple(self._running):
+            ticket.reaction = ticket.reaction if error is None else error
+            self._go_on(ticket)
 
-    def _work(self, request: _Request) -> None:
-        """Let a request do its next part, at the cost of who asks. Who is alone with a robot pays nothing."""
+    def _work(self, ticket: Ticket[Any]) -> None:
+        """Let a request do its next part, at the cost of its user. A user who is alone with a robot pays nothing."""
         if self._server is None:
-            self._go_on(request)
+            self._go_on(ticket)
             return
         begun = time.thread_time()
-        self._go_on(request)
-        self.spent(request.by, request.ticket, time.thread_time() - begun)
+        self._go_on(ticket)
+        self.spent(ticket.by, ticket, time.thread_time() - begun)
 
-    def _go_on(self, request: _Request) -> None:
+    def _go_on(self, ticket: Ticket[Any]) -> None:
         """Let a request do its next part."""
-        ticket, self._at_work = request.ticket, request
+        self._move(None, ticket)
+        self._at_work, reaction, ticket.reaction = ticket, ticket.reaction, None
+        dialogue = ticket.dialogue
         try:
-            said = request.go_on()
+            said = dialogue.throw(reaction) if isinstance(reaction, BaseException) else dialogue.send(reaction)
         except StopIteration as over:
-            self._answers.append(_Answer(ticket, partial(ticket.end, over.value)))
-        except BaseException as error:  # it is raised again where somebody waits for the result
-            self._answers.append(_Answer(ticket, partial(ticket.refuse, error)))
+            self._answers.append((ticket, partial(ticket.end, over.value)))
+        except BaseException as error:  # it is raised again where the user waits for the result
+            self._answers.append((ticket, partial(ticket.end, None, error)))
         else:
-            self._said(request, said)
+            self._said(ticket, said)
         finally:
             self._at_work = None
 
+    def _move(self, place: list[Ticket[Any]] | Waiting | None, ticket: Ticket[Any]) -> None:
+        """Put a request into another queue; None: into none."""
+        if ticket.place is not None:
+            ticket.place.remove(ticket)
+        ticket.place = place
+        if place is not None:
+            place.append(ticket)
+
     @property
     def at_work(self) -> Ticket[Any] | None:
-        """The request that what happens now belongs to: it does its part, or a line of the prompt does it for it."""
+        """The request for which something happens now: it does its part, or a line of the prompt does that for it."""
         if self._at_work is not None:
-            return self._at_work.ticket
+            return self._at_work
         line = self._driver.tasks.get(PROMPT_LINE)
         if line is None or self._driver.tasks.current != PROMPT_LINE:
             return None
-        return next((one.ticket for one in self._running if one.by is line.driven_by), None)
+        return next((ticket for ticket in self._running if ticket.by is line.driven_by), None)
 
-    def _said(self, request: _Request, said: Said) -> None:
-        if said is Slice.RUNNING:
-            self._running.append(request)
-            return
-        if isinstance(said, Slice):
-            self._present.append(request)
-            return
+    def _said(self, ticket: Ticket[Any], said: Said) -> None:
+        """Put a request where it waits after what it said, and give that to its user."""
         if isinstance(said, Work):
-            self._work_beside(request, said)
+            self._work_beside(ticket, said)
             return
+        question = isinstance(said, Question)
+        self._move(self._asking if question else self._running if said is Slice.RUNNING else self._present, ticket)
         if isinstance(said, Question):
-            request.asked = next(self._questions)
-            said = structs.replace(said, id=request.asked)
-            self._asking.append(request)
-        else:
-            self._present.append(request)
-        self._answers.append(_Answer(request.ticket, partial(request.ticket.say, said)))
+            ticket.asked = next(self._questions)
+            said = structs.replace(said, id=ticket.asked)
+        if not isinstance(said, Slice):
+            self._answers.append((ticket, partial(ticket.say, said)))
 
-    def _work_beside(self, request: _Request, it: Work) -> None:
-        """In another thread where many are served. Elsewhere there is nothing else to do meanwhile."""
+    def _work_beside(self, ticket: Ticket[Any], it: Work) -> None:
+        """Do work in another thread where many are served. Elsewhere there is nothing else to do meanwhile."""
         if self._server is None:
             it.run()
-            self._present.append(request)
+            self._move(self._present, ticket)
             return
-        self._beside.append(request)
-
-        self._works.put((request, it))
+        self._move(self._beside, ticket)
+        self._works.put((ticket, it))
         if self._workers < min(len(self._beside), MOST_BESIDE):
             self._workers += 1
             Thread(target=self._work_on, name="beside", daemon=True).start()
 
     def _work_on(self) -> None:
-        """What there is to be done beside, in a thread of its own."""
+        """Do the work that there is, in a thread of its own."""
         while (one := self._works.get()) is not None:
             self._do_beside(*one)
             del one  # while this thread waits for more, it keeps nothing of what was done
 
-    def _do_beside(self, request: _Request, it: Work) -> None:
+    def _do_beside(self, ticket: Ticket[Any], it: Work) -> None:
         begun = time.thread_time()
         it.run()
-        self.spent(request.by, request.ticket, time.thread_time() - begun)
-        self._inbox.put(partial(self._worked, request.ticket))
+        self.spent(ticket.by, ticket, time.thread_time() - begun)
+        self._inbox.put(partial(self._worked, ticket))
 
     def _give_answers(self) -> None:
-        """The changes that were made are on the disk, then who commanded them is answered, then all others hear of it.
-        Where several changes go to the disk together, those that are asked for already are made before.
+        """Put the changes that were made on the disk, then answer the users who commanded them, then tell all others.
+        Where several changes go to the disk together, the changes that are asked for already are made before.
         """
         journal = self._driver.engine.book.journal
         if journal is not None and journal.unsettled:
@@ -410,8 +385,8 @@ class Actor:
                 return
             self._settle(journal)
         answers, self._answers, self._since = self._answers, [], inf
-        for answer in answers:
-            answer.give()
+        for _, give in answers:
+            give()
         self._driver.engine.events.release()
 
     def _settle(self, journal: JournalWriter) -> None:
@@ -419,13 +394,13 @@ class Actor:
             journal.settle()
         except FileError as error:
             lost = Message(f"{error}; what was done last is not on the disk", Tone.ERROR)
-            tickets = dict.fromkeys(one.ticket for one in self._answers if one.ticket is not None)
-            self._answers = [*(_Answer(ticket, partial(ticket.say, lost)) for ticket in tickets), *self._answers]
+            tickets = dict.fromkeys(ticket for ticket, _ in self._answers if ticket is not None)
+            self._answers = [*((ticket, partial(ticket.say, lost)) for ticket in tickets), *self._answers]
 
     # --- messages ---
 
     def _take(self) -> bool:
-        """All messages that have come; whether any has."""
+        """Act on all messages that have come; whether any has."""
         if not self._inbox and not self._closed:
             return False
         acts = self._inbox.taken()
@@ -435,69 +410,43 @@ class Actor:
             self._end_all()
         return bool(acts)
 
-    def _shut(self) -> None:
-        self._closed = True
-
-    def _overtake(self, request: _Request) -> None:
-        """It comes before all others; those that have not begun are not begun after it."""
-        for waiting in self._waiting.taken():
+    def _overtake(self, ticket: Ticket[Any]) -> None:
+        """Begin an urgent request before all others; requests that have not begun are refused."""
+        for waiting in self._waiting.all():
             self._end(waiting, RequestRefused("the robot was stopped before it began", "give it again"))
-        self._present.append(request)
+        self._move(self._present, ticket)
 
     def _react(self, ticket: Ticket[Any], reaction: Reaction, question: int) -> None:
-        """An answer to the question with that id; or (0) what went wrong with something that was said, which may come
-        late.
+        """Take the answer to the question with that id; or (0) what went wrong with something that was said, which may
+        come late.
         """
-        found, place = self._found(ticket)
-        if found is None or (question and (place is not self._asking or question != found.asked)):
+        asks = ticket.place is self._asking
+        if ticket.place is None or (question and not (asks and question == ticket.asked)):
             return
-        found.reaction = reaction
-        if place is self._asking:
-            place.remove(found)
-            self._present.append(found)
+        ticket.reaction = reaction
+        if asks:
+            self._move(self._present, ticket)
 
     def _worked(self, ticket: Ticket[Any]) -> None:
-        found, place = self._found(ticket)
-        if found is not None and place is self._beside:
-            place.remove(found)
-            self._present.append(found)
+        if ticket.place is self._beside:
+            self._move(self._present, ticket)
 
     def _withdraw(self, ticket: Ticket[Any]) -> None:
-        found, place = self._found(ticket)
-        if found is None:
-            return
-        if place is None:
-            self._waiting.begin(found, found.by)
-        else:
-            place.remove(found)
-        self._end(found, RequestRefused("it was withdrawn"))
+        if ticket.place is not None:
+            self._end(ticket, RequestRefused("it was withdrawn"))
 
     def _end_all(self) -> None:
-        left = self._waiting.taken()
-        for place in self._places:
-            while place:
-                left.append(place.pop())
-        for request in left:
-            self._end(request, RequestRefused("the robot is not driven any more"))
+        """End all requests, now and from now on."""
+        self._closed = True
+        for ticket in (*self._waiting.all(), *self._present, *self._running, *self._asking, *self._beside):
+            self._end(ticket, RequestRefused("the robot is not driven any more"))
 
-    def _end(self, request: _Request, why: VrsError) -> None:
-        """It goes on no more. What it leaves in order is in its talk."""
+    def _end(self, ticket: Ticket[Any], why: VrsError) -> None:
+        """End a request early; its dialogue puts in order what it leaves."""
+        self._move(None, ticket)
         try:
-            request.dialogue.close()
+            ticket.dialogue.close()
         except Exception as error:
-            request.ticket.refuse(error)
+            ticket.end(None, error)
         else:
-            request.ticket.refuse(why)
-
-    @property
-    def _places(self) -> tuple[list[_Request], ...]:
-        """Of those that have begun."""
-        return self._present, self._running, self._asking, self._beside
-
-    def _found(self, ticket: Ticket[Any]) -> tuple[_Request | None, list[_Request] | None]:
-        """The request of a ticket that has not ended, and where it is; None for one that waits to begin."""
-        for place in (*self._places, None):
-            for request in self._waiting if place is None else place:
-                if request.ticket is ticket:
-                    return request, place
-        return None, None
+            ticket.end(None, why)
