@@ -145,7 +145,7 @@ class Agreement:
         """A file without errors has no program that is refused when it is executed."""
         for stored in tuple(station.programs.values()):
             try:
-                station.prime(stored.name)
+                station.begin(stored.name, primed=True)
             except VrsError as refused:
                 raise AssertionError(f"check finds nothing in {stored.name}, EXECUTE refuses it: {refused}") from None
             station.environment.executable(stored).fresh_slots()

@@ -35,7 +35,11 @@ def leave(station: Station) -> Dialogue[None]:
     """EXIT: Farewell, once the user knows what is not stored. At once where nobody is there, or
     where the robot, with all that it has in memory, goes on for others.
     """
-    if station.user_state.attended and station.ends_with_user_state and station.robot.switch("INTERACTIVE"):
+    if (
+        station.user_state.attended
+        and station.user_state is station.own_user_state
+        and station.robot.switch("INTERACTIVE")
+    ):
         unstored, name_of = station.unstored, station.environment.name_of
         rows = [("program", unstored.programs())]
         for what, kinds in (("location", PLACES), ("real", (Kind.REAL,)), ("string", (Kind.STRING,))):

@@ -20,14 +20,14 @@ from vrs_cli.values.replies import Message, ProgramStopped
 
 
 def _prime(station: Station, it: Instruction) -> Dialogue[None]:
-    task = station.prime(*(yield from asked_program(station, it))).task
+    task = station.begin(*(yield from asked_program(station, it)), primed=True).task
     yield ProgramStopped("(PRIMED)", task.program, task.step)
 
 
 def _step(station: Station, it: Instruction) -> Dialogue[None]:
     """SSTEP, XSTEP: of a program that is named, or of the one that has stopped."""
     if operand(it, 0) is not None:
-        station.prime(*(yield from asked_program(station, it)))
+        station.begin(*(yield from asked_program(station, it)), primed=True)
     yield from run(station, station.resume(stepping=Stepping(over=it.word != "XSTEP")))
 
 

@@ -1,4 +1,4 @@
-"""A station: one robot with its programs, variables and clock; what `vrs run` and every command act on."""
+"""A station: one robot with its programs, variables and clock, on which `vrs run` and every command act."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.interfaces.tasks.driver import Driver
 from vrs_cli.interfaces.tasks.limits import ATTENDED, Advice, Limits, at_prompt
 from vrs_cli.interfaces.tasks.readings import Readings
-from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE, ROBOT_PROGRAM, Stepping, Track
+from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Stepping, Track
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.language.run.effects import CYCLE_SETTINGS
+from vrs_cli.language.run.effects import CYCLE_SETTINGS, Pause, TaskState
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.run.prompt import statement_task
@@ -68,8 +68,9 @@ R = TypeVar("R")
 
 
 class Conditions(Struct, frozen=True):
-    """What one call has of its own: limits, the folder of its files, the cell, and inputs that change at times [s] from
-    its beginning. None: the robot's."""
+    """Limits, the folder of the files, the cell, and inputs that change at times [s] from the beginning, for one call.
+    None: those of the robot.
+    """
 
     limits: Limits | None = None
     folder: Folder | None = None
@@ -82,7 +83,7 @@ class LineStopped(KeyboardInterrupt):
 
 
 class Log(Protocol):
-    """Writes down what is typed and answered. `path` is the file, None where none is written."""
+    """Writes what is typed and answered to a file, whose `path` is None where none is written."""
 
     @property
     def path(self) -> Path | None: ...
@@ -95,10 +96,11 @@ class Log(Protocol):
 class Station:
     """One robot, its programs and variables, one clock.
 
-    `terminal` is where what it says by itself goes. `driver` runs its tasks. `task` is the robot program that runs or
-    ran last, `last_program` its name. `user_state` is that of whoever is served now.
-    `lease` says who of them drives, None: all do. `folder`: where its files are; `close` writes all that programs wrote
-    into them. `outside`: whom programs may talk to; nobody, unless somebody is named.
+    `terminal` shows what the robot says by itself. `driver` runs its tasks. `task` is the robot program that runs or
+    ran last, `last_program` its name. `user_state` is that of the user who is served now, `own_user_state` that of the
+    user for whom alone the robot is there. `lease` says which user drives; None: all do. `folder`: where the files are;
+    `close` writes all that programs wrote into them. `outside`: the peers that programs may connect to; by default
+    none.
     """
 
     def __init__(
@@ -122,7 +124,7 @@ class Station:
         self.environment = Environment(units=self.units)
         self.programs = self.environment.programs
         self.unstored = Unstored(self.environment)
-        if terminal.attended:  # elsewhere nobody asks what is not stored
+        if terminal.attended:  # elsewhere no user is asked about what is not stored
             self.unstored.watch()
         self.robot = Readings(self.engine)
         self.limits, self.folder = limits, folder
@@ -135,21 +137,21 @@ class Station:
         self.engine.turned.append(self._turned)
         self.dialect = Dialect.VPLUS  # of what is typed, and of files that name none
         self.last_program: str | None = None
-        self.user_state = self._own_user_state = UserState(attended=terminal.attended)
+        self.user_state = self.own_user_state = UserState(attended=terminal.attended)
         self._user_states: WeakSet[UserState] = WeakSet((self.user_state,))
         self.lease: RobotLease | None = None
         self.stops = 0  # how often it was stopped by hand
         self.driver.answers, self.driver.then = self._answers, self._then
         self.layout = Layout()
         self._given: Folder | None = None  # where programs that begin now have their files, if not in `folder`
-        self.home = folder  # where CD without a folder leads, and no CD out of a closed one
-        self.log: Log | None = None  # what writes down the session, where somebody can have that
-        self.draw: Callable[[Path, Plot], None] | None = None  # a plot into a file, where this robot does that
+        self.home = folder  # where CD without a folder leads; no CD leads out of a closed folder
+        self.log: Log | None = None  # what writes the session to a file, where this robot has that
+        self.draw: Callable[[Path, Plot], None] | None = None  # draws a plot into a file, where this robot does that
         self.journal: Path | None = None  # the file that all motions are written to as they are commanded
 
     @property
     def user_state(self) -> UserState:
-        """Of whoever types now: branches and tasks that begin are that one's."""
+        """The state of the user who is served now: branches and tasks that begin belong to this user."""
         return self._user_state
 
     @user_state.setter
@@ -157,40 +159,32 @@ class Station:
         self._user_state = self.branches.who = self.tasks.who = user_state
 
     @property
-    def ends_with_user_state(self) -> bool:
-        """Whether the robot is there for whoever is served alone, and ends when that one leaves."""
-        return self.user_state is self._own_user_state
-
-    @property
     def task(self) -> Task | None:
         track = self.tasks.get(ROBOT_PROGRAM)
         return None if track is None else track.task
 
     def change_folder(self, folder: Folder) -> None:
-        """What is typed has its files there, and what programs open from now on; those in a closed folder have all of
-        that, as before."""
+        """Commands have their files there, and programs those that they open from now on. Programs in a closed folder
+        keep that folder.
+        """
         self.folder = folder
         if not folder.closed:
             self.driver.disk.folder = folder
 
     def close(self) -> None:
-        """The end of the session: the files of programs are closed. It comes by itself when a process ends."""
+        """Close the files of programs. It happens by itself when the process ends."""
         self._closing()
 
     # --- programs ---
 
     @pause_collector()
     def load_text(self, text: str) -> tuple[Diagnostic, ...]:
-        """Put the programs and variables of a file in memory; all that is wrong with it.
+        """Put the programs and variables of a file in memory. Return all that is wrong with the file.
 
         A program with errors is kept, and not executable. Programs of the same name are replaced. Raises
         ProgramInterlocked where one of these is on the stack of a task.
         """
-        return at_once(self.loading(text))
-
-    def loading(self, text: str) -> Dialogue[tuple[Diagnostic, ...]]:
-        """Do what `load_text` does; another thread parses and analyses a long text."""
-        loaded = yield from self.loaded(text)
+        loaded = at_once(self.loaded(text))
         self.take(loaded)
         return loaded.diagnostics
 
@@ -205,7 +199,7 @@ class Station:
         return found._replace(diagnostics=(*unreadable, *found.diagnostics))
 
     def _memory(self) -> Memory:
-        """A copy of what is there, and what the cell will bring: other programs are checked among these."""
+        """Copy the memory, with what the cell will bring: other programs are checked among these."""
         memory = self.environment.copy()
         self.driver.cell.fill(memory)
         return memory
@@ -225,7 +219,7 @@ class Station:
                 self.check_free(part.name)
 
     def keep(self, program: Program, text: str) -> Dialogue[tuple[Diagnostic, ...]]:
-        """Put one program in memory, in the place of one of its name; `text` is its source. What is wrong with it."""
+        """Put one program in memory, in the place of one of its name; `text` is its source. Return what is wrong."""
         memory, vplus = self._memory(), self.robot.switch("VPLUS")
         long = len(program.steps) > LONG_PROGRAM
         loaded = yield from beside_if(long, lambda: LoadedFile.of(File((program,)), text, memory, vplus=vplus))
@@ -266,15 +260,15 @@ class Station:
         limits: Limits | None = None,
         all_tasks: bool = False,
     ) -> RunResult:
-        """Run a program to its end, at the terminal; `all_tasks`: and all others that run to theirs. Raises as `begin`
-        does; what goes wrong in it is in the result.
+        """Run a program to its end, at the terminal; `all_tasks`: and all other tasks to theirs. Raises as `begin`
+        does; an error in the program is in the result.
         """
         track = self.begin(program, arguments, cycles, step)
         return self.converse(self.wait(track, limits, all_tasks=all_tasks))
 
     def compiled(self, program: str | None, *, everywhere: bool = False) -> Dialogue[None]:
-        """Compile a program, the last one where none is named, and those that it calls; another thread does that where
-        it is long. `everywhere`: the program is to be entered at any step. What is wrong is told when it begins.
+        """Compile a program, the last one where none is named, and those that it calls; another thread compiles long
+        ones. `everywhere`: the program may be entered at any step. Errors are told when the program begins.
         """
         programs = dict(self.programs)
         first = programs.get(key_of(program or self.last_program or ""))
@@ -284,9 +278,7 @@ class Station:
         yield from self._compile_callable([main], programs, everywhere=main if everywhere else None)
 
     def _compiled_for_tasks(self, loaded: LoadedFile) -> Dialogue[None]:
-        """Compile the long programs of a file that tasks may call as soon as they are in memory; another thread does
-        that.
-        """
+        """Compile the long programs of a file that tasks may call as soon as they are in memory, in another thread."""
         tasks = [track.task for track in self.tasks if not track.task.ended]
         if not tasks or all(len(one.program.steps) <= LONG_PROGRAM for one in loaded.programs):
             return
@@ -298,7 +290,7 @@ class Station:
     def _compile_callable(
         self, callers: Sequence[Program], programs: Mapping[str, StoredProgram], everywhere: Program | None = None
     ) -> Dialogue[None]:
-        """Compile those that are long of some programs and all that they may call, in another thread."""
+        """Compile the long programs among some programs and all that these may call, in another thread."""
         known = {key: stored.program for key, stored in programs.items()}
         found = yield from beside(lambda: may_be_called(callers, known))
         needed = dict.fromkeys(one.key for one in found if len(one.steps) > LONG_PROGRAM)
@@ -310,13 +302,50 @@ class Station:
 
         yield from beside(compile_all)
 
-    def begin(self, program: str | None = None, arguments: Arguments = (), cycles: int = 1, step: int = 1) -> Track:
-        """Start a program, the last one when none is named; `wait` or `let_run` comes next. Raises NoProgramSpecified,
-        UndefinedName, ProgramNotExecutable, ArgumentMismatch, TaskActive, ClockPaused.
+    def begin(
+        self,
+        program: str | None = None,
+        arguments: Arguments = (),
+        cycles: int = 1,
+        step: int = 1,
+        *,
+        primed: bool = False,
+    ) -> Track:
+        """Start a program, the last one when none is named; `wait` or `let_run` comes next. `primed`: it stops before
+        its first step, and `resume` lets it go on. Raises NoProgramSpecified, UndefinedName, ProgramNotExecutable,
+        ArgumentMismatch, TaskActive, ClockPaused.
         """
-        task = self._prepared(program, arguments, cycles, step)
-        self._clock_runs()
-        return self.tasks.start(ROBOT_PROGRAM, task, self._given)
+        name = program or self.last_program
+        if name is None:
+            raise NoProgramSpecified("there is no last program", "EXECUTE name")
+        task = self._task(name, arguments, cycles, step)
+        self.last_program = task.program
+        if not primed:
+            self._clock_runs()
+        track = self.tasks.start(ROBOT_PROGRAM, task, self._given)
+        if primed:
+            task.state = TaskState.PAUSED
+            self.tasks.stop(track, RunOutcome.PAUSED)
+        return track
+
+    def start(self, number: int, program: str, arguments: Arguments = (), cycles: int = 1, step: int = 1) -> None:
+        """Start a task that runs whenever time goes on. Raises TaskActive, and as `begin` does."""
+        self.tasks.start(number, self._task(program, arguments, cycles, step), self._given)
+        self.settle()
+
+    def _task(self, name: str, arguments: Arguments, cycles: int, step: int) -> Task:
+        stored = self.environment.program(name)
+        if any(isinstance(step.statement, BadLine) for step in stored.program.steps):
+            raise ProgramNotExecutable(stored.name, f"LISTP {stored.name} shows its bad lines with a ?")
+        if (mistake := first_error(stored.analysis.diagnostics)) is not None:
+            raise ProgramNotExecutable(stored.name, mistake.detail)
+        if not self.robot.switch("VPLUS"):
+            self.environment.executable(stored).refuse_beyond_val2()
+        return Task(self.environment, self.robot, stored.name, arguments, cycles, step)
+
+    def _clock_runs(self) -> None:
+        if self.engine.clock.paused:
+            raise ClockPaused(f"a program would wait at {self.engine.now:.3f} s", "CLOCK GO lets it go on")
 
     def resume(self, *, retry: bool = False, stepping: Stepping | None = None) -> Track:
         """Go on with a program that was paused, aborted, primed or stopped by an error, at the next step; with `retry`
@@ -332,11 +361,11 @@ class Station:
         return track
 
     def converse(self, dialogue: Dialogue[R]) -> R:
-        """Drive a talk to its end at the terminal."""
+        """Drive a dialogue to its end at the terminal."""
         return self.actor.finish(self.actor.submit(dialogue), self.terminal)
 
     def wait(self, track: Track, limits: Limits | None = None, *, all_tasks: bool = False) -> Dialogue[RunResult]:
-        """Until a program that has begun stops; `all_tasks`: until all have."""
+        """Wait until a program that has begun stops; `all_tasks`: until all have."""
         self._changes_by_program(True)
         try:
             result = yield from self.driver.run(track, limits or self.limits, all_tasks=all_tasks)
@@ -346,18 +375,18 @@ class Station:
         return result
 
     def _then(self, track: Track) -> Callable[[RunResult], None] | None:
-        """Whether a program goes on though whoever waited for it does not any more, and what comes after it."""
+        """Return what comes after a program whose user has left, and which goes on; None where it is to stop."""
         who = track.driven_by
         return (lambda _result: self._reset_settings(track)) if isinstance(who, UserState) and who.left else None
 
     def watch_over(self) -> Dialogue[None]:
-        """Let time go on for a program that nobody waits for, until it stops or asks something."""
-        while self.running and not any(self.driver.questions()):
+        """Let time go on for a program without a waiting user, until it stops or asks something."""
+        while self.running and not self.driver.questions():
             yield Slice.RUNNING
         self.settle()
 
     def let_run(self, track: Track, ended: Callable[[RunResult], None]) -> None:
-        """A program that has begun goes on whenever time does; `ended` is told of its end."""
+        """Let a program that has begun run whenever time goes on; `ended` is called at its end."""
 
         def over(result: RunResult) -> None:
             self._changes_by_program(False)
@@ -369,53 +398,18 @@ class Station:
         self.settle()
 
     def _changes_by_program(self, begin: bool) -> None:
-        """What a program changes needs no storing. Where nobody is there, nobody asks."""
+        """Note that variables are changed by a program from now on, or no longer: such changes need no storing."""
         if self.terminal.attended:
             self.unstored.begin_run() if begin else self.unstored.end_run()
 
     def _reset_settings(self, track: Track) -> None:
-        """SPEED and the like of a program end with it: the prompt has what every program starts with."""
+        """Reset SPEED and the like after a program: the prompt has what every program starts with."""
         if track.task.ended:
             for setting in CYCLE_SETTINGS:
                 self.engine.perform(setting)
 
-    def prime(self, program: str | None = None, arguments: Arguments = (), cycles: int = 1, step: int = 1) -> Track:
-        """Get a program ready: `resume` begins it. Raises as `begin` does."""
-        task = self._prepared(program, arguments, cycles, step)
-        return self.tasks.prime(ROBOT_PROGRAM, task, self._given)
-
-    def start(self, number: int, program: str, arguments: Arguments = (), cycles: int = 1, step: int = 1) -> None:
-        """Start a task that runs whenever time goes on. Raises TaskActive, and as `begin` does."""
-        stored = self._executable(program)
-        task = Task(self.environment, self.robot, stored.name, arguments, cycles, step)
-        self.tasks.start(number, task, self._given)
-        self.settle()
-
-    def _prepared(self, program: str | None, arguments: Arguments, cycles: int, step: int) -> Task:
-        name = program or self.last_program
-        if name is None:
-            raise NoProgramSpecified("there is no last program", "EXECUTE name")
-        stored = self._executable(name)
-        task = Task(self.environment, self.robot, stored.name, arguments, cycles, step)
-        self.last_program = stored.name
-        return task
-
-    def _executable(self, name: str) -> StoredProgram:
-        stored = self.environment.program(name)
-        if any(isinstance(step.statement, BadLine) for step in stored.program.steps):
-            raise ProgramNotExecutable(stored.name, f"LISTP {stored.name} shows its bad lines with a ?")
-        if (mistake := first_error(stored.analysis.diagnostics)) is not None:
-            raise ProgramNotExecutable(stored.name, mistake.detail)
-        if not self.robot.switch("VPLUS"):
-            self.environment.executable(stored).refuse_beyond_val2()
-        return stored
-
-    def _clock_runs(self) -> None:
-        if self.engine.clock.paused:
-            raise ClockPaused(f"a program would wait at {self.engine.now:.3f} s", "CLOCK GO lets it go on")
-
     def settle(self, until: float | None = None) -> None:
-        """Let the other tasks see what has changed; do all that has become due in real time, or is `until` then."""
+        """Let the other tasks see what has changed; do all that has become due in real time, or is due `until` then."""
         self.driver.settle(until)
 
     def _postponed(self, it: Postponement) -> None:
@@ -423,7 +417,7 @@ class Station:
         self.terminal.show(Message(f"{what} is postponed from {it.asked:.3f} to {it.executed:.3f} s", Tone.WARNING))
 
     def _turned(self, it: ToolTurning) -> None:
-        """Said once: of a location that was not taught all motions do it."""
+        """Say it once: all motions to locations that were not taught do it."""
         self.engine.turned.remove(self._turned)
         joints, off = self.engine.model.joint_count, f"{degrees(it.angle):.1f} deg off what is asked"
         what = f"{it.text or 'the motion'}: {joints} joints turn the tool as nearly as they can, here {off} (said once)"
@@ -436,8 +430,9 @@ class Station:
         self.terminal.show(ProgramStopped(what, fault.program, fault.step, fault.source, Tone.ERROR))
 
     def interrupt(self, user_state: UserState | None = None) -> bool:
-        """Stop what somebody waits for (whoever is at a desk) before its next step; False when that is nothing, or
-        waits for a line: whoever reads that has to be stopped. Safe in a signal handler.
+        """Stop the program or line that a user waits for before its next step; `user_state`: only where this user does.
+        False where there is none, or it waits for a line: whoever reads that line has to be stopped. Safe in a signal
+        handler.
         """
         waited = self.driver.waited
         if waited is None or (user_state is not None and waited.driven_by is not user_state):
@@ -453,8 +448,11 @@ class Station:
         self._abort((PROMPT_LINE, ROBOT_PROGRAM))
 
     def pause(self) -> None:
-        """Stop the program when the motion that it is in is over: PROCEED lets it go on."""
-        self.tasks.pause(ROBOT_PROGRAM)
+        """Stop the program when its present motion is over: PROCEED lets it go on."""
+        track = self.tasks.get(ROBOT_PROGRAM)
+        if track is not None and track.running and not isinstance(track.pending, Aborted):
+            track.task.state = TaskState.PAUSED
+            track.until(self.engine.now, Pause())
         self.settle()
 
     def stop(self) -> None:
@@ -470,7 +468,7 @@ class Station:
             self.settle(self.engine.end)
 
     def serve(self) -> None:
-        """Whoever is at the desk is served, where that one has tried things last; where a program runs, beside it."""
+        """Serve the present user on the branch that this user tried last; where a program runs, beside it."""
         self.branches.serve(self.user_state, stay=any(self.tasks.running))
 
     def leave(self, user_state: UserState) -> None:
@@ -486,22 +484,22 @@ class Station:
 
     @property
     def elsewhere(self) -> bool:
-        """Whether a program runs on another branch than that of who is served."""
+        """Whether a program runs on another branch than that of the present user."""
         return not self.branches.is_at(self.user_state)
 
     def on_branch(self, role: Role, dialogue: Dialogue[R]) -> Dialogue[R]:
-        """A talk for those of a role: who only looks, looks at his own branch, whatever runs on another."""
+        """A dialogue for a role: an observer sees the branch of the present user, whatever runs on another."""
         return within(self.branches.own_in_place, dialogue) if role is Role.OBSERVER and self.elsewhere else dialogue
 
     def check_may(self, said: str, wanted: Role) -> None:
-        """Raises RoleWanted and LeaseHeld for what is not for who is served: said so, of that role."""
+        """Raises RoleWanted and LeaseHeld where the present user may not do what is `said`, which needs a role."""
         check_may(said, wanted, self.user_state.role)
         if self.lease is not None and must_drive(said, wanted, self.user_state.role):
             self.lease.check(self.user_state.name)
 
     def check_may_stop(self, user_state: UserState) -> None:
-        """In any thread. Raises RoleWanted and LeaseHeld for who may not stop the robot now: a designer stops his own
-        motions, a supervisor all.
+        """Raises RoleWanted and LeaseHeld for a user who may not stop the robot now: a designer stops his own motions,
+        a supervisor all. In any thread.
         """
         check_may("ABORT", Role.DESIGNER, user_state.role)
         lease = self.lease
@@ -509,14 +507,15 @@ class Station:
             lease.check(user_state.name)
 
     def _answers(self, track: Track) -> bool:
-        """Whether what a task asks is for who is served: who drives, or who let it go on last, and is there."""
+        """Whether the questions of a task are for the present user: the one who drives, or who let the task go on last
+        and has not left."""
         if self.lease is not None:
             return self.lease.drives(self.user_state.name)
         driver = track.driven_by
         return driver in (None, self.user_state) or (isinstance(driver, UserState) and driver.left)
 
     def at(self, user_state: UserState, dialogue: Dialogue[R]) -> Dialogue[R]:
-        """A talk with somebody else, at whose desk it is done."""
+        """A dialogue for another user, whose state it uses."""
         self._user_states.add(user_state)
         user_state.interrupted = False
         try:
@@ -525,7 +524,7 @@ class Station:
             raise RequestRefused("it was stopped before it was done") from None
 
     def under(self, conditions: Conditions, dialogue: Dialogue[R]) -> Dialogue[R]:
-        """A talk under conditions of its own, the programs that begin in it too."""
+        """A dialogue under its own conditions, which hold for the programs that begin in it too."""
         with self.driver.surrounded(conditions.cell, conditions.inputs):
             return (yield from within(lambda: self._held_to(conditions), dialogue))
 
@@ -550,7 +549,7 @@ class Station:
             self.user_state = own
 
     def do(self, statement: Statement) -> Dialogue[None]:
-        """One instruction now, as a program of one step. Raises VrsError where it cannot be done, KeyboardInterrupt
+        """Do one instruction now, as a program of one step. Raises VrsError where it cannot be done, KeyboardInterrupt
         where it was stopped.
         """
         self.user_state.last_statement = statement

@@ -20,7 +20,6 @@ from vrs_cli.language.run.effects import (
     AttachRobot,
     Budget,
     Event,
-    Pause,
     Prompt,
     TaskState,
     Wait,
@@ -280,13 +279,6 @@ class Tasks:
             raise TaskActive("every task is in use", "KILL clears one")
         return min(free)
 
-    def prime(self, number: int, task: Task, folder: Folder | None = None) -> Track:
-        """Start a task, and stop it before its first step. Raises TaskActive."""
-        track = self.start(number, task, folder)
-        task.state = TaskState.PAUSED
-        self.stop(track, RunOutcome.PAUSED)
-        return track
-
     def proceed(self, number: int, *, retry: bool = False) -> Track:
         """Let a stopped task go on: at its next step, or (`retry`) again with the step where it stopped. Raises
         TaskNotActive, TaskActive.
@@ -318,15 +310,6 @@ class Tasks:
         if self.owns(track) and not self.only_waits(track):
             self._engine.stop()
         track.until(self._engine.now, Aborted())
-        return track
-
-    def pause(self, number: int) -> Track | None:
-        """Stop a task when its present motion is over; None where no task of this number runs."""
-        track = self.get(number)
-        if track is None or not track.running or isinstance(track.pending, Aborted):
-            return None
-        track.task.state = TaskState.PAUSED
-        track.until(self._engine.now, Pause())
         return track
 
     def only_waits(self, track: Track) -> bool:
