@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 
 from tests.examples import examples
 from vrs_cli.trajectory.instant import TICK
+from vrs_cli.trajectory.laws.course import Course
 from vrs_cli.trajectory.laws.lspb_times import (
+    Blend,
     Component,
-    Times,
     VectorPart,
     from_motion,
     from_rest,
@@ -35,7 +36,7 @@ parts = st.builds(
 def test_trapezium_from_rest() -> None:
     # 2 rad at 1 rad/s and 2 rad/s2: half a second of acceleration, 1.5 s of cruise (Craig 7.3)
     times = from_rest([Component(2.0, 0.0, 1.0, 2.0)])
-    assert times == pytest.approx((0.5, 1.5, 0.5), abs=1e-6)
+    assert (times.change.lasts, times.cruise, times.slow.lasts) == pytest.approx((0.5, 1.5, 0.5), abs=1e-6)
 
 
 def test_triangle_from_rest() -> None:
@@ -46,7 +47,7 @@ def test_triangle_from_rest() -> None:
 
 
 def test_nothing_to_do_takes_no_time() -> None:
-    assert from_rest([Component(0.0, 0.0, 1.0, 1.0)]) == Times(0.0, 0.0, 0.0)
+    assert from_rest([Component(0.0, 0.0, 1.0, 1.0)]) == Course(Blend(0.0), 0.0, Blend(0.0))
 
 
 def test_least_time_is_kept_and_not_much_more() -> None:
@@ -67,16 +68,16 @@ def test_slowest_joint_decides() -> None:
 def test_limits_and_target_from_motion(components: list[Component], least: float) -> None:
     times = from_motion(components, least)
     assert times.total >= least - 1e-6
-    for time in times:
+    blend, slow = times.change.lasts, times.slow.lasts
+    for time in (blend, times.cruise, slow):
         assert time >= 0.0
         assert time % TICK == 0.0
-    stops_at_once = times.cruise == times.slow == 0.0
     for c in components:
-        v1 = 0.0 if stops_at_once else (c.displacement - 0.5 * c.velocity * times.blend) / times.reach
+        v1 = 0.0 if times.stops_at_once else (c.displacement - 0.5 * c.velocity * blend) / times.reach
         assert abs(v1) <= c.max_velocity * (1 + ROUNDING)
-        assert abs(v1 - c.velocity) <= c.max_acceleration * times.blend * (1 + ROUNDING) + 1e-12
-        assert abs(v1) <= c.max_acceleration * times.slow * (1 + ROUNDING) + 1e-12
-        way = 0.5 * times.blend * (c.velocity + v1) + v1 * (times.cruise + 0.5 * times.slow)
+        assert abs(v1 - c.velocity) <= c.max_acceleration * blend * (1 + ROUNDING) + 1e-12
+        assert abs(v1) <= c.max_acceleration * slow * (1 + ROUNDING) + 1e-12
+        way = 0.5 * blend * (c.velocity + v1) + v1 * (times.cruise + 0.5 * slow)
         assert way == pytest.approx(c.displacement, abs=1e-9)
 
 

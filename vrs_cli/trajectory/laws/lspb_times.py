@@ -17,6 +17,8 @@ from math import inf, sqrt
 from typing import NamedTuple
 
 from vrs_cli.trajectory.instant import TICK, up_to_grid
+from vrs_cli.trajectory.laws.course import Course
+from vrs_cli.trajectory.polynomial import Polynomial, parabola
 from vrs_cli.trajectory.state import NEGLIGIBLE
 
 MARGIN = 1.0 + 1e-7  # keeps limits true after times are rounded to the grid
@@ -28,20 +30,31 @@ FIRST_STEPS = 2
 LONGEST_BLEND = 1e6  # [s]
 
 
-class Times(NamedTuple):
-    """Durations [s], each on the time grid; `reach` is S of the module's formula."""
+class Blend(NamedTuple):
+    """A change of velocity at constant acceleration, which may jump at both ends (`course.VelocityChange`)."""
 
-    blend: float
-    cruise: float
-    slow: float
+    lasts: float
 
     @property
-    def reach(self) -> float:
-        return 0.5 * self.blend + self.cruise + 0.5 * self.slow
+    def durations(self) -> list[float]:
+        return [self.lasts] if self.lasts else []
 
     @property
-    def total(self) -> float:
-        return self.blend + self.cruise + self.slow
+    def lag(self) -> float:
+        return 0.5 * self.lasts
+
+    def ahead(self, way: float, v0: float, a0: float) -> float:  # noqa: ARG002 (the acceleration jumps)
+        return way - 0.5 * v0 * self.lasts
+
+    def to_rest(self, v0: float, a0: float) -> float:  # noqa: ARG002
+        return 0.5 * v0 * self.lasts
+
+    def polynomials(self, p: float, v0: float, a0: float, v1: float) -> list[Polynomial]:  # noqa: ARG002
+        return [parabola(p, v0, v1, self.lasts)]
+
+
+def _course(blend: float, cruise: float, slow: float) -> Course:
+    return Course(Blend(blend), cruise, Blend(slow))
 
 
 class Component(NamedTuple):
@@ -64,7 +77,7 @@ class Demand(NamedTuple):
 Demands = Callable[[float], Demand]
 
 
-def from_rest(components: Sequence[Component], least: float = 0.0) -> Times:
+def from_rest(components: Sequence[Component], least: float = 0.0) -> Course:
     """The times of a motion from rest; `least`: the least total time [s]."""
     by_velocity = by_acceleration = 0.0
     for part in components:
@@ -72,7 +85,7 @@ def from_rest(components: Sequence[Component], least: float = 0.0) -> Times:
         by_velocity = max(by_velocity, distance / part.max_velocity)
         by_acceleration = max(by_acceleration, distance / part.max_acceleration)
     if by_velocity <= NEGLIGIBLE:
-        return Times(0.0, 0.0, 0.0)
+        return _course(0.0, 0.0, 0.0)
     square = least * least - 4.0 * by_acceleration  # the whole time is S + by_acceleration / S
     by_time = 0.5 * (least + sqrt(square)) if square > 0.0 else 0.0
     reach = MARGIN * max(by_velocity, sqrt(by_acceleration), by_time)
@@ -80,12 +93,12 @@ def from_rest(components: Sequence[Component], least: float = 0.0) -> Times:
     return _without_sliver(blend, up_to_grid(max(reach - blend, 0.0)), blend)
 
 
-def _without_sliver(blend: float, cruise: float, slow: float) -> Times:
+def _without_sliver(blend: float, cruise: float, slow: float) -> Course:
     """A cruise of next to no time is left out: slowing down takes twice that time longer, S stays the same."""
-    return Times(blend, cruise, slow) if cruise > SLIVER else Times(blend, 0.0, slow + 2.0 * cruise)
+    return _course(blend, cruise, slow) if cruise > SLIVER else _course(blend, 0.0, slow + 2.0 * cruise)
 
 
-def from_motion(components: Sequence[Component], least: float = 0.0) -> Times:
+def from_motion(components: Sequence[Component], least: float = 0.0) -> Course:
     """The times of a motion of scalar components that starts at their velocities."""
     shortest = max(max(abs(part.velocity) - part.max_velocity, 0.0) / part.max_acceleration for part in components)
     guess = max(abs(part.velocity) / part.max_acceleration for part in components)
@@ -162,7 +175,7 @@ def vector_demands(part: VectorPart, blend: float) -> Demand:
 
 def search(
     demands: Demands, shortest: float, guess: float, least: float = 0.0, first_steps: int = FIRST_STEPS
-) -> Times:
+) -> Course:
     """The times of the shortest motion that the demands allow, by search over the blend time.
 
     `shortest`: a blend time [s] below which none is possible; `guess`: about how long it may be; `least`: the least
@@ -228,7 +241,7 @@ def _most(demand: Demand, blend: float) -> float:
     return min(high, (sqrt(blend * blend + 8.0 * slowing) - blend) / (2.0 * slowing))
 
 
-def _times_on_grid(demands: Demands, blend: float, least: float) -> Times:
+def _times_on_grid(demands: Demands, blend: float, least: float) -> Course:
     """The times on the grid for the chosen blend time; slower when the motion is to last at least `least`."""
     blend = up_to_grid(blend * MARGIN) + ROOM
     while True:
@@ -250,13 +263,13 @@ def _slow_enough(demand: Demand, blend: float, least: float) -> float:
     return 2.0 / (rest + sqrt(square))
 
 
-def _on_grid(demand: Demand, blend: float, least: float) -> Times | None:
+def _on_grid(demand: Demand, blend: float, least: float) -> Course | None:
     """The times for a blend time; None where none on the grid is inside the demand. Times are rounded up, so u down."""
     u = _most(demand, blend)
     if u < demand.low or u <= 0.0:
         return None
     if u == inf:  # the blend itself ends at rest on the target
-        return Times(blend, 0.0, 0.0)
+        return _course(blend, 0.0, 0.0)
     u = max(u / MARGIN, 0.5 * (demand.low + u))  # where rounding finds room on both sides
     u = max(min(u, _slow_enough(demand, blend, least)), min(u, demand.low * (1.0 + ROOM * u)))
     slow = up_to_grid(demand.slowing * u)

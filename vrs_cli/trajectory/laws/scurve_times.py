@@ -25,6 +25,7 @@ from typing import NamedTuple
 
 from vrs_cli.kinematics.transform import Vector, added, dot, length, scaled, subtracted
 from vrs_cli.trajectory.instant import up_to_grid
+from vrs_cli.trajectory.laws.course import Course
 from vrs_cli.trajectory.laws.law import NoTimes, Pieces
 from vrs_cli.trajectory.laws.lspb_times import MARGIN, ROOM, SAME, SLIVER
 from vrs_cli.trajectory.polynomial import Polynomial, value
@@ -39,7 +40,7 @@ HALVINGS = 50
 
 
 class Change(NamedTuple):
-    """Times of a change of velocity [s]."""
+    """Times of a change of velocity at limited jerk [s] (`course.VelocityChange`)."""
 
     rise: float
     hold: float
@@ -72,6 +73,16 @@ class Change(NamedTuple):
         """A, the acceleration that is held."""
         return (v1 - v0 - 0.5 * self.rise * a0) / self.reach
 
+    def ahead(self, way: float, v0: float, a0: float) -> float:
+        """E of the module's formula."""
+        by_start, _ = self.ways
+        carried = v0 + 0.5 * self.rise * a0
+        return way - v0 * self.lasts - a0 * by_start + self.lag * carried
+
+    def to_rest(self, v0: float, a0: float) -> float:
+        by_start, by_level = self.ways
+        return v0 * self.lasts + a0 * by_start + self.level(v0, a0, 0.0) * by_level
+
     def pieces(self, v0: float, a0: float, v1: float) -> Pieces:
         """The change from v0 to v1, piece by piece."""
         level = self.level(v0, a0, v1) if self.rise else a0
@@ -97,29 +108,6 @@ class Change(NamedTuple):
 
 
 NONE = Change(0.0, 0.0, 0.0)
-
-
-class Course(NamedTuple):
-    """The times of a whole motion, each on the time grid."""
-
-    change: Change
-    cruise: float
-    slow: Change
-
-    @property
-    def reach(self) -> float:
-        """1/u of the module's formula."""
-        lag = self.change.lag if self.change.lasts else 0.0
-        return lag + self.cruise + 0.5 * self.slow.lasts
-
-    @property
-    def total(self) -> float:
-        return self.change.lasts + self.cruise + self.slow.lasts
-
-    @property
-    def stops_at_once(self) -> bool:
-        """The change itself ends on the target."""
-        return not self.cruise and not self.slow.lasts
 
 
 class Bounds(NamedTuple):

@@ -1,0 +1,154 @@
+"""The course of LSPB and SCURVE motions: the velocity changes, stays the same, and goes to zero.
+
+The two laws differ in how a velocity changes (`VelocityChange`), and in how the times are found. What joints and tools
+do in these times is the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple, Protocol
+
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import (
+    Transform,
+    Vector,
+    axis_angle,
+    compose,
+    inverse,
+    position,
+    rotation_about,
+    subtracted,
+)
+from vrs_cli.trajectory.polynomial import Polynomial, value
+from vrs_cli.trajectory.segment import STILL, JointPath, Path, Phase, ToolStretch
+from vrs_cli.trajectory.state import ToolLimits, ToolState
+
+
+class VelocityChange(Protocol):
+    """A change from a velocity v0, with an acceleration a0, to a velocity v1: in one stretch or several."""
+
+    @property
+    def lasts(self) -> float:
+        """The time of all stretches [s]."""
+
+    @property
+    def durations(self) -> list[float]:
+        """The time of each stretch [s]."""
+
+    @property
+    def lag(self) -> float:
+        """The way that each unit of v1 adds [s]."""
+
+    def ahead(self, way: float, v0: float, a0: float) -> float:
+        """What v1 has to make of a way; the state at the start makes the rest."""
+
+    def to_rest(self, v0: float, a0: float) -> float:
+        """The way of a change to rest."""
+
+    def polynomials(self, p: float, v0: float, a0: float, v1: float) -> list[Polynomial]:
+        """The change from position p on: a polynomial for each stretch."""
+
+
+class Course(NamedTuple):
+    """The times of a whole motion, each on the time grid."""
+
+    change: VelocityChange
+    cruise: float
+    slow: VelocityChange
+
+    @property
+    def reach(self) -> float:
+        """S in `lspb_times`, 1/u in `scurve_times`: the way ahead by the cruise velocity."""
+        lag = self.change.lag if self.change.lasts else 0.0
+        return lag + self.cruise + 0.5 * self.slow.lasts
+
+    @property
+    def total(self) -> float:
+        return self.change.lasts + self.cruise + self.slow.lasts
+
+    @property
+    def stops_at_once(self) -> bool:
+        """Whether the change itself ends on the target."""
+        return not self.cruise and not self.slow.lasts
+
+    def stretches(self, first: Phase) -> list[tuple[float, Phase]]:
+        """The duration and the phase of each stretch; `first`: of the change."""
+        cruise = [(self.cruise, Phase.CRUISE)] if self.cruise else []
+        slowing = [(duration, Phase.DECELERATE) for duration in self.slow.durations]
+        return [(duration, first) for duration in self.change.durations] + cruise + slowing
+
+    def polynomials(self, p: float, v0: float, a0: float, v1: float, after: float | None = None) -> list[Polynomial]:
+        """A way from position p at cruise velocity v1: a polynomial for each stretch. `after`: where the change ends,
+        if that is known.
+        """
+        rows = self.change.polynomials(p, v0, a0, v1)
+        p = value(rows[-1], self.change.durations[-1]) if after is None else after
+        if self.cruise:
+            rows.append((p, v1))
+            p = value(rows[-1], self.cruise)
+        return rows + self.slow.polynomials(p, v1, 0.0, 0.0) if self.slow.lasts else rows
+
+
+def joint_stretches(
+    course: Course, joints: Joints, velocity: Joints, cruising: Sequence[float], first: Phase
+) -> Iterator[tuple[float, Phase, Path]]:
+    """The stretches of joints that go on from their velocities to these cruise velocities, and come to rest."""
+    rows = zip(joints, velocity, cruising, strict=True)
+    ways = [course.polynomials(q, v, 0.0, v1) for q, v, v1 in rows]
+    for (duration, phase), *path in zip(course.stretches(first), *ways, strict=True):
+        yield duration, phase, JointPath(tuple(path))
+
+
+class ToolMotion:
+    """A straight line from a state to a target, with its rotation: the present spin dies, then one turn.
+
+    `dying`: the turns by which the spin dies, each with its axis, and its speed and acceleration at the start.
+    """
+
+    acceleration: Vector = STILL  # of the tip at the start
+
+    def __init__(
+        self, state: ToolState, target: Transform, limits: ToolLimits, dying: Sequence[tuple[Vector, float, float]]
+    ) -> None:
+        self.state, self.target, self.limits, self.dying = state, target, limits, dying
+        self.displacement = subtracted(position(target), position(state.pose))
+
+    def orientation_after(self, change: VelocityChange) -> Transform:
+        """The orientation reached while the present spin dies."""
+        R = self.state.pose
+        for axis, rate, acceleration in self.dying:
+            R = compose(R, rotation_about(axis, change.to_rest(rate, acceleration)))
+        return R
+
+    def turn(self, change: VelocityChange) -> tuple[Vector, float]:
+        """Axis and angle of the turn that is left after the spin has died."""
+        return axis_angle(compose(inverse(self.orientation_after(change)), self.target))
+
+    def turned(self, change: VelocityChange, spin: float) -> float | None:
+        """The angle of a turn when the change to this spin ends; None: as its polynomials say."""
+
+    def stretches(self, course: Course) -> Iterator[ToolStretch]:
+        """The stretches of the line; of no course there are none."""
+        reach, state, change = course.reach, self.state, course.change
+        if reach <= 0.0:
+            return
+        going, (axis, angle) = not course.stops_at_once, self.turn(change)
+        starts = zip(position(state.pose), state.velocity, self.acceleration, self.displacement, strict=True)
+        ways, guides = [], []
+        for p, v, a, way in starts:
+            v1 = change.ahead(way, v, a) * (1.0 / reach) if going else 0.0
+            ways.append(course.polynomials(p, v, a, v1))
+        for _, at, end, v, a in state.guides:
+            v1 = change.ahead(end - at, v, a) / reach if going else 0.0
+            guides.append(course.polynomials(at, v, a, v1))
+        spin = angle / reach if going else 0.0
+        turning = course.polynomials(0.0, 0.0, 0.0, spin, self.turned(change, spin)) if spin else []
+        dying = [(k, change.polynomials(0.0, rate, acceleration, 0.0)) for k, rate, acceleration in self.dying]
+        begins, after = len(change.durations), self.orientation_after(change)
+        first = Phase.ACCELERATE if state.at_rest else Phase.BLEND
+        for i, (duration, phase) in enumerate(course.stretches(first)):
+            turns = [(k, rows[i]) for k, rows in dying if i < begins] + ([(axis, turning[i])] if spin else [])
+            x, y, z = (rows[i] for rows in ways)
+            R = state.pose if i < begins else after
+            yield ToolStretch(duration, phase, (x, y, z), R, tuple(turns), tuple(rows[i] for rows in guides))
