@@ -190,7 +190,7 @@ class Store:
         return self
 
     def keep_checkpoint(self, timeline: Timeline, commands: int, number: int) -> bool:
-        assert all(part.row.kept is not None for _, part in timeline.parts())
+        assert all(part.row.kept is not None for _, _, part in timeline.parts())
         assert commands == number == timeline.version
         self.checkpoints += 1
         return True
@@ -210,7 +210,7 @@ def test_little_leaves_memory_after_one_change_and_as_much_as_comes() -> None:
         engine.perform(Move(goals[number % 2], False), program=True)
         store.segments.append(0)
     assert max(store.segments) <= 2 * ROW + 10
-    in_memory = sum(len(part.row) for _, part in engine.timeline.parts() if not part.row.away)
+    in_memory = sum(len(part.row) for _, _, part in engine.timeline.parts() if not part.row.away)
     assert in_memory <= 300 + 2 * ROW
     assert len(engine.timeline) > 1500
     assert (store.checkpoints, len(engine.book.history.done)) == (2, 200)

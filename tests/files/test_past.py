@@ -46,7 +46,7 @@ class Robot:
             assert self.engine.position(t).joints == joints
 
     def in_memory(self) -> int:
-        return sum(part.last - part.first for _, part in self.engine.timeline.parts() if not part.row.away)
+        return sum(part.last - part.first for _, _, part in self.engine.timeline.parts() if not part.row.away)
 
     def end(self) -> None:
         self.journal.settle()

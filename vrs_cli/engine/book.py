@@ -75,8 +75,8 @@ class MemoryWindow:
     def _close_rows(timeline: Timeline) -> None:
         """Let no row at the end grow far beyond ROW: not by what comes next, nor by a smaller one that joins it."""
         count = len(timeline)
-        for index, part in timeline.parts(max(count - 2 * ROW, 0)):
-            row, is_last = part.row, index + part.last - part.first == count
+        for index, _, leaf in timeline.parts(max(count - 2 * ROW, 0)):
+            row, is_last = leaf.row, index + leaf.count == count
             if not row.closed and len(row) >= (ROW if is_last else ROW // 2):
                 row.close()
 
@@ -85,8 +85,8 @@ class MemoryWindow:
         were to be written are.
         """
         written, old, away = 0, len(timeline) - self.reach.segments, True
-        for index, part in timeline.parts(self._first):
-            row, leaves = part.row, index + part.last - part.first <= old
+        for index, _, leaf in timeline.parts(self._first):
+            row, leaves = leaf.row, index + leaf.count <= old
             if not (leaves or due):
                 break
             if row.kept is None:
@@ -101,7 +101,7 @@ class MemoryWindow:
                 row.put_away()
             away = away and leaves
             if away:
-                self._first = index + part.last - part.first
+                self._first = index + leaf.count
         return True
 
 

@@ -304,7 +304,7 @@ class Journal:
     def keep_checkpoint(self, timeline: Timeline, commands: int, number: int) -> bool:
         """Write where all rows of a timeline are, which are in the file; whether that was possible."""
         assert self.past is not None, "it is kept to be read back"
-        parts = tuple(part_record(part) for _, part in timeline.parts())
+        parts = tuple(part_record(offset, leaf) for _, offset, leaf in timeline.parts())
         record = CheckpointRecord(timeline.version, number, commands, parts, tuple(self._places), self.past.checkpoint)
         place = self._repeat(lambda: self._lines.checkpoint(record))
         if place is not None:

@@ -19,7 +19,7 @@ from vrs_cli.files.rebuild import loaded_forward
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict
-from vrs_cli.trajectory.rope import LeafTimes
+from vrs_cli.trajectory.rope import Leaf, OffsetNode
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import PART, DeltaLog, Timeline, TimelineDelta
@@ -240,17 +240,17 @@ def _resumed(file: GrowingFile, place: int, record: CheckpointRecord) -> Resumed
     )
 
 
-def _parts(record: CheckpointRecord, past: Past) -> Iterator[LeafTimes]:
+def _parts(record: CheckpointRecord, past: Past) -> Iterator[OffsetNode]:
     rows: dict[int, Row] = {}
     for it in record.parts:
         row = rows.get(it.place)
         if row is None:
             row = rows[it.place] = Row.kept_at(KeptRow(past, it.place), it.count)
-        yield LeafTimes(row, it.first, it.last, it.begin, it.end, it.offset)
+        yield OffsetNode(it.offset, Leaf(row, it.first, it.last, it.begin, it.end))
 
 
-def part_record(part: LeafTimes) -> PartRecord:
-    """A part of a row that is in a journal."""
-    kept = part.row.kept
+def part_record(offset: float, leaf: Leaf) -> PartRecord:
+    """A part of a row that is in a journal; the timeline has its times `offset` [s] later."""
+    kept = leaf.row.kept
     assert isinstance(kept, KeptRow), "the row is in a journal"
-    return PartRecord(kept.place, len(part.row), *part[1:])
+    return PartRecord(kept.place, len(leaf.row), leaf.first, leaf.last, leaf.begin, leaf.end, offset)

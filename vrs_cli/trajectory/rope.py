@@ -38,10 +38,13 @@ class Leaf(Struct):
     row: Row
     first: int
     last: int
-    count: int
     begin: float
     end: float
     height = 0
+
+    @property
+    def count(self) -> int:
+        return self.last - self.first
 
 
 class Branch(Struct):
@@ -100,22 +103,16 @@ class RowPart(NamedTuple):
 # --- making ------------------------------------------------------------------------------------------------------
 
 
-def _leaf(segments: Iterable[Segment]) -> Leaf:
-    """A leaf with a row of its own."""
-    return _whole(Row(segments))
-
-
-def _whole(row: Row) -> Leaf:
-    """All of a row."""
+def _leaf(row: Row) -> Leaf:
+    """All of a row as a leaf."""
     count = len(row)
-    return Leaf(row, 0, count, count, row.starts[0], row.finishes[count - 1])
+    return Leaf(row, 0, count, row.starts[0], row.finishes[count - 1])
 
 
 def _part(leaf: Leaf, first: int, last: int) -> Leaf:
     """The segments of a leaf from `first` to before `last`."""
-    row, begin = leaf.row, leaf.first
-    first, last = begin + first, begin + last
-    return Leaf(row, first, last, last - first, row.starts[first], row.finishes[last - 1])
+    row, first, last = leaf.row, leaf.first + first, leaf.first + last
+    return Leaf(row, first, last, row.starts[first], row.finishes[last - 1])
 
 
 def _copy(leaf: Leaf, count: int) -> Row:
@@ -128,7 +125,7 @@ def _copy(leaf: Leaf, count: int) -> Row:
 def _grown(leaf: Leaf) -> Leaf:
     """A leaf with all that its row has got since."""
     row, last = leaf.row, len(leaf.row)
-    return Leaf(row, leaf.first, last, last - leaf.first, leaf.begin, row.finishes[last - 1])
+    return Leaf(row, leaf.first, last, leaf.begin, row.finishes[last - 1])
 
 
 def _ends_row(node: Node) -> bool:
@@ -152,8 +149,8 @@ def _branches(children: Sequence[OffsetNode]) -> list[OffsetNode]:
     return [_branch(children[first:last]) for first, last in pairwise(cuts)]
 
 
-def _root(level: list[OffsetNode]) -> OffsetNode | None:
-    """One node over all, no higher than it must be."""
+def root(level: list[OffsetNode]) -> OffsetNode | None:
+    """One node over nodes of the same height in time order, no higher than it must be; None over none."""
     while len(level) > 1:
         level = _branches(level)
     if not level:
@@ -166,56 +163,38 @@ def _root(level: list[OffsetNode]) -> OffsetNode | None:
 
 def rope_of(segments: Sequence[Segment]) -> OffsetNode | None:
     """A rope of segments in time order; None of none."""
-    return OffsetNode(0.0, _leaf(segments)) if segments else None
+    return OffsetNode(0.0, _leaf(Row(segments))) if segments else None
 
 
-class LeafTimes(NamedTuple):
-    """A leaf as numbers: the segments of a row from `first` to before `last`, which begin and end at these times [s] of
-    that row; the timeline has them `offset` later."""
-
-    row: Row
-    first: int
-    last: int
-    begin: float
-    end: float
-    offset: float
-
-
-def parts(held: OffsetNode, index: int = 0) -> Iterator[tuple[int, LeafTimes]]:
-    """The leaves from the one that has segment number `index` on, each with the number of its first segment."""
+def parts(held: OffsetNode, index: int = 0) -> Iterator[tuple[int, float, Leaf]]:
+    """The leaves from the one that has segment number `index` on, each with the number of its first segment, and with
+    the offset of its times [s].
+    """
     yield from _parts(held, 0, index)
 
 
-def _parts(held: OffsetNode, before: int, index: int) -> Iterator[tuple[int, LeafTimes]]:
+def _parts(held: OffsetNode, before: int, index: int) -> Iterator[tuple[int, float, Leaf]]:
     offset, node = held
     if isinstance(node, Leaf):
-        yield before, LeafTimes(node.row, node.first, node.last, node.begin, node.end, offset)
+        yield before, offset, node
         return
     place = max(bisect_right(node.counts, index - before) - 1, 0)
     for number in range(place, len(node.nodes)):
         yield from _parts(_child(node, number).shifted(offset), before + node.counts[number], index)
 
 
-def rope_of_parts(row: Iterable[LeafTimes]) -> OffsetNode | None:
-    """The rope that has these leaves; None of none."""
-    return _root(
-        [OffsetNode(it.offset, Leaf(it.row, it.first, it.last, it.last - it.first, it.begin, it.end)) for it in row]
-    )
-
-
 def in_rows(held: OffsetNode, most: int) -> OffsetNode:
     """The same rope, of which no row in memory is longer than `most` segments."""
-    pieces: list[LeafTimes] = []
-    for _, part in parts(held):
-        if part.row.away or len(part.row) <= most:
-            pieces.append(part)
+    pieces: list[OffsetNode] = []
+    for _, offset, leaf in parts(held):
+        if leaf.row.away or len(leaf.row) <= most:
+            pieces.append(OffsetNode(offset, leaf))
             continue
-        for first in range(part.first, part.last, most):
+        for first in range(0, leaf.count, most):
             row = Row()
-            row.take(part.row, first, min(first + most, part.last), 0.0)
-            count = len(row)
-            pieces.append(LeafTimes(row, 0, count, row.starts[0], row.finishes[count - 1], part.offset))
-    made = rope_of_parts(pieces)
+            row.take(leaf.row, leaf.first + first, leaf.first + min(first + most, leaf.count), 0.0)
+            pieces.append(OffsetNode(offset, _leaf(row)))
+    made = root(pieces)
     assert made is not None
     return made
 
@@ -228,7 +207,7 @@ _EDITING = Lock()  # two threads that go on from one version must not both put s
 def splice(held: OffsetNode, first: int, last: int, new: Sequence[Segment], shift: float) -> OffsetNode | None:
     """`new` in place of the segments from index `first` to before `last`; all after them later by `shift` [s]."""
     with _EDITING:
-        return _root(_splice(held, 0.0, first, last, new, shift))
+        return root(_splice(held, 0.0, first, last, new, shift))
 
 
 def _splice(
@@ -296,7 +275,7 @@ def _splice_leaf(
     new = list(_shifted(new, -(base + offset)))
     if last < count:
         parts = [OffsetNode(offset, _part(leaf, 0, first))] if first else []
-        parts += [OffsetNode(offset, _leaf(new))] if new else []
+        parts += [OffsetNode(offset, _leaf(Row(new)))] if new else []
         return [*parts, OffsetNode(offset + shift, _part(leaf, last, count) if last else leaf)]
     return [OffsetNode(offset, part) for part in _replace_end(leaf, first, new)]
 
@@ -306,18 +285,18 @@ def _replace_end(leaf: Leaf, first: int, new: Sequence[Segment]) -> list[Leaf]:
     if not new:
         return [_part(leaf, 0, first)]
     if not first:
-        return [_leaf(new)]
+        return [_leaf(Row(new))]
     if first == leaf.count and _ends_row(leaf):
         leaf.row.grow(new)
         return [_grown(leaf)]
     if first == leaf.count > SMALL // 2:
-        return [leaf, _leaf(new)]
+        return [leaf, _leaf(Row(new))]
     if first + len(new) <= SMALL:
         row = _copy(leaf, first)
         row.grow(new)
-        return [_whole(row)]
-    kept = _whole(_copy(leaf, first)) if first <= SMALL else _part(leaf, 0, first)  # the copy ends its row
-    return [kept, _leaf(new)]
+        return [_leaf(row)]
+    kept = _leaf(_copy(leaf, first)) if first <= SMALL else _part(leaf, 0, first)  # the copy ends its row
+    return [kept, _leaf(Row(new))]
 
 
 def _shifted(segments: Iterable[Segment], shift: float) -> Iterator[Segment]:
@@ -370,7 +349,7 @@ def _merge_neighbours(left: OffsetNode, right: OffsetNode) -> list[OffsetNode]:
     row = Row()
     _take(row, left, offset)
     _take(row, right, offset)
-    return [OffsetNode(offset, _whole(row))]
+    return [OffsetNode(offset, _leaf(row))]
 
 
 def _take(row: Row, held: OffsetNode, offset: float) -> None:

@@ -17,7 +17,7 @@ from itertools import accumulate, chain
 from typing import NamedTuple, Protocol, overload
 
 from vrs_cli.trajectory import rope
-from vrs_cli.trajectory.rope import LeafTimes, OffsetNode, RowPart
+from vrs_cli.trajectory.rope import Leaf, OffsetNode, RowPart
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import Path, Segment
 from vrs_cli.values.motion import Motion
@@ -124,9 +124,9 @@ class Timeline:
     # --- in which rows it is ---
 
     @classmethod
-    def of_parts(cls, parts: Iterable[LeafTimes], version: int) -> Timeline:
-        """The timeline whose rope has these leaves. Raises ValueError for none."""
-        made = rope.rope_of_parts(parts)
+    def of_parts(cls, parts: Iterable[OffsetNode], version: int) -> Timeline:
+        """The timeline whose rope has these leaves, each with the offset of its times. Raises ValueError for none."""
+        made = rope.root(list(parts))
         if made is None:
             raise ValueError("a timeline has at least one segment")
         return cls._made(made, version)
@@ -137,8 +137,10 @@ class Timeline:
         timeline._rope, timeline.version = held, version
         return timeline
 
-    def parts(self, index: int = 0) -> Iterator[tuple[int, LeafTimes]]:
-        """Its leaves, from the one that has segment number `index` on, each with the number of its first segment."""
+    def parts(self, index: int = 0) -> Iterator[tuple[int, float, Leaf]]:
+        """Its leaves, from the one that has segment number `index` on, each with the number of its first segment, and
+        with the offset of its times [s].
+        """
         return rope.parts(self._rope, index)
 
     def in_rows(self, most: int) -> Timeline:

@@ -1,6 +1,6 @@
 """Joints at constant jerk: changes of velocity piece by piece, stops, and one tick of jerk-limited steering.
 
-Steering is that of `lspb_steering` without jumps of the acceleration: each joint has a constant jerk for a tick. Every
+Steering is that of `lspb` without jumps of the acceleration: each joint has a constant jerk for a tick. Every
 joint wants the velocity `w + g(e)`: that of its target, and one that takes away the error e in RESPONSE ticks, but no
 more than it can brake from on the way. It wants the acceleration that brings it there and is gone again just then, as
 soon as its jerk allows: with n ticks to lose it in, D = w + g - q' - q'' tick / 2,
@@ -21,9 +21,9 @@ from typing import NamedTuple
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.trajectory.instant import TICK, TICKS_PER_SECOND, up_to_grid
-from vrs_cli.trajectory.laws import lspb_steering
 from vrs_cli.trajectory.laws.law import Coming, Pieces, Row
-from vrs_cli.trajectory.laws.lspb_steering import COASTING, SPARE
+from vrs_cli.trajectory.laws.lspb import COASTING, SPARE
+from vrs_cli.trajectory.laws.lspb import joint_stops as stops_at_constant_acceleration
 from vrs_cli.trajectory.laws.scurve_times import Change, ramps
 from vrs_cli.trajectory.polynomial import Polynomial, turns
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, segments_of
@@ -88,7 +88,7 @@ def joint_stops(state: JointState, limits: JointLimits, start: float, motion: Mo
     """The ways to rest: at limited jerk; at constant acceleration, which needs less room, where it jumps anyway."""
     yield joint_stop(state, limits, start, motion)
     if not state.acceleration:
-        yield from lspb_steering.joint_stops(state, limits, start, motion._replace(profile=Profile.LSPB))
+        yield from stops_at_constant_acceleration(state, limits, start, motion._replace(profile=Profile.LSPB))
 
 
 def joint_stop(state: JointState, limits: JointLimits, start: float, motion: Motion) -> tuple[Segment, ...]:
