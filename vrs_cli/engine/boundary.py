@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
+from itertools import zip_longest
 from math import hypot, inf
 from typing import NamedTuple
 
@@ -39,7 +40,7 @@ from vrs_cli.kinematics.transform import (
     rotation_about,
     translation,
 )
-from vrs_cli.trajectory.polynomial import Polynomial, derivative, extremes
+from vrs_cli.trajectory.polynomial import Polynomial, derivative, most
 from vrs_cli.trajectory.segment import CartesianPath, Turn
 
 KEPT = 0.25  # of the less of two clearances: what is left for certain on the way between them, where it is clear
@@ -195,7 +196,10 @@ def pace_of(path: CartesianPath, lasting: float, hand: Hand, T_tool_flange: Tran
     lever = rotate(T_tool_flange, (x, y, z))
     lever = lever[0] + T_tool_flange.px, lever[1] + T_tool_flange.py, lever[2] + T_tool_flange.pz
     approach = rotate(T_tool_flange, hand.approach)
-    rows = path.position if hand.T_axis_base is IDENTITY else _rotated(path.position, hand.T_axis_base)
+    rows: Sequence[Polynomial] = path.position
+    if hand.T_axis_base is not IDENTITY:
+        places = zip_longest(*rows, fillvalue=0.0)
+        rows = list(zip(*(rotate(hand.T_axis_base, (px, py, pz)) for px, py, pz in places), strict=True))
     rates = [derivative(row) for row in rows]
     vx, vy, vz = [most(row, lasting) for row in rates]
     ax, ay, az = [most(derivative(row), lasting) for row in rates]
@@ -209,18 +213,6 @@ def pace_of(path: CartesianPath, lasting: float, hand: Hand, T_tool_flange: Tran
         tilt=tilt,
         tilt_bend=tilt_bend,
     )
-
-
-def _rotated(position: tuple[Polynomial, ...], T: Transform) -> Sequence[Polynomial]:
-    """The coordinates of a place along the axes of another frame of the same origin."""
-    size = max(map(len, position))
-    x, y, z = ((*row, *(0.0,) * (size - len(row))) for row in position)
-    return list(zip(*(rotate(T, v) for v in zip(x, y, z, strict=True)), strict=True))
-
-
-def most(a: Polynomial, lasting: float) -> float:
-    """The greatest |p| from 0 to `lasting`."""
-    return max(map(abs, extremes(a, lasting)))
 
 
 def _swing(turns: tuple[Turn, ...], lasting: float, v: Vector) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import inf
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from vrs_cli.errors import ClockPaused
 from vrs_cli.trajectory.instant import TICK, down_to_grid
@@ -17,36 +17,13 @@ SLICE = 0.05  # [s] of real time: a wait lasts no longer before whoever waits ma
 SLOWEST_RATE, FASTEST_RATE = 1e-3, 1e6
 
 
-class RobotClock(Protocol):
-    """The present instant of the robot [s].
+class VirtualClock:
+    """The present instant of the robot, `now` [s]. Time goes on only when somebody waits, and then at once.
 
-    `realtime`: what is before `now` has happened, and does not change any more. `paused`: a clock on the wall stands.
+    The past can be edited.
     """
 
-    now: float
-    realtime: bool
-
-    @property
-    def paused(self) -> bool: ...
-
-    @property
-    def reached(self) -> float:
-        """How far time has come by itself: not before `now`."""
-
-    def wait(self, to: float) -> None:
-        """Let time go on towards `to`, perhaps not all the way; an earlier time changes nothing."""
-
-    def advance(self, to: float) -> None:
-        """Let time go on until `to`; an earlier time changes nothing."""
-
-    def set(self, to: float) -> None:
-        """Make `to` the present instant, also an earlier one (offline editing, undo, a new timeline)."""
-
-
-class VirtualClock:
-    """Time goes on only when somebody waits, and then at once. The past can be edited."""
-
-    realtime = False
+    realtime = False  # else what is before `now` has happened, and does not change any more
     paused = False
 
     def __init__(self, now: float = 0.0) -> None:
@@ -54,14 +31,17 @@ class VirtualClock:
 
     @property
     def reached(self) -> float:
+        """How far time has come by itself: not before `now`."""
         return self.now
 
     def advance(self, to: float) -> None:
+        """Let time go on until `to`; an earlier time changes nothing."""
         self.now = max(self.now, to)
 
     wait = advance
 
     def set(self, to: float) -> None:
+        """Make `to` the present instant, also an earlier one (offline editing, undo, a new timeline)."""
         self.now = to
 
 
@@ -74,7 +54,7 @@ class ClockFace(NamedTuple):
     wall: float
 
     def at(self, wall: float) -> float:
-        """What it shows at a time that is not earlier, if nothing changes it."""
+        """The clock's reading at a later wall time, if it is neither paused nor re-rated."""
         return self.now if self.paused else self.now + self.rate * max(wall - self.wall, 0.0)
 
 
@@ -111,12 +91,9 @@ class WallClock:
         wall, since = self._wall(), self._since
         return ClockFace(max(self.now, down_to_grid(since.at(wall))), since.rate, since.paused, wall)
 
-    def _time(self) -> float:
-        return self._since.at(self._wall())
-
     def until(self, to: float) -> float:
         """How long it takes on the wall until `to` [s]; without end while the clock stands."""
-        return inf if self.paused else (to - self._time()) / self.rate
+        return inf if self.paused else (to - self._since.at(self._wall())) / self.rate
 
     def change(self, *, rate: float | None = None, paused: bool | None = None) -> None:
         """Change the rate, begin a pause or end it, from this instant on."""
@@ -124,13 +101,13 @@ class WallClock:
         self._since = ClockFace(self._since.at(wall), rate, self.paused if paused is None else paused, wall)
 
     def wait(self, to: float) -> None:
-        """Wait for a SLICE of real time at most. Raises ClockPaused where the clock stands."""
-        ahead = to - self._time()
+        """Wait for `to`, and for a SLICE of real time at most. Raises ClockPaused where the clock stands."""
+        ahead = to - self._since.at(self._wall())
         if ahead >= TICK:
             if self.paused:
                 raise ClockPaused(f"it stands at {self.reached:.3f} s, before {to:.3f} s", "CLOCK GO lets it go on")
             self.sleep(min(ahead / self.rate, SLICE))
-            ahead = to - self._time()
+            ahead = to - self._since.at(self._wall())
         self.now = max(self.now, to if ahead < TICK else min(self.reached, to))
 
     def advance(self, to: float) -> None:
@@ -139,3 +116,6 @@ class WallClock:
 
     def set(self, to: float) -> None:
         self.now, self._since = to, ClockFace(to, self.rate, self.paused, self._wall())
+
+
+RobotClock = VirtualClock | WallClock

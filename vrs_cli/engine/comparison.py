@@ -40,19 +40,15 @@ def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
 def first_difference(a: Timeline, b: Timeline) -> float | None:
     """The first time at which two timelines may differ [s]; None where they are the same throughout."""
     ours, theirs = list(a.blocks(-inf, inf)), list(b.blocks(-inf, inf))
-    shared = sum(1 for _ in takewhile(_same_part, zip(ours, theirs, strict=False)))
+    pairs = zip(ours, theirs, strict=False)
+    same = (a.row is b.row and (a.offset, a.first, a.last) == (b.offset, b.first, b.last) for a, b in pairs)
+    shared = sum(1 for _ in takewhile(bool, same))  # parts of one row at the same time
     for one, other in zip_longest(_courses(ours[shared:]), _courses(theirs[shared:])):
         if one is None or other is None:
             return float((one or other)[0])
         if one != other:
             return float(min(one[-1], other[-1]) if one[:-1] == other[:-1] else min(one[0], other[0]))
     return None
-
-
-def _same_part(pair: tuple[RowPart, RowPart]) -> bool:
-    """Whether two blocks are the same part of the same row at the same time."""
-    one, other = pair
-    return one.row is other.row and (one.offset, one.first, one.last) == (other.offset, other.first, other.last)
 
 
 def _courses(blocks: Iterable[RowPart]) -> Iterator[Any]:

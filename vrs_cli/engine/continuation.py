@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from itertools import pairwise
 from math import hypot
@@ -11,17 +11,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec import Struct
 
-from vrs_cli.engine.boundary import most
 from vrs_cli.engine.following import Follower, Sample
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.numeric.continuation import Continuation, Gaps, fourth_of_turn
 from vrs_cli.kinematics.transform import position
 from vrs_cli.trajectory.path_batch import flange_poses, guide_values
-from vrs_cli.trajectory.polynomial import Polynomial, derivative
+from vrs_cli.trajectory.polynomial import Polynomial, derivative, most
 from vrs_cli.trajectory.segment import CartesianPath
 
 if TYPE_CHECKING:
-    from vrs_cli.kinematics.arrays import Flags, Floats, Rows
+    from vrs_cli.kinematics.arrays import Floats, Rows
     from vrs_cli.kinematics.numeric.steady.continuation import SteadyContinuation, SteadyGaps
 
 FOURTH = 4
@@ -74,7 +73,10 @@ class Followed(Struct, frozen=True, dict=True):
 
     def _bent(self, rows: Iterable[Polynomial]) -> float:
         """A bound of the fourth derivatives together."""
-        return hypot(*(most(_fourth(row), self.duration) for row in rows if len(row) > FOURTH))
+        bent = [row for row in rows if len(row) > FOURTH]
+        for _ in range(FOURTH):
+            bent = [derivative(row) for row in bent]
+        return hypot(*(most(row, self.duration) for row in bent))
 
 
 class Gap(Struct, frozen=True):
@@ -146,23 +148,13 @@ def _gaps_without_proof(
 ) -> list[Gap]:
     if not gaps:
         return []
-    proved, left = _prover(continuation, follower, gaps), np.arange(len(gaps))
+    left = np.arange(len(gaps))
+    arrays = (_arrays if isinstance(continuation, Continuation) else _steady_arrays)(follower, gaps)
     for pieces in PIECES:
-        left = left[~proved(left, pieces)]
+        left = left[~continuation.proved(arrays.some(left), pieces)]  # type: ignore[arg-type]  # both of one kind
         if not len(left):
             break
     return [gaps[k] for k in left]
-
-
-def _prover(
-    continuation: Continuation | SteadyContinuation, follower: Follower, gaps: list[Gap]
-) -> Callable[[Rows, int], Flags]:
-    """Return a function that tells which gaps are proved when each is divided into so many pieces."""
-    if isinstance(continuation, Continuation):
-        arrays = _arrays(follower, gaps)
-        return lambda which, pieces: continuation.proved(arrays.some(which), pieces)
-    steady = _steady_arrays(follower, gaps)
-    return lambda which, pieces: continuation.proved(steady.some(which), pieces)
 
 
 # --- seeds -----------------------------------------------------------------------------------------------------------
@@ -242,9 +234,3 @@ def _steady_arrays(follower: Follower, gaps: list[Gap]) -> SteadyGaps:
     joints = np.array([(gap.a.joints, gap.b.joints) for gap in gaps])
     twists = np.array([[gap.of.path.twist(end.s) for end in (gap.a, gap.b)] for gap in gaps]) * h[:, None, None]
     return SteadyGaps(np.arange(len(gaps)), joints[:, 0], joints[:, 1], twists, place, turn, poses)
-
-
-def _fourth(a: Polynomial) -> Polynomial:
-    for _ in range(FOURTH):
-        a = derivative(a)
-    return a

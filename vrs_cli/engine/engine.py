@@ -241,18 +241,14 @@ class Engine:
             self.settings = structs.replace(self.settings, alter=altered)
         if self.settings.moves:
             executed = self._edit(motion, executed, self.settings.inserts, issued).executed
-            self._tell_turned(move, executed)
+            if self.arm.steady is not None and isinstance(move.target, PoseTarget):
+                angle = angle_between(self.destination(executed).T_world_tool, move.target.T_world_tool)
+                for listener in tuple(self.turned) if angle > NOTICEABLE else ():
+                    listener(ToolTurning(move.text, angle))
         self.settings = self.settings.after_motion(move.target)
         if move.stamp is not None:
             return self.now
         return self._until(executed, program)
-
-    def _tell_turned(self, move: Move, executed: float) -> None:
-        if self.arm.steady is None or not isinstance(move.target, PoseTarget):
-            return
-        angle = angle_between(self.destination(executed).T_world_tool, move.target.T_world_tool)
-        for listener in tuple(self.turned) if angle > NOTICEABLE else ():
-            listener(ToolTurning(move.text, angle))
 
     def _alter(self, alter: Alter, issued: float | None) -> None:
         """The motion under way, or a straight one from where the robot stands, goes to the displaced place from now on:
@@ -518,7 +514,13 @@ class Engine:
     def _through_history(self, steps: Iterable[HistoryStep], change: Parts[float]) -> Parts[tuple[str, ...]]:
         deltas = [step.delta for step in steps]
         while True:
-            self._check_not_begun(deltas)
+            for delta in deltas:
+                if self.realtime and delta.cut < on_grid(self.now):
+                    text = delta.motion.text or "the last motion"
+                    raise TooLate(
+                        f"{text} has begun at {delta.executed:.3f} s, and the past stays",
+                        "ABORT stops the motion; another one IN 0 takes its place",
+                    )
             try:
                 next(change)
             except StopIteration as over:
@@ -527,25 +529,12 @@ class Engine:
             yield
         if not self.realtime:
             self.clock.set(clock)
-        self._displace_as_then()
-        return tuple(delta.motion.text for delta in deltas)
-
-    def _displace_as_then(self) -> None:
-        """What ALTER displaces is what the last command that holds has left; nothing, if ALTON came after it."""
-        now, done = self.settings.alter, self.book.history.done
-        if now is not None:
+        altered, done = self.settings.alter, self.book.history.done
+        if altered is not None:  # as the last command that holds has left it; nothing, if ALTON came after it
             then = done[-1].altered if done else None
-            same = then is not None and then.mode is now.mode
-            self.settings = structs.replace(self.settings, alter=then if same else Altered(now.mode))
-
-    def _check_not_begun(self, deltas: Iterable[TimelineDelta]) -> None:
-        """Raises TooLate for a motion that has begun in real time."""
-        for delta in deltas:
-            if self.realtime and delta.cut < on_grid(self.now):
-                raise TooLate(
-                    f"{delta.motion.text or 'the last motion'} has begun at {delta.executed:.3f} s, and the past stays",
-                    "ABORT stops the motion; another one IN 0 takes its place",
-                )
+            same = then is not None and then.mode is altered.mode
+            self.settings = structs.replace(self.settings, alter=then if same else Altered(altered.mode))
+        return tuple(delta.motion.text for delta in deltas)
 
     # --- other courses of events ---
 

@@ -72,10 +72,6 @@ class MissedEvents(Struct, frozen=True):
     count: int
 
 
-class _End:
-    """No more events."""
-
-
 class Subscription(Generic[E]):
     """Events in the order in which they happened, for one reader, which may be another thread. Who lets go of a
     subscription has ended it.
@@ -85,7 +81,7 @@ class Subscription(Generic[E]):
         self.most = most
         self.ended = False
         self._woken = woken  # called when there is something to take, in the thread of who tells
-        self._queue: Inbox[E | MissedEvents | _End] = Inbox()
+        self._queue: Inbox[E | MissedEvents | None] = Inbox()  # None: no more events
 
     # --- who tells ---
 
@@ -93,31 +89,26 @@ class Subscription(Generic[E]):
         """Events that have all happened. Never waits: where there is no room, all that waits is left out with them, and
         `instead` makes up for it.
         """
-        self._put(events, instead)
+        told: Sequence[E | MissedEvents] = events
+        if len(self._queue) + len(events) > self.most:
+            missed = len(events)
+            for left_out in self._queue.taken():
+                missed += left_out.count - 1 if isinstance(left_out, MissedEvents) else 1  # not what made up for them
+            told = MissedEvents(missed), instead()
+        for event in told:
+            self._queue.put(event)
         if self._woken is not None:
             self._woken()
-
-    def _put(self, events: Sequence[E], instead: Callable[[], E]) -> None:
-        if len(self._queue) + len(events) <= self.most:
-            for event in events:
-                self._queue.put(event)
-            return
-        missed = len(events)
-        for left_out in self._queue.taken():
-            missed += left_out.count - 1 if isinstance(left_out, MissedEvents) else 1  # not what made up for them
-        self._queue.put(MissedEvents(missed))
-        self._queue.put(instead())
 
     # --- who hears ---
 
     def take(self, timeout: float | None = None) -> E | MissedEvents | None:
         """The next event; None where none comes within so many seconds [s], and where there are no more."""
-        event = self._queue.take(timeout)
-        return None if isinstance(event, _End) else event
+        return self._queue.take(timeout)
 
     def taken(self) -> list[E | MissedEvents]:
         """All that is there now."""
-        return [event for event in self._queue.taken() if not isinstance(event, _End)]
+        return [event for event in self._queue.taken() if event is not None]
 
     def __iter__(self) -> Iterator[E | MissedEvents]:
         """Wait for event after event, until the subscription is ended and all that was told before has been taken."""
@@ -127,7 +118,7 @@ class Subscription(Generic[E]):
     def end(self) -> None:
         """No more events, also for a reader that waits for one."""
         self.ended = True
-        self._queue.put(_End())
+        self._queue.put(None)
 
 
 class Feed(Generic[E]):

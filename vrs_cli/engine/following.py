@@ -179,18 +179,15 @@ class Follower:
         half = 0.5 * (b.s - a.s)
         for p, q, v, w, step in zip(a.joints, b.joints, a.velocity, b.velocity, self.rate_steps, strict=True):
             change = q - p
-            if not (-JOINT_STEP <= change <= JOINT_STEP and (-step <= w - v <= step or self._hopeless(v, w, step))):
+            # a joint that is so fast at both that the line is refused may change its velocity by as large a part of it
+            if not (
+                -JOINT_STEP <= change <= JOINT_STEP
+                and (-step <= w - v <= step or self.hopeless * step < RATE_STEP * min(abs(v), abs(w)) >= abs(w - v))
+            ):
                 return False
             if not -JUMP <= change - half * (v + w) <= JUMP:
                 return False
         return True
-
-    def _hopeless(self, v: float, w: float, step: float) -> bool:
-        """Whether a joint is so fast at two neighbours that the line is refused, and they explain each other. `step`:
-        by how much its velocity may change between others.
-        """
-        least = RATE_STEP * min(abs(v), abs(w))
-        return self.hopeless * step < least >= abs(w - v)
 
     def _check_range(self, path: CartesianPath, samples: list[Sample], gap: float) -> None:
         """Check that no joint leaves its range between samples, which are at most `gap` [s] apart."""
@@ -204,21 +201,15 @@ class Follower:
 
     def _check_between(self, path: CartesianPath, a: Sample, b: Sample, left: int = RANGE_STEPS) -> None:
         """Check that no joint leaves its range between two samples: the way between them is halved where one may."""
-        if left and self._may_leave(a, b):
-            middle = self.sample(path, 0.5 * (a.s + b.s), a.joints)
-            self._check_between(path, a, middle, left - 1)
-            self._check_between(path, middle, b, left - 1)
-
-    def _may_leave(self, a: Sample, b: Sample) -> bool:
-        """Whether a joint may leave its range on the way."""
         lasting = b.s - a.s
-        for p, q, v, w, low, high in zip(
-            a.joints, b.joints, a.velocity, b.velocity, self.lower, self.upper, strict=True
-        ):
+        rows = zip(a.joints, b.joints, a.velocity, b.velocity, self.lower, self.upper, strict=True)
+        for p, q, v, w, low, high in rows if left else ():
             over = _overshoot(q - p, lasting * v, lasting * w)
             if max(p, q) + over > high + LIMIT_TOLERANCE or min(p, q) - over < low - LIMIT_TOLERANCE:
-                return True
-        return False
+                middle = self.sample(path, 0.5 * (a.s + b.s), a.joints)
+                self._check_between(path, a, middle, left - 1)
+                self._check_between(path, middle, b, left - 1)
+                return
 
     def _check_starts(self, path: CartesianPath, samples: list[Sample]) -> None:
         """Next to a singular pose in which the tool rests, velocities explain nearly all of what joints change."""
@@ -349,12 +340,6 @@ class Follower:
             pass
         return LocationOutOfRange(leaves + what, f"use MOVE, or {hint}", place=position(pose))
 
-    def _other_joints(self) -> str:
-        """What to do where a joint would leave its range."""
-        if self.arm.steady is not None:
-            return "turn the tool otherwise on the way"
-        return "begin with other joints" if self.arm.redundancy else "another configuration"
-
     def _less_turned(self, path: CartesianPath) -> str:
         """What to do where the tool cannot be turned as the line has it."""
         count = self.arm.model.joint_count
@@ -369,9 +354,14 @@ class Follower:
         joint = joints_outside(joints, model.lower, model.upper)[0]
         driven = joint in DRIVEN_ROUND.get(self.singularity(path, s), ())
         near, hint = self.place(path, s) if driven else (self.shown(pose), "")
+        other = "another configuration"
+        if self.arm.steady is not None:
+            other = "turn the tool otherwise on the way"
+        elif self.arm.redundancy:
+            other = "begin with other joints"
         return JointOutOfRange(
             f"the straight line leaves its range, {model.range_of(joint, 0)}, near {near}",
-            hint or f"use MOVE, or {self._other_joints()}",
+            hint or f"use MOVE, or {other}",
             joint=joint,
             value=joints[joint - 1],
             lower=model.lower[joint - 1],

@@ -45,14 +45,6 @@ class HistoryStep(Struct, frozen=True):
     ) -> HistoryStep:
         return HistoryStep(delta, before if delta.drop > WIDE else before.inverse(delta), clock, insert, altered)
 
-    def lengthened(self, timeline: Timeline) -> HistoryStep:
-        """The same step, whose motion is now all that stands on the timeline since it began."""
-        segments = Row(islice(timeline, self.delta.keep, None))
-        more, back = len(segments) - len(self.delta.segments), self.back
-        if isinstance(back, TimelineDelta):
-            back = back._replace(drop=back.drop + more)
-        return structs.replace(self, delta=self.delta._replace(segments=segments), back=back)
-
     def taking_back(self, version: int) -> TimelineDelta:
         """The delta that undoes it, for the timeline of that version."""
         back = self.back.inverse(self.delta) if isinstance(self.back, Timeline) else self.back
@@ -133,9 +125,14 @@ class History:
         self.done.append(last.step)
 
     def lengthen_last(self, timeline: Timeline) -> None:
-        """End the stream of targets that is the last command: UNDO takes back all that came of it."""
-        if self.done:  # else it is forgotten: it began too long ago
-            self.done[-1] = self.done[-1].lengthened(timeline)
+        """End the stream of targets that is the last command: UNDO takes back all that stands since it began."""
+        if not self.done:  # it is forgotten: it began too long ago
+            return
+        step = self.done[-1]
+        segments, back = Row(islice(timeline, step.delta.keep, None)), step.back
+        if isinstance(back, TimelineDelta):
+            back = back._replace(drop=back.drop + len(segments) - len(step.delta.segments))
+        self.done[-1] = structs.replace(step, delta=step.delta._replace(segments=segments), back=back)
 
 
 def _last(steps: Sequence[_S], count: int, what: str, hint: str = "") -> Sequence[_S]:

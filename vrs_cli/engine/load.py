@@ -212,7 +212,8 @@ class StretchLoad:
         """The joint accelerations at the first or the last sample: the line through the two means next to it, where no
         joint can come to that part of its limit which counts.
         """
-        guess = _carried_on(near, far, sample.s)
+        part = (sample.s - near[0]) / (near[0] - far[0])
+        guess = tuple([a + part * (a - b) for a, b in zip(near[1], far[1], strict=True)])
         rows = zip(guess, near[1], self.limits.max_acceleration, strict=True)
         if all(abs(a) + 2.0 * abs(a - mean) < counts * limit for a, mean, limit in rows):
             return sample.s, guess
@@ -386,9 +387,3 @@ def _peaks_between(a: Moment, b: Moment) -> Rates:
     lasting = b.sample.s - a.sample.s
     rows = zip(a.acceleration, a.jerk, b.jerk, strict=True)
     return a.sample.s, tuple([v + 0.5 * lasting * x * x / (x - y) if x * y < 0.0 else 0.0 for v, x, y in rows])
-
-
-def _carried_on(near: Rates, far: Rates, s: float) -> Joints:
-    """The line through two timed values, at time s."""
-    part = (s - near[0]) / (near[0] - far[0])
-    return tuple([a + part * (a - b) for a, b in zip(near[1], far[1], strict=True)])

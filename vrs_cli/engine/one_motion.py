@@ -30,14 +30,20 @@ SAME_PLACE = 1e-9  # [m] two places that are one
 
 
 def plan_motion(problem: Problem) -> tuple[Segment, ...]:
-    """The segments of a motion to rest. Where its own way does not lead there out of a motion, it brakes first.
+    """The segments of a motion to rest. Where its own way does not lead there out of a motion, the arm comes to rest
+    first, inside all limits: on the straight line that the tool moves on, if it moves on one and can.
 
     Raises MotionError, NoRoomToStop, NotInTime.
     """
-    try:
+    with suppress(NoWay):
         return plan_directly(problem)
-    except NoWay:
-        return _plan_braked_first(problem)
+    here, stop = problem.here, tuple[Segment, ...]()
+    if here.tool is not None and here.T_flange_tool == problem.motion.frames.tool:
+        with suppress(MotionError):
+            stop = line_stop(problem)
+    stop = stop or plan_stop(problem)
+    place = rest_after(problem.arm, stop[-1])
+    return stop + plan_motion(structs.replace(problem, here=place, begin=stop[-1].finish))
 
 
 def plan_directly(problem: Problem) -> tuple[Segment, ...]:
@@ -79,7 +85,10 @@ def _line_segments(problem: Problem) -> tuple[Segment, ...]:
     begin, motion = problem.begin, problem.motion
     plain = motion._replace(number=0, start=Start.AT, hand=0.0, text="", relative=None, rounding=None)
     same = structs.replace(problem, motion=plain, begin=0.0, latest=problem.latest - begin)
-    outcome = _remembered_line(same, _signs_of_zeros(same))
+    here, to = same.here, plain.frames
+    values = chain(*here.joints, *(here.tool or ()), plain.pose or (), to.base, to.tool)
+    signs_of_zeros = tuple([copysign(1.0, x) for x in values if x == 0.0])  # 0.0 and -0.0 are equal, with other bits
+    outcome = _remembered_line(same, signs_of_zeros)
     if isinstance(outcome, NotInTime):
         raise NotInTime
     if isinstance(outcome, MotionError):
@@ -92,7 +101,7 @@ def _line_segments(problem: Problem) -> tuple[Segment, ...]:
 @lru_cache(REMEMBERED)
 def _remembered_line(
     problem: Problem,
-    zeros: tuple[float, ...],  # noqa: ARG001 (see there)
+    signs_of_zeros: tuple[float, ...],  # noqa: ARG001 (a part of the key)
 ) -> tuple[Segment, ...] | MotionError | NotInTime:
     """What comes of it. A refusal is remembered as well, never raised itself: it would keep where it was raised."""
     try:
@@ -101,13 +110,6 @@ def _remembered_line(
         return error.reworded()
     except NotInTime:
         return NotInTime()
-
-
-def _signs_of_zeros(problem: Problem) -> tuple[float, ...]:
-    """What makes two problems that are equal the same: 0.0 and -0.0 are equal, and lead to other bits."""
-    here, motion = problem.here, problem.motion
-    values = chain(*here.joints, *(here.tool or ()), motion.pose or (), motion.frames.base, motion.frames.tool)
-    return tuple([copysign(1.0, x) for x in values if x == 0.0])
 
 
 def joint_limits(arm: RobotArm, motion: Motion) -> JointLimits:
@@ -124,19 +126,6 @@ def hardest_limits(arm: RobotArm) -> JointLimits:
     model = arm.model
     most = model.max_velocity
     return JointLimits(most, model.max_acceleration, model.max_jerk, most, model.lower, model.upper)
-
-
-def _plan_braked_first(problem: Problem) -> tuple[Segment, ...]:
-    """Come to rest on the present way, which stays inside all limits, then go: on the straight line that the tool moves
-    on, if it moves on one and can. Raises NoRoomToStop.
-    """
-    here, stop = problem.here, tuple[Segment, ...]()
-    if here.tool is not None and here.T_flange_tool == problem.motion.frames.tool:
-        with suppress(MotionError):
-            stop = line_stop(problem)
-    stop = stop or plan_stop(problem)
-    place = rest_after(problem.arm, stop[-1])
-    return stop + plan_motion(structs.replace(problem, here=place, begin=stop[-1].finish))
 
 
 def plan_stop(problem: Problem) -> tuple[Segment, ...]:

@@ -203,3 +203,8 @@ def row_of(table: Mapping[str, V], name: str, what: str) -> V:
     if len(starting) == 1:
         return starting[0]
     raise UsageError(f"there is no {what} {upper}", did_you_mean(upper, table, f"there are {', '.join(table)}"))
+
+
+def name_in(table: Mapping[str, Switch | ParameterRow], idle: Mapping[str, Idle], name: str, what: str) -> str:
+    """The whole name of a setting, of one that means nothing here too. Raises UsageError as `row_of` does."""
+    return row_of(table, name, what).name if idle_of(idle, name) is None else name.upper()

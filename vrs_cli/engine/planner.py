@@ -112,12 +112,10 @@ def _under_way(timeline: Timeline, keep: int, t: float) -> Iterator[Segment]:
         if segment.finish > t:
             yield segment
             end, path = segment.finish, segment.path
-            if isinstance(path, JointPath) and _state(path, segment.duration).at_rest:
-                return
-
-
-def _state(path: JointPath, s: float) -> JointState:
-    return JointState(path.joints(s), path.velocity(s), path.acceleration(s))
+            if isinstance(path, JointPath):
+                s = segment.duration
+                if JointState(path.joints(s), path.velocity(s), path.acceleration(s)).at_rest:
+                    return
 
 
 class CutPlace(Struct, frozen=True):
@@ -217,11 +215,6 @@ class _Edit(Struct, frozen=True, dict=True):
         before = state_at(self.arm, self.tail.next, 0.0).joints
         return not (before.at_rest and largest_change(self.place.joints.joints, before.joints) <= SAME_PLACE)
 
-    @property
-    def shift(self) -> float:
-        """By how much the old segments that stay begin later [s]."""
-        return 0.0 if self.tail.next is None else self._begin(self.tail.next) - self.tail.next.start
-
     def _begin(self, first: Segment) -> float:
         """When the next motion, whose first segment this is, begins if it starts from rest [s]."""
         end = self.segments[-1].finish
@@ -230,7 +223,8 @@ class _Edit(Struct, frozen=True, dict=True):
         return end + first.start - self.tail.before.finish
 
     def delta(self, motion: Motion, issued: float, executed: float) -> TimelineDelta:
-        """The change as a whole, caused by a motion."""
+        """The change as a whole, caused by a motion. The old segments that stay begin later."""
+        following = self.tail.next
         return TimelineDelta(
             version=self.tail.old.version,
             cause=Cause.COMMAND,
@@ -240,7 +234,7 @@ class _Edit(Struct, frozen=True, dict=True):
             cut=self.segments[0].start,
             keep=self.cut.keep,
             drop=self.tail.index - self.cut.keep,
-            shift=self.shift,
+            shift=0.0 if following is None else self._begin(following) - following.start,
             segments=self.segments,
         )
 
@@ -255,8 +249,11 @@ class _Edit(Struct, frozen=True, dict=True):
         except MotionError as error:
             when_again = f"when {motion.text or 'the next motion'}, scheduled later, is planned again"
             raise error.reworded(f"{when_again}: {error.detail}") from None
-        segments = (*_ending_at(self.segments, new[0].start), *new)
-        return structs.replace(self, segments=segments, tail=tail)
+        begin = new[0].start
+        kept = [segment for segment in self.segments if not segment.start >= begin < segment.finish]
+        if kept and kept[-1].finish > begin:
+            kept[-1] = kept[-1].truncated(begin)
+        return structs.replace(self, segments=(*kept, *new), tail=tail)
 
     def _plan_next(self, first: Segment, motion: Motion) -> tuple[Segment, ...]:
         """The segments of a motion: out of the one before where it blends into that, or interrupts it. `first`: of the
@@ -285,11 +282,3 @@ class _Edit(Struct, frozen=True, dict=True):
         segment = next((segment for segment in reversed(segments) if segment.start < begin), segments[0])
         here = state_at(self.arm, segment, min(begin - segment.start, segment.duration))
         return structs.replace(resting, here=here, begin=begin)
-
-
-def _ending_at(segments: tuple[Segment, ...], end: float) -> tuple[Segment, ...]:
-    """Segments that follow each other, up to a time."""
-    kept = [segment for segment in segments if not segment.start >= end < segment.finish]
-    if kept and kept[-1].finish > end:
-        kept[-1] = kept[-1].truncated(end)
-    return tuple(kept)

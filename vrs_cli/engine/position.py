@@ -267,18 +267,15 @@ def _fill_rates(
     qd, qdd = out
     qd[moving], qdd[moving] = table.rates(places[moving], s[moving])
     alone = table.straight[places] & moving
-    for place, rows in _runs(places) if _solved_at_once(arm) and alone.any() else ():
+    # the rates of a line are the one solution of six equations, at many times at once
+    at_once = arm.steady is None and arm.model.joint_count == TWIST and all(arm.model.counts)
+    for place, rows in _runs(places) if at_once and alone.any() else ():
         these = rows.start + np.flatnonzero(alone[rows])
         if len(these):
             qd[these], qdd[these], alone[these] = _rates_on_line(arm, table.segment(place), s[these], q[these])
     for row in np.flatnonzero(alone):
         segment = table.segment(places[row])
         qd[row], qdd[row] = _rates(arm, segment, float(s[row]), tuple(q[row].tolist()))
-
-
-def _solved_at_once(arm: RobotArm) -> bool:
-    """Whether the rates of a line are the one solution of six equations, at many times at once."""
-    return arm.steady is None and arm.model.joint_count == TWIST and all(arm.model.counts)
 
 
 def _rates_on_line(arm: RobotArm, segment: Segment, s: Floats, q: Floats) -> tuple[Floats, Floats, Flags]:

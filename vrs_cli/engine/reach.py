@@ -253,14 +253,12 @@ def _why_this_wrist(stand: Standpoint, chosen: Configuration, options: Sequence[
     if not other[0].usable:
         yield f"{name} is out of range"
     else:
-        times = [_shortest(stand, one.joints) for one in (this[0], other[0]) if one.joints is not None]
+        times = [
+            max(abs(y - x) / v for x, y, v in zip(stand.here, one.joints, stand.arm.model.max_velocity, strict=True))
+            for one in (this[0], other[0])
+            if one.joints is not None
+        ]  # that the slowest joint needs at its full velocity [s]
         if times[0] < times[1]:
             yield f"{chosen.wrist.name} is reached sooner than {name}"
         else:
             yield f"{chosen.wrist.name} as it is"
-
-
-def _shortest(stand: Standpoint, joints: Joints) -> float:
-    """The time that the slowest joint needs at its full velocity [s]."""
-    rows = zip(stand.here, joints, stand.arm.model.max_velocity, strict=True)
-    return max(abs(y - x) / v for x, y, v in rows)

@@ -23,8 +23,7 @@ from vrs_cli.engine.parameters import (
     PROGRAM_SPEED,
     ROTATION_SPEED,
     SWITCHES,
-    idle_of,
-    row_of,
+    name_in,
 )
 from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.profile import Profile
@@ -132,14 +131,10 @@ class Settings(Struct, frozen=True):
 
     def switch(self, name: str) -> bool:
         """Raises UsageError for an unknown name, as `parameter` does."""
-        if idle_of(IDLE_SWITCHES, name) is not None:
-            return self.switches.get(name.upper(), False)
-        return self.switches[row_of(SWITCHES, name, "switch").name]
+        return self.switches.get(name_in(SWITCHES, IDLE_SWITCHES, name, "switch"), False)
 
     def parameter(self, name: str) -> float | str:
-        if idle_of(IDLE_PARAMETERS, name) is not None:
-            return self.parameters.get(name.upper(), 0.0)
-        return self.parameters[row_of(PARAMETERS, name, "parameter").name]
+        return self.parameters.get(name_in(PARAMETERS, IDLE_PARAMETERS, name, "parameter"), 0.0)
 
     @property
     def moves(self) -> bool:
@@ -196,14 +191,12 @@ class Settings(Struct, frozen=True):
             case SetMode():
                 mode = self.modes[change.mode].put(change.on, change.always)
                 return replace(self, modes={**self.modes, change.mode: mode})
-            case SetParameter() if idle_of(IDLE_PARAMETERS, change.name) is not None:
-                return replace(self, parameters={**self.parameters, change.name.upper(): change.value})
             case SetParameter():
-                row = row_of(PARAMETERS, change.name, "parameter")
-                return replace(self, parameters={**self.parameters, row.name: row.checked(change.value)})
+                name, value = name_in(PARAMETERS, IDLE_PARAMETERS, change.name, "parameter"), change.value
+                value = PARAMETERS[name].checked(value) if name in PARAMETERS else value
+                return replace(self, parameters={**self.parameters, name: value})
             case SetSwitch():
-                idle = idle_of(IDLE_SWITCHES, change.name) is not None
-                name = change.name.upper() if idle else row_of(SWITCHES, change.name, "switch").name
+                name = name_in(SWITCHES, IDLE_SWITCHES, change.name, "switch")
                 return replace(self, switches={**self.switches, name: change.on})
 
     def after_motion(self, target: Target) -> Settings:

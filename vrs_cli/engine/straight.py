@@ -255,16 +255,16 @@ class _Line:
         """The instants of each stretch that need a sample. Raises MotionError for what leaves the reach, or touches a
         boundary.
         """
-        return [self._marks_of(stretch, last=stretch is stretches[-1]) for stretch in stretches]
-
-    def _marks_of(self, stretch: ToolStretch, *, last: bool) -> Marks:
-        path, lasting = self._path(stretch, (self.joints.joints,)), stretch.duration
-        found = survey(self.follower, path, lasting)
-        for touch in found.touches:
-            rests = last and touch[1:] == (lasting, WRIST)  # which is seen in samples
-            if touch[:2] != (0.0, lasting) and not rests:  # else all of the stretch is on the boundary
-                raise self.follower.refuse_kink(path, touch.begin, touch.end, self.joints.joints)
-        return found.marks
+        marks = []
+        for stretch in stretches:
+            path, lasting = self._path(stretch, (self.joints.joints,)), stretch.duration
+            found = survey(self.follower, path, lasting)
+            for touch in found.touches:
+                rests = stretch is stretches[-1] and touch[1:] == (lasting, WRIST)  # which is seen in samples
+                if touch[:2] != (0.0, lasting) and not rests:  # else all of the stretch is on the boundary
+                    raise self.follower.refuse_kink(path, touch.begin, touch.end, self.joints.joints)
+            marks.append(found.marks)
+        return marks
 
     def _instants(self, stretches: list[ToolStretch], parts: Marks) -> list[Marks]:
         """The instants of each stretch at which so much of the line is done."""
@@ -316,7 +316,16 @@ class _Line:
             path = self._path(stretch, (near,))
             samples = self.follower.samples(path, stretch.duration, near, self.law.samples, before, instants)
             followed.append((path, stretch.duration, samples))
-            started = started or self._starting_rates(samples[0])
+            if not started:  # with the joint velocities that there are, but where the arm is singular
+                started = samples[0].velocity
+                jumps = [abs(w - v) for v, w in zip(self.joints.velocity, started, strict=True)]
+                if max(jumps) > SAME_VELOCITY:
+                    joint = jumps.index(max(jumps)) + 1
+                    raise StraightLineSingular(
+                        f"joint {joint} would have to change its speed in no time, where the line starts",
+                        "use MOVE, or let the arm come to rest first",
+                        joint=joint,
+                    )
             asked = StretchLoad(self.follower, path, samples, closely=bool(instants))
             loads.append(asked.smooth(started) if self.law.smooth else asked.parabolic(started))
             seeds.append(seeds_of(samples, self.arm.seed_step))
@@ -327,18 +336,6 @@ class _Line:
             proved = check_continuous(self.follower.arm.continuation, self.follower, followed)
             seeds = [leading_seeds(self.follower, one, own) for one, own in zip(proved, seeds, strict=True)]
         return seeds, loads
-
-    def _starting_rates(self, first: Sample) -> Joints:
-        """The joint velocities with which the line starts: those that there are, but where the arm is singular."""
-        jumps = [abs(w - v) for v, w in zip(self.joints.velocity, first.velocity, strict=True)]
-        if max(jumps) > SAME_VELOCITY:
-            joint = jumps.index(max(jumps)) + 1
-            raise StraightLineSingular(
-                f"joint {joint} would have to change its speed in no time, where the line starts",
-                "use MOVE, or let the arm come to rest first",
-                joint=joint,
-            )
-        return first.velocity
 
     def _too_singular(self, load: Load) -> StraightLineSingular:
         """The refusal of a line that would have to be slowed down too much: where, by which joint, what to do."""
@@ -390,7 +387,11 @@ def guided_states(problem: Problem, state: ToolState, goal: Transform) -> Iterat
         yield state
         return
     T_tool_flange, begin = inverse(problem.motion.frames.tool), problem.here.joints
-    asked, none = _asked(problem), True
+    swivel, none = problem.motion.swivel, True
+    asked: Asked = ()
+    if swivel is not None:
+        i = swivel.joint - 1
+        asked = ((i, begin.joints[i] if swivel.value is None else swivel.value),)
     for finer in FINER:
         poses = [compose(pose, T_tool_flange) for pose in _poses(state.pose, goal, finer)]
         for walk in arm.walks(begin.joints, poses, asked):
@@ -398,14 +399,6 @@ def guided_states(problem: Problem, state: ToolState, goal: Transform) -> Iterat
             yield state._replace(guides=_guides(begin, walk))
     if none:  # to be refused
         yield state._replace(guides=_guides(begin, arm.shortest_walk(begin.joints, poses, asked)))
-
-
-def _asked(problem: Problem) -> Asked:
-    swivel, here = problem.motion.swivel, problem.here.joints.joints
-    if swivel is None:
-        return ()
-    i = swivel.joint - 1
-    return ((i, here[i] if swivel.value is None else swivel.value),)
 
 
 def _poses(begin: Transform, goal: Transform, finer: int) -> Iterator[Transform]:
@@ -425,12 +418,8 @@ def _guides(state: JointState, walk: Walk) -> tuple[GuideState, ...]:
     return tuple(
         GuideState(weights, at, end, rate, acceleration)
         for weights, end in zip(walk.weights, walk.ends, strict=True)
-        for at, rate, acceleration in [[_sum(weights, column) for column in columns]]
+        for at, rate, acceleration in [[float(sum(map(mul, weights, column))) for column in columns]]
     )
-
-
-def _sum(weights: Joints, joints: Joints) -> float:
-    return float(sum(map(mul, weights, joints)))
 
 
 def guide_limits(model: RobotModel, motion: Motion, state: ToolState, limits: ToolLimits) -> ToolLimits:

@@ -124,6 +124,11 @@ def extremes(a: Polynomial, lasting: float) -> tuple[float, float]:
     return min(values), max(values)
 
 
+def most(a: Polynomial, lasting: float) -> float:
+    """The greatest |p(t)| from 0 to `lasting`."""
+    return max(map(abs, extremes(a, lasting)))
+
+
 def turns(v: float, a: float, jerk: float) -> tuple[float, ...]:
     """When a velocity v with acceleration a and this jerk is zero: v + a s + jerk s^2 / 2 = 0."""
     if not jerk:

@@ -311,8 +311,10 @@ def _merge_sparse(row: list[OffsetNode]) -> list[OffsetNode]:
     for place, held in enumerate(row):
         if made and (_is_sparse(held.node) or _is_sparse(made[-1].node)):
             made[-1:] = _merge_neighbours(made[-1], held)
-        elif made and place < len(row) - 1 and _takes(made[-1].node, held.node):
-            made[-1:] = [_merge_leaves(made[-1], held)]
+        elif made and place < len(row) - 1 and _ends_row(left := made[-1].node) and held.node.count <= SMALL:
+            assert isinstance(left, Leaf)
+            _take(left.row, held, made[-1].offset)
+            made[-1] = OffsetNode(made[-1].offset, _grown(left))
         else:
             made.append(held)
     return made
@@ -322,17 +324,6 @@ def _is_sparse(node: Node) -> bool:
     if isinstance(node, Leaf):
         return node.count * SPARSE < SMALL
     return len(node.nodes) * SPARSE < FAN
-
-
-def _takes(left: Node, right: Node) -> bool:
-    return _ends_row(left) and right.height == 0 and right.count <= SMALL
-
-
-def _merge_leaves(left: OffsetNode, right: OffsetNode) -> OffsetNode:
-    """Two leaves as one, the first of which ends its row."""
-    assert isinstance(left.node, Leaf)
-    _take(left.node.row, right, left.offset)
-    return OffsetNode(left.offset, _grown(left.node))
 
 
 def _merge_neighbours(left: OffsetNode, right: OffsetNode) -> list[OffsetNode]:

@@ -292,7 +292,13 @@ class DeltaColumns:
     def __init__(self, deltas: list[TimelineDelta]) -> None:
         self._version = deltas[0].version
         self._causes = [(delta.cause, delta.motion) for delta in deltas[:1]]
-        self._which = bytes(map(self._cause, deltas))
+        which = []
+        for delta in deltas:  # in steering the cause and the motion are those of the one before
+            cause, motion = self._causes[-1]
+            if delta.motion is not motion or delta.cause is not cause:
+                self._causes.append((delta.cause, delta.motion))
+            which.append(len(self._causes) - 1)
+        self._which = bytes(which)
         self._segments = Row(chain.from_iterable(delta.segments for delta in deltas))
         self._segments.pack(len(self._segments))
         self._firsts = array("I", accumulate([len(delta.segments) for delta in deltas], initial=0))
@@ -302,13 +308,6 @@ class DeltaColumns:
         self._keep = array("q", [delta.keep for delta in deltas])
         drops, shifts = [delta.drop for delta in deltas], [delta.shift for delta in deltas]
         self._rest = (array("I", drops), array("d", shifts)) if any(drops) or any(shifts) else None
-
-    def _cause(self, delta: TimelineDelta) -> int:
-        """The number of its cause and motion: those of the one before, in steering, or others."""
-        cause, motion = self._causes[-1]
-        if delta.motion is not motion or delta.cause is not cause:
-            self._causes.append((delta.cause, delta.motion))
-        return len(self._causes) - 1
 
     def __len__(self) -> int:
         return len(self._which)

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 
 from tests.examples import examples
 from vrs_cli.trajectory.instant import TICK
-from vrs_cli.trajectory.laws.course import Course
+from vrs_cli.trajectory.laws.course import Blend, Course
 from vrs_cli.trajectory.laws.lspb_times import (
-    Blend,
     Component,
     VectorPart,
     from_motion,

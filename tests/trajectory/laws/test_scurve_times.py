@@ -11,13 +11,11 @@ from hypothesis import strategies as st
 from tests.examples import examples
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.trajectory.instant import TICK
-from vrs_cli.trajectory.laws.course import Course
+from vrs_cli.trajectory.laws.course import NONE, Change, Course
 from vrs_cli.trajectory.laws.law import NoTimes
 from vrs_cli.trajectory.laws.scurve import joint_motion
 from vrs_cli.trajectory.laws.scurve_steering import farthest, joint_stop, state_after, stop, turning_back
 from vrs_cli.trajectory.laws.scurve_times import (
-    NONE,
-    Change,
     ScalarPart,
     _possible,
     _root,

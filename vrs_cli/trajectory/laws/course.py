@@ -1,13 +1,13 @@
 """The course of LSPB and SCURVE motions: the velocity changes, stays the same, and goes to zero.
 
-The two laws differ in how a velocity changes (`VelocityChange`), and in how the times are found. What joints and tools
-do in these times is the same.
+The two laws differ in how a velocity changes (`Blend`, `Change`), and in how the times are found. What joints and tools
+do in these times is the same. The formulas of `Change` stand in `scurve_times`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import (
@@ -20,34 +20,108 @@ from vrs_cli.kinematics.transform import (
     rotation_about,
     subtracted,
 )
-from vrs_cli.trajectory.polynomial import Polynomial, value
+from vrs_cli.trajectory.laws.law import Pieces
+from vrs_cli.trajectory.polynomial import Polynomial, parabola, value
 from vrs_cli.trajectory.segment import STILL, JointPath, Path, Phase, ToolStretch
 from vrs_cli.trajectory.state import ToolLimits, ToolState
 
 
-class VelocityChange(Protocol):
-    """A change from a velocity v0, with an acceleration a0, to a velocity v1: in one stretch or several."""
+class Blend(NamedTuple):
+    """A change of velocity at constant acceleration, which may jump at both ends."""
 
-    @property
-    def lasts(self) -> float:
-        """The time of all stretches [s]."""
+    lasts: float
 
     @property
     def durations(self) -> list[float]:
-        """The time of each stretch [s]."""
+        return [self.lasts] if self.lasts else []
 
     @property
     def lag(self) -> float:
-        """The way that each unit of v1 adds [s]."""
+        return 0.5 * self.lasts
+
+    def ahead(self, way: float, v0: float, a0: float) -> float:  # noqa: ARG002 (the acceleration jumps)
+        """What the velocity after the change has to make of a way; the state at the start makes the rest."""
+        return way - 0.5 * v0 * self.lasts
+
+    def to_rest(self, v0: float, a0: float) -> float:  # noqa: ARG002
+        """The way of a change to rest."""
+        return 0.5 * v0 * self.lasts
+
+    def polynomials(self, p: float, v0: float, a0: float, v1: float) -> list[Polynomial]:  # noqa: ARG002
+        """The change from v0 to v1 from position p on: a polynomial for each of its times."""
+        return [parabola(p, v0, v1, self.lasts)]
+
+
+class Change(NamedTuple):
+    """Times of a change of velocity at limited jerk [s]: the acceleration rises, stays, and falls."""
+
+    rise: float
+    hold: float
+    fall: float
+
+    @property
+    def lasts(self) -> float:
+        return self.rise + self.hold + self.fall
+
+    @property
+    def reach(self) -> float:
+        """R: how much velocity each unit of the level gives."""
+        return 0.5 * self.rise + self.hold + 0.5 * self.fall
+
+    @property
+    def ways(self) -> tuple[float, float]:
+        """K0 and K1: the way that each unit of the acceleration at the start, and of the level, adds."""
+        rise, hold, fall = self
+        by_start = rise * rise / 3.0 + 0.5 * rise * (hold + fall)
+        by_level = (
+            rise * rise / 6.0 + 0.5 * (rise * hold + hold * hold) + (0.5 * rise + hold) * fall + fall * fall / 3.0
+        )
+        return by_start, by_level
+
+    @property
+    def lag(self) -> float:
+        return self.ways[1] / self.reach
+
+    def level(self, v0: float, a0: float, v1: float) -> float:
+        """A, the acceleration that is held."""
+        return (v1 - v0 - 0.5 * self.rise * a0) / self.reach
 
     def ahead(self, way: float, v0: float, a0: float) -> float:
-        """What v1 has to make of a way; the state at the start makes the rest."""
+        """E of the formula in `scurve_times`."""
+        by_start, _ = self.ways
+        carried = v0 + 0.5 * self.rise * a0
+        return way - v0 * self.lasts - a0 * by_start + self.lag * carried
 
     def to_rest(self, v0: float, a0: float) -> float:
-        """The way of a change to rest."""
+        by_start, by_level = self.ways
+        return v0 * self.lasts + a0 * by_start + self.level(v0, a0, 0.0) * by_level
+
+    def pieces(self, v0: float, a0: float, v1: float) -> Pieces:
+        """The change from v0 to v1, piece by piece."""
+        level = self.level(v0, a0, v1) if self.rise else a0
+        rates = (level - a0) / (self.rise or 1.0), 0.0, -level / self.fall
+        return tuple((duration, rate) for duration, rate in zip(self, rates, strict=True) if duration)
 
     def polynomials(self, p: float, v0: float, a0: float, v1: float) -> list[Polynomial]:
-        """The change from position p on: a polynomial for each stretch."""
+        """The change from v0 to v1 from position p on, a polynomial for each of its times that lasts."""
+        level = self.level(v0, a0, v1)
+        polynomials: list[Polynomial] = []
+        a, v = a0, v0
+        for duration, after in zip(self, (level, level, 0.0), strict=True):
+            if duration:
+                rate = (after - a) / duration
+                polynomials.append((p, v, 0.5 * a, rate / 6.0))
+                p, v, a = value(polynomials[-1], duration), v + 0.5 * duration * (a + after), after
+        return polynomials
+
+    @property
+    def durations(self) -> list[float]:
+        """The times that last."""
+        return [duration for duration in self if duration]
+
+
+NONE = Change(0.0, 0.0, 0.0)
+VelocityChange = Blend | Change
 
 
 class Course(NamedTuple):

@@ -20,10 +20,9 @@ from math import copysign, sqrt
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, length, rotated_back, scaled
 from vrs_cli.trajectory.instant import TICK, up_to_grid
-from vrs_cli.trajectory.laws.course import Course, ToolMotion, VelocityChange, joint_stretches
+from vrs_cli.trajectory.laws.course import Blend, Course, ToolMotion, VelocityChange, joint_stretches
 from vrs_cli.trajectory.laws.law import Coming, Law
 from vrs_cli.trajectory.laws.lspb_times import (
-    Blend,
     Component,
     Demand,
     VectorPart,

@@ -17,8 +17,7 @@ from math import inf, sqrt
 from typing import NamedTuple
 
 from vrs_cli.trajectory.instant import TICK, up_to_grid
-from vrs_cli.trajectory.laws.course import Course
-from vrs_cli.trajectory.polynomial import Polynomial, parabola
+from vrs_cli.trajectory.laws.course import Blend, Course
 from vrs_cli.trajectory.state import NEGLIGIBLE
 
 MARGIN = 1.0 + 1e-7  # keeps limits true after times are rounded to the grid
@@ -28,29 +27,6 @@ SAME = 1e-9  # two quotients that are one
 LONGER = 1.2
 FIRST_STEPS = 2
 LONGEST_BLEND = 1e6  # [s]
-
-
-class Blend(NamedTuple):
-    """A change of velocity at constant acceleration, which may jump at both ends (`course.VelocityChange`)."""
-
-    lasts: float
-
-    @property
-    def durations(self) -> list[float]:
-        return [self.lasts] if self.lasts else []
-
-    @property
-    def lag(self) -> float:
-        return 0.5 * self.lasts
-
-    def ahead(self, way: float, v0: float, a0: float) -> float:  # noqa: ARG002 (the acceleration jumps)
-        return way - 0.5 * v0 * self.lasts
-
-    def to_rest(self, v0: float, a0: float) -> float:  # noqa: ARG002
-        return 0.5 * v0 * self.lasts
-
-    def polynomials(self, p: float, v0: float, a0: float, v1: float) -> list[Polynomial]:  # noqa: ARG002
-        return [parabola(p, v0, v1, self.lasts)]
 
 
 def _course(blend: float, cruise: float, slow: float) -> Course:

@@ -37,7 +37,7 @@ from vrs_cli.trajectory.laws.law import Law, NoTimes
 from vrs_cli.trajectory.laws.lspb_times import MARGIN
 from vrs_cli.trajectory.laws.scurve import spin_turns, straight_stop
 from vrs_cli.trajectory.laws.scurve_steering import joint_stops, steer, steered, steering_of
-from vrs_cli.trajectory.polynomial import Polynomial, derivative, extremes, shifted, value
+from vrs_cli.trajectory.polynomial import Polynomial, derivative, most, shifted, value
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment, ToolStretch, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, ToolLimits, ToolState
 from vrs_cli.values.motion import Motion
@@ -108,12 +108,6 @@ def _keeps(part: Part, bounds: Bounds, lasting: float) -> bool:
     return all(most(row, lasting) <= bound for row, bound in rows)
 
 
-def most(a: Polynomial, lasting: float) -> float:
-    """The greatest |p(t)| from 0 to `lasting`."""
-    low, high = extremes(a, lasting)
-    return max(high, -low)
-
-
 # --- joint space -----------------------------------------------------------------------------------------------
 
 
@@ -171,7 +165,23 @@ def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, lea
         stopping = length(state.velocity) / limits.blend_acceleration
         shortest = max(least, length(way) / limits.speed, stopping, length(state.spin) / limits.blend_spin_acceleration)
         lasting = from_motion(lambda time: _tool_keeps(state, target, limits, tips, time), shortest)
-    return _halves(state, target, way, lasting) if lasting else []
+    if not lasting:
+        return []
+    place, half = position(state.pose), 0.5 * lasting
+    parts = zip(way, state.velocity, state.acceleration, strict=True)
+    x, y, z = (quintic(p, part, lasting) for p, part in zip(place, parts, strict=True))
+    turns = _turns(state, target, lasting)
+    first = Phase.ACCELERATE if state.at_rest else Phase.BLEND
+    later = tuple((axis, shifted(angle, half)) for axis, angle in turns)
+    end = shifted(x, half), shifted(y, half), shifted(z, half)
+    guides = tuple(
+        quintic(guide.value, (guide.end - guide.value, guide.rate, guide.acceleration), lasting)
+        for guide in state.guides
+    )
+    return [
+        ToolStretch(half, first, (x, y, z), state.pose, tuple(turns), guides),
+        ToolStretch(half, Phase.DECELERATE, end, state.pose, later, tuple(shifted(a, half) for a in guides)),
+    ]
 
 
 def _tip_parts(state: ToolState, way: Vector) -> list[Part]:
@@ -225,36 +235,15 @@ def _group_keeps(
 def _turns(state: ToolState, target: Transform, time: float) -> list[tuple[Vector, Polynomial]]:
     """The turns of a motion: the present spin dies, and one from rest to rest makes up for what is left."""
     spin, spin_rate = rotated_back(state.pose, state.spin), rotated_back(state.pose, state.spin_rate)
-    turns = [(axis, _dying(rate, change, time)) for axis, rate, change in spin_turns(spin, spin_rate)]
-    turned = state.pose
-    for axis, angle in turns:
+    turns, turned = list[tuple[Vector, Polynomial]](), state.pose
+    for axis, rate, change in spin_turns(spin, spin_rate):
+        gain = change * time
+        cubic = -(rate + 2.0 * gain / 3.0) / (time * time)
+        angle = 0.0, rate, 0.5 * change, cubic, (0.5 * rate + 0.25 * gain) / time**3  # to rest, wherever that ends
+        turns.append((axis, angle))
         turned = compose(turned, rotation_about(axis, value(angle, time)))
     axis, left = axis_angle(compose(inverse(turned), target))
     return [*turns, (axis, quintic(0.0, (left, 0.0, 0.0), time))] if abs(left) > NEGLIGIBLE else turns
-
-
-def _dying(rate: float, change: float, time: float) -> Polynomial:
-    """A turn from a rate, and its change, to rest, wherever that ends: of degree 4."""
-    gain = change * time
-    return 0.0, rate, 0.5 * change, -(rate + 2.0 * gain / 3.0) / (time * time), (0.5 * rate + 0.25 * gain) / time**3
-
-
-def _halves(state: ToolState, target: Transform, way: Vector, lasting: float) -> list[ToolStretch]:
-    place, half = position(state.pose), 0.5 * lasting
-    parts = zip(way, state.velocity, state.acceleration, strict=True)
-    x, y, z = (quintic(p, part, lasting) for p, part in zip(place, parts, strict=True))
-    turns = _turns(state, target, lasting)
-    first = Phase.ACCELERATE if state.at_rest else Phase.BLEND
-    later = tuple((axis, shifted(angle, half)) for axis, angle in turns)
-    end = shifted(x, half), shifted(y, half), shifted(z, half)
-    guides = tuple(
-        quintic(guide.value, (guide.end - guide.value, guide.rate, guide.acceleration), lasting)
-        for guide in state.guides
-    )
-    return [
-        ToolStretch(half, first, (x, y, z), state.pose, tuple(turns), guides),
-        ToolStretch(half, Phase.DECELERATE, end, state.pose, later, tuple(shifted(a, half) for a in guides)),
-    ]
 
 
 LAW = Law(

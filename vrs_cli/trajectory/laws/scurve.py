@@ -18,15 +18,13 @@ from vrs_cli.kinematics.transform import (
     subtracted,
 )
 from vrs_cli.trajectory.instant import up_to_grid
-from vrs_cli.trajectory.laws.course import Course, ToolMotion, joint_stretches
+from vrs_cli.trajectory.laws.course import NONE, Change, Course, ToolMotion, joint_stretches
 from vrs_cli.trajectory.laws.law import Law, NoTimes
 from vrs_cli.trajectory.laws.lspb_times import MARGIN
 from vrs_cli.trajectory.laws.scurve_joints import stretches
 from vrs_cli.trajectory.laws.scurve_steering import joint_stops, steer, steered, steering_of
 from vrs_cli.trajectory.laws.scurve_times import (
-    NONE,
     Bounds,
-    Change,
     ScalarPart,
     VectorLimits,
     both,
@@ -37,7 +35,7 @@ from vrs_cli.trajectory.laws.scurve_times import (
     vector_bounds,
 )
 from vrs_cli.trajectory.segment import STILL, Phase, Segment, ToolStretch, segments_of
-from vrs_cli.trajectory.state import NEGLIGIBLE, STEADY, GuideState, JointLimits, JointState, ToolLimits, ToolState
+from vrs_cli.trajectory.state import NEGLIGIBLE, STEADY, JointLimits, JointState, ToolLimits, ToolState
 from vrs_cli.values.motion import Motion
 
 STRETCH = 1.02  # powers of it are factors by which the likely times of a stop are tried
@@ -93,7 +91,9 @@ class _ToolMotion(ToolMotion):
             way = length(self.displacement)
             tip = ScalarPart(way, limits.speed, limits.acceleration, limits.jerk)
             turning = ScalarPart(angle, limits.spin, limits.spin_acceleration, limits.spin_jerk)
-            return from_rest([tip, turning, *map(self._guided, self.state.guides)], least)
+            most = limits.guide, limits.guide_acceleration, limits.guide_jerk
+            guided = [ScalarPart(guide.end - guide.value, *most) for guide in self.state.guides]
+            return from_rest([tip, turning, *guided], least)
         slowest = max(
             length(self.state.velocity) / limits.acceleration, length(self.spin) / limits.spin_acceleration, 0.01
         )
@@ -104,10 +104,6 @@ class _ToolMotion(ToolMotion):
         )
         guess = Change(max(1.01 * settling, min(ramp, slowest)), slowest, ramp)
         return search(self._demands, guess, settling, least)
-
-    def _guided(self, guide: GuideState) -> ScalarPart:
-        a = self.limits
-        return ScalarPart(guide.end - guide.value, a.guide, a.guide_acceleration, a.guide_jerk)
 
     def stop(self) -> Change:
         """The shortest times found in which velocity and spin end, with their accelerations. Raises NoTimes."""

@@ -72,7 +72,9 @@ def together(joints: Sequence[Joint], least: float = 0.0) -> tuple[float, list[P
     A joint has the instants of the slowest one if it can, which makes fewer segments. Raises NoTimes.
     """
     slowest = max(joints, key=_likely_time)
-    whole = up_to_grid(max(least, _soonest(slowest)))
+    alone, quick = _soonest_in_two(slowest)
+    weak = _weakest(slowest, alone, quick)
+    whole = up_to_grid(max(least, phases(slowest, 0.0, weak).lasts if weak else alone))
     for _ in range(RAISES):
         pace = _arriving(slowest, whole)
         if not isinstance(pace, float):
@@ -138,7 +140,9 @@ def _arriving(joint: Joint, whole: float) -> Phases | float:
         found = _in_two(joint, whole, abs(quick.cruising))
         if _arrives(joint, found, whole):
             return found
-        quick = _later_in_two(joint, found)
+        sign = 1.0 if found.cruising > 0.0 else -1.0  # slower than what takes too long, and without a cruise
+        speed = _root(lambda speed: sign * _past(joint, sign * speed), 0.0, abs(found.cruising))
+        quick = phases(joint, sign * speed, joint.max_acceleration)
         alone = quick.lasts
     return _in_one(joint, whole, alone, quick)
 
@@ -146,13 +150,6 @@ def _arriving(joint: Joint, whole: float) -> Phases | float:
 def _arrives(joint: Joint, found: Phases, whole: float) -> bool:
     cruise = whole - found.lasts
     return cruise >= -IN_TIME and abs(found.way + found.cruising * cruise - joint.way) <= CLOSE
-
-
-def _soonest(joint: Joint) -> float:
-    """In which time a joint alone arrives soonest [s]."""
-    alone, quick = _soonest_in_two(joint)
-    weak = _weakest(joint, alone, quick)
-    return phases(joint, 0.0, weak).lasts if weak else alone
 
 
 # --- in two changes, with a cruise between them --------------------------------------------------------------------
@@ -206,13 +203,6 @@ def _soonest_in_two(joint: Joint) -> tuple[float, Phases]:
         low, high = (free, high) if sign * _past(joint, sign * free) <= 0.0 else (low, free)
     found = phases(joint, sign * _root(lambda speed: sign * _past(joint, sign * speed), low, high), a_max)
     return found.lasts, found
-
-
-def _later_in_two(joint: Joint, quick: Phases) -> Phases:
-    """The phases, slower than some that take too long, with which a joint arrives without a cruise."""
-    sign = 1.0 if quick.cruising > 0.0 else -1.0
-    speed = _root(lambda speed: sign * _past(joint, sign * speed), 0.0, abs(quick.cruising))
-    return phases(joint, sign * speed, joint.max_acceleration)
 
 
 def _root(f: Callable[[float], float], low: float, high: float) -> float:

@@ -25,10 +25,9 @@ from typing import NamedTuple
 
 from vrs_cli.kinematics.transform import Vector, added, dot, length, scaled, subtracted
 from vrs_cli.trajectory.instant import up_to_grid
-from vrs_cli.trajectory.laws.course import Course
-from vrs_cli.trajectory.laws.law import NoTimes, Pieces
+from vrs_cli.trajectory.laws.course import NONE, Change, Course
+from vrs_cli.trajectory.laws.law import NoTimes
 from vrs_cli.trajectory.laws.lspb_times import MARGIN, ROOM, SAME, SLIVER
-from vrs_cli.trajectory.polynomial import Polynomial, value
 from vrs_cli.trajectory.state import NEGLIGIBLE
 
 FIRST_STEP = 0.25
@@ -37,77 +36,6 @@ MOST_TRIES = 240
 LONGEST = 1e4  # [s] of a change
 DOUBLINGS = 40
 HALVINGS = 50
-
-
-class Change(NamedTuple):
-    """Times of a change of velocity at limited jerk [s] (`course.VelocityChange`)."""
-
-    rise: float
-    hold: float
-    fall: float
-
-    @property
-    def lasts(self) -> float:
-        return self.rise + self.hold + self.fall
-
-    @property
-    def reach(self) -> float:
-        """R: how much velocity each unit of the level gives."""
-        return 0.5 * self.rise + self.hold + 0.5 * self.fall
-
-    @property
-    def ways(self) -> tuple[float, float]:
-        """K0 and K1: the way that each unit of the acceleration at the start, and of the level, adds."""
-        rise, hold, fall = self
-        by_start = rise * rise / 3.0 + 0.5 * rise * (hold + fall)
-        by_level = (
-            rise * rise / 6.0 + 0.5 * (rise * hold + hold * hold) + (0.5 * rise + hold) * fall + fall * fall / 3.0
-        )
-        return by_start, by_level
-
-    @property
-    def lag(self) -> float:
-        return self.ways[1] / self.reach
-
-    def level(self, v0: float, a0: float, v1: float) -> float:
-        """A, the acceleration that is held."""
-        return (v1 - v0 - 0.5 * self.rise * a0) / self.reach
-
-    def ahead(self, way: float, v0: float, a0: float) -> float:
-        """E of the module's formula."""
-        by_start, _ = self.ways
-        carried = v0 + 0.5 * self.rise * a0
-        return way - v0 * self.lasts - a0 * by_start + self.lag * carried
-
-    def to_rest(self, v0: float, a0: float) -> float:
-        by_start, by_level = self.ways
-        return v0 * self.lasts + a0 * by_start + self.level(v0, a0, 0.0) * by_level
-
-    def pieces(self, v0: float, a0: float, v1: float) -> Pieces:
-        """The change from v0 to v1, piece by piece."""
-        level = self.level(v0, a0, v1) if self.rise else a0
-        rates = (level - a0) / (self.rise or 1.0), 0.0, -level / self.fall
-        return tuple((duration, rate) for duration, rate in zip(self, rates, strict=True) if duration)
-
-    def polynomials(self, p: float, v0: float, a0: float, v1: float) -> list[Polynomial]:
-        """The change from v0 to v1 from position p on, a polynomial for each of its times that lasts."""
-        level = self.level(v0, a0, v1)
-        polynomials: list[Polynomial] = []
-        a, v = a0, v0
-        for duration, after in zip(self, (level, level, 0.0), strict=True):
-            if duration:
-                rate = (after - a) / duration
-                polynomials.append((p, v, 0.5 * a, rate / 6.0))
-                p, v, a = value(polynomials[-1], duration), v + 0.5 * duration * (a + after), after
-        return polynomials
-
-    @property
-    def durations(self) -> list[float]:
-        """The times that last."""
-        return [duration for duration in self if duration]
-
-
-NONE = Change(0.0, 0.0, 0.0)
 
 
 class Bounds(NamedTuple):
