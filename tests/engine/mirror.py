@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import inf
+
+from msgspec import structs
 
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import MissedEvents
-from vrs_cli.engine.snapshot import TimelineReplaced
+from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced
 from vrs_cli.trajectory.timeline import Timeline
 
 
@@ -14,9 +17,17 @@ def mirrored(events: Iterable[Event | MissedEvents], timeline: Timeline | None =
     """The timeline after these events, by what they say alone. The first one brings it, where there is none yet."""
     for event in events:
         if isinstance(event, TimelineReplaced):
-            timeline = event.snapshot().timeline()
+            timeline = Snapshot.of(event.timeline, event.settings).timeline()
         elif not isinstance(event, MissedEvents):
             assert timeline is not None
             timeline = timeline.apply(event)
     assert timeline is not None
     return timeline
+
+
+def windowed(snapshot: Snapshot, begin: float, end: float = inf) -> Snapshot:
+    """The same for the times from `begin` to `end` [s] alone: the robot is there as it was, to the bit."""
+    timeline = snapshot.timeline()
+    first, last = timeline.index_at(begin), timeline.index_at(end)
+    segments = snapshot.segments[first : last + 1]
+    return structs.replace(snapshot, segments=segments, first=snapshot.first + first)

@@ -9,13 +9,14 @@ from math import inf, radians
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.engine.mirror import windowed
 from tests.examples import examples
 from tests.laws.test_motion_laws import ABOVE_THE_TABLE, MODEL, any_request
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.engine import Engine, Event
 from vrs_cli.engine.feed import MissedEvents, Subscription
 from vrs_cli.engine.position import position_at
-from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced
+from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced, fitted
 from vrs_cli.errors import MotionError, UsageError
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.trajectory.timeline import Timeline
@@ -37,7 +38,11 @@ class Mirror:
         events = engine.events.subscribe()
         first = events.take()
         assert isinstance(first, TimelineReplaced)
-        snapshot = first.snapshot() if begin == -inf else first.snapshot().window(begin, end)
+        snapshot = (
+            Snapshot.of(first.timeline, first.settings)
+            if begin == -inf
+            else windowed(Snapshot.of(first.timeline, first.settings), begin, end)
+        )
         return cls(events, snapshot, snapshot.timeline())
 
     def catch_up(self) -> None:
@@ -47,11 +52,11 @@ class Mirror:
     def hear(self, event: Event | MissedEvents) -> None:
         assert not isinstance(event, MissedEvents)
         if isinstance(event, TimelineReplaced):
-            self.snapshot, self.timeline, self.lost = event.snapshot(), event.timeline, False
+            self.snapshot, self.timeline, self.lost = Snapshot.of(event.timeline, event.settings), event.timeline, False
         elif not self.lost:
-            after = self.snapshot.after(self.timeline, event)
-            self.lost = after is None
-            self.timeline = after or self.timeline
+            delta = fitted(event, self.timeline, self.snapshot.first)
+            self.lost = delta is None
+            self.timeline = self.timeline if delta is None else self.timeline.apply(delta)
 
 
 def bits(timeline: Timeline) -> str:
@@ -131,9 +136,11 @@ def test_in_a_window_of_it_the_robot_is_where_it_is(
 
 def test_the_settings_in_force_come_with_it() -> None:
     engine = Engine(MODEL)
-    before = engine.snapshot()
+    before = Snapshot.of(engine.timeline, engine.settings)
     branches = Branches(engine)
     branches.make("trial")
     events = engine.events.subscribe()
     branches.change_over("main")
-    assert [event.snapshot() for event in events.taken() if isinstance(event, TimelineReplaced)][1:] == [before]
+    assert [
+        Snapshot.of(event.timeline, event.settings) for event in events.taken() if isinstance(event, TimelineReplaced)
+    ][1:] == [before]

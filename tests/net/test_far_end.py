@@ -11,7 +11,7 @@ from msgspec import structs
 from tests.net.edits import Edits
 from tests.net.test_mirror import bits
 from vrs_cli.engine.feed import MissedEvents
-from vrs_cli.engine.snapshot import TimelineReplaced
+from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced
 from vrs_cli.errors import FileDamaged, RequestRefused
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.kinematics.transform import Transform, translation
@@ -52,7 +52,7 @@ class Wires:
             self.ask(lambda id: Subscribe(id, deltas=True))
             self.carry()
             self.events.taken()
-            self.say(messages.Replaced(snapshot_record(self.engine.snapshot())))
+            self.say(messages.Replaced(snapshot_record(Snapshot.of(self.engine.timeline, self.engine.settings))))
             self.end(self.came[-1])
 
     def connect(self, clock: Clock | None = None) -> None:
@@ -96,7 +96,7 @@ class Wires:
             assert not isinstance(event, MissedEvents)
             self.number += 1
             if isinstance(event, TimelineReplaced):
-                self.say(messages.Replaced(snapshot_record(event.snapshot())))
+                self.say(messages.Replaced(snapshot_record(Snapshot.of(event.timeline, event.settings))))
             else:
                 self.say(messages.Delta(delta_record(event, Motions()), self.engine.now))
 
@@ -133,7 +133,7 @@ def test_who_commands_sees_what_it_has_changed() -> None:
         if replaced:
             wires.events.taken()
             wires.number += 1
-            wires.say(messages.Replaced(snapshot_record(wires.engine.snapshot())))
+            wires.say(messages.Replaced(snapshot_record(Snapshot.of(wires.engine.timeline, wires.engine.settings))))
         else:
             wires.tell_changes()
         assert [type(one) for one in wires.ends] == [Told, Done]
@@ -336,7 +336,7 @@ def test_a_lost_mirror_asks_once_for_a_snapshot() -> None:
     wires.carry()
     assert [type(one) for one in wires.came].count(messages.Resync) == 1
     wires.number += 1
-    wires.say(messages.Replaced(snapshot_record(wires.engine.snapshot())))
+    wires.say(messages.Replaced(snapshot_record(Snapshot.of(wires.engine.timeline, wires.engine.settings))))
     assert wires.shown == bits(wires.engine.timeline)
 
 
@@ -345,7 +345,7 @@ def test_a_part_of_the_past_that_was_overtaken_is_asked_for_again() -> None:
     for turn in (0.1, -0.1, 0.1):
         wires.engine.perform(Move(JointOffsetTarget(1, turn), False))
     wires.tell_changes()
-    whole, (first, *_) = wires.engine.snapshot(), wires.engine.timeline
+    whole, (first, *_) = Snapshot.of(wires.engine.timeline, wires.engine.settings), wires.engine.timeline
     window = structs.replace(whole, segments=whole.segments[2:], first=2)
     wires.number += 1
     wires.say(messages.Replaced(snapshot_record(window)))

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.engine.mirror import windowed
 from tests.examples import some
 from tests.net.edits import Edits
 from tests.wire.test_steered import waves
@@ -47,7 +48,7 @@ class Line:
 
     def through(self, event: Event) -> Snapshot | TimelineDelta:
         if isinstance(event, TimelineReplaced):
-            return self.sent(event.snapshot())
+            return self.sent(Snapshot.of(event.timeline, event.settings))
         delta = READER.read(encode(Delta(delta_record(event, Motions()), 0.0), self.encoding))
         assert isinstance(delta, Delta)
         return delta_of(delta.delta, Motions(), self.form)
@@ -72,8 +73,8 @@ class Line:
         return Mirror(self.engine.arm, self.window(begin), self.seq, lambda: 0.0, kept)
 
     def window(self, begin: float, end: float = inf) -> Snapshot:
-        snapshot = self.engine.snapshot()
-        return self.sent(snapshot if begin == -inf else snapshot.window(begin, end))
+        snapshot = Snapshot.of(self.engine.timeline, self.engine.settings)
+        return self.sent(snapshot if begin == -inf else windowed(snapshot, begin, end))
 
 
 def tell(mirror: Mirror, news: list[tuple[int, Snapshot | TimelineDelta]]) -> None:
@@ -289,7 +290,7 @@ def test_viewers_look_at_a_mirror_as_at_the_robot() -> None:
     edits, wall = Edits(2), [0.0]
     for _ in range(10):
         edits.edit()
-    mirror = Mirror(edits.engine.arm, edits.engine.snapshot(), 0, lambda: wall[0])
+    mirror = Mirror(edits.engine.arm, Snapshot.of(edits.engine.timeline, edits.engine.settings), 0, lambda: wall[0])
     mirror.clock = ClockReading(0.0, 1.0, 0.0)
     audience = Audience(mirror, lambda: wall[0])
     audience.join(10.0)

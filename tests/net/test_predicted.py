@@ -11,6 +11,7 @@ from tests.engine.wall import ManualWall
 from tests.net.test_far_end import Wires
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at
+from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import IllegalValue
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.language.words.monitor import COMMANDS
@@ -48,7 +49,7 @@ class Behind(Wires):
         self.pass_by(forward + backward)
         self.say(Pong(self.begin, self.begin + THERE + forward, self.begin + THERE + forward, self.there))
         self.number += 1
-        self.say(messages.Replaced(snapshot_record(self.engine.snapshot())))
+        self.say(messages.Replaced(snapshot_record(Snapshot.of(self.engine.timeline, self.engine.settings))))
         self.far.flags = Flags()  # another robot was there before
 
     def clock(self) -> Clock:
@@ -175,11 +176,11 @@ def test_another_timeline_is_flagged_from_where_it_parts() -> None:
     wires.events.taken()
     wires.number += 1
     wires.pass_by(0.5)
-    wires.say(messages.Replaced(snapshot_record(wires.engine.snapshot())))
+    wires.say(messages.Replaced(snapshot_record(Snapshot.of(wires.engine.timeline, wires.engine.settings))))
     (window,) = wires.far.flags.windows
     assert window.begin == 0.75
     wires.number += 1
-    wires.say(messages.Replaced(snapshot_record(wires.engine.snapshot())))
+    wires.say(messages.Replaced(snapshot_record(Snapshot.of(wires.engine.timeline, wires.engine.settings))))
     assert wires.far.flags.windows == (window,), "the same again changes nothing"
 
 

@@ -11,6 +11,7 @@ from tests.engine.wall import ManualWall
 from tests.examples import some
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at
+from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import JointOutOfRange, TooLate, VrsError
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
@@ -41,7 +42,7 @@ class Line:
         self.robot.perform(SetParameter("CAUSALITY", policy))
         self.heard = self.robot.events.subscribe()
         self.heard.take()
-        self.mirror = Mirror(self.robot.arm, self.robot.snapshot(), 0, self.wall)
+        self.mirror = Mirror(self.robot.arm, Snapshot.of(self.robot.timeline, self.robot.settings), 0, self.wall)
         self.preview = Preview(self.mirror, forward)
 
     def carried_out(self, id: int, request: Request, issued: float) -> bool:

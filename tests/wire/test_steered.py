@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from tests.engine.mirror import windowed
 from tests.examples import examples, some
 from tests.laws.test_steering_laws import PROFILES, TICK, Stream, joints, parts, robot, stretches
 from tests.robots import KINDS
@@ -125,7 +126,7 @@ def test_a_window_of_the_timeline_is_enough() -> None:
     for before, delta in changes(engine, lambda: waves(engine, 40)):
         record = steered_record(delta, before, arm)
         assert record is not None
-        window = Snapshot.of(before, Settings()).window(delta.executed - 0.1)
+        window = windowed(Snapshot.of(before, Settings()), delta.executed - 0.1)
         assert repr(steered_delta(record, window.timeline(), arm, form, window.first)) == repr(delta)
 
 

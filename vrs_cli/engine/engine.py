@@ -20,7 +20,7 @@ from vrs_cli.engine.position import destination_at, finish_after, joints_at, pos
 from vrs_cli.engine.problem import NoRoomToStop
 from vrs_cli.engine.reach import Standpoint, reach_of
 from vrs_cli.engine.settings import Altered, Settings
-from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced
+from vrs_cli.engine.snapshot import TimelineReplaced
 from vrs_cli.engine.targets import (
     After,
     Situation,
@@ -167,9 +167,6 @@ class Engine:
     def records(self) -> tuple[CommandRecord, ...]:
         """All motion commands that are not undone, in the order in which they were issued."""
         return self.book.records()
-
-    def snapshot(self) -> Snapshot:
-        return Snapshot.of(self.timeline, self.settings)
 
     # --- requests ---
 

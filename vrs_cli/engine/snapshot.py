@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf
-
-from msgspec import Struct, structs
+from msgspec import Struct
 
 from vrs_cli.engine.settings import Settings
 from vrs_cli.trajectory.segment import Segment
@@ -27,17 +25,6 @@ class Snapshot(Struct, frozen=True):
 
     def timeline(self) -> Timeline:
         return Timeline(self.segments, self.version)
-
-    def window(self, begin: float, end: float = inf) -> Snapshot:
-        """The same for the times from `begin` to `end` [s] alone: the robot is there as it was, to the bit."""
-        timeline = self.timeline()
-        first, last = timeline.index_at(begin), timeline.index_at(end)
-        return structs.replace(self, segments=self.segments[first : last + 1], first=self.first + first)
-
-    def after(self, timeline: Timeline, delta: TimelineDelta) -> Timeline | None:
-        """The timeline that this snapshot and the deltas since have become, after one more; None as for `fitted`."""
-        found = fitted(delta, timeline, self.first)
-        return None if found is None else timeline.apply(found)
 
 
 def fitted(delta: TimelineDelta, timeline: Timeline, first: int) -> TimelineDelta | None:
@@ -63,6 +50,3 @@ class TimelineReplaced(Struct, frozen=True):
     @property
     def version(self) -> int:
         return self.timeline.version
-
-    def snapshot(self) -> Snapshot:
-        return Snapshot.of(self.timeline, self.settings)

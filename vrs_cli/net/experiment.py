@@ -22,6 +22,7 @@ from msgspec import Struct
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Engine, Postponement
 from vrs_cli.engine.position import joints_at, joints_over
+from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import TooLate
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes
 from vrs_cli.kinematics.joints import JointKind, Joints
@@ -166,7 +167,9 @@ class _Course:
         self._told.take()
         self._form = Form.of(self.robot.arm)
 
-        self.mirror = Mirror(self.robot.arm, self.robot.snapshot(), 0, lambda: self._now)
+        self.mirror = Mirror(
+            self.robot.arm, Snapshot.of(self.robot.timeline, self.robot.settings), 0, lambda: self._now
+        )
         self.preview = Preview(self.mirror, self.ahead)
         self.flags = Flags()
         self.changes: list[Change] = []
