@@ -37,9 +37,9 @@ from vrs_cli.values.commands import Move, Stamp
 from vrs_cli.values.motion import JointTarget
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.delays import ERROR, HEARD, PRESENT, DelayPanel
-from vrs_cli.view3d.doubts import FLAGGED
 from vrs_cli.view3d.figure import link_node
 from vrs_cli.view3d.shown import Shown
+from vrs_cli.view3d.strip import FLAGGED
 
 VISIBLE = "(__viserSceneTree.getState()[arguments[0]] ?? {visibility: false}).visibility !== false"
 MODEL = load_robot("puma560")

@@ -16,7 +16,7 @@ from vrs_cli.kinematics.shapes import Box, LinkShape, MeshFile
 from vrs_cli.kinematics.transform import translation
 from vrs_cli.view3d import mesh_files
 from vrs_cli.view3d.looks import all_of
-from vrs_cli.view3d.mesh_files import read_mesh
+from vrs_cli.view3d.meshes import read_mesh
 
 
 def written(folder: Path, name: str, mesh: trimesh.Trimesh) -> Path:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrs_cli.view3d.typing_field import SAME, TypedText, TypingField
+from vrs_cli.view3d.panel_line import SAME, TypedText, TypingField
 
 
 def test_enter_ends_a_line() -> None:

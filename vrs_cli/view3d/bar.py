@@ -14,11 +14,9 @@ import viser
 
 from vrs_cli.interfaces.roles.playback import Playback, command_after, command_before
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.view3d.doubts import Doubts
 from vrs_cli.view3d.panel_parts import put
-from vrs_cli.view3d.redrawing import Redrawing
-from vrs_cli.view3d.shown import Shown
-from vrs_cli.view3d.strip import COLOURS, TimeSpan, strip
+from vrs_cli.view3d.shown import Redrawing, Shown
+from vrs_cli.view3d.strip import COLOURS, Doubts, TimeSpan, strip
 from vrs_cli.view3d.window import RobotWindow
 
 STANDS = 0.5  # [s] between two times that are told of a robot that stands, while it is followed

@@ -19,11 +19,11 @@ from vrs_cli.kinematics.transform import Vector, position
 from vrs_cli.net.far_end import Ahead
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.view3d.doubts import FLAGGED, UNCONFIRMED
 from vrs_cli.view3d.figure import Colour
 from vrs_cli.view3d.ghosts import Ghost, coincides
 from vrs_cli.view3d.paths import THICK
 from vrs_cli.view3d.shown import Shown
+from vrs_cli.view3d.strip import FLAGGED, UNCONFIRMED
 from vrs_cli.view3d.window import RobotWindow
 
 PREDICTED = (58, 124, 214)

@@ -12,8 +12,7 @@ from vrs_cli.kinematics.bodies import capsules, shapes_of
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.shapes import LinkShape, MeshFile
-from vrs_cli.view3d.mesh_files import read_mesh
-from vrs_cli.view3d.meshes import Mesh, Points, mesh_of, moved
+from vrs_cli.view3d.meshes import Mesh, Points, mesh_of, moved, read_mesh
 
 
 class ShapeLook(NamedTuple):

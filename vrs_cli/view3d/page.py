@@ -13,10 +13,9 @@ from typing import BinaryIO
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.view3d.caption import Caption
 from vrs_cli.view3d.needs import PictureError
 from vrs_cli.view3d.stage import FIELD, camera_for
-from vrs_cli.view3d.studio import Studio, server
+from vrs_cli.view3d.studio import Caption, Studio, server
 
 RATE = 30.0  # [1/s] frames while the robot moves
 REST_RATE = 1.0  # [1/s] while it stands still: the caption goes on

@@ -15,8 +15,7 @@ from vrs_cli.view3d.panel_front_end import PanelFrontEnd
 from vrs_cli.view3d.panel_hand import HandPanel
 from vrs_cli.view3d.panel_line import CommandLine
 from vrs_cli.view3d.panel_parts import Hands, boxed, put
-from vrs_cli.view3d.panel_programs import ProgramsPanel
-from vrs_cli.view3d.panel_signals import SignalsPanel
+from vrs_cli.view3d.panel_programs import ProgramsPanel, SignalsPanel
 from vrs_cli.view3d.shown import Shown, ShownPart
 from vrs_cli.view3d.window import RobotWindow
 

@@ -21,8 +21,7 @@ from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.motion import MotionKind
 from vrs_cli.view3d.placing import Rooted, gathered, move_points
-from vrs_cli.view3d.redrawing import Redrawing
-from vrs_cli.view3d.shown import Shown
+from vrs_cli.view3d.shown import Redrawing, Shown
 
 ERROR = 0.0005  # [m] between the way and its lines, at most
 MOST = 6000  # lines; of a way with more the part around the present is shown

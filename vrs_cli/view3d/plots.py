@@ -20,8 +20,7 @@ from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.render.colours import COLOURS, CURVES
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.bar import PlaybackBar
-from vrs_cli.view3d.redrawing import Redrawing
-from vrs_cli.view3d.shown import Shown
+from vrs_cli.view3d.shown import Redrawing, Shown
 from vrs_cli.view3d.strip import TimeSpan
 from vrs_cli.view3d.window import RobotWindow
 

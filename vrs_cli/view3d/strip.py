@@ -1,15 +1,38 @@
-"""The timeline as a strip: what each stretch of it is, by colour, and its commands. SVG for the page; pure."""
+"""The timeline as a strip: what each stretch of it is, by colour, its commands, and what is in doubt. SVG; pure."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from html import escape
-from math import ceil, floor, log10
+from math import ceil, floor, inf, log10
 from typing import NamedTuple
 
+from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.trajectory.segment import Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.view3d.doubts import FLAGGED, NO_DOUBTS, UNCONFIRMED, Doubts
+
+UNCONFIRMED, FLAGGED = (246, 204, 20), (210, 69, 60)  # RGB
+
+
+class Doubts(NamedTuple):
+    """From `unconfirmed` on [s] it is not what the robot has said; something wrong was shown of the times `flagged`;
+    `refused`: when commands were issued that the robot will not do [s], and their texts.
+    """
+
+    unconfirmed: float = inf
+    flagged: tuple[tuple[float, float], ...] = ()
+    refused: tuple[tuple[float, str], ...] = ()
+
+    @classmethod
+    def of(cls, seen: Previewed | None) -> Doubts:
+        if seen is None:
+            return NO_DOUBTS
+        refused = tuple((one.issued, one.text) for one in seen.expected if one.refused is not None)
+        return cls(seen.unconfirmed, seen.flagged, refused)
+
+
+NO_DOUBTS = Doubts()
+
 
 COLOURS: Mapping[Phase, str] = {
     Phase.ACCELERATE: "#2f9e8f",
