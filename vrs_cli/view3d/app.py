@@ -116,7 +116,8 @@ class App:
         client._websock_connection.get_message_buffer().window_duration_sec = 0.0
         window = RobotWindow(client, watched, self._wall, self._rate, self._stirred.set)
         try:
-            _hear(window)
+            if window.robot is not None:  # what it says may be seen
+                window.robot.listen(lambda _message: window.wake())
             furnish(window, self._title or watched.arm.model.title)
         except BaseException:
             window.close()  # nobody else knows of it
@@ -184,21 +185,12 @@ class App:
                 return
             for window in self.windows:
                 if window.due <= self._wall():
-                    self._tick(window)
+                    try:
+                        window.tick(self._wall())
+                    except Exception as error:  # all others go on
+                        window.tell(internal_error(error).text)
             due = min((window.due for window in self.windows), default=inf)
             self._stirred.wait(None if due == inf else max(due - self._wall(), 0.0))
-
-    def _tick(self, window: RobotWindow) -> None:
-        try:
-            window.tick(self._wall())
-        except Exception as error:  # all others go on
-            window.tell(internal_error(error).text)
-
-
-def _hear(window: RobotWindow) -> None:
-    """What the robot says may be seen."""
-    if window.robot is not None:
-        window.robot.listen(lambda _message: window.wake())
 
 
 def lost(window: RobotWindow) -> str:

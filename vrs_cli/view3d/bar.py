@@ -14,7 +14,7 @@ import viser
 
 from vrs_cli.interfaces.roles.playback import Playback, command_after, command_before
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.view3d.panel_parts import put
+from vrs_cli.view3d.placing import put
 from vrs_cli.view3d.shown import Redrawing, Shown
 from vrs_cli.view3d.strip import COLOURS, Doubts, TimeSpan, strip
 from vrs_cli.view3d.window import RobotWindow
@@ -82,7 +82,7 @@ class PlaybackBar:
         self._slider.on_update(self._slide)
         self._strip, self._cursor = gui.add_html(""), gui.add_html("")
         for action in actions:
-            gui.add_command(action.label, hotkey=action.key).on_trigger(window.doing_with(self._key(action)))
+            gui.add_command(action.label, hotkey=action.key).on_trigger(window.doing(partial(self._do, action)))
         gui.add_command("Show more or less of the timeline", hotkey="V").on_trigger(window.doing(self._zoom))
         self.span, self._length = TimeSpan(0.0, 1.0), inf
         self._drawing = Redrawing(window.wall)
@@ -99,9 +99,6 @@ class PlaybackBar:
 
     def _zoom(self) -> None:
         self._length = RANGES[(RANGES.index(self._length) + 1) % len(RANGES)]
-
-    def _key(self, action: Action) -> Callable[[Any], None]:
-        return lambda _event: self._do(action)
 
     def _do(self, action: Action) -> None:
         timeline = self._window.watched.timeline
@@ -151,9 +148,7 @@ class PlaybackBar:
     def _tell(self, shown: Shown, playback: Playback, wall: float) -> None:
         if wall > self._moved_at + HANDS_OFF:
             put(self._slider, value=round(self.span.within(shown.t), 3))
-        told = _cursor(self.span, shown) + _told(shown, playback, wall)
-        if told != self._cursor.content:
-            self._cursor.content = told
+        put(self._cursor, content=_cursor(self.span, shown) + _told(shown, playback, wall))
 
 
 def _cursor(span: TimeSpan, shown: Shown) -> str:

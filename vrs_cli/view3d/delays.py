@@ -20,8 +20,9 @@ from vrs_cli.net.far_end import Ahead
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.figure import Colour
-from vrs_cli.view3d.ghosts import Ghost, coincides
+from vrs_cli.view3d.ghosts import Ghost
 from vrs_cli.view3d.paths import THICK
+from vrs_cli.view3d.placing import put
 from vrs_cli.view3d.shown import Shown
 from vrs_cli.view3d.strip import FLAGGED, UNCONFIRMED
 from vrs_cli.view3d.window import RobotWindow
@@ -84,10 +85,7 @@ class DelayPanel:
             self._ghost.hide()
             return
         there = position_at(self._arm, seen.timeline, seen.shown)
-        if coincides(there, shown.position):
-            self._ghost.hide()
-        else:
-            self._ghost.stand(there, shown)
+        self._ghost.stand(there, shown)
         if there.moving:
             self._window.again()
 
@@ -123,9 +121,7 @@ class DelayPanel:
             self._told = self._add_panel()
         told = "".join(f"<div>{line}</div>" for line in _lines(t, seen))
         style = "padding:0 0.625rem 0.4rem;font-size:0.8rem;font-variant-numeric:tabular-nums"
-        content = f'<div style="{style}">{told}</div>'
-        if content != self._told.content:
-            self._told.content = content
+        put(self._told, content=f'<div style="{style}">{told}</div>')
 
 
 class Way:

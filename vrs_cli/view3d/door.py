@@ -31,22 +31,18 @@ def opened(host: str = HOST, port: int = 0, secret: str = "") -> Door:
     """Listen at an address of this machine, with a new secret where it is empty. Raises UsageError where the address is
     taken, or is one that others reach.
     """
-    listening = _listening(host, port)
-    known = secret or secrets.token_urlsafe(BYTES)
-    shown = f"[{host}]" if ":" in host else host
-    return Door(listening, known, bool(secret), f"http://{shown}:{listening.getsockname()[1]}/{known}/")
-
-
-def _listening(host: str, port: int) -> socket.socket:
     if host not in LOOPBACK:
         raise UsageError(
             f"--host {host}: the page is for this machine alone, as whoever opens it may drive the robot",
             "others watch with vrs serve and vrs view ws://HOST, or over ssh -L",
         )
     try:
-        return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
+        listening = socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
     except OSError as error:
         raise UsageError(f"{host}:{port}: {(error.strerror or str(error)).lower()}", "name another --port") from None
+    known = secret or secrets.token_urlsafe(BYTES)
+    shown = f"[{host}]" if ":" in host else host
+    return Door(listening, known, bool(secret), f"http://{shown}:{listening.getsockname()[1]}/{known}/")
 
 
 def kept_secret(file: Path) -> str:

@@ -7,6 +7,7 @@ and while the robot is shown as it is now. What is dragged may be kept: a place 
 from __future__ import annotations
 
 from enum import Enum
+from functools import partial
 from math import inf, radians
 
 import viser
@@ -18,8 +19,8 @@ from vrs_cli.net import messages
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.values.hand import DragState, Limit
 from vrs_cli.view3d.panel_front_end import PanelFrontEnd
-from vrs_cli.view3d.panel_parts import Hands, OneOf, boxed, put
-from vrs_cli.view3d.placing import place, transform_of
+from vrs_cli.view3d.panel_parts import Hands, OneOf, boxed
+from vrs_cli.view3d.placing import place, put, transform_of
 from vrs_cli.view3d.shown import Shown
 from vrs_cli.view3d.window import RobotWindow
 
@@ -66,7 +67,7 @@ class Gizmo:
 
     def _add_controls(self, gui: viser.GuiApi, hands: Hands) -> None:
         self.on = gui.add_checkbox("Gizmo at the tool (G)", initial_value=True)
-        OneOf(gui, hands, "Axes", (TOOL, WORLD), self._turn)
+        OneOf(gui, hands, "Axes", (TOOL, WORLD), partial(setattr, self, "_along"))
         OneOf(gui, hands, "Drag", tuple(moves.value for moves in Moves), self._choose)
         self.why = gui.add_html("")
         self.name = gui.add_text("Name", "part")
@@ -74,18 +75,13 @@ class Gizmo:
         self.record = gui.add_button(RECORD, hint="Of what is dragged, under this name", icon=viser.Icon.PLAYER_RECORD)
         hands.on(self.here, lambda _: self._front_end.command(f"HERE {self._named()}"))
         hands.on(self.record, lambda _: self._record())
-        gui.add_command("Drag the tool, or not", hotkey="G").on_trigger(self._window.doing(self._toggle))
-
-    def _turn(self, along: str) -> None:
-        self._along = along
+        toggle = gui.add_command("Drag the tool, or not", hotkey="G")
+        toggle.on_trigger(self._window.doing(lambda: put(self.on, value=not self.on.value)))
 
     def _choose(self, said: str) -> None:
         moves = Moves(said)
         put(self.node, disable_axes=moves is Moves.TURN, disable_sliders=moves is Moves.TURN)
         put(self.node, disable_rotations=moves is Moves.MOVE)
-
-    def _toggle(self) -> None:
-        put(self.on, value=not self.on.value)
 
     # --- dragging ---
 
@@ -157,12 +153,9 @@ class Gizmo:
             frames = shown.arm.frames(shown.position.joints)
             place(self.ball, compose(inverse(shown.frames.base), frames[joint - 1]))
         put(self.ball, visible=bool(joint))
-        put(self.why, content=boxed(text or self._follows(pulled)))
-
-    def _follows(self, pulled: DragState) -> str:
-        if pulled.by in ("", self._front_end.name):
-            return "The tool follows the gizmo"
-        return "Somebody else drags the tool"
+        ours = pulled.by in ("", self._front_end.name)
+        follows = "The tool follows the gizmo" if ours else "Somebody else drags the tool"
+        put(self.why, content=boxed(text or follows))
 
     # --- keeping ---
 

@@ -13,7 +13,7 @@ from vrs_cli.kinematics.shapes import MeshFile, Opening, opened, rgb
 from vrs_cli.kinematics.transform import IDENTITY, Transform, inverse
 from vrs_cli.view3d.looks import ShapeLook, looks_of
 from vrs_cli.view3d.meshes import joined
-from vrs_cli.view3d.placing import Rooted, place
+from vrs_cli.view3d.placing import Rooted, place, put
 
 Colour = tuple[int, int, int]
 
@@ -79,8 +79,7 @@ class Figure(Rooted):
     def show_link(self, i: int, visible: bool) -> None:
         """Whether the bodies of a link are seen, 0 the base; the links after it stay as they are."""
         for node in self._bodies[i]:
-            if node.visible != visible:
-                node.visible = visible
+            put(node, visible=visible)
 
     def pose(self, joints: Joints, hand: float, base: Transform = IDENTITY) -> None:
         """Stand at these joints, the hand open (1), closed (0) or between; `base` is BASE, T_robot_world.

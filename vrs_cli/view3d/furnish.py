@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 from math import tan
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,75 +13,15 @@ from vrs_cli.view3d.ghosts import BranchGhosts, GoalGhost
 from vrs_cli.view3d.limits import LimitsView
 from vrs_cli.view3d.looks import all_of
 from vrs_cli.view3d.panel import Panel
-from vrs_cli.view3d.panel_front_end import PanelFrontEnd
 from vrs_cli.view3d.paths import Path
 from vrs_cli.view3d.places import PlacesView
 from vrs_cli.view3d.plots import Plots
 from vrs_cli.view3d.reach import ReachView
-from vrs_cli.view3d.reasons import Asking, Reasons
+from vrs_cli.view3d.reasons import Reasons, explain_refusal
 from vrs_cli.view3d.shown import Shown
 from vrs_cli.view3d.stage import FIELD, camera_for
 from vrs_cli.view3d.studio import scenery
 from vrs_cli.view3d.window import RobotWindow
-
-
-class Choice(NamedTuple):
-    """`choose` shows it or hides it."""
-
-    label: str
-    hint: str
-    at_first: bool
-    choose: Callable[[bool], None]
-
-
-class AtWill:
-    """Adds its parts to a window, and their boxes where the panel is that is open now."""
-
-    def __init__(self, window: RobotWindow) -> None:
-        scene, arm = window.client.scene, window.watched.arm
-        path = next(part for part in window.parts if isinstance(part, Path))
-        goal = GoalGhost(scene, arm.model)
-        choices = [
-            Choice("Path", "Past blue, planned orange, lighter where motions blend", True, _setter(path, "visible")),
-            Choice("Commands", "The text of each command where its motion begins", False, _setter(path, "commands")),
-            Choice("Goal", "The arm as it will stand when the motion ends", True, _setter(goal, "visible")),
-        ]
-        limits, reach = LimitsView(scene, "/robot", arm.model), ReachView(scene, "/robot", arm)
-        choices.append(
-            Choice("Joint ranges", "How far each joint goes, and where it is", False, _setter(limits, "visible"))
-        )
-        if reach.known:
-            hint = "How far the tool gets in this configuration"
-            choices.append(Choice("Reach", hint, False, _setter(reach, "visible")))
-        window.parts += (goal, limits, reach)
-        self.reasons = Reasons(scene, arm.model)
-        window.parts.append(self.reasons)
-        if window.robot is not None:
-            places, branches = PlacesView(scene, arm.model), BranchGhosts(scene, arm, window.robot, window.again)
-            window.parts += (places, branches)
-            choices += (
-                Choice("Places", "The locations that have names", True, _setter(places, "visible")),
-                Choice("Branches", "The arm as other branches move it", True, _setter(branches, "visible")),
-            )
-        for choice in choices:
-            _add_box(window, choice)
-
-    def explain(self, front_end: PanelFrontEnd) -> None:
-        """What is typed at a panel, and refused, is shown with its reason."""
-        front_end.explained, front_end.refused = (
-            self.reasons.explain,
-            Asking(front_end.robot, self.reasons.explain).refused,
-        )
-
-
-def _add_box(window: RobotWindow, choice: Choice) -> None:
-    box = window.client.gui.add_checkbox(choice.label, choice.at_first, hint=choice.hint)
-    box.on_update(window.doing(lambda: choice.choose(box.value)))
-
-
-def _setter(part: object, name: str) -> Callable[[bool], None]:
-    return lambda value: setattr(part, name, value)
-
 
 ORANGE = (222, 120, 40)  # of what can be pressed
 EDGE = 12.0  # [px] from the edges of the picture
@@ -90,6 +29,34 @@ HEIGHT = 166.0  # [px] of the bar of time
 SHEET = 300.0  # [px] that viser's sheet has at the foot of a phone, when nothing else in it is open
 PHONE = 800.0  # [px] of the width of a page, where that sheet takes the place of panels
 CHOICES = 230.0  # [px] the width of the panel of what is to be shown
+
+
+def _add_choices(window: RobotWindow) -> Reasons:
+    """Add the parts that are shown as somebody wants it, with their boxes in the panel that is open now. What is
+    returned shows why motions are refused."""
+    scene, arm, robot = window.client.scene, window.watched.arm, window.robot
+
+    def box(part: object, shows: str, label: str, hint: str, *, at_first: bool = False) -> None:
+        """A box that sets an attribute of a part."""
+        handle = window.client.gui.add_checkbox(label, at_first, hint=hint)
+        handle.on_update(window.doing(lambda: setattr(part, shows, handle.value)))
+
+    path = next(part for part in window.parts if isinstance(part, Path))
+    goal, limits = GoalGhost(scene, arm.model), LimitsView(scene, "/robot", arm.model)
+    reach, reasons = ReachView(scene, "/robot", arm), Reasons(scene, arm.model)
+    window.parts += (goal, limits, reach, reasons)
+    box(path, "visible", "Path", "Past blue, planned orange, lighter where motions blend", at_first=True)
+    box(path, "commands", "Commands", "The text of each command where its motion begins")
+    box(goal, "visible", "Goal", "The arm as it will stand when the motion ends", at_first=True)
+    box(limits, "visible", "Joint ranges", "How far each joint goes, and where it is")
+    if reach.known:
+        box(reach, "visible", "Reach", "How far the tool gets in this configuration")
+    if robot is not None:
+        places, branches = PlacesView(scene, arm.model), BranchGhosts(scene, arm, robot, window.again)
+        window.parts += (places, branches)
+        box(places, "visible", "Places", "The locations that have names", at_first=True)
+        box(branches, "visible", "Branches", "The arm as other branches move it", at_first=True)
+    return reasons
 
 
 class Edges:
@@ -110,7 +77,7 @@ class Edges:
 
 
 def furnish(window: RobotWindow, title: str) -> None:
-    """All parts of a window, in the order in which they are shown. What is shown at will has its box in `choices`."""
+    """Add all parts of a window, in the order in which they are shown. `choices` has the boxes of `_add_choices`."""
     client, model = window.client, window.watched.arm.model
     with client.atomic():
         window.parts.extend(scenery(client.scene, model))
@@ -127,13 +94,14 @@ def furnish(window: RobotWindow, title: str) -> None:
     bar = PlaybackBar(window)
     window.parts.append(bar)
     with choices.add_tab("Show"):
-        at_will = AtWill(window)
+        reasons = _add_choices(window)
         window.parts.append(Plots(window, bar))
     choices.float(x=-EDGE, y=EDGE, width=CHOICES)
     choices.minimize()
     if window.robot is not None:
         panel = Panel(window)
-        at_will.explain(panel.front_end)
+        panel.front_end.explained = reasons.explain  # what is typed, and refused, is shown with its reason
+        panel.front_end.refused = partial(explain_refusal, window.robot, reasons.explain)
         window.parts += panel.parts
         window.closing.append(panel.close)
         window.type = panel.front_end.type

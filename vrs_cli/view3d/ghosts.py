@@ -18,6 +18,7 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import BranchSeen
 from vrs_cli.values.results import Position
 from vrs_cli.view3d.figure import Figure
+from vrs_cli.view3d.placing import put
 from vrs_cli.view3d.shown import Shown
 from vrs_cli.wire.records import Form, RecordError
 from vrs_cli.wire.snapshots import BranchShown, ShowBranch, snapshot_of
@@ -45,23 +46,28 @@ class Ghost:
         self._links: Sequence[Transform] = ()
 
     def hide(self) -> None:
-        if self._figure is not None and self._figure.visible:
-            self._figure.visible = False
+        if self._figure is not None:
+            put(self._figure, visible=False)
 
-    def stand(self, at: Position, shown: Shown) -> None:
-        """Which of its links coincide with those of the arm is seen late enough where other things are read."""
+    def stand(self, at: Position, shown: Shown) -> bool:
+        """Stand there, or hide where the arm is there too; whether it is seen. Which of its links coincide with those
+        of the arm is looked at only where other things are read.
+        """
+        if coincides(at, shown.position):
+            self.hide()
+            return False
         if self._figure is None:
             self._figure = Figure(self._scene, self._root, self._model, colour=self._colour, opacity=self._opacity)
         elif at is self._at and self._figure.visible and not shown.reads:
-            return
+            return True
         self._figure.pose(at.joints, at.hand, shown.frames.base)
         if at is not self._at:
             self._at, self._links = at, link_frames(self._model, at.joints)
         here = link_frames(self._model, shown.position.joints)
         for i, (ours, its) in enumerate(zip(here, self._links, strict=True)):
             self._figure.show_link(i, max(abs(a - b) for a, b in zip(ours, its, strict=True)) > BESIDE)
-        if not self._figure.visible:
-            self._figure.visible = True
+        put(self._figure, visible=True)
+        return True
 
     def remove(self) -> None:
         if self._figure is not None:
@@ -82,18 +88,10 @@ class GoalGhost:
         if not (self.visible and shown.position.moving):
             self._ghost.hide()
             return
-        goal = self._destination(shown)
-        if coincides(goal, shown.position):
-            self._ghost.hide()
-        else:
-            self._ghost.stand(goal, shown)
-
-    def _destination(self, shown: Shown) -> Position:
-        """The same one as long as it is."""
         timeline, end = shown.timeline, finish_after(shown.timeline, shown.t)
         if self._goal is None or self._timeline is not timeline or self._goal.time != end:
             self._timeline, self._goal = timeline, position_at(shown.arm, timeline, end)
-        return self._goal
+        self._ghost.stand(self._goal, shown)
 
 
 class BranchGhosts:
@@ -155,14 +153,7 @@ class BranchGhosts:
         ghost, label = self._drawn[name]
         if at.moving:
             self._moves()
-        apart = not coincides(at, shown.position)
+        apart = ghost.stand(at, shown)
         if apart:
-            ghost.stand(at, shown)
             label.position = position(at.T_world_tool)
-        else:
-            ghost.hide()
-        text = f"{name}: {seen.row.end - shown.timeline.end:+.1f} s"
-        if label.text != text:
-            label.text = text
-        if label.visible != apart:
-            label.visible = apart
+        put(label, text=f"{name}: {seen.row.end - shown.timeline.end:+.1f} s", visible=apart)

@@ -46,11 +46,12 @@ class Guard:
     def refuses(self, request: Request) -> str:
         """Why a request is not answered, or empty."""
         host, origin = request.headers.get("Host", ""), request.headers.get("Origin")
+        secret = urlsplit(request.path).path.lstrip("/").partition("/")[0]
         if urlsplit(f"//{host}").hostname not in LOOPBACK:
             return "this page is for this machine alone: open the address that vrs view tells"
         if origin is not None and urlsplit(origin).netloc != host:
             return "another page may not look at this robot"
-        if not hmac.compare_digest(_secret_of(request.path).encode(), self._door.secret.encode()):
+        if not hmac.compare_digest(secret.encode(), self._door.secret.encode()):
             return "open the address that vrs view tells, with all that is in it"
         return ""
 
@@ -71,10 +72,7 @@ class Guard:
         if "Accept-Encoding" in request.headers:
             del request.headers["Accept-Encoding"]  # most of the page is compressed anyway
         answer = then(connection, request)
-        return answer if answer is None else self._with_addition(answer)
-
-    def _with_addition(self, answer: Response) -> Response:
-        if answer.headers.get("Content-Type", "").startswith("text/html"):
+        if answer is not None and answer.headers.get("Content-Type", "").startswith("text/html"):
             answer.body += addition(comes_back=self._door.kept)
             del answer.headers["Content-Length"]
             answer.headers["Content-Length"] = str(len(answer.body))
@@ -112,7 +110,3 @@ class Guard:
         error = context.get("exception")
         if error is not None:
             self._failed(error)
-
-
-def _secret_of(path: str) -> str:
-    return urlsplit(path).path.lstrip("/").partition("/")[0]

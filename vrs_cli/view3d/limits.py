@@ -14,7 +14,7 @@ from vrs_cli.kinematics.transform import Transform, compose, inverse, rotation_z
 from vrs_cli.view3d.figure import link_node
 from vrs_cli.view3d.looks import looks_of
 from vrs_cli.view3d.meshes import Mesh, Points, joined, moved
-from vrs_cli.view3d.placing import wxyz
+from vrs_cli.view3d.placing import put, wxyz
 from vrs_cli.view3d.shown import Shown
 
 FREE, END, HAND = (108, 158, 214), (214, 78, 62), (52, 58, 66)
@@ -62,12 +62,8 @@ class LimitsView:
         ends = zip(model.lower, model.upper, strict=True)
         rows = zip(self._hands, shown.position.joints, ends, strict=True)
         for joint, (hand, x, (lower, upper)) in enumerate(rows, 1):
-            text = f"JT{joint}  {model.said(joint, x, 0)}"
-            if hand.label.text != text:
-                hand.label.text = text
-            colour = END if min(x - lower, upper - x) < NEAR * (upper - lower) else HAND
-            if hand.mesh.color != colour:
-                hand.mesh.color = colour
+            put(hand.label, text=f"JT{joint}  {model.said(joint, x, 0)}")
+            put(hand.mesh, color=END if min(x - lower, upper - x) < NEAR * (upper - lower) else HAND)
 
     def _add(self, joint: int) -> None:
         model, slides = self._model, self._model.units.slides(joint)

@@ -45,19 +45,14 @@ def all_of(model: RobotModel) -> Looks:
             why.append(error)
             bare.add(shape.link)
     instead = [shape for shape in capsules(model) if shape.link in bare] if bare else []
+    more = f" (and {len(why) - 1} more)" if len(why) > 1 else ""
+    missing = f"{why[0]}{more}: capsules stand for what is missing" if why else ""
     looks = [look for look in found if look.shape.link not in bare]
-    return Looks((*looks, *(ShapeLook(shape, _mesh(shape)) for shape in instead)), _said(why))
+    return Looks((*looks, *(ShapeLook(shape, _mesh(shape)) for shape in instead)), missing)
 
 
 def _mesh(shape: LinkShape) -> Mesh:
     return read_mesh(shape.body) if isinstance(shape.body, MeshFile) else mesh_of(shape.body)
-
-
-def _said(why: list[VrsError]) -> str:
-    if not why:
-        return ""
-    more = f" (and {len(why) - 1} more)" if len(why) > 1 else ""
-    return f"{why[0]}{more}: capsules stand for what is missing"
 
 
 @lru_cache

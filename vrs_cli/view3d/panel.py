@@ -14,8 +14,9 @@ from vrs_cli.view3d.drag import Gizmo
 from vrs_cli.view3d.panel_front_end import PanelFrontEnd
 from vrs_cli.view3d.panel_hand import HandPanel
 from vrs_cli.view3d.panel_line import CommandLine
-from vrs_cli.view3d.panel_parts import Hands, boxed, put
+from vrs_cli.view3d.panel_parts import Hands, boxed
 from vrs_cli.view3d.panel_programs import ProgramsPanel, SignalsPanel
+from vrs_cli.view3d.placing import put
 from vrs_cli.view3d.shown import Shown, ShownPart
 from vrs_cli.view3d.window import RobotWindow
 
@@ -40,32 +41,27 @@ class Panel:
         self._breaks = self.robot.cuts + self.robot.stalls
         self._waits: tuple[int, float] = 0, 0.0  # the command that is waited for, since that time of the day [s]
         self.parts: list[ShownPart] = [self]
-        self._build(window, window.client.gui)
-
-    def _build(self, window: RobotWindow, gui: viser.GuiApi) -> None:
+        gui = window.client.gui
         panel = gui.add_panel(order=-1.0)
         with panel.add_tab("Commands" if self._drives else "Robot", viser.Icon.TERMINAL_2):
             self.news = gui.add_html("")
             self.lease = gui.add_button_group("Nobody drives", (DRIVE,), visible=False)
             with gui.add_folder(None, visible=self._drives):
                 self.line = CommandLine(gui, self.front_end, self.hands, self._wall)
-            self._add_tabs(window, gui)
+            tabs = gui.add_tab_group()
+            with tabs.add_tab("Programs"):
+                self.programs = ProgramsPanel(gui, self.front_end, self.hands, self._surveying)
+            if self._drives:
+                with tabs.add_tab("Move"):
+                    self.hand = HandPanel(gui, self.front_end, self.hands, self.robot.arm, self._wall)
+                with tabs.add_tab("Drag"):
+                    self.gizmo = Gizmo(window, self.robot, self.front_end, self.hands)
+                    self.parts.append(self.gizmo)
+            with tabs.add_tab("Signals"):
+                self.signals = SignalsPanel(gui, self.front_end, self.hands, drives=self._drives)
         panel.dock_left()
         panel.set_width(min(WIDTH, max(LEAST, SHARE * window.width)))
         self.hands.on(self.lease, self._lease)
-
-    def _add_tabs(self, window: RobotWindow, gui: viser.GuiApi) -> None:
-        tabs = gui.add_tab_group()
-        with tabs.add_tab("Programs"):
-            self.programs = ProgramsPanel(gui, self.front_end, self.hands, self._surveying)
-        if self._drives:
-            with tabs.add_tab("Move"):
-                self.hand = HandPanel(gui, self.front_end, self.hands, self.robot.arm, self._wall)
-            with tabs.add_tab("Drag"):
-                self.gizmo = Gizmo(window, self.robot, self.front_end, self.hands)
-                self.parts.append(self.gizmo)
-        with tabs.add_tab("Signals"):
-            self.signals = SignalsPanel(gui, self.front_end, self.hands, drives=self._drives)
 
     def _lease(self, what: str) -> None:
         if what.startswith(GIVE):
@@ -86,7 +82,10 @@ class Panel:
         breaks = self.robot.cuts + self.robot.stalls
         if self._breaks != breaks:
             self._breaks = breaks
-            self._drop()
+            self.line.drop()  # what was typed or moved before a cut, and is not sent, is not sent later
+            if self._drives:
+                self.hand.drop()
+                self.gizmo.drop()
         self.line.refresh()
         if self._drives:
             self.hand.refresh(shown, found, drives=drives)
@@ -94,24 +93,14 @@ class Panel:
             self.programs.refresh(found, drives=drives)
             self.signals.refresh(found)
 
-    def _drop(self) -> None:
-        """The connection was cut: what was typed or moved before, and is not sent, is not sent later."""
-        self.line.drop()
-        if self._drives:
-            self.hand.drop()
-            self.gizmo.drop()
-
     def _show_state(self, wall: float) -> None:
         driver = self.front_end.who_drives(self.front_end.lease.driver)
         news = self._waited_for(wall) if self.robot.open else NO_CONNECTION
         news = news if self._drives else news or driver
         put(self.news, content=boxed(escape(news)), visible=bool(news))
-        put(self.lease, label=driver, options=self._offers(), visible=self._shares and self.robot.open)
-
-    @property
-    def _shares(self) -> bool:
-        """Whether it matters who drives: at a robot of one user only once that one has asked for it."""
-        return self._drives and (bool(self.front_end.lease.driver) or not self.robot.one_user)
+        # who drives matters at a robot of one user only once that one has asked for it
+        shares = self._drives and (bool(self.front_end.lease.driver) or not self.robot.one_user)
+        put(self.lease, label=driver, options=self._offers(), visible=shares and self.robot.open)
 
     def _waited_for(self, wall: float) -> str:
         """What has been under way for a while."""

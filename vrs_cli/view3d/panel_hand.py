@@ -22,11 +22,11 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.words.values import plain
 from vrs_cli.net.far_hand import FarHand
 from vrs_cli.render.colours import Ink
-from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import Surveyed
 from vrs_cli.values.hand import Axis, Frame, Press, Seen, StopJog
 from vrs_cli.view3d.panel_front_end import PanelFrontEnd
-from vrs_cli.view3d.panel_parts import Act, Hands, OneOf, put
+from vrs_cli.view3d.panel_parts import Act, Hands, OneOf
+from vrs_cli.view3d.placing import put
 from vrs_cli.view3d.shown import Shown
 
 RESTS = 0.2  # [s] after which a slider that is moved no more is meant
@@ -141,7 +141,10 @@ class HandPanel:
         self.leading = gui.add_folder(None)
         with self.leading:
             self.speed = Slider(gui.add_slider("SPEED %", 1.0, 100.0, 1.0, 100.0))
-            self.joints = [Slider(self._add_joint(gui, number)) for number in range(1, arm.model.joint_count + 1)]
+            self.joints = []
+            for number in range(1, arm.model.joint_count + 1):
+                low, high, begin = slider_range(arm.model, number)
+                self.joints.append(Slider(gui.add_slider(f"Joint {number}", low, high, 0.1, begin)))
             OneOf(gui, hands, JOG, (WORLD, TOOL, JOINTS), self._choose)
             self.axis = gui.add_button_group("Axis", AXES[WORLD])
             self.buttons = [self._add_button(gui, hands, way) for way in (MINUS, PLUS)]
@@ -153,10 +156,6 @@ class HandPanel:
         for joint in self.joints:
             hands.on(joint.handle, partial(self._move, joint))
         hands.on(self.axis, self._choose_axis)
-
-    def _add_joint(self, gui: viser.GuiApi, number: int) -> viser.GuiSliderHandle[float]:
-        low, high, begin = slider_range(self._arm.model, number)
-        return gui.add_slider(f"Joint {number}", low, high, 0.1, begin)
 
     def _add_button(self, gui: viser.GuiApi, hands: Hands, way: str) -> HeldButton:
         sign = 1.0 if way == PLUS else -1.0
@@ -237,16 +236,12 @@ class HandPanel:
         )  # where that leads is not known yet
         for number, joint in enumerate(self.joints, 1):
             wanted = None if begun else joint.taken(wall)
-            if wanted is not None:
-                self._jog(number, wanted, shown.timeline)
+            if wanted is not None:  # from where the joint goes, to where it is wanted [deg, mm]
+                goal = destination_at(self._arm, shown.timeline, shown.timeline.end).joints
+                change = wanted - self._arm.model.units.one_shown(number, goal[number - 1])
+                if abs(change) >= LEAST:
+                    self._command(str(number), change)
             joint.follow(round(self._arm.model.units.one_shown(number, here[number - 1]), 1), wall)
-
-    def _jog(self, number: int, wanted: float, timeline: Timeline) -> None:
-        """From where the joint goes, to where it is wanted [deg, mm]."""
-        goal = destination_at(self._arm, timeline, timeline.end).joints
-        change = wanted - self._arm.model.units.one_shown(number, goal[number - 1])
-        if abs(change) >= LEAST:
-            self._command(str(number), change)
 
 
 def full_speed(model: RobotModel, axis: Axis) -> float:

@@ -23,7 +23,8 @@ from vrs_cli.values.prompt import Suggestion
 from vrs_cli.values.questions import Confirmation, Parting
 from vrs_cli.values.replies import Diagnosed, DiagnosticsReport
 from vrs_cli.view3d.panel_front_end import PanelFrontEnd
-from vrs_cli.view3d.panel_parts import Hands, boxed, put
+from vrs_cli.view3d.panel_parts import Hands, boxed
+from vrs_cli.view3d.placing import put
 
 SAME = 0.3  # [s] in which the same text once more is an echo of what was taken, and not typed again
 
@@ -50,7 +51,8 @@ class TypingField:
 
     def changed(self, value: str, wall: float) -> TypedText:
         """`wall`: the time of the day [s]."""
-        late = self._is_late(value, wall)
+        again = self._taken and value.startswith(self._taken)  # the page has not heard yet what was taken
+        late = bool(again) and (len(value) > len(self._taken) or wall < self._taken_at + SAME)
         text = self._rest + value[len(self._taken) :] if late else value
         if "\n" not in text:
             self.text = text
@@ -59,12 +61,6 @@ class TypingField:
         ended, rest = self._ended(text)
         self.text, self._taken, self._taken_at, self._rest = rest, value, wall, rest
         return TypedText(ended, rest)
-
-    def _is_late(self, value: str, wall: float) -> bool:
-        """Whether the page has not heard yet what was taken."""
-        if not self._taken or not value.startswith(self._taken):
-            return False
-        return len(value) > len(self._taken) or wall < self._taken_at + SAME
 
     def _ended(self, text: str) -> tuple[str, str]:
         """The lines that are ended, and the rest. Enter in the middle of a line ends all of it."""
@@ -102,9 +98,6 @@ class CommandLine:
         self._at = 0  # how many lines before the newest of the history the field shows
         self._shown: Asked | None = None
         self._version = -1
-        self._build(gui)
-
-    def _build(self, gui: viser.GuiApi) -> None:
         self.asked = gui.add_html("", visible=False)
         self.yes_no = gui.add_button_group("Answer", (YES, NO), visible=False)
         self.answer = gui.add_text("Answer", "", multiline=True, visible=False, hint="Enter gives the answer")
@@ -231,7 +224,9 @@ class CommandLine:
         self.asked.visible = asked is not None
         self.yes_no.visible, self.answer.visible = decides, asked is not None and not decides
         if asked is not None:
-            self.asked.content = boxed(f"<b>{escape(_spoken(asked))}</b>")
+            lines = (getattr(asked.question, one, "") for one in ("about", "wrong", "text"))
+            spoken = " ".join(filter(None, lines)) or "a line is wanted"
+            self.asked.content = boxed(f"<b>{escape(spoken)}</b>")
             self._answering.put("")
             self._hands.fill(self.answer, "")
 
@@ -248,16 +243,6 @@ class CommandLine:
         transcript = self._front_end.transcript
         if transcript.version != self._version:
             self._version = transcript.version
-            self.said.content = _scrolled(transcript.html())
-
-
-def _spoken(asked: Asked) -> str:
-    question = asked.question
-    lines = (getattr(question, one, "") for one in ("about", "wrong", "text"))
-    return " ".join(line for line in lines if line) or "a line is wanted"
-
-
-def _scrolled(content: str) -> str:
-    """The newest is seen: what is written from below up needs no scrolling down."""
-    style = f"height:{SAID_HEIGHT};overflow:auto;display:flex;flex-direction:column-reverse"
-    return boxed(f'<div style="{style}"><div>{content}</div></div>')
+            # the newest is seen: what is written from below up needs no scrolling down
+            style = f"height:{SAID_HEIGHT};overflow:auto;display:flex;flex-direction:column-reverse"
+            self.said.content = boxed(f'<div style="{style}"><div>{transcript.html()}</div></div>')

@@ -9,7 +9,8 @@ from contextlib import suppress
 from typing import Any
 
 import viser
-from viser._messages import GuiUpdateMessage
+
+from vrs_cli.view3d.placing import put
 
 Act = Callable[[], object]
 ON, OFF = "\N{BLACK CIRCLE}", "\N{WHITE CIRCLE}"  # lamps
@@ -83,23 +84,3 @@ class OneOf:
 def boxed(content: str) -> str:
     """HTML in the letters of a terminal."""
     return f'{STYLE}<div class="vrs" style="font:12px/1.35 monospace;padding:0 0.8em 0.6em">{content}</div>'
-
-
-def put(handle: Any, **properties: Any) -> None:
-    """Give a handle properties that are another: what stays is not sent again."""
-    for name, value in properties.items():
-        if getattr(handle, name) == value:
-            continue
-        if name == "value":
-            _put_value(handle, value)
-        else:
-            setattr(handle, name, value)
-
-
-def _put_value(handle: Any, value: Any) -> None:
-    """viser's setter also calls what hears the user: its loop would be woken once more for each slider that follows the
-    arm. tests/view3d/test_panel.py holds that the page is told the same.
-    """
-    state = handle._impl
-    state.value = value
-    state.gui_api._websock_interface.queue_message(GuiUpdateMessage(state.uuid, {"value": value}))

@@ -12,7 +12,8 @@ from vrs_cli.render.html import pieces_html
 from vrs_cli.render.scan import scan
 from vrs_cli.values.acts import StepList, Surveyed, TaskRow
 from vrs_cli.view3d.panel_front_end import PanelFrontEnd
-from vrs_cli.view3d.panel_parts import OFF, ON, Hands, boxed, put
+from vrs_cli.view3d.panel_parts import OFF, ON, Hands, boxed
+from vrs_cli.view3d.placing import put
 from vrs_cli.view3d.surveying import Surveying
 
 RUN, STEP, PROCEED, PAUSE, GO_ON, ABORT = "Run", "Step", "Proceed", "Pause", "Go on", "Abort"
@@ -39,7 +40,7 @@ class ProgramsPanel:
             self.upload = gui.add_upload_button("Load a program file (.v2)", icon=viser.Icon.UPLOAD)
         hands.on(self.choice, self._choose)
         hands.on(self.run, self._do)
-        hands.on(self.upload, self._load)
+        hands.on(self.upload, lambda file: front_end.load(file.name, file.content))
 
     # --- what is done ---
 
@@ -50,24 +51,20 @@ class ProgramsPanel:
     def _do(self, what: str) -> None:
         front_end, task = self._front_end, self._surveying.task
         name = self.choice.value
+        if name == NONE and what in (RUN, STEP):
+            front_end.note("No program is in memory: type one, or load a file")
+            return
         stopped = task is not None and not task.running and task.step is not None
-        match what:
-            case _ if name == NONE and what in (RUN, STEP):
-                front_end.note("No program is in memory: type one, or load a file")
-            case "Run":
-                front_end.command(f"EXECUTE {name}")
-            case "Step":
-                goes_on = stopped and task is not None and task.program.lower() == name.lower()
-                front_end.command("SSTEP" if goes_on else f"SSTEP {name}")
-            case "Proceed":
-                front_end.command("PROCEED")
-            case "Pause" | "Go on":
-                front_end.command("CLOCK PAUSE" if what == PAUSE else "CLOCK GO")
-            case "Abort":
-                front_end.command("ABORT")
-
-    def _load(self, file: viser.UploadedFile) -> None:
-        self._front_end.load(file.name, file.content)
+        goes_on = stopped and task is not None and task.program.lower() == name.lower()
+        commands = {
+            RUN: f"EXECUTE {name}",
+            STEP: "SSTEP" if goes_on else f"SSTEP {name}",
+            PROCEED: "PROCEED",
+            PAUSE: "CLOCK PAUSE",
+            GO_ON: "CLOCK GO",
+            ABORT: "ABORT",
+        }
+        front_end.command(commands[what])
 
     # --- what is seen ---
 

@@ -20,7 +20,7 @@ from vrs_cli.kinematics.transform import Vector, position
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.motion import MotionKind
-from vrs_cli.view3d.placing import Rooted, gathered, move_points
+from vrs_cli.view3d.placing import Rooted, gathered, move_points, put
 from vrs_cli.view3d.shown import Redrawing, Shown
 
 ERROR = 0.0005  # [m] between the way and its lines, at most
@@ -137,8 +137,7 @@ class Path(Rooted):
         if drawn != self._drawn and lines:
             self._drawn = drawn
             self._lines.points, self._lines.colors = _figure(lines, place + (line is None), sent)
-        if self._under_way.visible != (line is not None):
-            self._under_way.visible = line is not None
+        put(self._under_way, visible=line is not None)
         if line is not None:
             self._part(line, first, passed, tip)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import BinaryIO
 
 from vrs_cli.files.exports import Exporter
@@ -25,22 +25,15 @@ def _page_rate(timeline: Timeline) -> float:
     return usual_rate(timeline)
 
 
-def _write_still(stream: BinaryIO, arm: RobotArm, timeline: Timeline, t: float) -> None:
-    from vrs_cli.view3d.still import write_still
+def _photographed(name: str) -> Callable[[BinaryIO, RobotArm, Timeline, float], None]:
+    """What writes a picture: a function of `still`, by its name."""
 
-    write_still(stream, arm, timeline, t)
+    def write(stream: BinaryIO, arm: RobotArm, timeline: Timeline, number: float) -> None:
+        from vrs_cli.view3d import still
 
+        getattr(still, name)(stream, arm, timeline, number)
 
-def _write_gif(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
-    from vrs_cli.view3d.still import write_gif
-
-    write_gif(stream, arm, timeline, rate)
-
-
-def _write_mp4(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
-    from vrs_cli.view3d.still import write_mp4
-
-    write_mp4(stream, arm, timeline, rate)
+    return write
 
 
 def _film_rate(_timeline: Timeline) -> float:
@@ -54,9 +47,24 @@ def _end(timeline: Timeline) -> float:
 PICTURES: Mapping[str, Exporter] = {
     exporter.name: exporter
     for exporter in (
-        Exporter("html", ".html", "a page that plays in a browser, offline", _write_page, check_view, _page_rate),
-        Exporter("png", ".png", "a picture of one moment", _write_still, check_still, _end, True),
-        Exporter("gif", ".gif", "a moving picture", _write_gif, check_still, _film_rate),
-        Exporter("mp4", ".mp4", "a film, by ffmpeg", _write_mp4, check_mp4, _film_rate),
+        Exporter(
+            "html",
+            ".html",
+            "a page that plays in a browser, offline",
+            _write_page,
+            check_view,
+            _page_rate,
+        ),
+        Exporter(
+            "png",
+            ".png",
+            "a picture of one moment",
+            _photographed("write_still"),
+            check_still,
+            _end,
+            True,
+        ),
+        Exporter("gif", ".gif", "a moving picture", _photographed("write_gif"), check_still, _film_rate),
+        Exporter("mp4", ".mp4", "a film, by ffmpeg", _photographed("write_mp4"), check_mp4, _film_rate),
     )
 }

@@ -1,4 +1,4 @@
-"""Where nodes of a scene stand, finer than anybody sees, and whether they are seen."""
+"""Changes of nodes and inputs, of which what stays is not sent: where nodes stand, and whether they are seen."""
 
 from __future__ import annotations
 
@@ -73,6 +73,23 @@ def place(node: SceneNodeHandle, T: Transform) -> None:
     if node.wxyz.tolist() != turned:
         node.wxyz[:] = turned
         state.api._queue_scene_message(SetOrientationMessage(state.name, (a, b, c, d)))
+
+
+def put(handle: Any, **properties: Any) -> None:
+    """Give a node or an input properties that are other ones: what stays is not sent again.
+
+    viser's setter of `value` also calls what hears the user: its loop would be woken once more for each slider that
+    follows the arm. tests/view3d/test_panel.py holds that the page is told the same.
+    """
+    for name, value in properties.items():
+        if getattr(handle, name) == value:
+            continue
+        if name == "value":
+            state = handle._impl
+            state.value = value
+            state.gui_api._websock_interface.queue_message(its.GuiUpdateMessage(state.uuid, {"value": value}))
+        else:
+            setattr(handle, name, value)
 
 
 def move_points(node: LineSegmentsHandle, points: NDArray[np.float32]) -> None:

@@ -20,6 +20,7 @@ from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.render.colours import COLOURS, CURVES
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.bar import PlaybackBar
+from vrs_cli.view3d.placing import put
 from vrs_cli.view3d.shown import Redrawing, Shown
 from vrs_cli.view3d.strip import TimeSpan
 from vrs_cli.view3d.window import RobotWindow
@@ -92,8 +93,9 @@ class Plots:
                     self._open[kind] = _Plot(kind, self._window)
             elif not event.target.value and kind in self._open:
                 self._open.pop(kind).remove()
-                if not self._open:
-                    self._close()
+                if not self._open and self._panel is not None:
+                    self._panel.remove()
+                    self._panel = None
 
     def _container(self) -> viser.GuiTabHandle:
         """Of the plots, which is opened with the first of them, on the right."""
@@ -103,11 +105,6 @@ class Plots:
             self._panel.dock_right()
             self._panel.set_width(WIDTH)
         return self._tab
-
-    def _close(self) -> None:
-        if self._panel is not None:
-            self._panel.remove()
-            self._panel = None
 
     def show(self, shown: Shown) -> None:
         if self._open:
@@ -145,9 +142,7 @@ class _Plot:
         timeline = shown.timeline
         self._drawing.look((timeline.version, id(timeline)), span, lambda: self._draw(timeline, span))
         if shown.reads:
-            follows = _line(span.percent(shown.t)) + self._legend(timeline, shown.t)
-            if follows != self._follows.content:
-                self._follows.content = follows
+            put(self._follows, content=_line(span.percent(shown.t)) + self._legend(timeline, shown.t))
 
     def _draw(self, timeline: Timeline, span: TimeSpan) -> None:
         times = np.linspace(span.low, span.high, SAMPLES)

@@ -17,7 +17,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Flags
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.transform import Vector, inverse, position
-from vrs_cli.view3d.meshes import Faces, Mesh, Points, moved
+from vrs_cli.view3d.meshes import Mesh, Points, moved
 from vrs_cli.view3d.shown import Shown
 
 POSES = 40_000
@@ -189,11 +189,7 @@ def _swept(arm: RobotArm, sections: Sections) -> Mesh:
     far, z, angle = (sections[..., k, None] for k in range(3))
     around = angle + turns
     points = np.stack([far * np.cos(around), far * np.sin(around), z + 0.0 * around], axis=-1)  # (S, 2, turns, 3)
-    return Mesh(points.reshape(-1, 3), _bands(len(sections), len(turns)))
-
-
-def _bands(count: int, turns: int) -> Faces:
-    first = (np.arange(count) * 2 * turns)[:, None] + np.arange(turns - 1)
-    a, b, c, d = first, first + 1, first + turns + 1, first + turns
-    corners = np.stack([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)])
-    return corners.reshape(-1, 3).astype(np.uint32)
+    count = len(turns)
+    a = (np.arange(len(sections)) * 2 * count)[:, None] + np.arange(count - 1)
+    corners = np.stack([np.stack([a, a + 1, a + count + 1], axis=-1), np.stack([a, a + count + 1, a + count], axis=-1)])
+    return Mesh(points.reshape(-1, 3), corners.reshape(-1, 3).astype(np.uint32))

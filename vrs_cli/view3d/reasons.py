@@ -9,10 +9,9 @@ import numpy as np
 from viser import SceneApi
 
 from vrs_cli.errors import VrsError
-from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
 from vrs_cli.kinematics.transform import Transform, Vector, along, subtracted
-from vrs_cli.language.text.ast import DoInstruction, Expression, Instruction
+from vrs_cli.language.text.ast import DoInstruction, Instruction
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.net.messages import At, Done, ServerMessage
@@ -102,38 +101,23 @@ def said(report: ReachReport) -> str:
     return f"{report.name}: {way} go there, {1e3 * line.length:.0f} mm in {line.duration:.1f} s"
 
 
-class Asking:
-    """Asks the robot why a motion that somebody typed was refused; the report goes to `told`."""
+def explain_refusal(robot: SocketPort, told: Callable[[ReachReport], None], text: str) -> None:
+    """Ask the robot why a typed motion was refused; `told` gets the report. Only motions to a place have a picture."""
+    name = place_of(text)
 
-    def __init__(self, robot: SocketPort, told: Callable[[ReachReport], None]) -> None:
-        self._robot, self._told = robot, told
-
-    def refused(self, text: str) -> None:
-        """A line that was not done; others than motions to a place have no picture."""
-        asked = place_of(text)
-        if asked is not None:
-            self._begin(lambda id: At(id, Evaluate(asked)), lambda found: self._valued(asked, found))
-
-    def _valued(self, name: str, found: object) -> None:
+    def evaluated(message: ServerMessage) -> None:
+        found = message.found if isinstance(message, Done) else None
         value = found.location or found.joints if isinstance(found, Valued) else None
-        if value is not None:
-            goal = Goal.of(target_of(value))
-            self._begin(lambda id: At(id, Explain(goal, name)), self._explained)
+        if value is not None and name is not None:
+            goal = Goal.of(PoseTarget(value) if isinstance(value, Transform) else JointTarget(value))
+            robot.post(lambda id: At(id, Explain(goal, name)), explained)
 
-    def _explained(self, found: object) -> None:
-        if isinstance(found, ReachReport):
-            self._told(found)
+    def explained(message: ServerMessage) -> None:
+        if isinstance(message, Done) and isinstance(message.found, ReachReport):
+            told(message.found)
 
-    def _begin(self, make: Callable[[int], At], heard: Callable[[object], None]) -> None:
-        def hear(message: ServerMessage) -> None:
-            if isinstance(message, Done):
-                heard(message.found)
-
-        self._robot.post(make, hear)
-
-
-def target_of(value: Transform | Joints) -> PoseTarget | JointTarget:
-    return PoseTarget(value) if isinstance(value, Transform) else JointTarget(value)
+    if name is not None:
+        robot.post(lambda id: At(id, Evaluate(name)), evaluated)
 
 
 def place_of(text: str) -> str | None:
@@ -148,10 +132,7 @@ def place_of(text: str) -> str | None:
     place, *others = it.arguments
     if place is None:
         return None
-    return _approached(place, others[0]) if it.word.startswith("APPRO") and others else expression_text(place)
-
-
-def _approached(place: Expression, distance: Expression | None) -> str:
-    """Back along the tool's axis."""
-    back = "0" if distance is None else expression_text(distance)
+    if not (it.word.startswith("APPRO") and others):
+        return expression_text(place)
+    back = "0" if others[0] is None else expression_text(others[0])  # along the tool's axis
     return f"{expression_text(place)}:TRANS(0, 0, -({back}))"

@@ -11,7 +11,7 @@ import numpy as np
 from viser import FrameHandle, SceneApi
 
 from vrs_cli.kinematics.bodies import size_of
-from vrs_cli.kinematics.joints import JointKind, Joints
+from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, inverse, position, translation
 from vrs_cli.view3d.looks import floor_height, room_of
@@ -119,7 +119,10 @@ def backdrop(scene: SceneApi) -> None:
     scene.set_up_direction("+z")
     scene.add_light_hemisphere("/light/sky", sky_color=(255, 255, 255), ground_color=(168, 164, 158), intensity=2.0)
     scene.add_light_directional("/light/fill", intensity=0.7, cast_shadow=False, position=(-1.0, 2.0, 1.0))
-    _background(scene)
+    # the background is lighter from above downwards, as paper that is bent behind what is photographed
+    part = np.linspace(0.0, 1.0, 128)[:, None, None]
+    picture = (1.0 - part) * np.array(HEAD) + part * np.array(FOOT)
+    scene.set_background_image(np.repeat(picture, 2, axis=1).astype(np.uint8), format="png")
 
 
 def _hang_lamp(scene: SceneApi, reach: float) -> None:
@@ -136,13 +139,6 @@ def _hang_lamp(scene: SceneApi, reach: float) -> None:
         direction=(-x, -y, -z),
         cast_shadow=True,
     )
-
-
-def _background(scene: SceneApi) -> None:
-    """From above downwards lighter, as paper that is bent behind what is photographed."""
-    part = np.linspace(0.0, 1.0, 128)[:, None, None]
-    picture = (1.0 - part) * np.array(HEAD) + part * np.array(FOOT)
-    scene.set_background_image(np.repeat(picture, 2, axis=1).astype(np.uint8), format="png")
 
 
 def _lay_floor(scene: SceneApi, reach: float, height: float) -> None:
@@ -200,7 +196,10 @@ def camera_for(model: RobotModel, aspect: float, base: Transform = IDENTITY) -> 
 
     `aspect`: the width of the screen by its height.
     """
-    rooms = np.concatenate([room_of(model, q) for q in _shown_poses(model)])
+    ready = model.poses["ready"]
+    joints = zip(ready, model.upper, model.units.kinds, strict=True)
+    far_out = tuple(upper if kind is JointKind.PRISMATIC else x for x, upper, kind in joints)
+    rooms = np.concatenate([room_of(model, q) for q in (ready, model.poses["nest"], far_out)])
     low, high = rooms.min(axis=0), rooms.max(axis=0)
     centre, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
     half = min(0.5 * FIELD, atan(tan(0.5 * FIELD) * aspect))
@@ -210,10 +209,3 @@ def camera_for(model: RobotModel, aspect: float, base: Transform = IDENTITY) -> 
     points = (centre + away * towards, centre)
     eye, aim = (position(compose(T_world_robot, translation(*map(float, point)))) for point in points)
     return Camera(eye, aim)
-
-
-def _shown_poses(model: RobotModel) -> list[Joints]:
-    ready = model.poses["ready"]
-    joints = zip(ready, model.upper, model.units.kinds, strict=True)
-    far_out = tuple(upper if kind is JointKind.PRISMATIC else x for x, upper, kind in joints)
-    return [ready, model.poses["nest"], far_out]

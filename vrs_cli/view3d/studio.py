@@ -17,6 +17,7 @@ from vrs_cli.kinematics.model import RobotModel, levers
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.figure import Figure
 from vrs_cli.view3d.paths import USUAL, Around, Path
+from vrs_cli.view3d.placing import put
 from vrs_cli.view3d.shown import Shown, ShownPart
 from vrs_cli.view3d.stage import Stage, backdrop
 
@@ -98,9 +99,7 @@ class Caption:
         )
 
     def show(self, shown: Shown) -> None:
-        text = caption(shown)
-        if text != self._label.text:
-            self._label.text = text
+        put(self._label, text=caption(shown))
 
 
 def caption(shown: Shown) -> str:

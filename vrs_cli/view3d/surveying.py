@@ -39,23 +39,17 @@ class Surveying:
 
     def look(self, wall: float) -> Surveyed | None:
         """What is known; ask, where that is due, and do not wait. While a program runs its steps are looked at."""
-        if self._is_due(wall):
-            self._ask(wall)
-        return self.found
-
-    def _is_due(self, wall: float) -> bool:
         if wall < self._asked_at + (PATIENCE if self._under_way else OFTEN):
-            return False
-        runs = self.task is not None and self.task.running
-        changed = self._robot.timeline.version != self._version or self._wanted() != self._asked
-        return self._happened or runs or changed
-
-    def _ask(self, wall: float) -> None:
-        asked = self._wanted()
+            return self.found
+        asked, runs = self._wanted(), self.task is not None and self.task.running
+        changed = self._robot.timeline.version != self._version or asked != self._asked
+        if not (self._happened or runs or changed):
+            return self.found
         self._happened, self._under_way, self._asked_at = False, True, wall
         self._asked, self._version = asked, self._robot.timeline.version
         known = () if self.found is None else self.found.marks
         self._robot.post(lambda id: At(id, replace(asked, known=known)), self._heard)
+        return self.found
 
     def _wanted(self) -> Survey:
         """The steps around the present one; those that are known, where it is among them."""
@@ -72,22 +66,20 @@ class Surveying:
             return
         self._under_way = False
         if isinstance(message.found, Surveyed):
-            self.found = _merged(self.found, message.found)
+            before, now = self.found, message.found
+            if (
+                before is not None
+            ):  # lists that were left out are as they are known; an empty mark is that of no program
+                now = replace(
+                    now,
+                    places=before.places if now.places is None else now.places,
+                    programs=before.programs if now.programs is None else now.programs,
+                    text=before.text if now.text is None and now.marks[2] else now.text,
+                )
+            self.found = now
 
     def _hear(self, message: ServerMessage) -> None:
         if isinstance(message, messages.Welcome):
             self._under_way = False
         if isinstance(message, HAPPENED):
             self._happened = True
-
-
-def _merged(before: Surveyed | None, now: Surveyed) -> Surveyed:
-    """The lists that were left out, as they are known. A mark that is empty is that of no program."""
-    if before is None:
-        return now
-    return replace(
-        now,
-        places=before.places if now.places is None else now.places,
-        programs=before.programs if now.programs is None else now.programs,
-        text=before.text if now.text is None and now.marks[2] else now.text,
-    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from math import inf
 from threading import Lock
 from typing import Any
@@ -14,11 +15,9 @@ from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.roles.playback import Playback
-from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.language.words.word import Role
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.net.tokens import TEACHER
-from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.shown import Shown, ShownPart
 from vrs_cli.view3d.surveying import Surveying
 
@@ -55,20 +54,16 @@ class RobotWindow:
         self.parts: list[ShownPart] = []
         self.type: Callable[[str], object] = lambda _line: None
         self.closing: list[Callable[[], object]] = []
-        self.playback = self._begin(wall(), rate)
+        timeline = watched.timeline
+        self.playback = Playback.of(timeline.start, timeline.end, rate, wall())
+        if self.robot is not None:  # it is followed; a trajectory is played from its start
+            self.playback = Playback.following(timeline.start, timeline.end, watched.now, wall())
         self.due = self._next = self._read_at = -inf  # [s]: when it is shown again, when it may be, when it is read
         self._woken = woken
         self._changing = Lock()
         self._told = ""
         self._told_at = -STAYS
         self.why_cut = ""
-
-    def _begin(self, wall: float, rate: float) -> Playback:
-        """A robot is followed; a trajectory is played from its start."""
-        timeline = self.watched.timeline
-        if self.robot is None:
-            return Playback.of(timeline.start, timeline.end, rate, wall)
-        return Playback.following(timeline.start, timeline.end, self.watched.now, wall)
 
     # --- time ---
 
@@ -88,9 +83,14 @@ class RobotWindow:
         shown = self._look(wall, reads=reads)
         with self.client.atomic():
             for part in tuple(self.parts):
-                self._show(part, shown)
+                try:
+                    part.show(shown)
+                except Exception as error:  # it is told of once, and stands still from then on
+                    self.parts.remove(part)
+                    self.tell(internal_error(error).text)
         if self.playback.playing:
-            self.again(wall + _rests(shown) / self._speed)
+            live = self.playback.follows and self.robot is not None and self.robot.rate
+            self.again(wall + _rests(shown) / (live or self.playback.rate))
 
     def again(self, wall: float = -inf) -> None:
         """Show it again at that time of the day [s], or with the next picture; for what is shown and moves."""
@@ -103,53 +103,26 @@ class RobotWindow:
             self._woken()
 
     def _look(self, wall: float, *, reads: bool) -> Shown:
-        watched, seen = self.watched, self._previewed()
+        watched, robot, seen = self.watched, self.robot, None
+        with suppress(RequestRefused):  # the robot was let go
+            seen = None if robot is None else robot.previewed()  # with what is on its way to the robot
         timeline, now = (watched.timeline, watched.now) if seen is None else (seen.timeline, seen.reported)
+        begin = timeline.start
+        if robot is not None and len(timeline) > 1:  # it has stood before, perhaps for hours: that is not played
+            begin = max(begin, timeline[1].start - LEAD)
         with self._changing:
-            playback = self.playback.look(wall, self._start(timeline), timeline.end, now)
-            if playback.follows and playback.playing and self._time_passes:
+            playback = self.playback.look(wall, begin, timeline.end, now)
+            if playback.follows and playback.playing and robot is not None and robot.rate is not None:
                 playback = playback.follow(wall)  # its clock is known better than a moment ago
             self.playback = playback
         t = playback.at(wall)
         surveyed = None if self.surveying is None else self.surveying.look(wall)
         return Shown(watched.arm, timeline, t, position_at(watched.arm, timeline, t), now, surveyed, seen, reads)
 
-    def _start(self, timeline: Timeline) -> float:
-        """A robot that others move has stood before its first motion, perhaps for hours: that is not played."""
-        if self.robot is None or len(timeline) == 1:
-            return timeline.start
-        return max(timeline.start, timeline[1].start - LEAD)
-
-    def _previewed(self) -> Previewed | None:
-        """With what is on its way to the robot; None of a trajectory, and of a robot that was let go."""
-        try:
-            return None if self.robot is None else self.robot.previewed()
-        except RequestRefused:
-            return None
-
     @property
     def drives(self) -> bool:
         """Whether there is something to drive, and who looks may: panels that drive are for these alone."""
         return self.robot is not None and self.robot.welcome.role in DRIVERS
-
-    @property
-    def _speed(self) -> float:
-        """How many seconds of the trajectory are shown in one."""
-        live = self.playback.follows and self.robot is not None and self.robot.rate
-        return live or self.playback.rate
-
-    @property
-    def _time_passes(self) -> bool:
-        """Whether the robot's clock goes on by itself."""
-        return self.robot is not None and self.robot.rate is not None
-
-    def _show(self, part: ShownPart, shown: Shown) -> None:
-        """A part that is at fault is told of once, and stands still from then on."""
-        try:
-            part.show(shown)
-        except Exception as error:
-            self.parts.remove(part)
-            self.tell(internal_error(error).text)
 
     @property
     def width(self) -> float:
