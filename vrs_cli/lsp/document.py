@@ -255,7 +255,7 @@ class Document:
             variables[one.kind].setdefault(one.variable.sigil + one.variable.name, one.owner)
         return DefinedNames(
             programs={program.name: _signature(program) for _, program in self._programs()},
-            variables=variables,
+            variables=variables.get,
             switches={row.name: row.summary for row in SWITCHES.values()},
             parameters={row.name: row.summary for row in PARAMETERS.values()},
         )

@@ -17,7 +17,7 @@ NAMES = DefinedNames(
         Kind.LOCATION: {"part": "1.0 2.0 3.0", "pallet[1]": ""},
         Kind.PRECISION: {"#safe": ""},
         Kind.STRING: {"$msg": '"hello"'},
-    },
+    }.get,
     switches={"CP": "continuous path", "POWER": "arm power"},
     branches={"trial": "branch"},
     parameters={"HAND.TIME": "", "PROFILE": ""},

@@ -1,7 +1,7 @@
 """What may come next on a line, by the tables of the language and the names that are defined. Pure: text in, words out.
 
 A suggestion replaces the `start` characters before the cursor. The tables say what each argument is (`Shape`); the
-session says which names there are (`Names`).
+memory of the session says which names there are (`names_of`).
 """
 
 from __future__ import annotations
@@ -10,34 +10,72 @@ import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
+from heapq import nsmallest
 
 from msgspec import Struct, field
 
+from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.errors import FileError
 from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.interfaces.jog.jogger import AXIS_WORDS
 from vrs_cli.interfaces.monitor.clock import CLOCK_WORDS
 from vrs_cli.interfaces.monitor.plotting import QUANTITIES
+from vrs_cli.kinematics.joints import JointUnits
+from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS
 from vrs_cli.language.words.monitor import COMMANDS
-from vrs_cli.language.words.values import Kind
-from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control, Shape, State, Word, WordRow, rows_for
+from vrs_cli.language.words.values import Kind, numbers_of, plain
+from vrs_cli.language.words.word import MODIFIERS, SORT_WORDS, Argument, Control, Shape, State, Word, rows_for
+from vrs_cli.values.numbers import Value, count, fixed
 from vrs_cli.values.prompt import Suggestion
+
+MOST = 500  # names of a kind that are offered: a menu is for reading
+
+
+def _no_variables(_kind: Kind) -> None:
+    """No variable is defined."""
 
 
 class DefinedNames(Struct, frozen=True):
-    """What is defined: programs and variables with a short note on each; `settings`: switches, parameters; branches."""
+    """The names that are defined, each with a short note. `variables`: those of a kind."""
 
     programs: Mapping[str, str] = field(default_factory=dict)
-    variables: Mapping[Kind, Mapping[str, str]] = field(default_factory=dict)
+    variables: Callable[[Kind], Mapping[str, str] | None] = _no_variables
     switches: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, str] = field(default_factory=dict)
     branches: Mapping[str, str] = field(default_factory=dict)
 
     def of(self, *kinds: Kind) -> dict[str, str]:
         """The variables of some kinds."""
-        return {name: note for kind in kinds for name, note in self.variables.get(kind, {}).items()}
+        return {name: note for kind in kinds for name, note in (self.variables(kind) or {}).items()}
+
+
+def names_of(memory: Memory, branches: Iterable[str], begun: str = "") -> DefinedNames:
+    """The first programs and variables (elements of arrays too) whose names begin so; all switches and parameters.
+    The variables of a kind are collected when they are asked for: most lines need one kind, or none.
+    """
+    programs, begun = memory.programs, begun.lower()
+    first = nsmallest(MOST, (key for key in programs if key.startswith(begun)))
+
+    def variables(kind: Kind) -> dict[str, str]:
+        return {name: _noted(value, memory.units) for name, value in memory.first_variables(kind, MOST, begun)}
+
+    return DefinedNames(
+        programs={programs[key].name: count(len(programs[key].program.steps), "step") for key in first},
+        variables=variables,
+        switches={row.name: row.summary for row in SWITCHES.values()},
+        branches=dict.fromkeys(branches, "branch"),
+        parameters={row.name: row.summary for row in PARAMETERS.values()},
+    )
+
+
+def _noted(value: Value, units: JointUnits) -> str:
+    if isinstance(value, float | int):
+        return plain(value)
+    if isinstance(value, str):
+        return f'"{value}"'
+    return " ".join(fixed(number, 1) for number in numbers_of(value, units))
 
 
 # --- where the cursor is -------------------------------------------------------------------------------------------
@@ -55,7 +93,7 @@ _NESTED = re.compile(r"[#$]?[A-Za-z][\w.]*$")
 
 
 class CursorPlace(Struct, frozen=True):
-    """The cursor among the arguments: the rest of the line since the word, and the name begun under the cursor."""
+    """The cursor among the arguments: the rest of the line after the word, and the name that begins at the cursor."""
 
     before: str  # from after the first word, or its closed parenthesis, to the cursor, strings blanked
     prefix: str  # the name that is being typed, maybe empty
@@ -92,20 +130,23 @@ class CursorPlace(Struct, frozen=True):
 
     def innermost(self) -> tuple[str, int] | None:
         """The function whose parentheses are open at the cursor, and which argument of it this is."""
-        depth, commas = 0, 0
         before = _BY.sub(",", self.before)
-        for i in range(len(before) - 1, -1, -1):
-            character = before[i]
-            if character in ")]":
-                depth += 1
-            elif character in "([" and depth:
-                depth -= 1
-            elif character in "([":
-                found = _NESTED.search(before[:i].rstrip())
-                return (found.group().upper() if found and character == "(" else "", commas)
-            elif character == "," and not depth:
-                commas += 1
-        return None
+        at = open_bracket(before, "([")
+        if at is None:
+            return None
+        found = _NESTED.search(before[:at].rstrip())
+        name = found.group().upper() if found and before[at] == "(" else ""
+        return name, top_level(before[at + 1 :]).count(",")
+
+
+def open_bracket(text: str, opening: str) -> int | None:
+    """The index of the last bracket that is not closed."""
+    depth, closing = 0, "".join(")" if one == "(" else "]" for one in opening)
+    for at in range(len(text) - 1, -1, -1):
+        depth += (text[at] in closing) - (text[at] in opening)
+        if depth < 0:
+            return at
+    return None
 
 
 def top_level(text: str) -> str:
@@ -127,12 +168,8 @@ PLACE_FUNCTIONS = (Kind.LOCATION, Kind.PRECISION)
 
 def _functions(*kinds: Kind) -> Candidates:
     for name, function in FUNCTIONS.items():
-        if function.result in kinds and _supported(function):
+        if function.result in kinds and function.state is State.SUPPORTED:
             yield (name if function.constant else f"{name}(", function.summary)
-
-
-def _supported(row: WordRow) -> bool:
-    return row.state is State.SUPPORTED
 
 
 def _of(*kinds: Kind) -> Callable[[DefinedNames], Candidates]:
@@ -191,7 +228,7 @@ WORDS: Mapping[str, Callable[[DefinedNames], Candidates]] = {
 
 
 def _rows(table: Mapping[str, Word]) -> Candidates:
-    return ((name, explanation(word)) for name, word in table.items() if _supported(word))
+    return ((name, explanation(word)) for name, word in table.items() if word.state is State.SUPPORTED)
 
 
 def explanation(word: Word) -> str:
@@ -205,10 +242,10 @@ def explanation(word: Word) -> str:
 def suggestions(
     text: str, names: DefinedNames, folder: Folder = FREE, *, in_program: bool = False, everything: bool = True
 ) -> list[Suggestion]:
-    """What may stand at the end of `text`, best first. `in_program`: a step is typed, not a command. `folder` has the
-    files.
+    """The words that may stand at the end of `text`, best first. `in_program`: a step is typed, not a command. `folder`
+    has the files.
 
-    Without `everything`, functions only where they are begun: so many would stand in the way of a number.
+    Without `everything`, functions only where their names have begun: so many would stand in the way of a number.
     """
     if len(text) > LONGEST:
         return []
@@ -216,38 +253,26 @@ def suggestions(
     blanked = _QUOTED.sub(lambda quoted: '"' * len(quoted.group()), line)
     if ";" in blanked or blanked.count('"') % 2:
         return []
-    prefix = _prefix(line)
-    return [
-        Suggestion(_in_case(word, prefix), len(prefix), note)
-        for word, note in _unique(_candidates(blanked, prefix, names, in_program))
-        if (everything or prefix or not word.endswith("("))
-        and word.upper().startswith(prefix.upper())
-        and word.upper() != prefix.upper()
-    ] or _files(line, folder)
+    prefix = begun(line)
+    found: dict[str, Suggestion] = {}
+    for word, note in _candidates(blanked, prefix, names, in_program):
+        key = word.upper()
+        wanted = (everything or prefix or not word.endswith("(")) and key.startswith(prefix.upper())
+        if wanted and key != prefix.upper() and key not in found:
+            found[key] = Suggestion(_in_case(word, prefix), len(prefix), note)
+    return list(found.values()) or _files(line, folder)
 
 
 def begun(text: str) -> str:
     """The part of a name that stands at the end of a line."""
-    return _prefix(text) if len(text) <= LONGEST else ""
-
-
-def _prefix(line: str) -> str:
-    found = _PREFIX.search(line)
+    found = _PREFIX.search(text) if len(text) <= LONGEST else None
     return found.group() if found else ""
 
 
 def _in_case(word: str, prefix: str) -> str:
-    """Keywords in lower case for who types in lower case."""
+    """The word, a keyword in lower case where the line is in lower case."""
     typed = prefix.lstrip("#$.")
     return word.lower() if typed and typed.islower() and word.isupper() else word
-
-
-def _unique(candidates: Candidates) -> Iterator[tuple[str, str]]:
-    seen: set[str] = set()
-    for word, note in candidates:
-        if word.upper() not in seen:
-            seen.add(word.upper())
-            yield word, note
 
 
 def _candidates(line: str, prefix: str, names: DefinedNames, in_program: bool) -> Candidates:
@@ -264,13 +289,9 @@ def _candidates(line: str, prefix: str, names: DefinedNames, in_program: bool) -
         return ()
     if word.name == "DO" and not in_program:
         return _candidates(rest.lstrip(), prefix, names, True)
-    return _inside(word, _place(word, rest, prefix), names)
-
-
-def _place(word: Word, rest: str, prefix: str) -> CursorPlace:
-    """Where the cursor is; in READ and its like, behind their closed parenthesis."""
-    group = _GROUP.match(rest) if word.grouped else None
-    return CursorPlace(rest, prefix) if group is None else CursorPlace(rest[group.end() :], prefix, word.grouped)
+    group = _GROUP.match(rest) if word.grouped else None  # the closed parenthesis of READ and its like
+    place = CursorPlace(rest, prefix) if group is None else CursorPlace(rest[group.end() :], prefix, word.grouped)
+    return _inside(word, place, names)
 
 
 def _beginnings(names: DefinedNames, in_program: bool) -> Candidates:
@@ -295,7 +316,9 @@ def _row_of(word: str, in_program: bool) -> Word | None:
 def _inside(word: Word, place: CursorPlace, names: DefinedNames) -> Candidates:
     nested = place.innermost()
     if nested is not None:
-        return _in_function(*nested, names)
+        function = FUNCTIONS.get(nested[0])
+        inner = _argument(function.arguments, nested[1]) if function else None
+        return SHAPES.get(inner.shape, _nothing)(names) if inner else _reals(names)
     if word.name in WORDS:
         return WORDS[word.name](names)
     if place.operand_ended:
@@ -319,12 +342,6 @@ def _connecting(word: Word, place: CursorPlace) -> Candidates:
     if place.operand_ended or not word.required:
         words += [row for modifier in sorted(word.modifiers) for row in MODIFIERS.get(modifier, {}).items()]
     return [row for row in words if row[0] not in place.words]
-
-
-def _in_function(name: str, index: int, names: DefinedNames) -> Candidates:
-    function = FUNCTIONS.get(name)
-    wanted = _argument(function.arguments, index) if function else None
-    return SHAPES.get(wanted.shape, _nothing)(names) if wanted else _reals(names)
 
 
 def _argument(arguments: tuple[Argument, ...], index: int) -> Argument | None:

@@ -10,10 +10,9 @@ from typing import Any
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.errors import ProgramExists, RequestRefused, UsageError, VrsError
 from vrs_cli.interfaces.actor.ticket import Ticket
-from vrs_cli.interfaces.conversation.complete import begun, suggestions
+from vrs_cli.interfaces.conversation.complete import begun, names_of, suggestions
 from vrs_cli.interfaces.conversation.entry import ProgramEntry, closes_entry, opens_entry
 from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.conversation.names import names_of
 from vrs_cli.interfaces.conversation.signature import Signature, signature
 from vrs_cli.interfaces.conversation.validate import mistake_in_entry
 from vrs_cli.interfaces.dialogue import Dialogue, at_once, beside, beside_if

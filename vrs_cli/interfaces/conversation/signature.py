@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 from msgspec import Struct
 
-from vrs_cli.interfaces.conversation.complete import top_level
+from vrs_cli.interfaces.conversation.complete import open_bracket, top_level
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS
@@ -34,9 +34,10 @@ Programs = Callable[[str], Program | None]  # by key
 
 
 def signature(before: str, programs: Programs, *, at_prompt: bool = False) -> Signature | None:
-    """Of the innermost function or program call that is open at the end of the text, else of its first word."""
+    """The signature of the innermost function or program call that is open at the end of the text, else of the text's
+    first word."""
     text = blanked(before)
-    at = _open_parenthesis(text)
+    at = open_bracket(text, "(")
     if at is not None:
         found = _BEFORE_PARENTHESIS.search(text[:at])
         return _called(found[1], text[at + 1 :], programs) if found else None
@@ -46,7 +47,7 @@ def signature(before: str, programs: Programs, *, at_prompt: bool = False) -> Si
     if found is None or len(rows) != 1 or not rows[0].arguments:
         return None
     if not found[2] and rows[0].name != found[1].upper():
-        return None  # a word that is begun
+        return None  # the word is not complete
     row = rows[0]
     names = (argument.name for argument in row.arguments)
     return _signature(row.form, row.summary, names, text[found.end() :])
@@ -84,13 +85,3 @@ def _places(form: str, names: Iterable[str]) -> Iterator[tuple[int, int]]:
         if begin >= 0:
             at = begin + len(name)
             yield begin, at
-
-
-def _open_parenthesis(text: str) -> int | None:
-    """The index of the last parenthesis that is not closed."""
-    depth = 0
-    for at in range(len(text) - 1, -1, -1):
-        depth += (text[at] == ")") - (text[at] == "(")
-        if depth < 0:
-            return at
-    return None
