@@ -11,7 +11,6 @@ from vrs_cli.engine.parameters import IDLE_PARAMETERS, IDLE_SWITCHES, Idle, idle
 from vrs_cli.engine.targets import check_joint_limits
 from vrs_cli.errors import IllegalValue, MotionError, WithoutEffect
 from vrs_cli.interfaces.station.loaded_file import variables_of
-from vrs_cli.interfaces.tasks.readings import Readings
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.language.analysis.analyzer import analyze_among
@@ -23,6 +22,7 @@ from vrs_cli.language.run.constants import Constants
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operations import trans
+from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.signals import NO_CELL, Cell
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section
@@ -69,7 +69,7 @@ class Inspector:
         self._dialect, self._cell = dialect, cell
         self._engine = Engine(model)
         robot = Engine(model)  # which may be asked anything
-        self._constants = Constants(Context(Environment(units=model.units), Readings(robot)), robot.perform)
+        self._constants = Constants(Context(Environment(units=model.units), RobotReadings(robot)), robot.perform)
         self._known: dict[tuple[str, ...], Part] = {}
         self._inspected: dict[Part, _Inspected] = {}
         self._ways: dict[Part, tuple[_Way, ...]] = {}

@@ -36,7 +36,6 @@ from vrs_cli.interfaces.station.unstored import Unstored
 from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.interfaces.tasks.driver import Driver
 from vrs_cli.interfaces.tasks.limits import ATTENDED, Advice, Limits, at_prompt
-from vrs_cli.interfaces.tasks.readings import Readings
 from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE, ROBOT_PROGRAM, Aborted, Stepping, Track
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
@@ -45,6 +44,7 @@ from vrs_cli.language.run.effects import CYCLE_SETTINGS, Pause, TaskState
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.run.prompt import statement_task
+from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.runtime import Arguments, Task
 from vrs_cli.language.run.signals import NO_INPUTS, Cell, Inputs
 from vrs_cli.language.text.ast import (
@@ -126,7 +126,7 @@ class Station:
         self.unstored = Unstored(self.environment)
         if terminal.attended:  # elsewhere no user is asked about what is not stored
             self.unstored.watch()
-        self.robot = Readings(self.engine)
+        self.robot = RobotReadings(self.engine)
         self.limits, self.folder = limits, folder
         self.driver = Driver(self.engine, terminal, self.environment, self.robot, folder, outside, advice)
         self.actor = Actor(self.driver)
