@@ -1,4 +1,4 @@
-"""Files: programs and variables loaded and stored, trajectories saved, and the folder they are in."""
+"""Commands on files: load and store programs and variables, save trajectories, and change the folder."""
 
 from __future__ import annotations
 
@@ -30,10 +30,9 @@ from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.text.ast import Instruction, Program, Section
 from vrs_cli.trajectory.segment import Segment
-from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.numbers import Value, count, seconds
 from vrs_cli.values.questions import Playing
-from vrs_cli.values.replies import FileTable, FileText, Message, ReplayRow, ReplayTable, Reply, Tone, report
+from vrs_cli.values.replies import FileTable, FileText, Message, ReplayRow, ReplayTable, Tone, report
 
 TORN = "its last line was not written to the end, and was left out"
 
@@ -43,8 +42,8 @@ def _load(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def load(station: Station, named: Path) -> Dialogue[None]:
-    """Programs that are there already are replaced where the user agrees, else they stay as they are; variables are
-    overwritten. Where no program was run yet, EXECUTE alone runs the first of the file.
+    """Load a file. Programs that are in memory are replaced where the user agrees, else they stay as they are;
+    variables are overwritten. Where no program was run yet, EXECUTE alone runs the first program of the file.
 
     Raises NonexistentFile, FileError, FileDamaged.
     """
@@ -93,8 +92,8 @@ def load(station: Station, named: Path) -> Dialogue[None]:
 
 
 def _kept(station: Station, values: Mapping[Item, Value]) -> Dialogue[dict[Item, Value]]:
-    """Locations that are not stored, which the values of a file would overwrite and the user does not want to be.
-    Where nobody can be asked they are overwritten, as all variables are.
+    """The values of locations that are not stored, and that the user does not want a file to overwrite. Where no user
+    can be asked, a file overwrites them, as it does all variables.
     """
     environment = station.environment
     if not station.user_state.attended:
@@ -108,7 +107,7 @@ def _kept(station: Station, values: Mapping[Item, Value]) -> Dialogue[dict[Item,
 
 
 def _load_trajectory(station: Station, path: Path) -> Dialogue[None]:
-    """A trajectory becomes a branch of its own: it can be gone on with, compared, and merged into main."""
+    """Make a branch of a trajectory file: it can be continued, compared, and merged into main."""
     branches = station.branches
     name = re.sub(r"\W", ".", path.stem)
     name = name if name[0].isalpha() else f"t{name}"
@@ -122,7 +121,7 @@ def _load_trajectory(station: Station, path: Path) -> Dialogue[None]:
     branches.change_over(name)
     if recording.dropped_tail:
         yield Message(TORN, Tone.WARNING)
-    yield from _warnings(recording)
+    yield from (Message(warning, Tone.WARNING) for warning in recording.warnings)
     commands = count(station.engine.book.commands, "command")
     yield Message(f"On {name}, a branch of {commands} from {path}; the clock is at {station.engine.now:.3f} s")
 
@@ -136,18 +135,13 @@ def _recording(station: Station, path: Path) -> Dialogue[Recording]:
     return (yield from beside(lambda: read_trajectory(path, progress, within=station.folder)))
 
 
-def _warnings(recording: Recording) -> Iterator[Reply]:
-    """What a file of before has in it that a robot cannot do."""
-    yield from (Message(warning, Tone.WARNING) for warning in recording.warnings)
-
-
 def _loaded(stored: StoredProgram, *, replaced: bool) -> str:
     marks = ["replaced"] * replaced + ["not executable"] * (not stored.analysis.executable)
     return f"{stored.name} ({', '.join(marks)})" if marks else stored.name
 
 
 def _store(extension: str, *parts: str) -> Handler:
-    """Parts by the names of `files.store.Part`."""
+    """Return the handler that stores these parts of memory (names of `MemoryPart`)."""
 
     def store(station: Station, it: Instruction) -> Dialogue[None]:
         path = _with_extension(path_of(station, it), extension)
@@ -190,45 +184,37 @@ def _replay(station: Station, it: Instruction) -> Dialogue[None]:
     path = path_of(station, it)
     path = path if path.exists() else _with_extension(path, EXTENSION)
     recording = yield from _recording(station, path)
-    yield from _warnings(recording)
-    yield Message(_summary(path, recording))
+    yield from (Message(warning, Tone.WARNING) for warning in recording.warnings)
+    timeline, title = recording.timeline, recording.model.title
+    changes, segments = count(len(recording.deltas), "change"), count(len(timeline), "segment")
+    yield Message(f"{path}: {title}, {changes}, {segments}, {seconds(timeline.start)} to {seconds(timeline.end)}")
     named = os.path.relpath(path, station.folder.root)
     shown = station.user_state.attended and (yield from station.user_state.show(recording, Playing(named)))
     if recording.dropped_tail and not shown:
         yield Message(TORN, Tone.WARNING)
     arm, there = recording.arm, [recording]
-    del recording  # its memory is given back beside
+    del recording, timeline  # their memory is given back beside
     rows = yield from beside(lambda: _replayed(arm, there.pop()))
     if not shown:
         yield ReplayTable(rows)
 
 
-def _summary(path: Path, recording: Recording) -> str:
-    """What a recording is, in one line."""
-    timeline = recording.timeline
-    changes, segments = count(len(recording.deltas), "change"), count(len(timeline), "segment")
-    return (
-        f"{path}: {recording.model.title}, {changes}, {segments}, {seconds(timeline.start)} to {seconds(timeline.end)}"
-    )
-
-
 def _replayed(arm: RobotArm, recording: Recording) -> tuple[ReplayRow, ...]:
-    """The rows of a recording that nobody else has: a million values that are given back at once hold every thread."""
+    """The rows of a recording that nothing else refers to. Its memory is freed in small parts: a million values that
+    are freed at once hold every thread.
+    """
     timeline, deltas = recording.timeline, list(recording.deltas)
     del recording
     segments = list(timeline)
-    rows = tuple(_replay_row(arm, timeline, it) for it in _last_of_motions(segments))
+    last = _last_of_motions(segments)
+    ends = ((it.motion, it.finish) for it in last)
+    rows = tuple(ReplayRow(it.number, it.text, t, position_at(arm, timeline, t).T_world_tool) for it, t in ends)
     del timeline
     while deltas:
         deltas.pop()
     while segments:
         segments.pop()
     return rows
-
-
-def _replay_row(arm: RobotArm, timeline: Timeline, segment: Segment) -> ReplayRow:
-    motion, end = segment.motion, segment.finish
-    return ReplayRow(motion.number, motion.text, end, position_at(arm, timeline, end).T_world_tool)
 
 
 def _last_of_motions(segments: Sequence[Segment]) -> Iterator[Segment]:
@@ -263,7 +249,7 @@ def _cd(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def _closed_path(station: Station, name: str) -> Path:
-    """A folder below the closed one, or by `..` and `/` one between, and that itself."""
+    """A folder below the present one; with `..` the one above, with `/` the closed folder itself."""
     home, present = station.home.root, station.folder.root
     if name.strip() == "..":
         return present if present == home else present.parent
@@ -271,14 +257,14 @@ def _closed_path(station: Station, name: str) -> Path:
 
 
 def _pwd(station: Station, _it: Instruction) -> Dialogue[None]:
-    """A closed folder does not tell where it is, unless it is disclosed."""
+    """Tell the present folder; the place of a closed folder only where it is disclosed."""
     root, home = station.folder.root, station.home
     hidden = home.closed and not home.disclosed
     yield Message(f"/{root.relative_to(home.root).as_posix().strip('.')}" if hidden else os.path.abspath(root))
 
 
 def _log(station: Station, it: Instruction) -> Dialogue[None]:
-    """Raises UsageError where the session cannot be written down, FileError."""
+    """Begin or end writing the session to a file. Raises UsageError where this robot cannot, FileError."""
     asked, log = operand(it, 0), station.log
     path = None if asked is None else station.folder.path(word(asked))
     if log is None:
@@ -304,22 +290,16 @@ def _fdelete(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def _to_another(act: Callable[[Path, Path, Folder], None], done: str) -> Handler:
-    """FCOPY, FRENAME."""
+    """FCOPY and FRENAME of `new = old`. Raise FileError and what is under it."""
 
     def put(station: Station, it: Instruction) -> Dialogue[None]:
-        old, new = yield from _two_files(station, it)
+        old = existing(station.folder.path(word(it.value)))
+        new = target(old, path_of(station, it))
+        yield from may_write(station, new)
         act(old, new, station.folder)
         yield Message(f"{old} {done} {new}")
 
     return put
-
-
-def _two_files(station: Station, it: Instruction) -> Dialogue[tuple[Path, Path]]:
-    """`new = old`: the old file, and the new one, which may be written. Raises FileError and what is under it."""
-    old = existing(station.folder.path(word(it.value)))
-    new = target(old, path_of(station, it))
-    yield from may_write(station, new)
-    return old, new
 
 
 FILES: Mapping[str, Handler] = {

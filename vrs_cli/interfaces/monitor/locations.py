@@ -1,4 +1,6 @@
-"""WHERE the robot is, WHY it can be or not, and the locations that HERE, POINT and TEACH define."""
+"""Commands on locations: WHERE the robot is, WHY a place is in reach or not, and HERE, POINT and TEACH, which define
+them.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +13,14 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedValue, UsageError, VrsError
 from vrs_cli.interfaces.dialogue import Dialogue, beside
 from vrs_cli.interfaces.monitor.showing import pictured
-from vrs_cli.interfaces.station.operands import Handler, operand, real, real_or, shown, sight
+from vrs_cli.interfaces.station.operands import Handler, operand, real, real_or, sight
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.prompt import definable
 from vrs_cli.language.text.ast import Instruction, Number, Variable
+from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.values import (
     NAME_LENGTH,
     Kind,
@@ -106,10 +109,14 @@ def _define(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def _teach(station: Station, it: Instruction) -> Dialogue[None]:
-    """HERE without a question, under the next name of a series: there is no pendant whose button records."""
+    """Define the present location without a question, under the next name of a series: no pendant has a
+    button for it.
+    """
     expression = operand(it, 0)
     if not isinstance(expression, Variable):
-        raise IllegalValue(shown(expression) if expression else "TEACH", "the name of a location, as TEACH part")
+        raise IllegalValue(
+            expression_text(expression) if expression else "TEACH", "the name of a location, as TEACH part"
+        )
     name = next_in_series(station, expression)
     yield from station.do(replace(it, word="HERE", arguments=(name,)))
     reference = _defined_by(station, replace(it, arguments=(name,)))
@@ -117,7 +124,7 @@ def _teach(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def next_in_series(station: Station, first: Variable) -> Variable:
-    """The name itself while it has no value, then the next one: part, part1, part2; row[3], row[4].
+    """The first name of a series that has no value: part, part1, part2; row[3], row[4].
 
     Raises InvalidName for a name that cannot be counted up.
     """
@@ -140,14 +147,18 @@ def _counted_up(station: Station, name: Variable) -> Variable:
 
 
 def _defined(station: Station, it: Instruction) -> Dialogue[None]:
-    """Show a location, and where somebody is there, ask for changes until an empty line."""
+    """Show a location, and where a user is there, ask for changes until an empty line."""
     reference = _defined_by(station, it)
     if not station.user_state.attended:
         if not reference.defined():
             raise UndefinedValue(reference.name, f"POINT {reference.name} = location gives it one")
         yield _one_location(station, reference.name, cast("Transform | Joints", reference.value()))
         return
-    value = _present(station, reference)
+    if reference.defined():
+        value = cast("Transform | Joints", reference.value())
+    else:  # what the six zeros of VAL stand for
+        joint_count = station.engine.model.joint_count
+        value = (0.0,) * joint_count if reference.cells.kind is Kind.PRECISION else IDENTITY
     while True:
         yield _one_location(station, reference.name, value)
         answer = yield Amendment("Change?")
@@ -170,15 +181,8 @@ def _defined_by(station: Station, it: Instruction) -> Reference:
     return definable(station.environment, station.robot, expression).reference
 
 
-def _present(station: Station, reference: Reference) -> Transform | Joints:
-    """The value; where there is none, what the six zeros of VAL stand for."""
-    if reference.defined():
-        return cast("Transform | Joints", reference.value())
-    return (0.0,) * station.engine.model.joint_count if reference.cells.kind is Kind.PRECISION else IDENTITY
-
-
 def changed(value: Transform | Joints, answer: str, units: JointUnits = TURNING) -> Transform | Joints:
-    """A location with the numbers that were typed; commas skip those that stay. Raises IllegalValue."""
+    """Change a location by the numbers that were typed; commas skip those that stay. Raises IllegalValue."""
     numbers = list(numbers_of(value, units))
     fields = answer.split(",")
     if len(fields) > len(numbers):
@@ -208,13 +212,13 @@ def _why(station: Station, it: Instruction) -> Dialogue[None]:
     assert asked is not None
     value = sight(station, asked)()
     if not isinstance(value, tuple):
-        raise TypeMismatch(f"{shown(asked)} is a {kind_of_value(value).value}", "WHY explains a location")
+        raise TypeMismatch(f"{expression_text(asked)} is a {kind_of_value(value).value}", "WHY explains a location")
     target = PoseTarget(value) if isinstance(value, Transform) else JointTarget(value)
-    yield (yield from explained(station, target, shown(asked)))
+    yield (yield from explained(station, target, expression_text(asked)))
 
 
 def explained(station: Station, target: PoseTarget | JointTarget, name: str) -> Dialogue[ReachReport]:
-    """Why a place of that name can be reached from here, or not."""
+    """Explain whether a place of that name can be reached from here."""
     reach = yield from beside(lambda: station.engine.explain(target))
     return ReachReport(name, reach, station.units)
 

@@ -1,4 +1,4 @@
-"""Programs in memory: listed, copied, deleted, edited."""
+"""Commands that list, copy, delete and edit the programs in memory."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def _rename(station: Station, it: Instruction) -> None:
 
 
 def _delete(station: Station, it: Instruction) -> Dialogue[None]:
-    """Programs, what only they call, and the variables that only these use."""
+    """DELETE programs, the programs that only these call, and the variables that only these use."""
     environment = station.environment
     named = {environment.program(word(argument)).program.key for argument in it.arguments}
     memory = environment.copy()

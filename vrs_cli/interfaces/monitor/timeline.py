@@ -1,8 +1,8 @@
-"""The timeline: UNDO and REDO, branches, listings and plots."""
+"""Commands on the timeline: UNDO and REDO, branches, listings and plots."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 
 from vrs_cli.engine.book import Parts
 from vrs_cli.engine.branches import MAIN
@@ -27,25 +27,15 @@ def _through_history(work: Callable[[Engine, int], Parts[tuple[str, ...]]], done
     """UNDO, REDO."""
 
     def go(station: Station, it: Instruction) -> Dialogue[None]:
-        engine = station.engine
-        texts = yield from in_parts(work(engine, _steps_back(station, it)))
-        yield Message(f"{_counted(texts, done)}; the clock is at {engine.now:.3f} s")
+        engine, steps = station.engine, whole(real_or(station, it, 0, 1.0))
+        if steps < 1:
+            raise IllegalValue(f"{it.word} {steps}", "at least one command")
+        texts = yield from in_parts(work(engine, steps))
+        last = texts[-1] or "a motion"
+        what = f"{last} is {done}" if len(texts) == 1 else f"{len(texts)} commands are {done}, up to {last}"
+        yield Message(f"{what}; the clock is at {engine.now:.3f} s")
 
     return go
-
-
-def _steps_back(station: Station, it: Instruction) -> int:
-    """How many commands UNDO or REDO is to take. Raises IllegalValue."""
-    count = whole(real_or(station, it, 0, 1.0))
-    if count < 1:
-        raise IllegalValue(f"{it.word} {count}", "at least one command")
-    return count
-
-
-def _counted(texts: Sequence[str], what: str) -> str:
-    """`MOVE a is undone`, `3 commands are undone, the last of them MOVE a`."""
-    last = texts[-1] or "a motion"
-    return f"{last} is {what}" if len(texts) == 1 else f"{len(texts)} commands are {what}, up to {last}"
 
 
 def _branch(station: Station, it: Instruction) -> Dialogue[None]:
@@ -68,12 +58,11 @@ def _branch(station: Station, it: Instruction) -> Dialogue[None]:
 
 def branch_table(station: Station) -> BranchTable:
     """All branches, main first."""
-    return BranchTable(tuple(_branch_row(station, name) for name in station.branches.names))
-
-
-def _branch_row(station: Station, name: str) -> BranchRow:
-    left, present = station.branches.left(name), station.branches.present
-    return BranchRow(name, name == present, left.book.commands, left.book.timeline.end, left.clock)
+    present, rows = station.branches.present, list[BranchRow]()
+    for name in station.branches.names:
+        left = station.branches.left(name)
+        rows.append(BranchRow(name, name == present, left.book.commands, left.book.timeline.end, left.clock))
+    return BranchTable(tuple(rows))
 
 
 def check_tasks_stand(station: Station) -> None:
@@ -93,7 +82,7 @@ def _compare(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def comparison(station: Station, first: str, second: str) -> Dialogue[ComparisonTable]:
-    """Two branches side by side. Raises UsageError where there is none of a name."""
+    """Compare two branches. Raises UsageError where there is no branch of a name."""
     branches = station.branches
     arm, one, other = station.engine.arm, branches.book(first).copy(), branches.book(second).copy()
     found = yield from beside(lambda: compare(arm, one, other))
@@ -124,14 +113,14 @@ def _timeline(station: Station, _it: Instruction) -> Dialogue[None]:
 
 
 def motions(station: Station) -> Dialogue[TimelineTable]:
-    """The timeline as it is now."""
+    """List the present timeline."""
     engine = station.engine
     timeline, commands, now = engine.timeline, engine.book.all_records(), engine.now
     return beside(lambda: timeline_table(timeline, commands(), now))
 
 
 def timeline_table(timeline: Timeline, commands: tuple[CommandRecord, ...], now: float) -> TimelineTable:
-    """A timeline, and the commands that hold on it."""
+    """List a timeline, and the commands in force on it."""
     segments = [segment for segment in timeline if segment.motion.number > 0]
     stops = tuple(map(_segment_row, stops_on_the_way(segments)))
     return TimelineTable(commands, tuple(map(_segment_row, segments)), stops, now)
@@ -155,7 +144,7 @@ def _plot(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def _drawn(station: Station, plot: Plot, file: str) -> Dialogue[Message]:
-    """A plot in a file of the folder of the robot. Raises UsageError where this robot draws no files, FileError."""
+    """Draw a plot into a file. Raises UsageError where this robot draws no files, FileError."""
     draw, path = station.draw, station.folder.path(file)
     if draw is None:
         raise UsageError("PLOT draws no file at this robot", "PLOT alone shows the curves")

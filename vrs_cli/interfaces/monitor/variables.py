@@ -1,21 +1,22 @@
-"""Variables listed and deleted."""
+"""Commands that list and delete variables."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from itertools import chain
 from typing import cast
 
 from vrs_cli.errors import TypeMismatch, UndefinedValue
 from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if
 from vrs_cli.interfaces.monitor.consent import agreed
-from vrs_cli.interfaces.station.operands import Handler, own, real, shown, sight
+from vrs_cli.interfaces.station.operands import Handler, own, real, sight
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.cells import Index, Reference, subscript
 from vrs_cli.language.text.ast import Binary, Expression, Instruction, Unary, Variable
 from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
+from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.values import Kind, kind_of_value, whole
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.replies import LocationTable, Message, NamedLocation, RealTable, Reply, StringTable
@@ -26,27 +27,20 @@ Rows = tuple[tuple[str, Value], ...]
 PLACES, REALS, STRINGS = (Kind.LOCATION, Kind.PRECISION), (Kind.REAL,), (Kind.STRING,)
 
 
-def _places(station: Station, rows: Rows) -> Reply:
+def _table(kinds: tuple[Kind, ...], rows: Rows, units: JointUnits, truth: bool = False) -> Reply:
+    """The reply for variables of these kinds. `truth`: a real stands for true or false."""
+    if kinds == REALS:
+        return RealTable(tuple((name, cast(float, value)) for name, value in rows), truth)
+    if kinds == STRINGS:
+        return StringTable(tuple((name, cast(str, value)) for name, value in rows))
     named = tuple(NamedLocation.of(name, cast("Transform | Joints", value)) for name, value in rows)
-    return LocationTable(named, station.units)
+    return LocationTable(named, units)
 
 
-def _reals(_station: Station, rows: Rows) -> Reply:
-    return RealTable(_real_rows(rows))
-
-
-def _real_rows(rows: Rows) -> tuple[tuple[str, float], ...]:
-    return tuple((name, cast(float, value)) for name, value in rows)
-
-
-def _strings(_station: Station, rows: Rows) -> Reply:
-    return StringTable(tuple((name, cast(str, value)) for name, value in rows))
-
-
-def _list(kinds: tuple[Kind, ...], table: Callable[[Station, Rows], Reply], otherwise: str) -> Handler:
+def _list(kinds: tuple[Kind, ...], otherwise: str) -> Handler:
     def listed(station: Station, it: Instruction) -> Dialogue[None]:
         rows = yield from _rows(station, it, kinds, otherwise)
-        yield (yield from beside_if(len(rows) >= MANY, lambda: table(station, rows)))
+        yield (yield from beside_if(len(rows) >= MANY, lambda: _table(kinds, rows, station.units)))
 
     return listed
 
@@ -54,18 +48,14 @@ def _list(kinds: tuple[Kind, ...], table: Callable[[Station, Rows], Reply], othe
 def shown_value(station: Station, expression: Expression) -> Dialogue[None]:
     """An expression alone at the prompt: what LISTR, LISTL or LISTS of it answers."""
     if isinstance(expression, Binary) and expression.operator == "==" and isinstance(expression.left, Variable):
-        yield Message(f"== compares; {shown(expression.left)} = {shown(expression.right)} assigns")
+        yield Message(f"== compares; {expression_text(expression.left)} = {expression_text(expression.right)} assigns")
     rows = yield from _values(station, expression)
-    kind = kind_of_value(rows[0][1])
-    if kind is Kind.REAL:
-        truth = isinstance(expression, Binary | Unary) and expression.operator in RELATIONS | LOGICAL
-        yield RealTable(_real_rows(rows), truth)
-    else:
-        yield _strings(station, rows) if kind is Kind.STRING else _places(station, rows)
+    truth = isinstance(expression, Binary | Unary) and expression.operator in RELATIONS | LOGICAL
+    yield _table((kind_of_value(rows[0][1]),), rows, station.units, truth)
 
 
 def _rows(station: Station, it: Instruction, kinds: tuple[Kind, ...], otherwise: str) -> Dialogue[Rows]:
-    """What was asked for, each with its name or text; everything of these kinds when nothing was."""
+    """The values of the arguments, each with its name or text; without arguments all variables of these kinds."""
     asked = [argument for argument in it.arguments if argument is not None]
     if not asked:
         memory = station.environment.copy()
@@ -81,7 +71,7 @@ def _rows(station: Station, it: Instruction, kinds: tuple[Kind, ...], otherwise:
 
 
 def _values(station: Station, expression: Expression) -> Dialogue[Rows]:
-    """An expression with its value; of a name alone, the simple variable and all elements of the array."""
+    """An expression with its value; for a name alone, the simple variable and all elements of the array."""
     rows: Rows = ()
     if isinstance(expression, Variable) and not expression.indexes:
         key = expression.key
@@ -90,7 +80,7 @@ def _values(station: Station, expression: Expression) -> Dialogue[Rows]:
         else:
             found = station.environment.alone(key)
             rows = yield from beside_if(found.count() >= MANY, lambda: tuple(found.values_named(key)))
-    return rows or ((shown(expression), sight(station, expression)()),)
+    return rows or ((expression_text(expression), sight(station, expression)()),)
 
 
 def _own_elements(station: Station, asked: Variable, reference: Reference) -> Iterator[tuple[str, Value]]:
@@ -131,9 +121,9 @@ def _variable_of(station: Station, expression: Expression | None, kinds: tuple[K
 
 
 VARIABLES: Mapping[str, Handler] = {
-    "LISTL": _list(PLACES, _places, "LISTR lists reals, LISTS strings"),
-    "LISTR": _list(REALS, _reals, "LISTL lists locations, LISTS strings"),
-    "LISTS": _list(STRINGS, _strings, "LISTL lists locations, LISTR reals"),
+    "LISTL": _list(PLACES, "LISTR lists reals, LISTS strings"),
+    "LISTR": _list(REALS, "LISTL lists locations, LISTS strings"),
+    "LISTS": _list(STRINGS, "LISTL lists locations, LISTR reals"),
     "DELETEL": _delete_variables(PLACES),
     "DPOINT": _delete_variables(PLACES),
     "DELETER": _delete_variables(REALS),

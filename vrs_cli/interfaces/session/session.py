@@ -1,22 +1,28 @@
-"""A session: a station driven line by line. It prints nothing itself.
+"""A session: a station that is driven line by line. It prints nothing itself.
 
-`HANDLERS` says who carries out which monitor command, from a checked instruction to replies. One that asks questions
-between its replies is a generator: each reply is shown before the next question.
+`HANDLERS` has the function that carries out a monitor command, from a checked instruction to replies. A handler that
+asks questions between its replies is a generator: each reply is shown before the next question.
+
+A command file (COMMANDS) is carried out line by line up to the first that fails. Its commands stand between
+`.PROGRAM name` and `.END`, or alone in the file; `MC` before a command is accepted (a command program of V+ has it),
+and so are blank lines and comments. Lines after EDIT go to the editor up to `E`.
 """
 
 from __future__ import annotations
 
+import re
+from collections import ChainMap
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple
-
-from msgspec import Struct
+from typing import Any, NamedTuple, cast
 
 from vrs_cli.engine.book import Book
 from vrs_cli.engine.branches import MAIN
 from vrs_cli.engine.displacement import displacement
-from vrs_cli.errors import UsageError
-from vrs_cli.interfaces.dialogue import Dialogue
+from vrs_cli.errors import CannotInterpret, UsageError, VrsError
+from vrs_cli.files.program_file import find_program_file, read_program_file
+from vrs_cli.interfaces.dialogue import Dialogue, Said
 from vrs_cli.interfaces.jog.jogger import jog
 from vrs_cli.interfaces.monitor.clock import clock
 from vrs_cli.interfaces.monitor.files import FILES
@@ -24,12 +30,10 @@ from vrs_cli.interfaces.monitor.locations import LOCATIONS
 from vrs_cli.interfaces.monitor.programs import PROGRAMS
 from vrs_cli.interfaces.monitor.running import RUNNING
 from vrs_cli.interfaces.monitor.state import STATE
-from vrs_cli.interfaces.monitor.stepping import STEPPING
 from vrs_cli.interfaces.monitor.timeline import TIMELINE
 from vrs_cli.interfaces.monitor.variables import VARIABLES, shown_value
 from vrs_cli.interfaces.rights import check_beside, needed
-from vrs_cli.interfaces.session.command_file import carry_out_file
-from vrs_cli.interfaces.station.operands import path_of
+from vrs_cli.interfaces.station.operands import own, path_of
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.analysis.analyzer import check_line
 from vrs_cli.language.analysis.lineage import beyond_dialect, beyond_val2
@@ -41,24 +45,27 @@ from vrs_cli.language.text.ast import (
     Statement,
 )
 from vrs_cli.language.text.parser import parse_prompt
+from vrs_cli.language.text.source import END, PROGRAM, SECTIONS, lines_of
 from vrs_cli.language.words.word import Role
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, first_error
-from vrs_cli.values.replies import Diagnosed, DiagnosticsReport, Displaced, Reply
+from vrs_cli.values.replies import (
+    Diagnosed,
+    DiagnosticsReport,
+    Displaced,
+    Farewell,
+    Message,
+    Reply,
+    Tone,
+    is_error,
+    refusal,
+)
 
-
-class _Either(Struct, frozen=True):
-    """What one or the other contains."""
-
-    one: Container[str]
-    other: Container[str]
-
-    def __contains__(self, key: object) -> bool:
-        return key in self.one or key in self.other
+_MC = re.compile(r"(\s*)MC(?=\s)", re.IGNORECASE)
 
 
 class _Reading(NamedTuple):
-    """A line of the prompt, what it says, and what the analyzer finds in it."""
+    """A line of the prompt, its statement, and what the analyzer finds in it."""
 
     line: str
     statement: Statement | ProgramHeader | None
@@ -78,15 +85,15 @@ class Session(Station):
         return "." if self.branches.on_main else f"({self.branches.present})."
 
     def perform(self, line: str) -> None:
-        """One line of the prompt, or of the editor: parse it, check it, do it. Answers go to the terminal.
+        """Parse, check and do one line of the prompt, or of the editor. Answers go to the terminal.
 
         Raises LineRefused for a line that cannot be read or checked, and VrsError for what cannot be done.
         """
         self.converse(self.answers(line))
 
     def answers(self, line: str) -> Dialogue[None]:
-        """What `perform` shows and asks, as it comes. Raises LineRefused, VrsError; RoleWanted and LeaseHeld for what
-        who is at the desk may not do.
+        """Yield what `perform` shows and asks. Raises LineRefused, VrsError; RoleWanted and LeaseHeld for what the user
+        may not do.
         """
         self.serve()
         self.settle()
@@ -102,7 +109,7 @@ class Session(Station):
         yield from self._attend()
 
     def _attend(self) -> Dialogue[None]:
-        """Put the questions of tasks, which go on then. A prompt that lives puts them by itself."""
+        """Ask the questions of tasks, which go on then. A user who types while programs run is asked elsewhere."""
         while not self.user_state.lives and self.driver.unasked():
             yield from self.driver.ask()
             self.settle()
@@ -126,12 +133,12 @@ class Session(Station):
         yield from self._displaced()
 
     def _schedules(self) -> dict[str, tuple[Book, Timeline]]:
-        """What is scheduled on main and on the present branch."""
+        """The books and timelines of main and of the present branch."""
         books = {MAIN: self.branches.book(MAIN), self.branches.present: self.engine.book}
         return {name: (book, book.timeline) for name, book in books.items()}
 
     def _displaced(self) -> Iterator[Reply]:
-        """What has moved since the line began, or since a line of its own (COMMANDS) told it."""
+        """Tell which motions have moved since the line began, or since a line of a command file told it."""
         book, before = self._scheduled.get(self.branches.present, (None, None))
         self._scheduled = self._schedules()
         if before is not None and book is self.engine.book and (found := displacement(book, before)) is not None:
@@ -139,10 +146,9 @@ class Session(Station):
 
     def names(self) -> Container[str]:
         """The keys of the variables that have a value, those among them that a stopped program has for itself."""
-        own = {} if self.task is None else self.task.own
-        defined = frozenset(key for key, one in own.items() if one.defined())
         known = self.environment.kinds()
-        return _Either(defined, known) if defined else known
+        defined = {key: one for key, one in own(self).items() if one.defined()}
+        return ChainMap(defined, cast(Any, known)) if defined else known
 
     def mistake(self, line: str) -> Diagnostic | None:
         """The first mistake in a line that is not sent yet. One without is remembered: it need not be read again."""
@@ -172,7 +178,7 @@ class Session(Station):
             yield DiagnosticsReport(tuple(Diagnosed(warning, read.line) for warning in found))
 
     def carry_out(self, statement: Statement) -> Dialogue[None]:
-        """A monitor command by its handler, everything else as DO."""
+        """Do a monitor command by its handler, everything else as DO."""
         if isinstance(statement, Instruction) and statement.word in HANDLERS:
             yield from HANDLERS[statement.word](self, statement) or ()
             return
@@ -186,16 +192,93 @@ class Session(Station):
         yield from self.do(statement)
 
 
+# --- command files ---------------------------------------------------------------------------------------------------
+
+
+class CommandLine(NamedTuple):
+    """A command and the number of its line, from 1."""
+
+    number: int
+    text: str
+
+
+def command_lines(text: str) -> tuple[CommandLine, ...]:
+    """The commands of a file, without `MC`. Raises CannotInterpret for a file that holds something else."""
+    lines = [line for line in lines_of(text) if line.text.strip()]
+    found: list[CommandLine] = []
+    opened = closed = False
+    for line in lines:
+        remark = line.text.lstrip().startswith(";")
+        if line.directive in SECTIONS or (line.directive == PROGRAM and opened):
+            raise CannotInterpret(f"line {line.number}: {line.directive}", "a command file holds one .PROGRAM to .END")
+        if line.directive == PROGRAM and not found:
+            opened = True
+        elif line.directive == END and opened:
+            closed = True
+        elif closed and not remark:
+            raise CannotInterpret(f"line {line.number} stands after .END", "a command file ends there")
+        elif not remark:
+            found.append(CommandLine(line.number, _MC.sub(r"\1", line.text, count=1).strip()))
+    return tuple(found)
+
+
+def carry_out_file(session: Session, it: Instruction) -> Dialogue[None]:
+    """COMMANDS: carry out the commands of a file; the first that fails is named with its line, and ends it.
+
+    Raises NonexistentFile, FileError, FileDamaged, CannotInterpret, UsageError.
+    """
+    path = find_program_file(path_of(session, it))
+    lines = command_lines(read_program_file(path, session.folder))
+    if any(path.samefile(running) for running in session.user_state.command_files):
+        raise UsageError(f"{path} is being carried out", "a command file cannot call itself")
+    session.user_state.command_files.append(path)
+    try:
+        yield from _carry_out_lines(session, path, lines)
+    finally:
+        session.user_state.command_files.pop()
+
+
+def _carry_out_lines(session: Session, path: Path, lines: tuple[CommandLine, ...]) -> Dialogue[None]:
+    for line in lines:
+        failed = leaving = False
+        try:
+            for_line = session.answers(line.text)
+            said = next(for_line, None)
+            while said is not None:
+                failed = failed or (isinstance(said, Reply) and is_error(said))
+                leaving = leaving or isinstance(said, Farewell)
+                said = yield from _passed_on(for_line, said)
+        except VrsError as error:
+            failed = True
+            yield refusal(error, line.text)
+        if failed:
+            session.user_state.editor = None
+            yield Message(f"{path} stopped at line {line.number}: {line.text}", Tone.ERROR)
+        if failed or leaving or session.user_state.interrupted:
+            return
+
+
+def _passed_on(dialogue: Dialogue[None], said: Said) -> Dialogue[Said | None]:
+    """Yield what a dialogue said, and return what it says next; None at its end."""
+    try:
+        try:
+            answer = yield said
+        except (Exception, KeyboardInterrupt) as error:
+            return dialogue.throw(error)
+        return dialogue.send(answer)
+    except StopIteration:
+        return None
+
+
 HANDLERS: Mapping[str, Callable[[Session, Instruction], Dialogue[None] | Iterable[Reply] | None]] = {
     **LOCATIONS,
     **VARIABLES,
     **PROGRAMS,
     **FILES,
     **RUNNING,
-    **STEPPING,
     **STATE,
     **TIMELINE,
     "CLOCK": clock,
     "JOG": jog,
-    "COMMANDS": lambda session, it: carry_out_file(session, session.answers, path_of(session, it)),
+    "COMMANDS": carry_out_file,
 }

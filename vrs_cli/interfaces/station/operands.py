@@ -1,4 +1,4 @@
-"""Operands of monitor commands: expressions and words, as they are typed at the prompt."""
+"""Operands of monitor commands: values of expressions and words that are typed at the prompt."""
 
 from __future__ import annotations
 
@@ -11,21 +11,20 @@ from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.prompt import WatchedExpression, evaluate
 from vrs_cli.language.text.ast import BareWord, Call, Expression, Instruction, ProgramCall, Variable
-from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.values import kind_of_value
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.replies import Reply
 
-Handler = Callable[[Station, Instruction], Dialogue[None] | Iterable[Reply] | None]  # None: it answers nothing
+Handler = Callable[[Station, Instruction], Dialogue[None] | Iterable[Reply] | None]  # None: no answer
 
 
 def value(station: Station, expression: Expression) -> Value:
-    """What an expression is now. Raises ProgramError."""
+    """The present value of an expression. Raises ProgramError."""
     return evaluate(station.environment, station.robot, expression)
 
 
 def real(station: Station, expression: Expression) -> float:
-    """A real. Raises TypeMismatch for another kind of value."""
+    """The present value of a real expression. Raises TypeMismatch for another kind of value."""
     found = value(station, expression)
     if not isinstance(found, float):
         raise TypeMismatch(f"a {kind_of_value(found).value}", "a real is wanted here")
@@ -33,13 +32,13 @@ def real(station: Station, expression: Expression) -> float:
 
 
 def sight(station: Station, expression: Expression) -> Callable[[], Value]:
-    """Looks at an expression as the program that has stopped sees it."""
+    """Return a function that evaluates an expression as the program that has stopped sees it."""
     seen = WatchedExpression(station.environment, station.robot, expression)
     return lambda: seen.value(own(station))
 
 
 def own(station: Station) -> Mapping[str, Reference]:
-    """What the program that has stopped has for itself: its arguments, and the variables of AUTO and LOCAL."""
+    """The own variables of the program that has stopped: its arguments, and the variables of AUTO and LOCAL."""
     return {} if station.task is None else station.task.own
 
 
@@ -53,7 +52,7 @@ def real_or(station: Station, it: Instruction, index: int, default: float) -> fl
 
 
 def word(expression: Expression | None) -> str:
-    """A file, a program or another bare word, as it was typed."""
+    """The name of a file or a program, or another bare word, as it was typed."""
     if isinstance(expression, BareWord):
         return expression.text
     if isinstance(expression, Variable | Call | ProgramCall):
@@ -64,7 +63,3 @@ def word(expression: Expression | None) -> str:
 def path_of(station: Station, it: Instruction) -> Path:
     """Raises FileError, FileOutside."""
     return station.folder.path(word(operand(it, 0)))
-
-
-def shown(expression: Expression) -> str:
-    return expression_text(expression)
