@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from argparse import ArgumentTypeError, Namespace
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +20,7 @@ from vrs_cli.cli.command_line import (
     chosen_robot,
     option,
 )
-from vrs_cli.cli.findings import FORMATS, Finding
+from vrs_cli.cli.findings import FORMATS, Finding, mended
 from vrs_cli.cli.main import FAILED, OK, status_of
 from vrs_cli.cli.sources import has_errors, program_files, read_source, robot_of
 from vrs_cli.errors import FileError
@@ -126,23 +126,15 @@ def _finding(path: str, options: Namespace, model: RobotModel, cell: Cell) -> Fi
     its = load_robot(named) if named else model
 
     def found_in(text: str) -> tuple[Diagnostic, ...]:
-        return _chosen(inspect(text, its, chosen_dialect(options), cell), options)
+        """All errors, and the warnings that are wanted."""
+        return tuple(
+            one
+            for one in inspect(text, its, chosen_dialect(options), cell)
+            if has_errors([one]) or (one.label.startswith(options.select) and not one.label.startswith(options.ignore))
+        )
 
-    found = found_in(source.text)
-    if not options.fix:
-        return Finding(source, found)
-    from vrs_cli.cli.findings import mended
-
-    return mended(Finding(source, found), found_in)
-
-
-def _chosen(found: Iterable[Diagnostic], options: Namespace) -> tuple[Diagnostic, ...]:
-    """All errors, and the warnings that are wanted."""
-    return tuple(
-        one
-        for one in found
-        if has_errors([one]) or (one.label.startswith(options.select) and not one.label.startswith(options.ignore))
-    )
+    found = Finding(source, found_in(source.text))
+    return mended(found, found_in) if options.fix else found
 
 
 # --- --watch -----------------------------------------------------------------------------------------------------

@@ -6,6 +6,7 @@ import argparse
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
+from itertools import takewhile
 from math import isfinite, isnan, nan
 from operator import methodcaller
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -87,7 +88,8 @@ class Parser(argparse.ArgumentParser):
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
         """The values of all arguments. Raises CommandLineError; `--help` raises SystemExit."""
         arguments = list(_with_rate(arguments))
-        unknown = [word for word in _words(arguments) if word.startswith("--") and word not in self.options()]
+        words = (word.partition("=")[0] for word in takewhile(lambda word: word != "--", arguments))
+        unknown = [word for word in words if word.startswith("--") and word not in self.options()]
         if unknown:
             raise self._unknown(unknown[0])
         values, extra = self.parse_known_args(arguments)
@@ -110,14 +112,6 @@ class Parser(argparse.ArgumentParser):
         if not word.startswith("-"):
             return CommandLineError(f"one argument too many: {word}", f"see {self.prog} --help")
         return CommandLineError(f"unknown option {word}", did_you_mean(word, self.options(), self.prog))
-
-
-def _words(arguments: Iterable[str]) -> Iterable[str]:
-    """The options as written, up to a bare `--`."""
-    for argument in arguments:
-        if argument == "--":
-            return
-        yield argument.partition("=")[0]
 
 
 def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:

@@ -19,10 +19,18 @@ FOLDERS = ("FOLDER", "DIR")
 
 
 def main(options: Namespace) -> int:
-    """Print it."""
+    """Print it, of one parser of the whole command line."""
     import shtab
 
-    print(shtab.complete(_everything(), options.shell))
+    whole = ArgumentParser(prog="vrs")
+    whole.add_argument("--version", action="store_true", help="the version")
+    subcommands = whole.add_subparsers()
+    for name, row in SUBCOMMANDS.items():
+        own: Parser = import_module(f"vrs_cli.cli.{row.module}").parser(f"vrs {name}")
+        for action in own.arguments():
+            _teach(action, shtab.FILE, shtab.DIRECTORY)
+        subcommands.add_parser(name, help=row.summary, parents=[own], add_help=False)
+    print(shtab.complete(whole, options.shell))
     return OK
 
 
@@ -33,21 +41,6 @@ def parser(prog: str) -> Parser:
         EPILOG,
         option("shell", choices=SHELLS, help="of which shell"),
     )
-
-
-def _everything() -> ArgumentParser:
-    """One parser of the whole command line."""
-    from shtab import DIRECTORY, FILE
-
-    whole = ArgumentParser(prog="vrs")
-    whole.add_argument("--version", action="store_true", help="the version")
-    subcommands = whole.add_subparsers()
-    for name, row in SUBCOMMANDS.items():
-        own: Parser = import_module(f"vrs_cli.cli.{row.module}").parser(f"vrs {name}")
-        for action in own.arguments():
-            _teach(action, FILE, DIRECTORY)
-        subcommands.add_parser(name, help=row.summary, parents=[own], add_help=False)
-    return whole
 
 
 def _teach(action: Action, file: object, folder: object) -> None:

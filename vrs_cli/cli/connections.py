@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from vrs_cli.cli.command_line import CommandLineError, group, option, teller, whole
 from vrs_cli.errors import UsageError, VrsError
-from vrs_cli.repl.interrupt import ENDINGS, SAID, Ended
+from vrs_cli.repl.interrupt import SAID
 
 if TYPE_CHECKING:
     from vrs_cli.net.client import Client
@@ -144,9 +144,3 @@ async def signal_comes() -> int:
     finally:
         for number in heard:
             loop.remove_signal_handler(number)
-
-
-def end_by(number: int) -> None:
-    """All has stopped: Ctrl-C was the way to stop it, any other signal ends the process. Raises Ended."""
-    if number in ENDINGS:
-        raise Ended(number)

@@ -10,8 +10,9 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import CommandLineError, Parser, option
-from vrs_cli.cli.connections import KINDS, LINE_OPTIONS, end_by, signal_comes
+from vrs_cli.cli.connections import KINDS, LINE_OPTIONS, signal_comes
 from vrs_cli.cli.main import OK
+from vrs_cli.repl.interrupt import ENDINGS, Ended
 
 if TYPE_CHECKING:
     from vrs_cli.net.delay_proxy import DelayProxy, Endpoint
@@ -32,7 +33,9 @@ Each connection has delays of its own, the same for the same seed and number. Ct
 
 def main(options: Namespace) -> int:
     """Serve until Ctrl-C."""
-    end_by(asyncio.run(_serve(_proxy(options), options, partial(print, flush=True))))
+    number = asyncio.run(_serve(_proxy(options), options, partial(print, flush=True)))
+    if number in ENDINGS:  # Ctrl-C is the way to stop it, any other signal ends the process
+        raise Ended(number)
     return OK
 
 
@@ -65,11 +68,7 @@ def _proxy(options: Namespace) -> DelayProxy:
     none = "0", Constant(0.0)
     forward, backward = ((way or none)[1] for way in (options.forward, options.backward))
     ways = DelayWays(with_loss(forward, options.loss), with_loss(backward, options.loss), options.seed)
-    return DelayProxy(options.target, ways, _silent if options.quiet else partial(print, flush=True))
-
-
-def _silent(_text: str) -> None:
-    """Nobody wants to know."""
+    return DelayProxy(options.target, ways, (lambda _text: None) if options.quiet else partial(print, flush=True))
 
 
 async def _serve(proxy: DelayProxy, options: Namespace, tell: Callable[[str], None]) -> int:

@@ -67,7 +67,8 @@ def main(options: Namespace) -> int:
         check_plot(picture)
     rows = _rows(options)
     if options.json:
-        print(json.dumps(_object(options, rows), indent=2))
+        tried = {"seeds": options.seeds, "seconds": options.seconds, "rate": options.rate}
+        print(json.dumps({**tried, "rows": [*map(_row_object, rows)]}, indent=2))
     else:
         from vrs_cli.render.text import text_of
 
@@ -158,8 +159,13 @@ def _rows(options: Namespace) -> list[ExperimentRow]:
     from vrs_cli.net.experiment import together
 
     cases = list(_cases(options))
-    trials = [_with_seed(trial, number) for _, trial in cases for number in range(options.seeds)]
-    found = _outcomes(trials, min(options.jobs or _cores(), len(trials)))
+    trials = [
+        structs.replace(trial, ways=structs.replace(trial.ways, seed=trial.ways.seed + number))
+        for _, trial in cases
+        for number in range(options.seeds)
+    ]
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    found = _outcomes(trials, min(options.jobs or cores, len(trials)))
     parts = (found[first : first + options.seeds] for first in range(0, len(found), options.seeds))
     return [ExperimentRow(name, trial, together(part)) for (name, trial), part in zip(cases, parts, strict=True)]
 
@@ -193,10 +199,6 @@ def _lines(options: Namespace) -> Iterator[tuple[str, Delays, Delays]]:
         yield f"Gamma {1e3 * mean:g}ms {1e3 * deviation:g}ms each way{lost}", each, each
 
 
-def _with_seed(trial: Trial, number: int) -> Trial:
-    return structs.replace(trial, ways=structs.replace(trial.ways, seed=trial.ways.seed + number))
-
-
 def _outcomes(trials: Sequence[Trial], jobs: int) -> list[TrialOutcome]:
     if jobs == 1:
         return list(map(_outcome, trials))
@@ -218,11 +220,6 @@ def _outcome(trial: Trial) -> TrialOutcome:
     finally:
         gc.enable()
         gc.collect()
-
-
-def _cores() -> int:
-    """How many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _leave_signals() -> None:
@@ -345,10 +342,6 @@ def _draw(path: str, rows: Sequence[ExperimentRow]) -> None:
         raise CommandLineError("a curve needs two leads at which the robot moves", "--lead 0.2 0.4 0.6")
     panels = [Curves(f"{one.title} [deg]", tuple(one.curves), one.curves.values(), one.leads) for one in drawings]
     plot_panels(path, "lead [s]", panels, "Mean error of what is seen")
-
-
-def _object(options: Namespace, rows: Sequence[ExperimentRow]) -> dict[str, object]:
-    return {"seeds": options.seeds, "seconds": options.seconds, "rate": options.rate, "rows": [*map(_row_object, rows)]}
 
 
 def _row_object(row: ExperimentRow) -> dict[str, object]:

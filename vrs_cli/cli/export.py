@@ -34,7 +34,10 @@ def main(options: Namespace) -> int:
     from vrs_cli.files.atomic import check_writable
 
     exporter = _format(_formats(), options.to, options.output)
-    _check_number(exporter, options)
+    if exporter.of_moment and options.rate is not None:
+        raise CommandLineError(f"{exporter.name} is one moment and has no rate", "give --at TIME")
+    if options.at is not None and not exporter.of_moment:
+        raise CommandLineError(f"{exporter.name} is the whole trajectory", "--at TIME is for --to png")
     if options.output != STANDARD_STREAM:
         check_distinct((options.file, options.output))
         check_writable(options.output)
@@ -83,11 +86,3 @@ def _format(formats: Mapping[str, Exporter], asked: str | None, output: str) -> 
         if exporter.suffix == suffix:
             return exporter
     raise CommandLineError("which format?", f"give --to {' or '.join(formats)}")
-
-
-def _check_number(exporter: Exporter, options: Namespace) -> None:
-    """Raises CommandLineError for `--rate` of one moment, and for `--at` of many."""
-    if exporter.of_moment and options.rate is not None:
-        raise CommandLineError(f"{exporter.name} is one moment and has no rate", "give --at TIME")
-    if options.at is not None and not exporter.of_moment:
-        raise CommandLineError(f"{exporter.name} is the whole trajectory", "--at TIME is for --to png")

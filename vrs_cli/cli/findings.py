@@ -38,7 +38,12 @@ def _text(findings: Sequence[Finding]) -> None:
     """All of them, and how many there are; nothing for files without fault. In colours on a terminal."""
     for finding in findings:
         if sys.stdout.isatty():
-            _draw(finding)
+            from vrs_cli.render.console import TerminalRenderer
+            from vrs_cli.values.replies import Diagnosed, DiagnosticsReport
+
+            lines = ["", *finding.source.text.split("\n"), ""]
+            items = [Diagnosed(one, lines[one.span.line], finding.source.path) for one in finding.diagnostics]
+            TerminalRenderer(sys.stdout).draw(DiagnosticsReport(tuple(items)))
         else:
             print(finding.source.shown(finding.diagnostics), end="")
     everything = [diagnostic for finding in findings for diagnostic in finding.diagnostics]
@@ -47,15 +52,6 @@ def _text(findings: Sequence[Finding]) -> None:
     if everything or mended:
         told = f"{count(errors, 'error')}, {count(len(everything) - errors, 'warning')}"
         print(f"{told}, {mended} mended" if mended else told)
-
-
-def _draw(finding: Finding) -> None:
-    from vrs_cli.render.console import TerminalRenderer
-    from vrs_cli.values.replies import Diagnosed, DiagnosticsReport
-
-    lines = ["", *finding.source.text.split("\n"), ""]
-    items = [Diagnosed(one, lines[one.span.line], finding.source.path) for one in finding.diagnostics]
-    TerminalRenderer(sys.stdout).draw(DiagnosticsReport(tuple(items)))
 
 
 def _json(findings: Sequence[Finding]) -> None:
@@ -85,23 +81,18 @@ def _object(one: Diagnostic) -> dict[str, Any]:
 
 
 def _github(findings: Sequence[Finding]) -> None:
+    """Workflow commands, as GitHub Actions reads them from the output of a step."""
     for finding in findings:
         for one in finding.diagnostics:
-            print(_command(finding.source.path, one))
-
-
-def _command(path: str, one: Diagnostic) -> str:
-    """A workflow command, as GitHub Actions reads it from the output of a step."""
-    span = one.span
-    properties = {
-        "file": path,
-        "line": span.line,
-        "col": span.column,
-        "endColumn": span.end,
-        "title": f"{one.text} ({one.label})",
-    }
-    shown = ",".join(f"{name}={_escaped(str(value), _PROPERTY)}" for name, value in properties.items())
-    return f"::{one.severity.value} {shown}::{_escaped(one.message, _DATA)}"
+            properties = {
+                "file": finding.source.path,
+                "line": one.span.line,
+                "col": one.span.column,
+                "endColumn": one.span.end,
+                "title": f"{one.text} ({one.label})",
+            }
+            shown = ",".join(f"{name}={_escaped(str(value), _PROPERTY)}" for name, value in properties.items())
+            print(f"::{one.severity.value} {shown}::{_escaped(one.message, _DATA)}")
 
 
 # what a workflow command cannot hold as it stands (GitHub Actions toolkit, @actions/core)

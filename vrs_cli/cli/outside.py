@@ -55,25 +55,12 @@ OUTSIDE = group(  # for `chosen_outside`
 )
 
 
-def chosen_outside(options: argparse.Namespace, *, patience: float = inf) -> Outside | None:
-    """Whom programs may talk to; None for nobody. What is real makes `options.realtime` so.
+def chosen_outside(options: argparse.Namespace, *, patience: float = inf) -> Outside:
+    """What programs may attach, as the options OUTSIDE say. What is real makes `options.realtime` so.
 
     Raises CommandLineError, FileError.
     """
     live = options.allow_net or options.serial
-    _check(options, live)
-    patience = options.patience or patience
-    outside = _sockets(options, patience) if live else _script(options, patience)
-    if outside is not None and outside.live and options.realtime is None:
-        options.realtime = 1.0
-    if outside is None or options.record_units is None:
-        return outside
-    from vrs_cli.devices.script import DeviceRecording
-
-    return DeviceRecording(outside, options.record_units)
-
-
-def _check(options: argparse.Namespace, live: bool) -> None:
     if live and getattr(options, "sandbox", None) is not None:
         raise CommandLineError("--sandbox has no connections", "leave out --allow-net and --serial")
     if live and options.replay_units is not None:
@@ -82,20 +69,24 @@ def _check(options: argparse.Namespace, live: bool) -> None:
         raise CommandLineError("--net-host says where ports are opened", "give --allow-net too")
     if options.record_units is not None and not live and options.replay_units is None:
         raise CommandLineError("--record-units has nothing to record", "give --allow-net or --serial too")
+    patience = options.patience or patience
+    outside: Outside
+    if live:
+        from vrs_cli.devices.sockets import LOOPBACK, Sockets
 
+        host = (options.net_host or LOOPBACK) if options.allow_net else None
+        outside = Sockets(host, dict(options.serial), patience)
+        options.realtime = 1.0 if options.realtime is None else options.realtime
+    elif options.replay_units is not None:
+        from vrs_cli.devices.script import read_script
 
-def _sockets(options: argparse.Namespace, patience: float) -> Outside:
-    from vrs_cli.devices.sockets import LOOPBACK, Sockets
-
-    host = (options.net_host or LOOPBACK) if options.allow_net else None
-    return Sockets(host, dict(options.serial), patience)
-
-
-def _script(options: argparse.Namespace, patience: float) -> Outside:
-    if options.replay_units is None:
+        outside = read_script(options.replay_units, patience)
+    else:
         from vrs_cli.devices.outside import Outside
 
-        return Outside("--allow-net and --serial let programs have TCP and serial lines")
-    from vrs_cli.devices.script import read_script
+        outside = Outside("--allow-net and --serial let programs have TCP and serial lines")
+    if options.record_units is None:
+        return outside
+    from vrs_cli.devices.script import DeviceRecording
 
-    return read_script(options.replay_units, patience)
+    return DeviceRecording(outside, options.record_units)

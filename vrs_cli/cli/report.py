@@ -6,7 +6,7 @@ The picture takes a browser some seconds, the curves need matplotlib. The page s
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from html import escape
 from io import BytesIO
 from itertools import groupby
@@ -40,11 +40,16 @@ def write_report(path: str, arm: RobotArm, timeline: Timeline, title: str, t: fl
     """`t`: the moment of the picture [s]; None for the end. Raises FileError."""
     rows = list(_rows(timeline))
     moment = timeline.end if t is None else min(max(t, timeline.start), timeline.end)
+    cells = "".join(
+        f"<tr><td>{row.number}</td><td>{escape(row.text)}</td><td>{row.begin:.3f}</td><td>{row.end:.3f}</td></tr>"
+        for row in rows[:MOST_COMMANDS]
+    )
+    more = f"<p>{len(rows) - MOST_COMMANDS} more are not shown.</p>" if len(rows) > MOST_COMMANDS else ""
     parts = (
         f"<h1>{escape(title)}</h1><p>{escape(arm.model.title)}: {len(rows)} commands, {timeline.end:.3f} s</p>",
         _or_why("picture of the arm", lambda: _picture(arm, timeline, moment)),
         _or_why("curves", lambda: _curves(arm, timeline)),
-        _commands(rows),
+        f"<table><tr><th>No.</th><th>Command</th><th>from s</th><th>to s</th></tr>{cells}</table>{more}",
     )
     page = (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
@@ -97,12 +102,3 @@ def _rows(timeline: Timeline) -> Iterator[ReportRow]:
         first, *others = segments
         if first.motion.text:
             yield ReportRow(number, first.motion.text, first.start, (others or [first])[-1].finish)
-
-
-def _commands(rows: Sequence[ReportRow]) -> str:
-    cells = "".join(
-        f"<tr><td>{row.number}</td><td>{escape(row.text)}</td><td>{row.begin:.3f}</td><td>{row.end:.3f}</td></tr>"
-        for row in rows[:MOST_COMMANDS]
-    )
-    more = f"<p>{len(rows) - MOST_COMMANDS} more are not shown.</p>" if len(rows) > MOST_COMMANDS else ""
-    return f"<table><tr><th>No.</th><th>Command</th><th>from s</th><th>to s</th></tr>{cells}</table>{more}"

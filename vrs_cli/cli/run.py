@@ -238,7 +238,7 @@ class _Batch(Struct, frozen=True):
         with memory(options.max_memory) as enough, running as progress, alone, self._folder() as folder:
             lines = piped(sys.stdin) if options.realtime is not None else None
             output = sys.stderr if aside else sys.stdout
-            terminal = BatchTerminal(output, progress, lines or iter(_typed, ""), options.quiet)
+            terminal = BatchTerminal(output, progress, lines or iter(sys.stdin.readline, ""), options.quiet)
             station = self._station(terminal, folder)
             if lines is not None:
                 lines.robot = station.actor
@@ -268,7 +268,10 @@ class _Batch(Struct, frozen=True):
         program, engine = self._program(station), station.engine
         engine.clock.set(0.0)
         durable = self.options.realtime is not None
-        with journal(self.options.save, engine, partial(_say, progress), durable=durable) as sound, stop:
+        with (
+            journal(self.options.save, engine, lambda text: progress.say(f"vrs run: {text}"), durable=durable) as sound,
+            stop,
+        ):
             try:
                 with enough():
                     result = station.execute(program, cycles=self.options.cycles, all_tasks=True)
@@ -350,7 +353,9 @@ class _Batch(Struct, frozen=True):
     def _ended(self, station: Station, terminal: BatchTerminal, result: RunResult) -> int:
         """Tell how the run ended, and write the files: what there is of the trajectory, also after an error."""
         from vrs_cli.cli.batch import fault_object, fault_text
+        from vrs_cli.engine.displacement import displacement_of
         from vrs_cli.render.control import for_stream
+        from vrs_cli.render.displaced import sentences
         from vrs_cli.values.replies import Message
 
         if self.heard is not None:
@@ -362,9 +367,15 @@ class _Batch(Struct, frozen=True):
             terminal.show(Message(result.outcome.value))
         else:
             print(for_stream(fault_text(self.source.path, result.fault), sys.stderr), file=sys.stderr)
-        if not self.options.quiet:
-            _tell_displaced(station)
-        return max(self._write_files(station), FAILED if faults else OK)
+        if not self.options.quiet and (displaced := displacement_of(station.engine.records())) is not None:
+            for sentence in sentences(displaced):  # which motions begin at other times than the program asked
+                print(sentence, file=sys.stderr)
+        try:
+            self.outputs.write(station.engine.arm, station.engine.timeline, self.source.path)
+        except FileError as error:  # the command line was right when the run began: the disk is full
+            print(f"vrs run: {error}", file=sys.stderr)
+            return FAILED
+        return FAILED if faults else OK
 
     def _tell_beside(self, terminal: BatchTerminal, one: StoppedTask) -> None:
         """Another task has stopped with an error."""
@@ -373,15 +384,6 @@ class _Batch(Struct, frozen=True):
 
         said = f"{fault_text(self.source.path, one.fault)} ({one.where})"
         terminal.alive.say(for_stream(said, sys.stderr))
-
-    def _write_files(self, station: Station) -> int:
-        engine = station.engine
-        try:
-            self.outputs.write(engine.arm, engine.timeline, self.source.path)
-        except FileError as error:  # the command line was right when the run began: the disk is full
-            print(f"vrs run: {error}", file=sys.stderr)
-            return FAILED
-        return OK
 
     def _print_json(self, station: Station, result: RunResult | None, errors: list[Object]) -> None:
         import json
@@ -393,26 +395,6 @@ class _Batch(Struct, frozen=True):
             print(json.dumps(found, indent=2))
         else:
             self.heard.printed(found)
-
-
-def _typed() -> str:
-    """The next line of standard input; nothing at its end."""
-    return sys.stdin.readline()
-
-
-def _say(progress: RunProgress, text: str) -> None:
-    """What is wrong with the file of --save."""
-    progress.say(f"vrs run: {text}")
-
-
-def _tell_displaced(station: Station) -> None:
-    """Tell which motions begin at other times than the program asked."""
-    from vrs_cli.engine.displacement import displacement_of
-    from vrs_cli.render.displaced import sentences
-
-    found = displacement_of(station.engine.records())
-    for sentence in () if found is None else sentences(found):
-        print(sentence, file=sys.stderr)
 
 
 def _advice(option: str) -> str:

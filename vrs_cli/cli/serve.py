@@ -44,10 +44,7 @@ if TYPE_CHECKING:
     from vrs_cli.net.audit import Audit
     from vrs_cli.net.hub import Hub
     from vrs_cli.net.limits import Allowance
-    from vrs_cli.net.nats import Publisher
-    from vrs_cli.net.room import Plan
     from vrs_cli.net.server import ListenAddress, Server
-    from vrs_cli.net.tokens import TokenFile
 
 TURN = 0.0005  # [s] after which one thread lets the next one go on: with Python's 5 ms many who look delay each line
 LOCAL = ("localhost",)
@@ -80,12 +77,15 @@ def main(options: Namespace) -> int:
 
     from vrs_cli.language.text.collector import collect_in_small_parts
     from vrs_cli.net.server import Server
+    from vrs_cli.net.tokens import TokenFile
 
     collect_in_small_parts()
     sys.setswitchinterval(SWITCHED)
     tell = teller(options.prog)
     with _audit(options, tell) as audit, _folder(options) as folder:
-        tokens = _tokens(options)
+        named, tokens = (name for name, _ in options.robot), None
+        if options.tokens is not None:
+            tokens = TokenFile(Path(options.tokens), named, options.robots_per_token)
         server = Server(_place(options, tell), _allowance(options), audit, tokens, tell)
         hub = _hub(options, server, audit, folder, tell)
         try:
@@ -109,7 +109,13 @@ async def _served(options: Namespace, server: Server, hub: Hub, tell: Callable[[
     def ready(address: str) -> None:
         print(f"{options.prog}: {address}, {_named(options, hub)}", flush=True)
 
-    publisher = None if options.nats is None else _publisher(options.nats, tell)
+    publisher = None
+    if options.nats is not None:
+        if find_spec("nats") is None:
+            raise CommandLineError("--nats needs nats-py", how_to_install("nats-py"))
+        from vrs_cli.net.nats import Publisher
+
+        publisher = Publisher(options.nats, tell)
     try:
         if publisher is not None:
             await publisher.open()
@@ -124,15 +130,6 @@ async def _served(options: Namespace, server: Server, hub: Hub, tell: Callable[[
             await publisher.close()
     tell("ended")
     return OK
-
-
-def _publisher(url: str, tell: Callable[[str], None]) -> Publisher:
-    """Raises CommandLineError where what it takes is not installed."""
-    if find_spec("nats") is None:
-        raise CommandLineError("--nats needs nats-py", how_to_install("nats-py"))
-    from vrs_cli.net.nats import Publisher
-
-    return Publisher(url, tell)
 
 
 def _named(options: Namespace, hub: Hub) -> str:
@@ -293,14 +290,6 @@ def _tls(options: Namespace) -> ssl.SSLContext | None:
     return context
 
 
-def _tokens(options: Namespace) -> TokenFile | None:
-    from vrs_cli.net.tokens import TokenFile
-
-    if options.tokens is None:
-        return None
-    return TokenFile(Path(options.tokens), (name for name, _ in options.robot), options.robots_per_token)
-
-
 def _allowance(options: Namespace) -> Allowance:
     from vrs_cli.net.limits import Allowance
 
@@ -315,7 +304,9 @@ def _allowance(options: Namespace) -> Allowance:
 
 def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: Callable[[str], None]) -> Hub:
     from vrs_cli.kinematics.robot_file import Ends, load_robot
+    from vrs_cli.net.driving import WhenGone
     from vrs_cli.net.hub import Hub, RobotFolders
+    from vrs_cli.net.room import Plan
 
     ends = Ends(options.base, options.tip)
     wanted = options.robot or ([] if options.robots_per_token else [(USUAL_ROBOT, USUAL_ROBOT)])
@@ -323,17 +314,7 @@ def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: C
     for model in robots.values():
         tell_notes(tell, model, fitted=options.task is None)
     journal = None if options.journal is None else _made(Path(options.journal), "--journal")
-    places, usual, own = RobotFolders(journal, folder), _usual(options), options.robots_per_token
-    idle = OWN_IDLE if options.idle is None else options.idle
-    return Hub(robots, places, usual, audit, server.wake, tell, own=own, grants=server.grants, own_idle=idle)
-
-
-def _usual(options: Namespace) -> Plan:
-    from vrs_cli.kinematics.robot_file import load_robot
-    from vrs_cli.net.driving import WhenGone
-    from vrs_cli.net.room import Plan
-
-    return Plan(
+    usual = Plan(
         load_robot(options.own_robot),
         Path(),
         realtime=options.realtime,
@@ -342,6 +323,9 @@ def _usual(options: Namespace) -> Plan:
         allowance=_allowance(options),
         idle=inf if options.idle is None else options.idle,
     )
+    places, own = RobotFolders(journal, folder), options.robots_per_token
+    idle = OWN_IDLE if options.idle is None else options.idle
+    return Hub(robots, places, usual, audit, server.wake, tell, own=own, grants=server.grants, own_idle=idle)
 
 
 @contextmanager

@@ -52,7 +52,10 @@ def main(options: Namespace) -> int:
     if not options.url:
         raise CommandLineError("--terminal shows a robot that is served, or a saved trajectory", "name one")
     if is_recording(options.url):
-        _play(options)
+        from vrs_cli.repl.player import play
+
+        recording = read_recording(options.prog, options.url, lenient=options.lenient)
+        play(recording.arm, recording.timeline, options.rate)
     else:
         asyncio.run(_watch(options))
     return 0
@@ -100,14 +103,6 @@ def parser(prog: str) -> Parser:
         ),
         LENIENT,
     )
-
-
-def _play(options: Namespace) -> None:
-    """A saved trajectory. Raises FileError."""
-    recording = read_recording(options.prog, options.url, lenient=options.lenient)
-    from vrs_cli.repl.player import play
-
-    play(recording.arm, recording.timeline, options.rate)
 
 
 async def _watch(options: Namespace) -> None:
