@@ -122,13 +122,13 @@ def evaluator(
     make: Callable[[ExpressionCompiler], py.expr], kinds: Mapping[str, Kind], own: Sequence[str] = ()
 ) -> Callable[..., Any]:
     """Compile an expression to a function of the context, and of a reference for each of `own`."""
-    compiled = compile_expression(LIBRARY, make, kinds, own)
+    function, arrays = compile_expression(LIBRARY, make, kinds, own)
 
     def evaluate(context: Context, *references: Reference) -> Any:
         cells = context.environment.cells
-        arrays = (cells(array.kind, array.key) for array in compiled.arrays)
         try:
-            return compiled.function(context, *map(cells, CELLS), *chain.from_iterable(references), *arrays)
+            fields = chain.from_iterable(references)
+            return function(context, *map(cells, CELLS), *fields, *(cells(*array) for array in arrays))
         except ArithmeticError as error:
             raise overflow(error) from None
 
@@ -184,7 +184,7 @@ class Executable:
         """
         variant = self.compiled.variant(op)
         cells = context.environment.cells
-        arrays = (cells(array.kind, array.key) for array in variant.arrays)
+        arrays = (cells(*array) for array in variant.arrays)
         bound = chain.from_iterable(arguments)
         return variant.function(context, *map(cells, CELLS), slots, variant.numbers[op], *bound, *arrays)
 
