@@ -21,7 +21,6 @@ from vrs_cli.language.analysis.lineage import program_beyond_val2
 from vrs_cli.language.analysis.result import Own
 from vrs_cli.language.compile.compiler import Compiled, compile_expression, compile_program
 from vrs_cli.language.compile.expressions import CELLS, ExpressionCompiler, Library
-from vrs_cli.language.run.cells import NO_CELLS, Reference, new_variable
 from vrs_cli.language.run.effects import CallProgram, Event, Return, Wait
 from vrs_cli.language.run.memory import Context, Definable, Memory, StoredProgram, Wording, stamp_of
 from vrs_cli.language.run.operations import IN_CONTEXT, OF_VALUES, modulo, power
@@ -29,6 +28,7 @@ from vrs_cli.language.run.semantics.assignments import ASSIGNMENTS
 from vrs_cli.language.run.semantics.input_output import INPUT_OUTPUT
 from vrs_cli.language.run.semantics.motions import MOTIONS, SETTINGS
 from vrs_cli.language.run.semantics.tasks import SIGNALS, TASKS
+from vrs_cli.language.run.variables import NO_CELLS, Reference, new_variable
 from vrs_cli.language.text.ast import Variable
 from vrs_cli.language.words.values import (
     Kind,
