@@ -51,7 +51,7 @@ from vrs_cli.language.compile.lowering import (
     lower,
 )
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.collector import pause_collector
+from vrs_cli.language.text.collector import free_in_parts, pause_collector
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.values import Kind
@@ -353,7 +353,7 @@ class Variant(Struct, frozen=True):
     numbers: Mapping[int, int]
 
 
-class Compiled(Struct, frozen=True, dict=True):
+class Compiled(Struct, frozen=True, dict=True, weakref=True):
     """A program ready to run. `spelling`: the names it uses, as it first spells them, by key. `array_parameters`: the
     keys of those that stand for whole arrays."""
 
@@ -409,7 +409,10 @@ def compile_program(library: Library, analysis: Analysis) -> Compiled:
             variant = compiler.variant(everywhere=False)
     except RecursionError:
         raise ProgramNotExecutable(analysis.program.name, "an expression is nested too deeply") from None
-    return Compiled(library, analysis, lowered, compiler.spelling, frozenset(compiler.array_parameters), variant)
+    names, arrays = compiler.spelling, frozenset(compiler.array_parameters)
+    compiled = Compiled(library, analysis, lowered, names, arrays, variant)
+    free_in_parts(compiled, lowered.ops)
+    return compiled
 
 
 def compile_expression(

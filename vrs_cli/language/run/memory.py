@@ -19,6 +19,7 @@ from vrs_cli.language.run.robot import RobotReadings, System
 from vrs_cli.language.run.signals import Signals
 from vrs_cli.language.run.variables import Reference, Variables, closest
 from vrs_cli.language.text.ast import Program
+from vrs_cli.language.text.collector import free_in_parts
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.values import integer_between, key_of, plain
 from vrs_cli.trajectory.instant import LATEST
@@ -96,6 +97,7 @@ class Memory(Variables):
     def store(self, analysis: Analysis, lines: tuple[str, ...] = ()) -> StoredProgram:
         """Keep a program, in the place of one of the same name. `lines`: those of its whole file."""
         stored = StoredProgram(analysis, lines)
+        free_in_parts(stored.program, stored.program.steps, lines)
         self.programs[analysis.program.key] = stored
         return stored
 
