@@ -20,8 +20,8 @@ from tests.view3d.browser import chromium, missing
 from tests.view3d.pages import Page
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.dialogue import no_answer
+from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.values.acts import Define
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.hosted import SHELL, Hosted
@@ -57,7 +57,7 @@ def _fifty(hosted: Hosted) -> None:
         window.parts.append(pictures)
         time.sleep(SETTLED)
         still, _ = _share(SECONDS / 4, pictures)
-        program = hosted.hold(SHELL)
+        program = Supervisor(hosted.hold(SHELL))
         program.act(Define(PROGRAM))
         Thread(target=_execute, args=(program,), daemon=True).start()
         time.sleep(SETTLED)
@@ -68,7 +68,7 @@ def _fifty(hosted: Hosted) -> None:
     print(f"  at rest {still:.1%}, while it moves {moving:.1%} (at most 15%), {rate:.1f} pictures a second")
 
 
-def _execute(robot: RemoteRobot) -> None:
+def _execute(robot: Supervisor) -> None:
     """Until the robot is let go."""
     with suppress(VrsError):
         robot.say("EXECUTE spin", no_answer)

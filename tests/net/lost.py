@@ -38,7 +38,6 @@ from vrs_cli.errors import RequestRefused
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.far_end import HELD_UP, QUIET
 from vrs_cli.net.messages import Done, Refused, Request, ServerMessage
-from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.repl.remote_front_end import RemoteFrontEnd
 from vrs_cli.repl.terminal import PlainTerminal
@@ -145,7 +144,7 @@ class Programmer(Author):
     @property
     def open(self) -> bool:
         held = self._robot.held
-        return isinstance(held, RemoteRobot) and held.open
+        return held.port.open
 
     def close(self) -> None:
         self._robot.leave()
@@ -237,7 +236,7 @@ class Sitting(Author):
 
     def __init__(self, url: str, seed: str) -> None:
         super().__init__(seed)
-        self._robot = RemoteRobot.connect(url, hello_of(attended=True))
+        self._robot = SocketPort.connect(url, hello_of(attended=True))
         self._front_end = _FrontEnd(self._robot)
         self._front_end.transcript = self._transcript = _Transcript()
 

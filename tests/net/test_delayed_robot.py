@@ -20,13 +20,14 @@ from tests.live import PATIENCE
 from tests.net.serving import Caller, Serving, serving
 from vrs_cli.engine.position import joints_at
 from vrs_cli.errors import TooLate
+from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.delay_line import Constant, Delays, DelayWays, Gamma
 from vrs_cli.net.delay_proxy import DelayProxy, Endpoint
 from vrs_cli.net.far_end import Ahead
 from vrs_cli.net.messages import Delta, Done, Hello, Line, Ping, Pong, Sample, Subscribe
-from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.net.timesync import TimeSync
 from vrs_cli.trajectory.instant import on_grid
 from vrs_cli.values.acts import Go, Goal
@@ -117,7 +118,7 @@ def test_the_way_there_and_back_is_measured(robot: Serving) -> None:
         assert found.offset == pytest.approx(0.02, abs=found.round_trip - 0.08 + 0.001), "half of the asymmetry"
 
 
-def go(far: RemoteRobot, where: Go, late: list[TooLate]) -> None:
+def go(far: Supervisor, where: Go, late: list[TooLate]) -> None:
     try:
         far.act(where)
     except TooLate as error:
@@ -127,9 +128,9 @@ def go(far: RemoteRobot, where: Go, late: list[TooLate]) -> None:
 def test_what_is_on_its_way_is_previewed_and_then_confirmed(robot: Serving) -> None:
     """Over 0.3 s each way: a motion for 0.5 s later is seen at once, and what was wrong until it came is known."""
     with behind(robot, 0.3, 0.3) as it:
-        far = RemoteRobot.connect(it.address, hello_of())
+        far = Supervisor(SocketPort.connect(it.address, hello_of()))
         try:
-            while far.client.far.sync.estimate is None:
+            while far.port.far.sync.estimate is None:
                 time.sleep(0.01)
             for turn in (0.3, -0.3) * 4:  # until none of the three threads is held up
                 issued, late = far.now, list[TooLate]()
@@ -161,9 +162,9 @@ def test_who_looks_ahead_is_shown_where_a_command_of_now_finds_the_robot(robot: 
     """Whatever the ways there and back differ in: D_f after its clock."""
     engine = robot.hub.rooms["cell1"].session.engine
     with behind(robot, 0.15, 0.05) as it:
-        far = RemoteRobot.connect(it.address, hello_of())
+        far = SocketPort.connect(it.address, hello_of())
         try:
-            end = far.client.far
+            end = far.far
             while not end.round_trip:
                 time.sleep(0.01)
             for end.ahead, after in ((Ahead.AUTO, 0.15), (0.0, -0.05), (0.05, 0.0)):

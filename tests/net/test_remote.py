@@ -25,8 +25,7 @@ from tests.net.serving import Serving, serving
 from vrs_cli.errors import JointOutOfRange, NonexistentFile, ProgramNotExecutable, RequestRefused, UndefinedValue
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.net.messages import LeaseAct
-from vrs_cli.net.remote import RemoteRobot
-from vrs_cli.net.socket_port import Loop
+from vrs_cli.net.socket_port import Loop, SocketPort
 from vrs_cli.net.stream import SEGMENTS
 from vrs_cli.values.commands import Move
 from vrs_cli.values.motion import JointOffsetTarget
@@ -54,6 +53,12 @@ def robot(served: Serving, request: pytest.FixtureRequest) -> Iterator[vrs.Robot
 CELLS = pytest.StashKey[list[int]]()
 
 
+def port_of(robot: vrs.Robot) -> SocketPort:
+    port = robot.held.port
+    assert isinstance(port, SocketPort)
+    return port
+
+
 def both(robot: vrs.Robot) -> tuple[vrs.Robot, vrs.Robot]:
     return robot, vrs.Robot()
 
@@ -76,7 +81,7 @@ def test_a_past_that_is_not_kept_here_is_asked_for(robot: vrs.Robot) -> None:
     for _ in range(20):
         robot.move(TILTED).moves(PART)
     robot.wait()
-    where = robot.held.client.url  # type: ignore[attr-defined]
+    where = port_of(robot).client.url
     times = np.array([robot.end, 0.3, robot.end - 0.5, -1.0, 7.25])
     with vrs.connect(where, window=2.0) as short:
         assert 0.0 < robot.end - 7.0 < short.timeline.start < robot.end - 2.0
@@ -160,7 +165,6 @@ def test_branches_and_files(robot: vrs.Robot, tmp_path: Path) -> None:
 
 
 def test_others_see_it_move(robot: vrs.Robot) -> None:
-    assert isinstance(robot.held, RemoteRobot)
     heard: list[vrs.Change] = []
     came = threading.Event()
 
@@ -169,7 +173,7 @@ def test_others_see_it_move(robot: vrs.Robot) -> None:
         if len(heard) == 3:
             came.set()
 
-    with vrs.connect(robot.held.client.url, name="viewer") as viewer:
+    with vrs.connect(port_of(robot).client.url, name="viewer") as viewer:
         end = viewer.subscribe(hear)
         robot.move(*DOWN).move(PART)
         assert came.wait(PATIENCE)
@@ -178,11 +182,10 @@ def test_others_see_it_move(robot: vrs.Robot) -> None:
         assert viewer.timeline == robot.timeline
         assert viewer.now == robot.now
         assert viewer.commands == robot.commands
-        with vrs.connect(robot.held.client.url) as late:
+        with vrs.connect(port_of(robot).client.url) as late:
             assert late.now == robot.now
         with pytest.raises(vrs.VrsError, match="drives"):
             viewer.move(*DOWN)
-        assert isinstance(viewer.held, RemoteRobot)
         viewer.held.drive(LeaseAct.ASK)
         with pytest.raises(vrs.VrsError, match="drives"):
             viewer.held.drive(LeaseAct.ACQUIRE)
@@ -198,14 +201,11 @@ def test_others_see_it_move(robot: vrs.Robot) -> None:
 
 
 def connected(robot: vrs.Robot) -> None:
-    held = robot.held
-    assert isinstance(held, RemoteRobot)
-    until(lambda: held.client.far.open)
+    until(lambda: port_of(robot).open)
 
 
 def test_it_comes_back_after_a_cut(robot: vrs.Robot, caplog: pytest.LogCaptureFixture) -> None:
-    assert isinstance(robot.held, RemoteRobot)
-    with cable(robot.held.client.url) as to_it, vrs.connect(to_it.url) as afar:
+    with cable(port_of(robot).client.url) as to_it, vrs.connect(to_it.url) as afar:
         for k in range(8):
             to_it.pull()
             robot.move(10.0 * k, *DOWN[1:])
@@ -220,9 +220,8 @@ def test_it_comes_back_after_a_cut(robot: vrs.Robot, caplog: pytest.LogCaptureFi
 
 def test_what_a_cut_interrupts_is_done_once_or_not_at_all(robot: vrs.Robot) -> None:
     """Whoever is told that it was not done may do it again."""
-    assert isinstance(robot.held, RemoteRobot)
     done, refused, chance = 0, 0, Random(1)
-    with cable(robot.held.client.url) as to_it, vrs.connect(to_it.url) as afar:
+    with cable(port_of(robot).client.url) as to_it, vrs.connect(to_it.url) as afar:
         robot.leave()
         with pytest.raises(RequestRefused, match="it was let go"):
             robot.move(*DOWN)
@@ -256,8 +255,7 @@ def test_a_request_behind_another_is_not_sent_after_a_cut(tmp_path: Path) -> Non
         first, second = (threading.Thread(target=ask, args=(line,)) for line in ("EXECUTE slow", "a = 2"))
         first.start()
         until(lambda: session.running)
-        assert isinstance(robot.held, RemoteRobot)
-        talking = robot.held._talking
+        talking = robot.held._conversation.lock
         second.start()
         until(lambda: talking.locked() and second.is_alive())
         to_it.pull()
@@ -403,7 +401,7 @@ def test_a_long_past_comes_in_parts(served: Serving) -> None:
                 engine.perform(Move(JointOffsetTarget(1, 0.01 if k % 2 else -0.01), False))
 
         Holder(room.session).call(many).result(PATIENCE)
-        with vrs.connect(robot.held.client.url) as late:  # type: ignore[attr-defined]
+        with vrs.connect(port_of(robot).client.url) as late:
             assert len(late.timeline) > SEGMENTS
             assert late.timeline == engine.timeline
         assert len(robot.commands) == 800
@@ -420,11 +418,10 @@ def test_ctrl_c_stops_what_is_waited_for_and_a_second_one_waits_no_longer(
     with serving(tmp_path, realtime=1.0) as served:
         to_it, session, heard = Cable(served.address), served.hub.rooms["cell1"].session, threading.Event()
         robot = vrs.connect(to_it.url)
-        assert isinstance(robot.held, RemoteRobot)
-        tell, far = robot.held.tell, robot.held.client.far
-        waits, ended = threading.Event(), robot.held._ended
-        monkeypatch.setattr(robot.held, "tell", lambda message: (tell(message), heard.set()))
-        monkeypatch.setattr(robot.held, "_ended", lambda inbox: (waits.set(), ended(inbox))[1])
+        port = port_of(robot)
+        tell, take, waits = port.tell, port.take, threading.Event()
+        monkeypatch.setattr(port, "tell", lambda message: (tell(message), heard.set()))
+        monkeypatch.setattr(port, "take", lambda inbox: (waits.set(), take(inbox))[1])
         robot.define(".PROGRAM slow()\n  WAIT SIG(1001)\n.END\n")
 
         def press_once() -> None:
@@ -441,7 +438,7 @@ def test_ctrl_c_stops_what_is_waited_for_and_a_second_one_waits_no_longer(
         def press_without_a_connection() -> None:
             until(lambda: session.running and waits.is_set())
             to_it.close()
-            until(lambda: not far.open)
+            until(lambda: not port.open)
             press_ctrl_c()
 
         for press in (press_once, press_twice):
@@ -453,7 +450,7 @@ def test_ctrl_c_stops_what_is_waited_for_and_a_second_one_waits_no_longer(
             if press is press_once:
                 assert robot["1 + 1"] == 2.0
         to_it.pull()
-        until(lambda: far.cuts and far.open)
+        until(lambda: port.cuts and port.open)
         robot.abort()
         waits.clear()
         threading.Thread(target=press_without_a_connection).start()
@@ -503,8 +500,7 @@ def test_who_asks_while_a_loop_ends_does_not_wait_for_ever() -> None:
 
 def test_who_looks_waits_for_no_other_thread(robot: vrs.Robot) -> None:
     held, going = robot.held, threading.Event()
-    assert isinstance(held, RemoteRobot)
-    held._loop.soon(going.wait)
+    port_of(robot)._loop.soon(going.wait)
     try:
         assert held.previewed().timeline is held.timeline
     finally:

@@ -86,7 +86,7 @@ class Line:
     def listen(self, outlet: Outlet) -> None:
         self._news.append(outlet)
 
-    def follow(self, _window: float) -> Watched:
+    def follow(self) -> Watched:
         if self.cut:
             raise RequestRefused("there is no connection")
         return self.session.engine

@@ -55,10 +55,10 @@ def app(hosted: Hosted) -> Iterator[App]:
 def shared(tmp_path: Path) -> Iterator[App]:
     """The view of a robot that is served to many: who commands it drives it."""
     from vrs_cli.net.client import hello_of
-    from vrs_cli.net.remote import RemoteRobot
+    from vrs_cli.net.socket_port import SocketPort
     from vrs_cli.view3d.app import App
 
     with serving(tmp_path) as it:
-        app = App(lambda told: RemoteRobot.connect(it.address, hello_of(name="browser", attended=True), told=told))
+        app = App(lambda told: SocketPort.connect(it.address, hello_of(name="browser", attended=True), told=told))
         yield app
         app.close()

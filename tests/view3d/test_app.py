@@ -15,9 +15,10 @@ from tests.view3d.pages import Page, lost_of
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.dialogue import no_answer
+from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.client import hello_of
-from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.net.tokens import add_tokens
 from vrs_cli.values.acts import Define
 from vrs_cli.view3d.app import App
@@ -35,7 +36,7 @@ def hosted() -> Iterator[Hosted]:
 @contextmanager
 def viewing(address: str) -> Iterator[App]:
     """A robot afar."""
-    app = App(lambda told: RemoteRobot.connect(address, hello_of(name="browser"), told=told))
+    app = App(lambda told: SocketPort.connect(address, hello_of(name="browser"), told=told))
     try:
         yield app
     finally:
@@ -46,7 +47,7 @@ def test_two_browsers_see_the_same_and_have_a_time_of_their_own(app: App, hosted
     with Page(app.address) as one, Page(app.address) as other:
         until(lambda: len(app.windows) == 2)
         first, second = app.windows
-        shell = hosted.hold(SHELL)
+        shell = Supervisor(hosted.hold(SHELL))
         shell.say("MOVE #PPOINT(60, -80, 80, 0, 0, 0)", no_answer)
         shell.close()
         for page in (one, other):
@@ -67,7 +68,7 @@ def test_a_page_is_told_of_the_robot_where_it_stands_before_there_are_panels(app
 
 
 def test_the_shell_and_the_browser_of_one_user_do_not_keep_each_other_out(app: App, hosted: Hosted) -> None:
-    shell = hosted.hold(SHELL)
+    shell = Supervisor(hosted.hold(SHELL))
     with Page(app.address):
         until(lambda: app.windows)
         robot = app.windows[0].robot
@@ -82,15 +83,15 @@ def test_what_is_shown_is_where_g_puts_the_arm(app: App) -> None:
         until(lambda: app.windows)
         window = app.windows[0]
         assert window.robot is not None
-        window.robot.say("MOVE #PPOINT(-30, -70, 70, 10, 20, 30)", no_answer)
+        Supervisor(window.robot).say("MOVE #PPOINT(-30, -70, 70, 10, 20, 30)", no_answer)
         until(lambda: window.watched.now > window.watched.timeline.end)
         expected = position_at(window.watched.arm, window.watched.timeline, window.watched.now).T_world_tool
         page.until(lambda: page.is_at("/tool", expected))
 
 
-def is_let_go(robot: RemoteRobot) -> bool:
+def is_let_go(robot: SocketPort) -> bool:
     try:
-        robot.say("WHERE", no_answer)
+        Supervisor(robot).say("WHERE", no_answer)
     except RequestRefused:
         return True
     return False
@@ -140,7 +141,7 @@ def test_what_a_button_does_wrong_is_said(app: App) -> None:
         window = app.windows[0]
         assert window.robot is not None
         robot = window.robot
-        window.doing(lambda: robot.say("MOVE nowhere", no_answer))(None)
+        window.doing(lambda: Supervisor(robot).say("MOVE nowhere", no_answer))(None)
         page.until(lambda: any("nowhere" in said for said in page.said()))
         window.doing(lambda: 1 // 0)(None)
         page.until(lambda: any("internal error" in said for said in page.said()))
@@ -189,7 +190,7 @@ def test_who_may_only_look_has_nothing_to_drive_with(tmp_path: Path) -> None:
     with serving(tmp_path, tokens=tmp_path / "tokens.toml") as server:
         for name, drives in (("eve", False), ("ada", True), ("tea", True)):
             hello = hello_of(tokens[name])
-            app = App(lambda told, hello=hello: RemoteRobot.connect(server.address, hello, told=told))
+            app = App(lambda told, hello=hello: SocketPort.connect(server.address, hello, told=told))
             with Page(app.address):
                 until(lambda app=app: app.windows)
                 assert app.windows[0].drives is drives
@@ -200,7 +201,7 @@ def test_the_folder_of_a_user_may_be_as_full_as_it_is(tmp_path: Path) -> None:
     with (tmp_path / "film.mp4").open("wb") as film:
         film.truncate(500_000_000)
     hosted = Hosted(load_robot("puma560"), folder=tmp_path)
-    robot = hosted.hold(SHELL)
+    robot = Supervisor(hosted.hold(SHELL))
     robot.act(Define(".PROGRAM there\nREADY\n.END\n"))
     robot.say("STORE there", no_answer)
     assert (tmp_path / "there.v2").exists()
@@ -208,9 +209,9 @@ def test_the_folder_of_a_user_may_be_as_full_as_it_is(tmp_path: Path) -> None:
 
 
 def test_a_page_that_cannot_be_furnished_lets_its_robot_go(hosted: Hosted, monkeypatch: pytest.MonkeyPatch) -> None:
-    held: list[RemoteRobot] = []
+    held: list[SocketPort] = []
 
-    def hold(told: Callable[[str], None]) -> RemoteRobot:
+    def hold(told: Callable[[str], None]) -> SocketPort:
         held.append(hosted.hold_for_browser(told))
         return held[-1]
 

@@ -32,7 +32,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import position
 from vrs_cli.net.client import hello_of
 from vrs_cli.net.far_end import Ahead
-from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.values.commands import Move, Stamp
 from vrs_cli.values.motion import JointTarget
 from vrs_cli.view3d.app import App
@@ -173,7 +173,7 @@ def test_a_near_robot_has_no_panel_of_delays(looking: Looking) -> None:
 
 def held(address: str, ahead: float | Ahead) -> Callable[[object], Watched]:
     def hold(_told: object) -> Watched:
-        robot = RemoteRobot.connect(address, hello_of(name="browser"))
+        robot = SocketPort.connect(address, hello_of(name="browser"))
         robot.far.ahead = ahead
         return robot
 

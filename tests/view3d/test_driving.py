@@ -9,7 +9,7 @@ from tests.net.cable import cable
 from tests.net.serving import serving
 from tests.view3d.browser import Browser, needs_browser
 from vrs_cli.net.client import hello_of
-from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.view3d.app import App
 
 pytestmark = needs_browser
@@ -93,7 +93,7 @@ def test_a_robot_is_driven_from_a_browser(browser: Browser, app: App) -> None:
 def test_stop_is_there_and_says_whether_it_stops(browser: Browser, tmp_path: Path) -> None:
     """On a screen and on a phone, above all else; a page without a connection looks so."""
     with serving(tmp_path, realtime=1.0) as it, cable(it.address) as to_it:
-        app = App(lambda told: RemoteRobot.connect(to_it.url, hello_of(attended=True), told=told))
+        app = App(lambda told: SocketPort.connect(to_it.url, hello_of(attended=True), told=told))
         try:
             for size in ((1400, 800), (390, 844)):
                 browser.size(*size)

@@ -24,10 +24,11 @@ from tests.net.serving import serving
 from tests.view3d.pages import Page, asked_of, lost_of
 from vrs_cli.engine.position import position_at
 from vrs_cli.interfaces.dialogue import no_answer
+from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.client import hello_of
 from vrs_cli.net.messages import LeaseAct
-from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.net.tokens import add_tokens
 from vrs_cli.values.acts import Define, Say, Survey
 from vrs_cli.view3d.app import App
@@ -358,7 +359,7 @@ def test_a_button_that_is_held_moves_the_arm_until_it_is_let_go(app: App, ada: S
 
 
 def test_an_arm_whose_page_goes_while_a_button_is_held_stops(app: App, hosted: Hosted) -> None:
-    robot = hosted.hold(SHELL)
+    robot = Supervisor(hosted.hold(SHELL))
     with sat(app) as ada:
         ada.press("JOG", "Joints")
         more = button(ada, "+ X", "+ Joint 1")
@@ -413,7 +414,7 @@ def test_what_is_typed_and_wished_while_the_connection_is_cut_is_dropped(
     monkeypatch.setattr("vrs_cli.view3d.panel_line.PATIENCE", inf)  # a line waits to be checked, as for a moment
     monkeypatch.setattr("vrs_cli.view3d.panel_hand.RESTS", inf)  # and a slider until it rests
     with serving(tmp_path, realtime=1.0) as it, cable(it.address) as to_it:
-        app = App(lambda told: RemoteRobot.connect(to_it.url, hello_of(attended=True), told=told))
+        app = App(lambda told: SocketPort.connect(to_it.url, hello_of(attended=True), told=told))
         try:
             with sat(app) as ada:
                 ada.type(ASK)
@@ -447,8 +448,8 @@ def test_what_is_typed_and_wished_while_the_connection_is_cut_is_dropped(
 def test_who_may_not_drive_sees_and_presses_nothing(tmp_path: Path) -> None:
     tokens = add_tokens(file := tmp_path / "tokens.toml", ["ada"]) | add_tokens(file, ["eve"], "observer")
     with serving(tmp_path, tokens=tmp_path / "tokens.toml") as it:
-        ada = RemoteRobot.connect(it.address, hello_of(tokens["ada"]))
-        app = App(lambda told: RemoteRobot.connect(it.address, hello_of(tokens["eve"], attended=True), told=told))
+        ada = Supervisor(SocketPort.connect(it.address, hello_of(tokens["ada"])))
+        app = App(lambda told: SocketPort.connect(it.address, hello_of(tokens["eve"], attended=True), told=told))
         try:
             with Page(app.address) as page:
                 eve = Sat(page)
@@ -474,7 +475,7 @@ def test_who_may_not_drive_sees_and_presses_nothing(tmp_path: Path) -> None:
 
 def test_a_robot_that_comes_back(tmp_path: Path) -> None:
     with serving(tmp_path) as it, cable(it.address) as wire:
-        app = App(lambda told: RemoteRobot.connect(wire.url, hello_of(attended=True), told=told))
+        app = App(lambda told: SocketPort.connect(wire.url, hello_of(attended=True), told=told))
         try:
             with Page(app.address) as page:
                 ada = Sat(page)

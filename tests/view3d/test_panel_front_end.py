@@ -13,8 +13,8 @@ from tests.live import until
 from tests.net.cable import cable
 from tests.net.serving import Serving, serving
 from vrs_cli.net.client import hello_of
-from vrs_cli.net.messages import LeaseAct
-from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.messages import Abort, LeaseAct
+from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.view3d.panel_front_end import PanelFrontEnd
 from vrs_cli.view3d.surveying import Surveying
 
@@ -29,7 +29,7 @@ def served(tmp_path: Path) -> Iterator[Serving]:
 
 @contextmanager
 def sitting(url: str, name: str = "ada") -> Iterator[PanelFrontEnd]:
-    robot = RemoteRobot.connect(url, hello_of(name=name, attended=True))
+    robot = SocketPort.connect(url, hello_of(name=name, attended=True))
     try:
         yield PanelFrontEnd(robot)
     finally:
@@ -105,7 +105,7 @@ def test_stop_overtakes_what_is_under_way(tmp_path: Path) -> None:
     with serving(tmp_path, realtime=1.0) as it, sitting(it.address) as front_end:
         front_end.type(".PROGRAM long()\n  DELAY 1000\n.END\nEXECUTE long")
         until(lambda: front_end.running == ("long",))
-        front_end.robot.abort()
+        front_end.robot.ask(Abort)
         until(lambda: front_end.running == ())
         until(lambda: "Program stopped at long" in said(front_end))
         assert front_end.robot.now < 20.0
@@ -116,7 +116,7 @@ def test_a_question_that_nobody_answers_is_withdrawn_by_stop(tmp_path: Path) -> 
         front_end.type(ASK)
         front_end.type("EXECUTE ask")
         until(lambda: front_end.question is not None)
-        front_end.robot.abort()
+        front_end.robot.ask(Abort)
         until(lambda: front_end.question is None and front_end.running == ())
 
 
@@ -137,7 +137,7 @@ def test_two_who_share_a_robot(served: Serving) -> None:
         assert "bo drives" in said(ada)
         bo.type("x = 3")
         until(lambda: idle(bo))
-        bo.robot.abort()
+        bo.robot.ask(Abort)
         until(lambda: "bo stops" in said(ada) or idle(bo))
 
 

@@ -8,9 +8,10 @@ from pathlib import Path
 
 from vrs_cli.api.numbers import Units
 from vrs_cli.api.robot import Robot
+from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.net.client import hello_of
 from vrs_cli.net.mirror import WINDOW
-from vrs_cli.net.remote import RemoteRobot
+from vrs_cli.net.socket_port import SocketPort
 
 TOKEN = "VRS_TOKEN"  # the variable of the environment
 
@@ -40,4 +41,5 @@ def connect(
     """
     hello = hello_of(os.environ.get(TOKEN, "") if token is None else token, name=name, behind=behind)
     certificate = None if ca is None else Path(ca)
-    return Robot.of(RemoteRobot.connect(url, hello, ca=certificate, window=window, told=log.warning), units)
+    port = SocketPort.connect(url, hello, ca=certificate, window=window, told=log.warning)
+    return Robot.of(Supervisor(port), units)

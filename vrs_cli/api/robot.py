@@ -30,8 +30,7 @@ from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.dialogue import Answers, Notes, no_answer
 from vrs_cli.interfaces.monitor.files import TORN
 from vrs_cli.interfaces.monitor.plotting import plotted, selected
-from vrs_cli.interfaces.roles.held import Held
-from vrs_cli.interfaces.roles.local import LocalRobot
+from vrs_cli.interfaces.roles.local import LocalRobot, LocalSupervisor
 from vrs_cli.interfaces.roles.playback import Audience
 from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.interfaces.station.station import Conditions
@@ -87,16 +86,16 @@ class Robot:
         notes = Notes()
         conditions = conditions_of(limits, folder, cell, signals)
         session = session_of(notes, self._model, conditions, joints, _clock(realtime))
-        self._robot = Supervisor(LocalRobot(session, notes))
+        self._robot: Supervisor = LocalSupervisor(LocalRobot(session, notes))
         self._folders = ProgramFolders(fixed=folder is not None)
 
     @classmethod
-    def of(cls, held: Held, units: str | Units = Units.VAL) -> Robot:
-        """A robot that is there already, here or afar."""
+    def of(cls, supervisor: Supervisor, units: str | Units = Units.VAL) -> Robot:
+        """The robot of a supervisor."""
         robot = cls.__new__(cls)
-        robot.units, robot._model = Units.of(units), held.arm.model
-        robot._robot = Supervisor(held)
-        robot._folders = ProgramFolders(fixed=not isinstance(held, LocalRobot))
+        robot.units, robot._model = Units.of(units), supervisor.arm.model
+        robot._robot = supervisor
+        robot._folders = ProgramFolders(fixed=not isinstance(supervisor, LocalSupervisor))
         return robot
 
     def in_units(self, units: str | Units) -> Robot:
@@ -184,9 +183,9 @@ class Robot:
         return self
 
     @property
-    def held(self) -> Held:
-        """The robot behind it, in metres, radians and seconds, for `Observer`, `Designer`, `Supervisor` and viewers."""
-        return self._robot.held
+    def held(self) -> Supervisor:
+        """The supervisor of the robot, in metres, radians and seconds: for `Observer` and viewers too."""
+        return self._robot
 
     # --- positions ---
 
@@ -215,7 +214,7 @@ class Robot:
         """What the robot will do with the commands that are on their way to it, as that is known now. At a robot of
         this process nothing is on its way.
         """
-        return Preview.of(self._robot.held.previewed(), self._robot.arm, self.units)
+        return Preview.of(self._robot.previewed(), self._robot.arm, self.units)
 
     def sample(self, rate: float = 100.0, start: float | None = None, end: float | None = None) -> Posture:
         """Where it is `rate` times a second, from the first motion to the exact end of the last, or between two times.
@@ -234,7 +233,7 @@ class Robot:
         """Where it is now, `rate` times a second, for as long as somebody asks. Raises IllegalValue for a rate that is
         none.
         """
-        audience = Audience(self._robot.held, time.monotonic)
+        audience = Audience(self._robot, time.monotonic)
         audience.join(number(rate, "rate"))
         while True:
             time.sleep(max(audience.peek() - time.monotonic(), 0.0))
@@ -289,7 +288,7 @@ class Robot:
 
     def prompt(self, text: str, answer: Answers = no_answer) -> Replies:
         """Several lines as if they were typed at the prompt, programs among them. Mistakes are among the replies."""
-        return Replies(self._robot.held.type(text, answer))
+        return Replies(self._robot.type(text, answer))
 
     def define(self, text: str) -> tuple[str, ...]:
         """Put programs and variables in memory, from the text of a file (.PROGRAM to .END); the names of the programs.
@@ -357,11 +356,10 @@ class Robot:
         """The robot, with conditions of its own for one call. Raises UsageError for a robot that is served."""
         if conditions is None:
             return self._robot
-        held = self._robot.held
-        if not isinstance(held, LocalRobot):
+        if not isinstance(self._robot, LocalSupervisor):
             what = "limits, folder, cell and signals are for a robot of this process"
             raise UsageError(what, "a robot that is served has those of its server")
-        return Supervisor(held.under(conditions))
+        return LocalSupervisor(self._robot.robot.under(conditions))
 
     def __getitem__(self, expression: str) -> float | str | Location | Floats:
         """The value of a variable or an expression of VAL-II: a number, a text, a Location, or joints (n,)."""
@@ -422,7 +420,7 @@ class Robot:
 
     def save(self, path: str | Path) -> None:
         """Write the trajectory to a .vrst file. Raises FileError."""
-        self._robot.held.save(Path(path))
+        self._robot.save(Path(path))
 
     def subscribe(self, callback: Callable[[Change], object]) -> Callable[[], None]:
         """Have every change of the timeline told to a callback, in a thread of its own; what is returned ends that.
@@ -451,7 +449,7 @@ class Robot:
 
     def leave(self) -> None:
         """Let it go. A robot that others hold too stays as it is; what is asked of it here from now on is refused."""
-        self._robot.held.close()
+        self._robot.close()
 
     def __enter__(self) -> Robot:
         return self
@@ -520,7 +518,7 @@ def load(
     notes = Notes()
     session = session_of(notes, recording.model, conditions_of(limits, folder, cell, signals))
     session.engine.take_up(bookmark_of(path, recording, session.engine))
-    robot = Robot.of(LocalRobot(session, notes), units)
+    robot = Robot.of(LocalSupervisor(LocalRobot(session, notes)), units)
     robot._folders.fixed = folder is not None
     return robot
 

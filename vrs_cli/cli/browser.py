@@ -22,12 +22,13 @@ from vrs_cli.extras import how_to_install
 if TYPE_CHECKING:
     from vrs_cli.interfaces.roles.observer import Watched
     from vrs_cli.kinematics.model import RobotModel
+    from vrs_cli.net.socket_port import SocketPort
     from vrs_cli.view3d.door import Door
     from vrs_cli.view3d.hosted import Hosted
     from vrs_cli.view3d.window import RobotWindow
 
 Told = Callable[[str], None]
-Hold = Callable[[Told], "Watched"]
+Hold = Callable[[Told], "SocketPort | Watched"]
 First = Callable[["RobotWindow"], None]
 
 
@@ -112,7 +113,7 @@ def _afar(options: argparse.Namespace) -> Hold:
 
     hello = hello_of(token_of(options.token_file), name=options.name or "browser", attended=True)
 
-    def hold(told: Told) -> Watched:
+    def hold(told: Told) -> SocketPort:
         robot = SocketPort.connect(options.url, hello, ca=options.ca, told=told, window=options.window)
         robot.far.ahead = options.ahead
         return robot
@@ -137,14 +138,14 @@ def _program(options: argparse.Namespace, stack: ExitStack) -> tuple[Hold, First
     """A new robot with the programs of a file; the first browser executes the first of them. Raises FileError, and what
     is wrong with the file.
     """
-    from vrs_cli.values.acts import Define
+    from vrs_cli.interfaces.roles.supervisor import Supervisor
     from vrs_cli.view3d.hosted import SHELL
 
     source = read_source(options.url)
     hosted = _hosted(options, stack, chosen_robot(options, robot_of(options.prog, source)))
-    loading = hosted.hold(SHELL)
+    loading = Supervisor(hosted.hold(SHELL))
     try:
-        names = loading.act(Define(source.text, f"{source.path}:")).names
+        names = loading.define(source.text, f"{source.path}:")
     finally:
         loading.close()
 

@@ -29,17 +29,16 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidMessage, InvalidStatus, WebSocketException
 from websockets.http11 import Response
 
-from vrs_cli.errors import EndOfInput, FileError, RequestRefused, UsageError, VrsError
+from vrs_cli.errors import FileError, RequestRefused, UsageError, VrsError
 from vrs_cli.files.opening import reason
+from vrs_cli.interfaces.port.port import checked
 from vrs_cli.net import messages
 from vrs_cli.net.far_end import FarEnd
 from vrs_cli.net.messages import PORT, Done, Request, ServerMessage
 from vrs_cli.net.mirror import WINDOW, Mirror
 from vrs_cli.net.playout import USUAL_PERCENTILE, Playout
 from vrs_cli.net.protocol import SERVER_BYTES
-from vrs_cli.values.questions import Answer, Question
 from vrs_cli.wire.codec import Encoding
-from vrs_cli.wire.messages import How
 
 OPENING = 10.0  # [s] that a handshake takes at most
 KEEPALIVE, SILENT = 2.0, 10.0  # [s] between two pings of the socket, and until one without an answer cuts it
@@ -340,23 +339,6 @@ class Client:
         if refusal is not None:
             self.far.give_up(refusal)
         return refusal is None
-
-
-def checked(end: ServerMessage) -> ServerMessage:
-    """The end of a request. Raises what was refused."""
-    if isinstance(end, Done | messages.Refused) and end.refusal is not None:
-        raise end.refusal.error()
-    return end
-
-
-def answer_to(asked: messages.Asked, ask: Callable[[Question], Answer]) -> messages.Answer:
-    """What somebody says to a question, or that he leaves it."""
-    try:
-        return messages.Answer(asked.number, ask(asked.question))
-    except EndOfInput:
-        return messages.Answer(asked.number, how=How.ENDED)
-    except KeyboardInterrupt:
-        return messages.Answer(asked.number, how=How.INTERRUPTED)
 
 
 def _no_answer(url: str, error: Exception) -> tuple[str, str]:

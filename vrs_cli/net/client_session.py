@@ -48,7 +48,7 @@ from vrs_cli.values.questions import Amendment, Confirmation, LineWanted, Partin
 from vrs_cli.values.replies import DiagnosticsReport, Message, Reply, is_error, refusal
 from vrs_cli.values.tagged import Act, UserAct
 from vrs_cli.wire.codec import Encoding
-from vrs_cli.wire.messages import How
+from vrs_cli.wire.messages import MOST_TIMES, How
 from vrs_cli.wire.refusal import Refusal
 
 TYPING = messages.Complete | messages.Check  # asked while a line is typed
@@ -442,10 +442,8 @@ class ClientSession:
             self._services.stirred()
 
     def _positions(self, message: messages.Positions) -> None:
-        if len(message.times) > messages.MOST_TIMES:
-            raise LimitReached(
-                f"{len(message.times)} times at once, {messages.MOST_TIMES} at most", "ask again for the others"
-            )
+        if len(message.times) > MOST_TIMES:
+            raise LimitReached(f"{len(message.times)} times at once, {MOST_TIMES} at most", "ask again for the others")
         timeline, arm = self.holder.timeline, self.holder.arm
         dialogue = beside(lambda: tuple(position_at(arm, timeline, t) for t in message.times))
         self._look(message, dialogue, partial(messages.Located, message.id, timeline.version))

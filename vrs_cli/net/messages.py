@@ -27,10 +27,12 @@ from vrs_cli.wire.messages import (
     Complete,
     Completed,
     Done,
+    Drive,
     Fetched,
     Get,
     How,  # noqa: F401 (of Answer)
     Interrupt,
+    LeaseAct,  # noqa: F401 (of Drive)
     Line,
     Located,
     Numbered,
@@ -51,7 +53,6 @@ from vrs_cli.wire.steered import SteeredRecord
 
 VERSION = 1
 PORT = 8765  # where a server listens, unless it is told otherwise
-MOST_TIMES = 2000  # of one Positions: 20 ms and more of the server, beside the connections
 
 Ids = tuple[Count, ...]
 
@@ -164,23 +165,6 @@ class Who(Request, frozen=True):
 
 
 # --- from the client: driving, and files ----------------------------------------------------------------------------
-
-
-class LeaseAct(Enum):
-    """What is done with the lease."""
-
-    ACQUIRE = "acquire"
-    ASK = "ask"
-    GIVE = "give"
-    RELEASE = "release"
-    RENEW = "renew"
-
-
-class Drive(Command, frozen=True):
-    """`to`: who is given the lease."""
-
-    act: LeaseAct
-    to: Name = ""
 
 
 class Drag(ClientMessage, frozen=True):

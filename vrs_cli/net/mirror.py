@@ -106,6 +106,11 @@ class Mirror:
         return self.clock.at(self._wall())
 
     @property
+    def rate(self) -> float | None:
+        """Seconds of the robot's clock in one second; None if its time does not pass by itself."""
+        return self.clock.rate
+
+    @property
     def seq(self) -> int:
         """The number of the last change that is in the timeline."""
         return self._held.seq

@@ -8,21 +8,20 @@ from concurrent.futures import CancelledError, Future
 from contextlib import suppress
 from pathlib import Path
 from threading import Lock, Thread, current_thread
-from typing import Any, Self, TypeVar
+from typing import Any, TypeVar
 from weakref import finalize
 
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.roles.preview import Previewed
-from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.net.client import Client
 from vrs_cli.net.far_end import Outlet
 from vrs_cli.net.messages import ClientMessage, Hello, Interrupt, Refused, Request, ServerMessage, Welcome
 from vrs_cli.net.mirror import WINDOW, Mirror
-from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.wire.refusal import Refusal
 
+PAST = 60.0  # [s] of the timeline that are kept for a picture of the arm
 CLOSING = 5.0  # [s] that the end of a connection takes at most
 CLOSED = "it was let go", "connect again"
 T = TypeVar("T")
@@ -96,13 +95,13 @@ async def _stopped() -> None:
 class SocketPort:
     """A served robot in the hands of one user. Any thread may call any method.
 
-    The constructor opens the connection. Raises RequestRefused if no robot answers, and what the server refuses. The
-    timeline can be read after `follow`. While the connection is cut, requests are refused at once. `close` lets the
-    robot go; so does dropping the last reference to the port.
+    The constructor opens the connection. Raises RequestRefused if no robot answers, and what the server refuses.
+    `window`: so many seconds of the past are kept once the timeline is followed. While the connection is cut, requests
+    are refused at once. `close` lets the robot go; so does dropping the last reference to the port.
     """
 
-    def __init__(self, client: Client) -> None:
-        self.client, self.far, self._loop = client, client.far, Loop()
+    def __init__(self, client: Client, window: float = PAST) -> None:
+        self.client, self.far, self._window, self._loop = client, client.far, window, Loop()
         self._left = finalize(self, _leave, self._loop, client)
         try:
             self._loop.wait(client.open())
@@ -119,13 +118,13 @@ class SocketPort:
         ca: Path | None = None,
         window: float = WINDOW,
         told: Callable[[str], None] = lambda _text: None,
-    ) -> Self:
-        """Open a port that follows the timeline, and keeps `window` seconds of the past. Raises UsageError if `url` is
-        not an address, RequestRefused if no robot answers, and what the server refuses.
+    ) -> SocketPort:
+        """Open a port that follows the timeline. Raises UsageError if `url` is not an address, RequestRefused if no
+        robot answers, and what the server refuses.
         """
         try:
-            port = cls(Client(url, hello, ca=ca, told=told))
-            port.follow(window)
+            port = cls(Client(url, hello, ca=ca, told=told), window)
+            port.follow()
         except VrsError as error:
             raise error.with_traceback(None) from None
         return port
@@ -153,6 +152,11 @@ class SocketPort:
         """Whether there is a connection now."""
         return self.far.open
 
+    def check_open(self) -> None:
+        """Raises RequestRefused, which says since when there is no connection."""
+        if not self.far.open:
+            raise self.far.no_connection
+
     @property
     def cuts(self) -> int:
         """How often the connection was cut."""
@@ -168,40 +172,14 @@ class SocketPort:
 
     # --- the timeline ---
 
-    def follow(self, window: float) -> Self:
-        """Have every change of the timeline told, if that is not so already, and keep `window` seconds of the past.
-        Raises RequestRefused.
+    def follow(self) -> Mirror:
+        """Return the timeline and the clock, which are kept up to date from the first call on. Raises
+        RequestRefused.
         """
         if self.far.mirror is None:
-            self._loop.wait(self.client.follow(window))
-        return self
-
-    @property
-    def _mirror(self) -> Mirror:
+            self._loop.wait(self.client.follow(self._window))
         assert self.far.mirror is not None, "the timeline is followed"
         return self.far.mirror
-
-    @property
-    def arm(self) -> RobotArm:
-        return self._mirror.arm
-
-    @property
-    def timeline(self) -> Timeline:
-        return self._mirror.timeline
-
-    @property
-    def now(self) -> float:
-        return self._mirror.now
-
-    @property
-    def rate(self) -> float | None:
-        """Seconds of the robot's clock in one second; None if its time does not pass by itself."""
-        return self._mirror.clock.rate
-
-    @property
-    def begins(self) -> float:
-        """The time [s] from which on the timeline is known here."""
-        return self._mirror.begins
 
     def previewed(self) -> Previewed:
         """What the robot will do, with the commands that are on their way to it. Raises RequestRefused if closed."""
@@ -211,7 +189,7 @@ class SocketPort:
 
     def subscribe(self) -> Subscription[Event]:
         """The timeline, and every change of it from now on."""
-        return self._loop.do(self._mirror.events.subscribe)
+        return self._loop.do(self.follow().events.subscribe)
 
     # --- messages ---
 

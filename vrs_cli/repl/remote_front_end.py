@@ -26,11 +26,10 @@ from vrs_cli.interfaces.conversation.signature import Signature, signature
 from vrs_cli.interfaces.dialogue import Running, Terminal
 from vrs_cli.interfaces.editor.screen import EditedProgram, Found
 from vrs_cli.interfaces.jog.jogger import JogArm
-from vrs_cli.interfaces.port.port import Port
+from vrs_cli.interfaces.port.port import Port, answer_to
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.station.lease import Lost, Notice, Requested
 from vrs_cli.net import messages
-from vrs_cli.net.client import answer_to
 from vrs_cli.net.far_hand import FarHand
 from vrs_cli.net.messages import Abort, Asked, At, Done, Drive, LeaseAct, Line, Refused, Request, ServerMessage
 from vrs_cli.repl.front_end import KEEPING_UP, RESTING
@@ -43,7 +42,6 @@ from vrs_cli.values.tagged import UserAct
 from vrs_cli.wire.messages import How
 
 AT_ONCE = 1.0  # [s] that the answer to a look is waited for: a key does not wait longer
-PAST = 60.0  # [s] of the timeline that a picture of the arm begins with
 COMING_BACK = 60.0  # [s] that a file is waited for
 LONGEST = 50_000  # characters of one message
 SLASH = "/"  # no line of VAL-II begins with it
@@ -354,7 +352,7 @@ class RemoteFrontEnd:
 
     def watched(self) -> Watched | None:
         try:
-            return self._port.follow(PAST)
+            return self._port.follow()
         except RequestRefused:
             return None
 

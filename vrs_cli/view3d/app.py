@@ -19,6 +19,7 @@ from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.net.messages import Abort
+from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.view3d.door import HOST, Door, opened
 from vrs_cli.view3d.furnish import furnish
 from vrs_cli.view3d.guard import Guard
@@ -45,7 +46,7 @@ class App:
 
     def __init__(
         self,
-        hold: Callable[[Told], Watched],
+        hold: Callable[[Told], SocketPort | Watched],
         *,
         door: Door | None = None,
         title: str = "",
@@ -111,20 +112,20 @@ class App:
         if first:
             window.doing(lambda: self._first(window))(None)
 
-    def _furnished(self, client: viser.ClientHandle, watched: Watched) -> RobotWindow:
+    def _furnished(self, client: viser.ClientHandle, held: SocketPort | Watched) -> RobotWindow:
         # viser gathers what comes within that time, and wakes for it: a tick is gathered as it is
         client._websock_connection.get_message_buffer().window_duration_sec = 0.0
-        window = RobotWindow(client, watched, self._wall, self._rate, self._stirred.set)
+        window = RobotWindow(client, held, self._wall, self._rate, self._stirred.set)
         try:
             if window.robot is not None:  # what it says may be seen
                 window.robot.listen(lambda _message: window.wake())
-            furnish(window, self._title or watched.arm.model.title)
+            furnish(window, self._title or window.watched.arm.model.title)
         except BaseException:
             window.close()  # nobody else knows of it
             raise
         return window
 
-    def _held(self, client: viser.ClientHandle) -> Watched | None:
+    def _held(self, client: viser.ClientHandle) -> SocketPort | Watched | None:
         """The robot; it is asked for again as long as it does not answer and the browser is there."""
         waiting: viser.NotificationHandle | None = None
         while not self._ended.is_set() and client.client_id not in self._gone:

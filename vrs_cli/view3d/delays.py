@@ -42,11 +42,11 @@ class DelayPanel:
 
     def __init__(self, window: RobotWindow, robot: SocketPort) -> None:
         self._window, self._far = window, robot.far
-        scene, self._arm = window.client.scene, robot.arm
+        scene, self._arm = window.client.scene, window.watched.arm
         self._ahead = Ahead.AUTO if self._far.ahead is Ahead.PRESENT else self._far.ahead  # what is predicted
-        self._ghost = Ghost(scene, "/predicted", robot.arm.model, PREDICTED, OPACITY)
-        self._path = ToolPath(robot.arm, ERROR)
-        thick = AROUND * THICK * levers(robot.arm.model)[1][0]
+        self._ghost = Ghost(scene, "/predicted", self._arm.model, PREDICTED, OPACITY)
+        self._path = ToolPath(self._arm, ERROR)
+        thick = AROUND * THICK * levers(self._arm.model)[1][0]
         self._unconfirmed = Way(scene, "/unconfirmed", UNCONFIRMED, thick)
         self._flagged = Way(scene, "/flagged", FLAGGED, thick)
         self._told: GuiHtmlHandle | None = None

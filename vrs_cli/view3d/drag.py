@@ -49,7 +49,7 @@ class Gizmo:
 
     def __init__(self, window: RobotWindow, robot: SocketPort, front_end: PanelFrontEnd, hands: Hands) -> None:
         self._window, self._robot, self._front_end = window, robot, front_end
-        scene, reach = window.client.scene, robot.arm.length
+        scene, reach = window.client.scene, window.watched.arm.length
         self.node = scene.add_transform_controls("/drag", scale=SIZE * reach, depth_test=False, visible=False)
         self.label = scene.add_label("/held", "", visible=False)
         self.ball = scene.add_icosphere("/limit", radius=LIT * reach, color=RED, opacity=0.45, visible=False)
@@ -161,7 +161,7 @@ class Gizmo:
 
     def _record(self) -> None:
         """Begin to record, or end it."""
-        robot, began = self._robot, self._began
+        robot, began = self._window.watched, self._began
         if began is None:
             self._named()
             self._began, self.record.label = robot.now, END

@@ -16,10 +16,9 @@ from vrs_cli.net.audit import Audit
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.hub import Hub, RobotFolders
 from vrs_cli.net.limits import UNMEASURED, Allowance
-from vrs_cli.net.remote import RemoteRobot
 from vrs_cli.net.room import Plan
 from vrs_cli.net.server import ListenAddress, Server
-from vrs_cli.net.socket_port import Loop
+from vrs_cli.net.socket_port import Loop, SocketPort
 from vrs_cli.net.tokens import TokenFile, add_tokens
 
 BROWSER, SHELL = "browser", "shell"  # who holds it, as all see them called
@@ -73,11 +72,11 @@ class Hosted:
         self._left.callback(loop.soon, stop.set)
         return f"{loop.wait(address.get(), OPENING)}/robots/{next(iter(hub.rooms))}"
 
-    def hold(self, who: str, told: Callable[[str], None] = lambda _text: None) -> RemoteRobot:
+    def hold(self, who: str, told: Callable[[str], None] = lambda _text: None) -> SocketPort:
         """Take hold of it. Raises RequestRefused."""
-        return RemoteRobot.connect(self.url, hello_of(self.tokens[who], attended=who == BROWSER), told=told)
+        return SocketPort.connect(self.url, hello_of(self.tokens[who], attended=who == BROWSER), told=told)
 
-    def hold_for_browser(self, told: Callable[[str], None]) -> RemoteRobot:
+    def hold_for_browser(self, told: Callable[[str], None]) -> SocketPort:
         return self.hold(BROWSER, told)
 
     def client(self, *, attended: bool) -> Client:

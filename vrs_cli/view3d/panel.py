@@ -53,7 +53,7 @@ class Panel:
                 self.programs = ProgramsPanel(gui, self.front_end, self.hands, self._surveying)
             if self._drives:
                 with tabs.add_tab("Move"):
-                    self.hand = HandPanel(gui, self.front_end, self.hands, self.robot.arm, self._wall)
+                    self.hand = HandPanel(gui, self.front_end, self.hands, window.watched.arm, self._wall)
                 with tabs.add_tab("Drag"):
                     self.gizmo = Gizmo(window, self.robot, self.front_end, self.hands)
                     self.parts.append(self.gizmo)

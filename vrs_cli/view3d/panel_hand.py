@@ -207,7 +207,8 @@ class HandPanel:
         """What there is to say of it is noted once."""
         robot, model = self._front_end.robot, self._arm.model
         if self._hand is None:
-            here = position_at(self._arm, robot.timeline, robot.timeline.end)
+            timeline = robot.follow().timeline
+            here = position_at(self._arm, timeline, timeline.end)
             self._hand = FarHand(robot.begin, model.joint_count, model.units, Seen(here, here.time))
         said = self._hand.do(act).said
         if said and said != self._told:

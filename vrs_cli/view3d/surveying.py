@@ -42,11 +42,11 @@ class Surveying:
         if wall < self._asked_at + (PATIENCE if self._under_way else OFTEN):
             return self.found
         asked, runs = self._wanted(), self.task is not None and self.task.running
-        changed = self._robot.timeline.version != self._version or asked != self._asked
+        changed = self._robot.follow().timeline.version != self._version or asked != self._asked
         if not (self._happened or runs or changed):
             return self.found
         self._happened, self._under_way, self._asked_at = False, True, wall
-        self._asked, self._version = asked, self._robot.timeline.version
+        self._asked, self._version = asked, self._robot.follow().timeline.version
         known = () if self.found is None else self.found.marks
         self._robot.post(lambda id: At(id, replace(asked, known=known)), self._heard)
         return self.found

@@ -33,7 +33,7 @@ Change = Callable[[Playback, float], Playback]
 
 
 class RobotWindow:
-    """`robot`: what is watched, where it is one that can be asked and driven; None for a trajectory of a file. `parts`
+    """`robot`: the port to the watched robot; None for the trajectory of a file. `parts`
     are shown whatever of them has changed, in their order; `closing`: what is to be done when the browser goes. `type`
     has a line carried out as one that the user types. It is to be shown when it is `due`, by the time of the day [s];
     `woken` is called where that is sooner than it was. `why_cut`: what was told of the last cut of its connection. Any
@@ -43,13 +43,14 @@ class RobotWindow:
     def __init__(
         self,
         client: viser.ClientHandle,
-        watched: Watched,
+        held: SocketPort | Watched,
         wall: Callable[[], float],
         rate: float = 1.0,
         woken: Callable[[], object] = lambda: None,
     ) -> None:
-        self.client, self.watched, self.wall = client, watched, wall
-        self.robot = watched if isinstance(watched, SocketPort) else None
+        self.client, self.wall = client, wall
+        self.robot = held if isinstance(held, SocketPort) else None
+        self.watched = held.follow() if isinstance(held, SocketPort) else held
         self.surveying = None if self.robot is None else Surveying(self.robot)
         self.parts: list[ShownPart] = []
         self.type: Callable[[str], object] = lambda _line: None
@@ -89,7 +90,7 @@ class RobotWindow:
                     self.parts.remove(part)
                     self.tell(internal_error(error).text)
         if self.playback.playing:
-            live = self.playback.follows and self.robot is not None and self.robot.rate
+            live = self.playback.follows and self.robot is not None and self.robot.far.rate
             self.again(wall + _rests(shown) / (live or self.playback.rate))
 
     def again(self, wall: float = -inf) -> None:
@@ -112,7 +113,7 @@ class RobotWindow:
             begin = max(begin, timeline[1].start - LEAD)
         with self._changing:
             playback = self.playback.look(wall, begin, timeline.end, now)
-            if playback.follows and playback.playing and robot is not None and robot.rate is not None:
+            if playback.follows and playback.playing and robot is not None and robot.far.rate is not None:
                 playback = playback.follow(wall)  # its clock is known better than a moment ago
             self.playback = playback
         t = playback.at(wall)

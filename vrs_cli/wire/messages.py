@@ -26,6 +26,8 @@ from vrs_cli.wire import snapshots  # noqa: F401 (it declares an act)
 from vrs_cli.wire.records import Count, Name, Number, Text, Time
 from vrs_cli.wire.refusal import Refusal
 
+MOST_TIMES = 2000  # of one Positions: 20 ms and more of the server, beside the connections
+
 if TYPE_CHECKING:
     AnyAct = Act[Any]
     Found = Any
@@ -139,7 +141,7 @@ class Check(Request, frozen=True):
 
 
 class Positions(Request, frozen=True):
-    """Where the robot is at these times. `Located` answers."""
+    """Where the robot is at these times, MOST_TIMES at most. `Located` answers."""
 
     times: tuple[Time, ...]
 
@@ -148,6 +150,23 @@ class Get(Request, frozen=True):
     """A file of the robot's folder. `Fetched` answers."""
 
     name: Name
+
+
+class LeaseAct(Enum):
+    """What a user does with the lease."""
+
+    ACQUIRE = "acquire"
+    ASK = "ask"
+    GIVE = "give"
+    RELEASE = "release"
+    RENEW = "renew"
+
+
+class Drive(Command, frozen=True):
+    """Ask for the lease, which says who moves the robot; take, give or release it. `to`: who is given it."""
+
+    act: LeaseAct
+    to: Name = ""
 
 
 # --- what comes of them, and by itself ------------------------------------------------------------------------------

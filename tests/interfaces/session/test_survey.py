@@ -14,7 +14,7 @@ from tests.interfaces.terminals import RecordingTerminal
 from tests.net.serving import serving
 from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.dialogue import no_answer
-from vrs_cli.interfaces.roles.held import Held
+from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.session.survey import MOST_PLACES, MOST_STEPS
@@ -46,7 +46,7 @@ row[2] 300 350 -200 90 90 0
 
 
 @pytest.fixture(params=["here", "afar"])
-def held(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Held]:
+def held(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Supervisor]:
     """A robot here, and one behind a connection."""
     if request.param == "here":
         yield vrs.Robot().held
@@ -55,12 +55,12 @@ def held(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Held]:
         yield robot.held
 
 
-def said(held: Held, line: str, kind: type[R]) -> R:
+def said(held: Supervisor, line: str, kind: type[R]) -> R:
     (reply,) = (reply for reply in held.say(line, no_answer) if isinstance(reply, kind))
     return reply
 
 
-def test_it_says_what_the_words_say(held: Held) -> None:
+def test_it_says_what_the_words_say(held: Supervisor) -> None:
     held.type(MEMORY, no_answer)
     for line in ("SPEED 40", "SIGNAL 3, 1002, -2001, 2004", "BASE 10, 20", "TOOL TRANS(0,0,50)", "DO SPEED 30 ALWAYS"):
         held.say(line, no_answer)
@@ -91,7 +91,7 @@ def test_it_says_what_the_words_say(held: Held) -> None:
     assert (found.base, found.tool) == (base.pose, tool.pose)
 
 
-def test_what_is_known_is_left_out(held: Held) -> None:
+def test_what_is_known_is_left_out(held: Supervisor) -> None:
     held.type(MEMORY, no_answer)
     first = held.act(Survey("pick"))
     again = held.act(Survey("pick", known=first.marks))
@@ -111,7 +111,7 @@ def test_what_is_known_is_left_out(held: Held) -> None:
     assert held.act(Survey("nosuch")).text is None
 
 
-def test_a_program_on_its_way(held: Held) -> None:
+def test_a_program_on_its_way(held: Supervisor) -> None:
     assert held.act(Survey()).tasks == ()
     held.type(MEMORY, no_answer)
     held.say("SSTEP waits", no_answer)
@@ -132,7 +132,7 @@ def test_a_program_that_asks() -> None:
     assert (task.program, task.running, task.step, task.asks) == ("ask", True, 1, "How many? ")
 
 
-def test_branches_and_their_timelines(held: Held) -> None:
+def test_branches_and_their_timelines(held: Supervisor) -> None:
     held.say("MOVE #PPOINT(0,-45,180)", no_answer)
     held.say("BRANCH trial", no_answer)
     held.say("MOVE #PPOINT(30,-45,180)", no_answer)

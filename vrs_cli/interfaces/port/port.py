@@ -6,15 +6,31 @@ stand on either.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Protocol
 
-from vrs_cli.engine.feed import Inbox
+from vrs_cli.engine.engine import Event
+from vrs_cli.engine.feed import Inbox, Subscription
+from vrs_cli.errors import EndOfInput
 from vrs_cli.interfaces.roles.observer import Watched
-from vrs_cli.wire.messages import ClientMessage, Done, Refused, Request, Result, ServerMessage
+from vrs_cli.interfaces.roles.preview import Previewed
+from vrs_cli.values.questions import Answer as Answered
+from vrs_cli.values.questions import Question
+from vrs_cli.wire.messages import Answer, Asked, ClientMessage, Done, How, Refused, Request, Result, ServerMessage
 
 MakeRequest = Callable[[int], Request]  # a request with that id
 Outlet = Callable[[ServerMessage], None]
+
+
+class FollowedRobot(Watched, Protocol):
+    """A robot whose timeline is known from `begins` on [s], and is kept up to date."""
+
+    @property
+    def rate(self) -> float | None:
+        """How many seconds of the robot pass in one; None if its time does not pass by itself."""
+
+    @property
+    def begins(self) -> float: ...
 
 
 class Port(Protocol):
@@ -40,6 +56,9 @@ class Port(Protocol):
     def stalls(self) -> int:
         """How often the connection was quiet for so long that it may have been cut."""
 
+    def check_open(self) -> None:
+        """Raises RequestRefused if there is no connection now."""
+
     def begin(self, make: MakeRequest, outlet: Outlet) -> int:
         """Send a request and return its id. All that comes of it goes to the outlet, its end last. Raises
         RequestRefused where there is no connection.
@@ -64,10 +83,14 @@ class Port(Protocol):
     def listen(self, outlet: Outlet) -> None:
         """Let an outlet hear all that belongs to no request."""
 
-    def follow(self, window: float) -> Watched:
-        """Return the robot's timeline and clock, kept up to date from now on, with so many seconds of the past. Raises
-        RequestRefused.
-        """
+    def follow(self) -> FollowedRobot:
+        """Return the robot's timeline and clock, kept up to date from now on. Raises RequestRefused."""
+
+    def subscribe(self) -> Subscription[Event]:
+        """The timeline, which is followed, and every change of it from now on."""
+
+    def previewed(self) -> Previewed:
+        """What the robot will do, with the requests that are on their way to it. The timeline is followed."""
 
     def close(self) -> None:
         """Leave the robot: nothing more is asked of it."""
@@ -78,14 +101,18 @@ def ends(message: ServerMessage, id: int) -> bool:
     return isinstance(message, Done | Refused | Result) and message.id == id
 
 
-def send(port: Port, make: MakeRequest) -> Iterator[ServerMessage]:
-    """Send a request at once; yield what comes of it, its end last."""
-    inbox: Inbox[ServerMessage] = Inbox()
-    return _heard(port, inbox, port.begin(make, inbox.put))
+def checked(end: ServerMessage) -> ServerMessage:
+    """Return the end of a request. Raises what the robot refused."""
+    if isinstance(end, Done | Refused) and end.refusal is not None:
+        raise end.refusal.error()
+    return end
 
 
-def _heard(port: Port, inbox: Inbox[ServerMessage], id: int) -> Iterator[ServerMessage]:
-    while (message := port.take(inbox)) is not None:
-        yield message
-        if ends(message, id):
-            return
+def answer_to(asked: Asked, ask: Callable[[Question], Answered]) -> Answer:
+    """Ask the user a question; return the answer, or that the user leaves it."""
+    try:
+        return Answer(asked.number, ask(asked.question))
+    except EndOfInput:
+        return Answer(asked.number, how=How.ENDED)
+    except KeyboardInterrupt:
+        return Answer(asked.number, how=How.INTERRUPTED)

@@ -8,7 +8,7 @@ from copy import copy
 from math import inf
 from pathlib import Path
 from threading import Lock
-from typing import TypeVar
+from typing import TypeVar, cast
 
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Event
@@ -20,7 +20,11 @@ from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.dialogue import Answers, Dialogue, Notes
 from vrs_cli.interfaces.holders.holder import Holder
+from vrs_cli.interfaces.port.port import Port
+from vrs_cli.interfaces.roles.designer import Designer
+from vrs_cli.interfaces.roles.observer import Observer
 from vrs_cli.interfaces.roles.preview import Previewed
+from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.station import Conditions
@@ -91,7 +95,7 @@ class LocalRobot:
         with self._conversing(answer):
             return self._end(self._holder.submit(dialogue))
 
-    def start(self, act: Act[T], issued: float | None = None) -> Callable[[], T]:
+    def send(self, act: Act[T], issued: float | None = None) -> Callable[[], T]:
         """There is no way to it: it is done at once. What it refuses is raised by who waits."""
         try:
             found = self.act(act, issued=issued)
@@ -101,7 +105,7 @@ class LocalRobot:
             return lambda: found
 
         def wait() -> T:
-            raise refused
+            raise refused.with_traceback(None)
 
         return wait
 
@@ -166,3 +170,16 @@ class LocalRobot:
         """What was said while another thread drove."""
         for said in ticket.heard():
             self._session.actor.put(said, ticket, self._notes)
+
+
+class LocalSupervisor(Supervisor):
+    """A supervisor whose port is the robot itself."""
+
+    def __init__(self, robot: LocalRobot) -> None:
+        self.robot = self.followed = robot
+        Observer.__init__(self, robot)
+        Designer.__init__(self, self._perform)
+        self._sent = None
+        self.act, self.start, self.say, self.type = robot.act, robot.send, robot.say, robot.type  # type: ignore[method-assign]
+        self.abort, self.save = robot.abort, robot.save  # type: ignore[method-assign]
+        self.port = cast(Port, robot)

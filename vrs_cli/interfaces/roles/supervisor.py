@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from copy import copy
 from pathlib import Path
-from typing import TYPE_CHECKING
+from threading import Lock
+from typing import TYPE_CHECKING, TypeVar, cast
 from weakref import finalize
 
 from vrs_cli.engine.clock import SLICE
 from vrs_cli.engine.engine import Event
-from vrs_cli.engine.feed import Subscription
+from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.engine.position import PositionArrays, fill
-from vrs_cli.errors import VrsError
+from vrs_cli.errors import RequestRefused, VrsError
+from vrs_cli.files.atomic import atomically
 from vrs_cli.files.program_file import find_program_file, read_program_file
-from vrs_cli.interfaces.dialogue import Answers
+from vrs_cli.interfaces.dialogue import Answers, Notes
+from vrs_cli.interfaces.port.port import MakeRequest, Port, answer_to, ends
 from vrs_cli.interfaces.roles.designer import Designer
-from vrs_cli.interfaces.roles.held import Held
 from vrs_cli.interfaces.roles.observer import Observer
+from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.values.acts import (
     Assign,
     Compare,
@@ -28,11 +32,14 @@ from vrs_cli.values.acts import (
     Explain,
     Go,
     Goal,
+    LeaveEntry,
     ListBranches,
     ListCommands,
     ListMotions,
+    Record,
     Redo,
     Rest,
+    Say,
     Undo,
     Valued,
 )
@@ -40,29 +47,181 @@ from vrs_cli.values.motion import Target
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.replies import BranchTable, ComparisonTable, ReachReport, Reply, TimelineTable
 from vrs_cli.values.results import CommandRecord, Position, RunResult
+from vrs_cli.values.tagged import Act
+from vrs_cli.wire.messages import (
+    MOST_TIMES,
+    Abort,
+    Asked,
+    At,
+    Done,
+    Drive,
+    LeaseAct,
+    Line,
+    Located,
+    Positions,
+    Refused,
+    ServerMessage,
+    Told,
+    Typed,
+)
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
 
+T = TypeVar("T")
+
+
+class _Conversation:
+    """Gives messages that belong to no request to the inbox of the conversation that goes on, if there is one. It does
+    not refer to the Supervisor: a port that only listens is let go.
+    """
+
+    def __init__(self) -> None:
+        self.notes, self.lock = Notes(), Lock()
+        self.inbox: Inbox[ServerMessage] | None = None
+
+    def hear(self, message: ServerMessage) -> None:
+        if self.inbox is not None:
+            self.inbox.put(message)
+
 
 class Supervisor(Observer, Designer):
-    """Holds a robot, here or afar (`held`). Metres, radians, seconds. What the robot refuses is raised as VrsError."""
+    """Commands a robot through a port. Metres, radians, seconds. Any thread may call any method: one request is carried
+    out at a time, in the order of sending. What the robot refuses is raised as VrsError, and RequestRefused if there is
+    no connection: nothing waits for one.
+    """
 
-    def __init__(self, held: Held) -> None:
-        Observer.__init__(self, held)
+    def __init__(self, port: Port) -> None:
+        self.port, self.followed = port, port.follow()
+        Observer.__init__(self, self.followed)
         Designer.__init__(self, self._perform)
-        self.held = held
+        self._conversation = _Conversation()
+        port.listen(self._conversation.hear)
         self._sent: list[Callable[[], object]] | None = None
 
+    def on(self, port: Port) -> Supervisor:
+        """The same supervisor, with a port that adds conditions to the requests."""
+        other = copy(self)
+        other.port = port
+        return other
+
+    # --- requests ---
+
+    def act(self, act: Act[T], answer: Answers | None = None, issued: float | None = None) -> T:
+        """Have the robot do something; return what comes of it. `answer`: to its questions. `issued`: t_iss [s], if not
+        now.
+        """
+        if answer is None:
+            return self.start(act, issued)()
+        with self._conversing(answer):
+            return cast(T, self._converse(lambda id: At(id, act, issued)).found)
+
+    def start(self, act: Act[T], issued: float | None = None) -> Callable[[], T]:
+        """Send an act without waiting. The function that is returned waits for its end, and returns what comes of
+        it.
+        """
+        inbox: Inbox[ServerMessage] = Inbox()
+        id = self.port.begin(lambda id: At(id, act, issued), inbox.put)
+        return lambda: cast(T, cast(Done, self._end(inbox, id)).found)
+
+    def say(self, line: str, answer: Answers) -> tuple[Reply, ...]:
+        """Give a line of the prompt; return the replies, with what programs type. `answer`: to questions. Raises
+        LineRefused.
+        """
+        with self._conversing(answer) as notes:
+            self._converse(lambda id: At(id, Say(line)))
+            return notes.taken()
+
+    def type(self, text: str, answer: Answers) -> tuple[Reply, ...]:
+        """Give lines as they are typed at a prompt, programs among them; mistakes are among the replies."""
+        with self._conversing(answer) as notes:
+            done = self._converse(lambda id: Line(id, text))
+            if done.status is not None and done.status.in_program:
+                self._converse(lambda id: At(id, LeaveEntry("the text ends; ")))
+            return notes.taken()
+
+    def abort(self) -> None:
+        """Stop the program and the motion now, before all other requests."""
+        self._ask(Abort)
+
+    def drive(self, act: LeaseAct, to: str = "") -> None:
+        """Ask for the lease, which says who moves the robot; take, give or release it. Raises LeaseHeld."""
+        self._ask(lambda id: Drive(id, act, to))
+
+    def close(self) -> None:
+        """Let the robot go: nothing more is asked of it."""
+        self.port.close()
+
+    @contextmanager
+    def _conversing(self, answer: Answers) -> Iterator[Notes]:
+        """Keep the replies, and answer the questions. Raises RequestRefused if the connection is cut, also while an
+        earlier conversation of this process goes on.
+        """
+        conversation, cuts = self._conversation, self.port.cuts
+        self.port.check_open()
+        with conversation.lock:
+            if self.port.cuts != cuts:
+                raise RequestRefused("the connection was cut before its turn came: it was not sent", "give it again")
+            conversation.notes.begin(answer)
+            conversation.inbox = Inbox()
+            try:
+                yield conversation.notes
+            finally:
+                conversation.inbox = None
+
+    def _converse(self, make: MakeRequest) -> Done:
+        """Send a command of the conversation that goes on, and wait for its end."""
+        inbox = self._conversation.inbox
+        assert inbox is not None, "a conversation goes on"
+        return cast(Done, self._end(inbox, self.port.begin(make, inbox.put)))
+
+    def _ask(self, make: MakeRequest) -> ServerMessage:
+        """Send a request, and wait for its end."""
+        inbox: Inbox[ServerMessage] = Inbox()
+        return self._end(inbox, self.port.begin(make, inbox.put))
+
+    def _end(self, inbox: Inbox[ServerMessage], id: int) -> ServerMessage:
+        """Wait for the end of a request, and handle what comes before. Raises what is refused. Ctrl-C stops the
+        request; a second Ctrl-C, or one that cannot be sent, ends the waiting.
+        """
+        interrupted = False
+        while True:
+            try:
+                message = self.port.take(inbox)
+                assert message is not None, "it waits as long as that takes"
+                if ends(message, id):
+                    break
+                self._hear(message)
+            except KeyboardInterrupt:
+                if interrupted or not self.port.open or not self.port.interrupt():
+                    raise
+                interrupted = True
+        if interrupted:
+            raise KeyboardInterrupt
+        if isinstance(message, Done | Refused) and message.refusal is not None:
+            raise message.refusal.error()
+        return message
+
+    def _hear(self, message: ServerMessage) -> None:
+        notes = self._conversation.notes
+        match message:
+            case Told(reply):
+                notes.show(reply)
+            case Typed(text, newline):
+                notes.type(text, newline)
+            case Asked():
+                self.port.tell(answer_to(message, notes.ask))
+
     def _perform(self, motion: Go, issued: float | None) -> None:
+        wait = self.start(motion, issued)
         if self._sent is None:
-            self.held.act(motion, issued=issued)
+            wait()
         else:
-            self._sent.append(self.held.start(motion, issued))
+            self._sent.append(wait)
 
     @contextmanager
     def without_waiting(self) -> Iterator[None]:
-        """Motions are sent one after the other; the end waits for all. Raises what was refused first."""
+        """Send motions one after the other, without waiting; wait for all at the end. Raises what was refused first."""
         before, sent = self._sent, list[Callable[[], object]]()
         self._sent = sent
         try:
@@ -77,21 +236,24 @@ class Supervisor(Observer, Designer):
 
     def at(self, t: float | None = None) -> Position:
         t = self.now if t is None else t
-        found = super().at(t)
-        return self.held.past((t,))[0] if t < self.held.begins else found
+        return self._past((t,))[0] if t < self.followed.begins else super().at(t)
 
     def over(self, times: Floats) -> PositionArrays:
         found = super().over(times)
-        gone = times < self.held.begins
+        gone = times < self.followed.begins
         if gone.any():
-            fill(found, gone, self.held.past(times[gone].tolist()))
+            fill(found, gone, self._past(times[gone].tolist()))
         return found
 
-    # --- lines ---
-
-    def say(self, line: str, answer: Answers) -> tuple[Reply, ...]:
-        """A line of the prompt; what is answered, and typed. `answer`: to what it asks. Raises LineRefused."""
-        return self.held.say(line, answer)
+    def _past(self, times: Sequence[float]) -> tuple[Position, ...]:
+        """Where the robot was at times [s] that are not known here any more."""
+        found: list[Position] = []
+        for first in range(0, len(times), MOST_TIMES):
+            some = tuple(times[first : first + MOST_TIMES])
+            located = self._ask(lambda id, some=some: Positions(id, some))  # type: ignore[misc]
+            assert isinstance(located, Located), "it answers Positions"
+            found += located.positions
+        return tuple(found)
 
     # --- motions ---
 
@@ -100,25 +262,25 @@ class Supervisor(Observer, Designer):
 
         Raises ClockPaused where the clock stands.
         """
-        while (rate := self.held.rate) is not None and (left := self.timeline.end - self.now) > 0.0:
+        while (rate := self.followed.rate) is not None and (left := self.timeline.end - self.now) > 0.0:
             time.sleep(min(left / rate, SLICE))
-        self.held.act(Rest())
-
-    def abort(self) -> None:
-        """Stop the program and the motion now, before all else that was asked for."""
-        self.held.abort()
+        self.act(Rest())
 
     def undo(self, count: int) -> None:
         """Take the last motion commands back. Raises UsageError where there are not so many."""
-        self.held.act(Undo(count))
+        self.act(Undo(count))
 
     def redo(self, count: int) -> None:
         """Do again what `undo` took back."""
-        self.held.act(Redo(count))
+        self.act(Redo(count))
 
     def explain(self, target: Target, name: str) -> ReachReport:
         """Why a motion to a target from here is possible or not. `name`: how the report calls it."""
-        return self.held.act(Explain(Goal.of(target), name))
+        return self.act(Explain(Goal.of(target), name))
+
+    def previewed(self) -> Previewed:
+        """What the robot will do, with the commands that are on their way to it."""
+        return self.port.previewed()
 
     # --- programs and variables ---
 
@@ -127,7 +289,7 @@ class Supervisor(Observer, Designer):
 
         Raises ProgramNotExecutable for a text with mistakes, which names the first; `where` stands before its line.
         """
-        return self.held.act(Define(text, where)).names
+        return self.act(Define(text, where)).names
 
     def load(self, path: str | Path) -> tuple[str, ...]:
         """Put the programs and variables of a file in memory; the names of its programs.
@@ -142,37 +304,43 @@ class Supervisor(Observer, Designer):
 
         Raises UndefinedName, ProgramNotExecutable, ArgumentMismatch.
         """
-        return self.held.act(Execute(program, cycles), answer)
+        return self.act(Execute(program, cycles), answer)
 
     def value(self, expression: str) -> Value:
         """What an expression is now. Raises LineRefused, ProgramError."""
-        return self.held.act(Evaluate(expression)).value
+        return self.act(Evaluate(expression)).value
 
     def assign(self, variable: str, value: Value) -> None:
         """Give a variable, or an element of an array, a value. Raises UsageError, LineRefused, TypeMismatch."""
-        self.held.act(Assign(variable, Valued.of(value)))
+        self.act(Assign(variable, Valued.of(value)))
 
     # --- the timeline, and other courses of events ---
 
     def commands(self) -> tuple[CommandRecord, ...]:
         """All motion commands that hold."""
-        return self.held.act(ListCommands()).commands
+        return self.act(ListCommands()).commands
 
     def motions(self) -> TimelineTable:
         """The timeline as a table."""
-        return self.held.act(ListMotions())
+        return self.act(ListMotions())
 
     def branches(self) -> BranchTable:
         """All branches, main first."""
-        return self.held.act(ListBranches())
+        return self.act(ListBranches())
 
     def compare(self, a: str, b: str) -> ComparisonTable:
         """Two branches side by side. Raises UsageError where there is none of a name."""
-        return self.held.act(Compare(a, b))
+        return self.act(Compare(a, b))
+
+    def save(self, path: Path) -> None:
+        """Write the trajectory to a file. Raises FileError."""
+        recorded = self.act(Record())
+        with atomically(path) as stream:
+            stream.write(recorded.data)
 
     def subscribe(self) -> Subscription[Event]:
-        """The timeline, and every change of it from then on; it ends with the robot."""
-        subscription = self.held.subscribe()
+        """The timeline, and every change of it from now on; it ends with the supervisor."""
+        subscription = self.port.subscribe()
         finalize(self, subscription.end)
         return subscription
 
