@@ -54,8 +54,8 @@ INNER_FLOORS = {  # the same inside a folder; a file beside these floors may imp
         "session",
         "holders",
         "conversation",
-        "roles",
         "port",
+        "roles",
     ),
 }
 LIVES_IN = {
@@ -419,11 +419,11 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "trajectory": 2818,
     "engine": 4397,
     "language": 7117,
-    "wire": 762,
+    "wire": 773,
     "files": 2727,
     "devices": 1103,
     "interfaces": 7541,
-    "net": 5752,
+    "net": 5500,
     "render": 1479,
     "view3d": 3940,
     "repl": 2566,

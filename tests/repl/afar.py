@@ -8,6 +8,7 @@ from typing import Any
 
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.engine.feed import Inbox
+from vrs_cli.engine.position import Watched
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.interfaces.actor.ticket import Ticket
@@ -15,7 +16,6 @@ from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.dialogue import Dialogue, Reading, Running, Slice, Terminal
 from vrs_cli.interfaces.monitor.running import emergency_stop
 from vrs_cli.interfaces.port.port import Outlet
-from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.net import messages

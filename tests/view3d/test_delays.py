@@ -23,10 +23,9 @@ from tests.view3d.browser import Browser, coloured, needs_browser
 from tests.view3d.pages import Page
 from tests.view3d.test_figure import matrix
 from vrs_cli.engine.engine import Engine
-from vrs_cli.engine.position import joints_at, position_at
-from vrs_cli.interfaces.roles.observer import Watched
+from vrs_cli.engine.position import Watched, joints_at, position_at
+from vrs_cli.interfaces.port.preview import Expected, Previewed
 from vrs_cli.interfaces.roles.playback import Playback
-from vrs_cli.interfaces.roles.preview import Expected, Previewed
 from vrs_cli.kinematics.model import link_frames
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import position

@@ -10,7 +10,7 @@ from msgspec import structs
 
 from vrs_cli.api.robot import Robot
 from vrs_cli.errors import TooLate
-from vrs_cli.interfaces.roles.preview import Expected, Previewed
+from vrs_cli.interfaces.port.preview import Expected, Previewed
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.strip import COLOURS, FLAGGED, MARK, UNCONFIRMED, Doubts, TimeSpan, segments_in, strip

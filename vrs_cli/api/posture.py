@@ -12,8 +12,8 @@ from vrs_cli.api.answers import figures, number_columns, table
 from vrs_cli.api.location import Location
 from vrs_cli.api.numbers import Floats, Units, freeze, numbers
 from vrs_cli.engine.position import PositionArrays
+from vrs_cli.interfaces.port.preview import Expected, Previewed
 from vrs_cli.interfaces.roles.observer import Observer, RecordedRobot
-from vrs_cli.interfaces.roles.preview import Expected, Previewed
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.trajectory.timeline import Timeline

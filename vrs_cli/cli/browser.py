@@ -20,7 +20,7 @@ from vrs_cli.errors import UsageError
 from vrs_cli.extras import how_to_install
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.roles.observer import Watched
+    from vrs_cli.engine.position import Watched
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.net.socket_port import SocketPort
     from vrs_cli.view3d.door import Door

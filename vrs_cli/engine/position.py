@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from msgspec import Struct, structs
 
@@ -30,6 +30,17 @@ if TYPE_CHECKING:
 TWIST = 6  # numbers of a twist
 POSES = 2048  # found at once: their numbers stay in the cache
 BEYOND = 1.5  # times the limit of a joint, which no motion reaches
+
+
+class Watched(Protocol):
+    """A robot whose positions can be computed, while others move it. A timeline that was read does not change."""
+
+    @property
+    def arm(self) -> RobotArm: ...
+    @property
+    def timeline(self) -> Timeline: ...
+    @property
+    def now(self) -> float: ...
 
 
 class PlaceArrays(Struct, frozen=True):

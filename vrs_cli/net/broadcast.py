@@ -17,8 +17,8 @@ from math import inf
 from typing import NamedTuple, Protocol
 
 from vrs_cli.engine.engine import Event
+from vrs_cli.engine.position import Watched
 from vrs_cli.engine.snapshot import TimelineReplaced
-from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.roles.playback import Audience, Playback, Viewer, checked_rate
 from vrs_cli.net import messages
 from vrs_cli.net.messages import Play, PlayStep, ServerMessage, Subscribe

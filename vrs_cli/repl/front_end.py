@@ -6,11 +6,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
+    from vrs_cli.engine.position import Watched
     from vrs_cli.files.trajectory_file import Recording
     from vrs_cli.interfaces.conversation.signature import Signature
     from vrs_cli.interfaces.editor.screen import EditedProgram
     from vrs_cli.interfaces.jog.jogger import JogArm
-    from vrs_cli.interfaces.roles.observer import Watched
     from vrs_cli.values.prompt import PromptStatus, Suggestion
     from vrs_cli.values.questions import Editing, Jogging, Playing
 

@@ -8,9 +8,9 @@ from typing import NamedTuple
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.patch_stdout import patch_stdout
 
+from vrs_cli.engine.position import Watched
 from vrs_cli.interfaces.jog.jogger import JogArm, JogKeys
 from vrs_cli.interfaces.monitor.showing import Sight
-from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.arm_window import ArmScreen
 from vrs_cli.repl.toolbar import ABORT

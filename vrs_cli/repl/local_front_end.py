@@ -9,6 +9,7 @@ from typing import cast
 
 from vrs_cli.devices.outside import Outside
 from vrs_cli.engine.clock import RobotClock, WallClock
+from vrs_cli.engine.position import Watched
 from vrs_cli.files.trajectory_file import Recording
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.conversation import Conversation
@@ -17,7 +18,6 @@ from vrs_cli.interfaces.dialogue import Dialogue, Terminal
 from vrs_cli.interfaces.editor.screen import EditedProgram, ScreenDraft
 from vrs_cli.interfaces.jog.jogger import JogArm, Jogger
 from vrs_cli.interfaces.monitor.running import emergency_stop
-from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN
 from vrs_cli.kinematics.model import RobotModel

@@ -11,9 +11,9 @@ from typing import NamedTuple
 from msgspec import Struct
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 
-from vrs_cli.engine.position import position_at
+from vrs_cli.engine.position import Watched, position_at
 from vrs_cli.interfaces.monitor.showing import Sight
-from vrs_cli.interfaces.roles.observer import RecordedRobot, Watched
+from vrs_cli.interfaces.roles.observer import RecordedRobot
 from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.render.text import plain_text

@@ -19,6 +19,7 @@ from typing import TypeVar
 from msgspec.structs import replace
 
 from vrs_cli.engine.feed import Inbox
+from vrs_cli.engine.position import Watched
 from vrs_cli.errors import EndOfInput, RequestRefused, VrsError
 from vrs_cli.files.trajectory_file import Recording, read_trajectory
 from vrs_cli.interfaces.conversation.internal_error import internal_error
@@ -27,7 +28,6 @@ from vrs_cli.interfaces.dialogue import Running, Terminal
 from vrs_cli.interfaces.editor.screen import EditedProgram, Found
 from vrs_cli.interfaces.jog.jogger import JogArm
 from vrs_cli.interfaces.port.port import Port, answer_to
-from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.station.lease import Lost, Notice, Requested
 from vrs_cli.net import messages
 from vrs_cli.net.far_hand import FarHand

@@ -15,9 +15,9 @@ from threading import Event, Lock, Thread
 import rich
 import viser
 
+from vrs_cli.engine.position import Watched
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.net.messages import Abort
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.view3d.door import HOST, Door, opened

@@ -13,7 +13,7 @@ from viser import GuiHtmlHandle, LineSegmentsHandle, SceneApi
 
 from vrs_cli.engine.position import position_at
 from vrs_cli.engine.tool_path import ToolLine, ToolPath
-from vrs_cli.interfaces.roles.preview import Previewed
+from vrs_cli.interfaces.port.preview import Previewed
 from vrs_cli.kinematics.model import levers
 from vrs_cli.kinematics.transform import Vector, position
 from vrs_cli.net.far_end import Ahead

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from math import inf
 from typing import NamedTuple, Protocol
 
-from vrs_cli.interfaces.roles.preview import Previewed
+from vrs_cli.interfaces.port.preview import Previewed
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import Surveyed

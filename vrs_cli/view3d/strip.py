@@ -7,7 +7,7 @@ from html import escape
 from math import ceil, floor, inf, log10
 from typing import NamedTuple
 
-from vrs_cli.interfaces.roles.preview import Previewed
+from vrs_cli.interfaces.port.preview import Previewed
 from vrs_cli.trajectory.segment import Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
 

@@ -10,10 +10,9 @@ from typing import Any
 
 import viser
 
-from vrs_cli.engine.position import position_at
+from vrs_cli.engine.position import Watched, position_at
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.language.words.word import Role
 from vrs_cli.net.socket_port import SocketPort
@@ -55,10 +54,10 @@ class RobotWindow:
         self.parts: list[ShownPart] = []
         self.type: Callable[[str], object] = lambda _line: None
         self.closing: list[Callable[[], object]] = []
-        timeline = watched.timeline
+        timeline = self.watched.timeline
         self.playback = Playback.of(timeline.start, timeline.end, rate, wall())
         if self.robot is not None:  # it is followed; a trajectory is played from its start
-            self.playback = Playback.following(timeline.start, timeline.end, watched.now, wall())
+            self.playback = Playback.following(timeline.start, timeline.end, self.watched.now, wall())
         self.due = self._next = self._read_at = -inf  # [s]: when it is shown again, when it may be, when it is read
         self._woken = woken
         self._changing = Lock()

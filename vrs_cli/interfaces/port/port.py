@@ -11,9 +11,9 @@ from typing import Protocol
 
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Inbox, Subscription
+from vrs_cli.engine.position import Watched
 from vrs_cli.errors import EndOfInput
-from vrs_cli.interfaces.roles.observer import Watched
-from vrs_cli.interfaces.roles.preview import Previewed
+from vrs_cli.interfaces.port.preview import Previewed
 from vrs_cli.values.questions import Answer as Answered
 from vrs_cli.values.questions import Question
 from vrs_cli.wire.messages import Answer, Asked, ClientMessage, Done, How, Refused, Request, Result, ServerMessage

@@ -21,9 +21,9 @@ from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.dialogue import Answers, Dialogue, Notes
 from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.port.port import Port
+from vrs_cli.interfaces.port.preview import Previewed
 from vrs_cli.interfaces.roles.designer import Designer
 from vrs_cli.interfaces.roles.observer import Observer
-from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
-from vrs_cli.engine.position import PositionArrays, position_at, positions_at
+from vrs_cli.engine.position import PositionArrays, Watched, position_at, positions_at
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.motion import Frames
@@ -12,17 +12,6 @@ from vrs_cli.values.results import Position
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats
-
-
-class Watched(Protocol):
-    """What observers and viewers look at: a robot that others move. What they read is never changed under them."""
-
-    @property
-    def arm(self) -> RobotArm: ...
-    @property
-    def timeline(self) -> Timeline: ...
-    @property
-    def now(self) -> float: ...
 
 
 class RecordedRobot(NamedTuple):

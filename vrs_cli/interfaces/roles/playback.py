@@ -14,9 +14,8 @@ from typing import NamedTuple
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vrs_cli.engine.position import position_at
+from vrs_cli.engine.position import Watched, position_at
 from vrs_cli.errors import IllegalValue
-from vrs_cli.interfaces.roles.observer import Watched
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.results import Position
 

@@ -20,9 +20,9 @@ from vrs_cli.files.atomic import atomically
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.dialogue import Answers, Notes
 from vrs_cli.interfaces.port.port import MakeRequest, Port, answer_to, ends
+from vrs_cli.interfaces.port.preview import Previewed
 from vrs_cli.interfaces.roles.designer import Designer
 from vrs_cli.interfaces.roles.observer import Observer
-from vrs_cli.interfaces.roles.preview import Previewed
 from vrs_cli.values.acts import (
     Assign,
     Compare,
