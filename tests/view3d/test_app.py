@@ -71,8 +71,7 @@ def test_the_shell_and_the_browser_of_one_user_do_not_keep_each_other_out(app: A
     shell = Supervisor(hosted.hold(SHELL))
     with Page(app.address):
         until(lambda: app.windows)
-        robot = app.windows[0].robot
-        assert robot is not None
+        robot = Supervisor(app.windows[0].robot)
         for holder in (robot, shell, robot):
             holder.say("DRIVE 1, 5", no_answer)
     shell.close()

@@ -56,9 +56,10 @@ class Looking:
         timeline = self.engine.timeline
         self.playback = Playback.following(timeline.start, timeline.end, 0.0, 0.0)
         self.seconds, self.node = 0.0, server.scene.get_handle_by_name
-        self.robot: Any = SimpleNamespace(arm=self.engine.arm, far=SimpleNamespace(ahead=Ahead.AUTO, near=False))
+        self.robot: Any = SimpleNamespace(far=SimpleNamespace(ahead=Ahead.AUTO, near=False))
         window: Any = SimpleNamespace(
             client=server,
+            watched=self.engine,
             playback=self.playback,
             wall=lambda: self.seconds,
             doing=lambda act: lambda _event: act(),

@@ -10,6 +10,7 @@ from tests.live import until
 from tests.view3d.browser import Browser, needs_browser
 from tests.view3d.pages import Page
 from vrs_cli.engine.position import position_at
+from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.kinematics.transform import (
     Transform,
     at_position,
@@ -130,8 +131,7 @@ def test_a_drag_becomes_a_program_and_a_place_a_name(app: App) -> None:
         page.set(record, True)
 
         def kept() -> bool:
-            robot = window(app).robot
-            assert robot is not None
+            robot = Supervisor(window(app).robot)
             said = robot.say("DIRECTORY", lambda _: None), robot.say("LISTL", lambda _: None)
             return "mine" in str(said[0]) and "mine" in str(said[1])
 
@@ -174,8 +174,7 @@ def test_a_mouse_drags_the_tool_in_a_real_browser(app: App, browser: Browser) ->
 
     browser.size(900, 420)
     browser.open(app.address, "/drag", "/robot")
-    robot = window(app).robot
-    assert robot is not None
+    robot = Supervisor(window(app).robot)
     robot.say("MOVE #PPOINT(-30, -130, 40, 10, 60, 20)", lambda _: None)
     until(lambda: robot.timeline.end < robot.now)
     begin = tool(app)

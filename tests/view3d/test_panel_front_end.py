@@ -48,7 +48,7 @@ def test_a_line_moves_the_arm_and_is_answered(served: Serving) -> None:
     with sitting(served.address) as front_end:
         front_end.type("MOVE #PPOINT(0,-45,180)")
         until(lambda: idle(front_end))
-        assert len(front_end.robot.timeline) > 1
+        assert len(front_end.robot.follow().timeline) > 1
         front_end.type("LISTL")
         until(lambda: "No locations defined" in said(front_end))
         assert front_end.history == ["MOVE #PPOINT(0,-45,180)", "LISTL"]
@@ -108,7 +108,7 @@ def test_stop_overtakes_what_is_under_way(tmp_path: Path) -> None:
         front_end.robot.ask(Abort)
         until(lambda: front_end.running == ())
         until(lambda: "Program stopped at long" in said(front_end))
-        assert front_end.robot.now < 20.0
+        assert front_end.robot.follow().now < 20.0
 
 
 def test_a_question_that_nobody_answers_is_withdrawn_by_stop(tmp_path: Path) -> None:
