@@ -1,4 +1,4 @@
-"""All that can be said of a program file without running it: `vrs check` and the language server ask here."""
+"""Find all that is wrong with a program file without running it, for `vrs check` and the language server."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ CHANGING_FRAMES = frozenset({"TOOL", "BASE"})  # with one of them in the file, n
 def inspect(
     text: str, model: RobotModel, dialect: Dialect = Dialect.VPLUS, cell: Cell = NO_CELL
 ) -> tuple[Diagnostic, ...]:
-    """Everything that is wrong with a file by itself, as LOAD into an empty memory finds it; steps that nothing
-    leads to; constants that no run could take; constant locations that this robot cannot reach. In the order of the
-    lines. `cell`: what it fills has a value.
+    """Find everything that is wrong with a file by itself, as LOAD into an empty memory finds it; steps that cannot be
+    reached; constants that no run could take; constant locations that this robot cannot reach. In the order of the
+    lines. The variables that `cell` fills have values.
     """
     inspector = Inspector(model, dialect, cell)
     return inspector.inspect(inspector.read(text))
@@ -53,20 +53,22 @@ _Basis = tuple[object, ...]
 
 
 class _Inspected(Struct, frozen=True, eq=False):
-    """What was found in a program, and all that this depends on outside of it."""
+    """The findings in a program, and all outside of it on which they depend. `of_running`: steps that cannot be
+    reached, and those that can never be done.
+    """
 
     basis: _Basis
     analysis: Analysis
-    of_running: tuple[Diagnostic, ...]  # steps that nothing leads to, and those that can never be done
+    of_running: tuple[Diagnostic, ...]
 
 
 class Inspector:
-    """Inspects one file, and its next versions too: of the parts that have not changed it knows what it found."""
+    """Inspects one file, and its next versions: it remembers the findings in the parts that have not changed."""
 
     def __init__(self, model: RobotModel, dialect: Dialect = Dialect.VPLUS, cell: Cell = NO_CELL) -> None:
         self._dialect, self._cell = dialect, cell
         self._engine = Engine(model)
-        robot = Engine(model)  # which may be asked anything
+        robot = Engine(model)  # constants may change its settings
         self._constants = Constants(Context(Environment(units=model.units), RobotReadings(robot)), robot.perform)
         self._known: dict[tuple[str, ...], Part] = {}
         self._inspected: dict[Part, _Inspected] = {}
@@ -110,14 +112,21 @@ class Inspector:
         self, environment: Environment, programs: Mapping[str, Placed]
     ) -> tuple[tuple[Placed, _Inspected], ...]:
         trees = {program.key: program for _, program in programs_of(programs.values())}
-        memory, before = _Memory(Surroundings(dict(environment.kinds()), trees), self._constants), self._inspected
-        self._inspected = {}
+        around, before, self._inspected = Surroundings(dict(environment.kinds()), trees), self._inspected, {}
         for key, placed in programs.items():
             one = before.get(placed.part)
-            if one is None or one.basis != memory.basis(one.analysis):
-                one = memory.inspected(trees[key])
+            if one is None or one.basis != _basis(around, one.analysis):
+                one = self._analysis(around, trees[key])
             self._inspected[placed.part] = one
         return tuple((placed, self._inspected[placed.part]) for placed in programs.values())
+
+    def _analysis(self, around: Surroundings, program: Program) -> _Inspected:
+        analysis = analyze_among(around, program)
+        of_running: tuple[Diagnostic, ...] = ()
+        if analysis.executable:
+            never = unreachable(program, analysis.blocks, analysis.labels)
+            of_running = (*never, *delays(program), *self._constants.findings(program))
+        return _Inspected(_basis(around, analysis), analysis, of_running)
 
     # --- reach ---
 
@@ -129,41 +138,27 @@ class Inspector:
         if any(_CHANGES_FRAMES in ways for ways in self._ways.values()):
             return
         changed = frozenset[str]().union(*(names_given_in(program) for _, program in programs))
-        places = _Places(environment, self._engine)
         for placed, program in programs:
             own = changed | {parameter.key for parameter in program.parameters}
             ways = (way for way in self._ways[placed.part] if way.key not in own)
-            yield from placed.found(one for way in ways if (one := _unreached(way, places)) is not None)
+            found = (_unreached(way, environment, self._engine) for way in ways)
+            yield from placed.found(one for one in found if one is not None)
 
 
-class _Memory(Struct, frozen=True):
-    """The variables and programs that a file brings."""
+def _basis(around: Surroundings, analysis: Analysis) -> _Basis:
+    """All on which the findings in a program depend, besides its text: the variables and programs of the file."""
+    called = tuple(_signature(around, key) for key in sorted(analysis.calls))
+    names = around.program_keys if None in called else ()
+    asked = analysis.needs | analysis.functions
+    elsewhere = frozenset(key for key in asked if around.given_elsewhere(key, analysis.program))
+    return around.known, called, names, elsewhere, around.given if analysis.needs - elsewhere else None
 
-    surroundings: Surroundings
-    constants: Constants
 
-    def inspected(self, program: Program) -> _Inspected:
-        analysis = analyze_among(self.surroundings, program)
-        of_running: tuple[Diagnostic, ...] = ()
-        if analysis.executable:
-            never = unreachable(program, analysis.blocks, analysis.labels)
-            of_running = (*never, *delays(program), *self.constants.findings(program))
-        return _Inspected(self.basis(analysis), analysis, of_running)
-
-    def basis(self, analysis: Analysis) -> _Basis:
-        """What the findings in a program depend on, besides its text."""
-        around = self.surroundings
-        called = tuple(self._signature(key) for key in sorted(analysis.calls))
-        names = around.program_keys if None in called else ()
-        asked = analysis.needs | analysis.functions
-        elsewhere = frozenset(key for key in asked if around.given_elsewhere(key, analysis.program))
-        return around.known, called, names, elsewhere, around.given if analysis.needs - elsewhere else None
-
-    def _signature(self, key: str) -> tuple[object, ...] | None:
-        program = self.surroundings.programs.get(key)
-        if program is None:
-            return None
-        return program.name, tuple((one.sigil, one.name) for one in program.parameters)
+def _signature(around: Surroundings, key: str) -> tuple[object, ...] | None:
+    program = around.programs.get(key)
+    if program is None:
+        return None
+    return program.name, tuple((one.sigil, one.name) for one in program.parameters)
 
 
 # --- switches and parameters ------------------------------------------------------------------------------------
@@ -239,9 +234,9 @@ def _given(place: ast.Call, joint_count: int) -> Transform | tuple[float, ...]:
     return trans(*numbers[:6])
 
 
-def _unreached(way: _Way, places: _Places) -> Diagnostic | None:
+def _unreached(way: _Way, environment: Environment, engine: Engine) -> Diagnostic | None:
     target = way.target
-    refusal = places.refusal(target, way.distance)
+    refusal = _refusal(target, way.distance, environment, engine)
     if refusal is None:
         return None
     named = f"{target.sigil}{target.name}: " if isinstance(target, ast.Variable) else ""
@@ -249,35 +244,34 @@ def _unreached(way: _Way, places: _Places) -> Diagnostic | None:
     return Diagnostic(Severity.WARNING, refusal.code, refusal.title, detail, refusal.hint, target.span)
 
 
-class _Places(Struct, frozen=True):
-    """The locations that the file defines, and the arm that is to reach them."""
+def _refusal(
+    target: ast.Variable | ast.Call, distance: float, environment: Environment, engine: Engine
+) -> MotionError | IllegalValue | None:
+    """Why no configuration of the arm reaches a place; None where one does, or where the place has no value."""
+    if isinstance(target, ast.Variable):
+        place = _value(environment, target)
+    else:
+        place = _given(target, engine.model.joint_count)
+    try:
+        if isinstance(place, Transform):
+            pose = compose(place, translation(0.0, 0.0, -distance))
+            if not any(solution.usable for solution in engine.arm.inverse_all(pose)):
+                engine.joints_for(pose)
+        elif place is not None and not distance:
+            check_joint_limits(engine.model, place)
+    except (MotionError, IllegalValue) as refusal:
+        return refusal
+    return None
 
-    environment: Environment
-    engine: Engine
 
-    def refusal(self, target: ast.Variable | ast.Call, distance: float) -> MotionError | IllegalValue | None:
-        """Why no configuration of the arm reaches a place; None where one does, or where it has no value."""
-        engine, joint_count = self.engine, self.engine.model.joint_count
-        place = self._value(target) if isinstance(target, ast.Variable) else _given(target, joint_count)
-        try:
-            if isinstance(place, Transform):
-                pose = compose(place, translation(0.0, 0.0, -distance))
-                if not any(solution.usable for solution in engine.arm.inverse_all(pose)):
-                    engine.joints_for(pose)
-            elif place is not None and not distance:
-                check_joint_limits(engine.model, place)
-        except (MotionError, IllegalValue) as refusal:
-            return refusal
+def _value(environment: Environment, target: ast.Variable) -> Transform | tuple[float, ...] | None:
+    numbers = [index.value for index in target.indexes or () if isinstance(index, ast.Number)]
+    if target.indexes is not None and (not numbers or len(numbers) != len(target.indexes)):
         return None
-
-    def _value(self, target: ast.Variable) -> Transform | tuple[float, ...] | None:
-        numbers = [index.value for index in target.indexes or () if isinstance(index, ast.Number)]
-        if target.indexes is not None and (not numbers or len(numbers) != len(target.indexes)):
-            return None
-        whole = tuple(map(round, numbers))
-        index = None if not whole else whole[0] if len(whole) == 1 else whole
-        reference = self.environment.reference(target.sigil + target.name, index)
-        if not reference.defined():
-            return None
-        value = reference.value()
-        return None if isinstance(value, float | int | str) else value
+    whole = tuple(map(round, numbers))
+    index = None if not whole else whole[0] if len(whole) == 1 else whole
+    reference = environment.reference(target.sigil + target.name, index)
+    if not reference.defined():
+        return None
+    value = reference.value()
+    return None if isinstance(value, float | int | str) else value

@@ -1,11 +1,12 @@
-"""JOG: the arm moved by hand, a step at a time, one axis at a time. Knows no keys and no screen.
+"""JOG moves the arm by hand, a step at a time, one axis at a time. It knows no keys and no screen.
 
-In real time a step begins at once, from whatever the arm does, and takes the place of what was scheduled. It returns
-while the arm moves. The last key counts: one that is held, and comes again before the arm has done its step, is left
-out, so that the arm stops soon after it is let go; any other takes over at once. In virtual time a step is a motion
-after all others, and over when it returns.
+In real time a step begins at once, out of the present motion, and takes the place of what was scheduled. It returns
+while the arm moves. The last key counts: where the same key comes again before the arm has done its step, it is left
+out, so that the arm stops soon after the key is let go; any other key takes over at once. In virtual time a step is a
+motion after all others, and over when it returns.
 
-Steps of the tool go straight: a line that cannot be, near a singularity, is refused, and nothing moves.
+Steps of the tool are straight lines: a line that the arm cannot follow, near a singularity, is refused, and nothing
+moves.
 """
 
 from __future__ import annotations
@@ -69,14 +70,14 @@ FORM = "JOG 1, 5 turns joint 1 by 5 degrees; JOG Z, -20; axes are joints, X Y Z 
 
 
 class JogArm(Protocol):
-    """What the keys move: the arm, here or afar."""
+    """The arm that keys move, in this process or over a connection."""
 
     @property
     def joints(self) -> int: ...
     @property
     def units(self) -> JointUnits: ...
     def do(self, act: Press | StopJog | Look) -> Seen:
-        """Of a hand that is far away what was seen last."""
+        """Do what a key says. Over a connection, return what was seen last."""
 
 
 def jog(station: Station, it: Instruction) -> Dialogue[None]:
@@ -138,10 +139,6 @@ class Jogger:
     def engine(self) -> Engine:
         return self.station.engine
 
-    def settle(self) -> None:
-        """Do what has become due."""
-        self.station.settle()
-
     @property
     def joints(self) -> int:
         return self.engine.model.joint_count
@@ -151,7 +148,7 @@ class Jogger:
         return self.engine.model.units
 
     def do(self, act: Press | StopJog | Look) -> Seen:
-        """What a key says, and what is seen then. What cannot be is said."""
+        """Do what a key says, and return what is seen then, with the reason where it cannot be done."""
         try:
             match act:
                 case Press():
@@ -160,17 +157,17 @@ class Jogger:
                 case StopJog():
                     self.stop()
                 case Look():
-                    self.settle()
+                    self.station.settle()
         except (MotionError, FileError) as error:
             self._said = str(error)
         engine = self.engine
         return Seen(engine.position(), engine.end, engine.clock.paused, self._said)
 
     def press(self, axis: Axis, amount: float) -> str:
-        """One step of many, as keys give them: left out while the arm has enough to do of the same; another one takes
-        over, and where it cannot be, the arm brakes. What is to be said of it. Raises MotionError.
+        """Do one step of many that keys give. It is left out while the arm still does such a step; another key takes
+        over, and where its step cannot be done, the arm brakes. Return what the user is told. Raises MotionError.
         """
-        self.settle()
+        self.station.settle()
         key, before, engine = (axis, amount, self.speed), self._key, self.engine
         left, self._key = engine.end - engine.now, key
         if left > 0.0 and key != before:
@@ -183,8 +180,8 @@ class Jogger:
         return self.step(axis, amount)
 
     def _take_over(self, axis: Axis, amount: float, takes_back: bool) -> str:
-        """A step in the place of what the arm does: from where it comes to rest, or back to where the opposite step
-        began, so that keys to and fro lead nowhere.
+        """Replace the present motion by a step: from where the arm comes to rest, or back to where the opposite step
+        began, so that keys to and fro cancel out.
         """
         engine = self.engine
         before = engine.timeline
@@ -196,7 +193,7 @@ class Jogger:
                 self.stop()
 
     def step(self, axis: Axis, amount: float) -> str:
-        """Move by so much [mm, deg] from where the arm will be, as far as it goes; what is to be said of it. Raises
+        """Move by so much [mm, deg] from where the arm will be, as far as it goes. Return what the user is told. Raises
         MotionError: no power, or too near a singularity.
         """
         return self._step(self.engine.destination(self.engine.end).joints, axis, amount)
@@ -212,8 +209,8 @@ class Jogger:
         return why
 
     def _go_straight(self, pose: Transform, axis: Axis, way: float, why: str) -> None:
-        """On a line from a pose; a little less far where `why` says that the arm reaches no farther: near the end of
-        its reach no joint can follow a line. Raises MotionError for a line that cannot be.
+        """Go along a line from a pose; a little less far where `why` says that the arm reaches no farther: near the end
+        of its reach no joint can follow a line. Raises MotionError for a line that the arm cannot follow.
         """
         for left_out in LEFT_OUT if why else (0.0,):
             by = way - copysign(left_out, way)
@@ -238,13 +235,13 @@ class Jogger:
 
     def stop(self) -> None:
         """Brake now."""
-        self.settle()
+        self.station.settle()
         self.engine.stop()
         if not self.engine.realtime:
             self.station.settle(self.engine.end)
 
     def _farthest(self, begin: Joints, axis: Axis, amount: float) -> tuple[Joints, float, str]:
-        """Where a step ends, what part of it that is, and why not all of it, if so."""
+        """Where a step ends, which part of the whole step that is, and why it is not all of it."""
         if axis.frame is Frame.JOINT:
             return self._turned(begin, axis.index, self.engine.model.units.one_read(axis.index + 1, amount))
         pose, near, count = self.engine.world_pose(begin), begin, ceil(abs(amount) / INCREMENT) or 1
@@ -264,7 +261,7 @@ class Jogger:
     def _last_in_reach(
         self, pose: Transform, axis: Axis, increment: float, reached: float, near: Joints
     ) -> tuple[Joints, float]:
-        """Between an increment that is in reach and the next, which is not: how far it goes, by halving."""
+        """Find by halving how far the arm goes between an increment in reach and the next, which is not."""
         short = reached + 1.0
         for _ in range(HALVINGS):
             part = 0.5 * (reached + short)
@@ -301,9 +298,9 @@ class Jogger:
 
 
 class HeldDown:
-    """The arm moved by a button that is held down, without a screen for it: presses come as long as it is held, each
-    leads a little farther, and a brake comes when it is let go. Where nothing comes any more the last step ends. An arm
-    that was stopped by hand stays where it is until the button is let go; what something else does is not braked.
+    """Moves the arm by a button that is held down, without a screen. Presses come as long as the button is held, each a
+    little farther, and a brake comes when it is let go. Without more presses the last step ends. An arm that was
+    stopped by hand stays where it is until the button is let go; motions of other origin are not braked.
     """
 
     def __init__(self, station: Station) -> None:
@@ -345,7 +342,7 @@ def moved(T_world_tool: Transform, axis: Axis, amount: float) -> Transform:
 
 
 class JogKeys(Struct):
-    """What keys change: the axis, how long a step is, how fast."""
+    """The axis, the length of a step and the speed, which keys change."""
 
     hand: JogArm
     frame: Frame = Frame.JOINT

@@ -1,4 +1,4 @@
-"""PLOT: what is asked for, as curves over the time of a timeline. Knows no terminal."""
+"""PLOT: curves over the time of a timeline. This module knows no terminal."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from msgspec import Struct
 from vrs_cli.engine.position import PositionArrays, positions_at
 from vrs_cli.errors import IllegalJoint, UsageError
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.replies import Curve, Plot
 
@@ -52,14 +51,14 @@ _JOINT = re.compile(r"[0-9]{1,3}")
 
 
 class Selection(Struct, frozen=True):
-    """What PLOT is asked for: the names of quantities on one scale, and joints from 1 (none for the tool's)."""
+    """The names of quantities on one scale, and joints from 1 (none for quantities of the tool)."""
 
     names: tuple[str, ...]
     joints: tuple[int, ...]
 
 
 def in_file(words: Sequence[str]) -> tuple[Sequence[str], str]:
-    """What is plotted, and the file that is named last; "" where there is none."""
+    """Separate the words for what is plotted from the file that is named last; "" where there is none."""
     named = bool(words) and words[-1].lower().endswith(PICTURES)
     return (words[:-1], words[-1]) if named else (words, "")
 
@@ -89,7 +88,8 @@ def plotted(arm: RobotArm, timeline: Timeline, asked: Selection) -> Plot:
             Curve(f"JT{joint}", str(joint), tuple(units.one_shown(joint, x) for x in columns[joint - 1]))
             for joint in asked.joints
         )
-        return Plot(first.title, _unit(first, asked.joints, units), tuple(times.tolist()), curves)
+        unit = ", ".join(dict.fromkeys(first.unit.replace("deg", units.unit(joint)) for joint in asked.joints))
+        return Plot(first.title, unit, tuple(times.tolist()), curves)
     rows, names = _tool_values(positions), (curve for name in asked.names for curve in QUANTITIES[name].curves)
     curves = tuple(Curve(name, name[0], tuple(rows[name].tolist())) for name in dict.fromkeys(names))
     return Plot(first.title, first.unit, tuple(times.tolist()), curves)
@@ -119,11 +119,6 @@ def _joints(arm: RobotArm, numbers: Sequence[int]) -> Sequence[int]:
         if not 1 <= number <= count:
             raise IllegalJoint(f"joint {number}", f"this robot has joints 1 to {count}")
     return list(dict.fromkeys(numbers)) or range(1, count + 1)
-
-
-def _unit(quantity: Quantity, joints: Sequence[int], units: JointUnits) -> str:
-    """That of the joints that are drawn; both where some turn and some slide."""
-    return ", ".join(dict.fromkeys(quantity.unit.replace("deg", units.unit(joint)) for joint in joints))
 
 
 def _tool_values(positions: PositionArrays) -> Mapping[str, Floats]:

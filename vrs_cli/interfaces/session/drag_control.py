@@ -1,8 +1,8 @@
-"""The tool in somebody's hand, at a robot that is served: one drags it at a time, and the robot follows by itself.
+"""Dragging the tool of a robot that is served: one user at a time drags, and the robot follows.
 
-Whoever drags says only where the tool is wished; the newest wish counts. The robot goes after it at its own pace, so
-wishes may come late, in bursts, or not at all for a moment. Without a sign of life for SILENCE seconds the tool is let
-go, and the arm comes to rest. So it is when somebody else moves the robot, or a program takes it.
+The user sends wishes for the pose of the tool; the newest one counts. The robot follows at its own pace, so wishes may
+come late, in bursts, or not at all for a moment. After SILENCE seconds without a wish the tool is released, and the arm
+comes to rest; likewise when another user moves the robot, or a program takes it.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from vrs_cli.language.words.word import Role
 from vrs_cli.values.acts import rotating
 from vrs_cli.values.hand import DragState
 
-SILENCE = 0.6  # [s] on the wall without a word from who drags
+SILENCE = 0.6  # [s] of real time without a wish
 SAID = "to drag the tool"
 
 
 class DragControl:
-    """All but `pulled` is for the robot's own thread."""
+    """Which user drags, and the last wish. All but `pulled` is for the robot's own thread."""
 
     def __init__(self, session: Session, wall: Callable[[], float]) -> None:
         self.pulled = DragState()
@@ -35,14 +35,14 @@ class DragControl:
         self._dragging: Dragging | None = None
         self._user_state: UserState | None = None
         self._wish: Transform | None = None
-        self._issued: float | None = None  # when that was given, as its sender says
+        self._issued: float | None = None  # when the wish was given, by the user's clock
         self._heard = 0.0
         self._spent: UserState | None = None  # whose drag was broken off
         self._version = self._stops = 0  # of the timeline, and how often the robot was stopped, as the drag knows
 
     def pull(self, wish: Transform | None, issued: float | None = None) -> Dialogue[None]:
-        """Whoever is at the desk wishes the tool (T_world_tool) to be there, or lets it go; `issued`: when, as that one
-        says [s]. Raises RoleWanted, LeaseHeld, RobotNotAttached, UsageError, PowerOff.
+        """Take a wish of the present user for the tool (T_world_tool); None releases the tool. `issued`: when the wish
+        was given [s], by the user's clock. Raises RoleWanted, LeaseHeld, RobotNotAttached, UsageError, PowerOff.
         """
         try:
             yield from self._taken(wish, issued)
@@ -85,7 +85,9 @@ class DragControl:
             session.actor.repeat(self._beat)
 
     def _beat(self) -> float | None:
-        """The robot's next step after the wish; when the one after that is due [s], None once the tool is let go."""
+        """Take the robot's next step towards the wish. Return when the next one is due [s]; None: the tool
+        is released.
+        """
         engine = self._session.engine
         if self._dragging is None:
             return None
@@ -98,7 +100,7 @@ class DragControl:
             self._follow()
         except VrsError as error:
             self._break_off(str(error))
-        except Exception:  # nobody holds what nobody moves
+        except Exception:  # the tool no longer follows, so the user must not go on holding it
             self._break_off("the robot cannot follow: an internal error")
             raise
         return None if self._dragging is None else max(due + TICK, engine.now)
@@ -119,12 +121,12 @@ class DragControl:
             session.settle(engine.now + TICK)
 
     def _break_off(self, why: str) -> None:
-        """Who drags has to let the tool go, and to take it again."""
+        """Release the tool; the user has to let it go and to take it again."""
         self._spent = self._user_state
         self._let_go(why)
 
     def _let_go(self, why: str = "") -> None:
-        """The arm comes to rest as it was planned to without another wish."""
+        """Release the tool: the arm comes to rest as planned for the case of no further wish."""
         self._dragging, self._user_state, self.pulled = None, None, DragState(why=why)
         engine = self._session.engine
         if not engine.realtime:

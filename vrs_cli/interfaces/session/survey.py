@@ -1,12 +1,11 @@
-"""A survey: what there is at a robot beside its timeline, for whoever shows it. Cheap: asked for some times a second.
+"""A survey: what a robot has beside its timeline, for a front end that shows it several times a second. It is cheap.
 
-Lists have their first rows and say how many more there are. What the asker knows already is left out: each list has a
-mark, which it gives back.
+Lists have their first rows and the number of the other rows. A list that the front end has already is left out: each
+list has a mark, which the front end gives back.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import islice
 from typing import cast
 from weakref import WeakKeyDictionary
@@ -36,9 +35,11 @@ MOST_SEGMENTS = 2000  # of a branch, the last ones
 
 
 def survey(session: Session, act: Survey) -> Dialogue[Surveyed]:
-    """What is there now, in one step of the robot."""
+    """Survey the robot in one step of it."""
     text = yield from _text(session, act)
-    places, programs = _places(session), _programs(session)
+    branches, places = session.branches, _places(session)
+    rows = tuple(islice(directory(session.programs), MOST_PROGRAMS))
+    programs = ProgramList(len(session.programs) - len(rows), rows=rows)
     marks = mark_of(places), mark_of(programs), "" if text is None else mark_of(text)
     engine, settings = session.engine, session.engine.settings
     frames, speed = engine.frames, settings.speed.always
@@ -48,7 +49,7 @@ def survey(session: Session, act: Survey) -> Dialogue[Surveyed]:
         None if marks[2] in act.known else text,
         marks,
         tuple(map(_task, islice((track for track in session.tasks.in_order() if not track.at_prompt), MOST_TASKS))),
-        tuple(_branches(session)),
+        tuple(BranchSeen(row, branches.book(row.name).timeline.version) for row in branch_table(session).rows),
         session.environment.signals.on,
         frames.base,
         frames.tool,
@@ -83,13 +84,8 @@ def _places(session: Session) -> LocationList:
     return LocationList(count - len(rows), rows=tuple(rows))
 
 
-def _programs(session: Session) -> ProgramList:
-    rows = tuple(islice(directory(session.programs), MOST_PROGRAMS))
-    return ProgramList(len(session.programs) - len(rows), rows=rows)
-
-
 def _text(session: Session, act: Survey) -> Dialogue[StepList | None]:
-    """None for a program that is not there, or is there no more."""
+    """The steps of the program that is asked for; None where it is not there."""
     yield from ()
     stored = session.programs.get(key_of(act.program))
     if stored is None:
@@ -118,8 +114,3 @@ def _task(track: Track) -> TaskRow:
     asks = pending.question.text if isinstance(pending, PendingInput) else ""
     step = None if task.ended else task.step
     return TaskRow(track.number, task.program, task.state.value, step, track.running, asks)
-
-
-def _branches(session: Session) -> Iterator[BranchSeen]:
-    for row in branch_table(session).rows:
-        yield BranchSeen(row, session.branches.book(row.name).timeline.version)

@@ -1,5 +1,6 @@
-"""The logical units of running programs: the disk, the terminal as one more unit to read and to write, and the devices
-that are attached by their names."""
+"""The logical units of running programs: the disk, the terminal as a unit that is read and written, and the devices
+that are attached by name.
+"""
 
 from __future__ import annotations
 
@@ -43,8 +44,8 @@ END_OF_LINE = "\r"  # what GETC gives at the end of a line of the terminal, as i
 
 
 class Devices(Struct, eq=False):
-    """`show` writes to the terminal (text, whether the line ends); its lines come by `line`. `outside` has all other
-    devices but the disk; `missed` is told of one that is not to be had.
+    """The units of all tasks. `show` writes to the terminal (text, whether the line ends); its lines come by `line`.
+    `outside` has all other devices but the disk; `missed` is called for a device that cannot be opened.
     """
 
     disk: Disk
@@ -60,7 +61,7 @@ class Devices(Struct, eq=False):
     _taken_of: dict[tuple[int, int], list[int]] = field(default_factory=dict)  # the same of devices
 
     def perform(self, task: int, effect: UnitEffect) -> str | Waits | None:
-        """Do what a task asks for; the answer to it, or that it waits. Raises UnitNotAttached, FileOutside."""
+        """Do what a task asks for. Return the answer, or that the task waits. Raises UnitNotAttached, FileOutside."""
         if isinstance(effect, AttachUnit):
             return self._attach(task, effect)
         device = self._devices.get((task, effect.unit))
@@ -87,7 +88,7 @@ class Devices(Struct, eq=False):
         raise UnitNotAttached("units 9 to 16 are all in use", "DETACH one")
 
     def _attach_device(self, task: int, unit: int, name: str) -> None:
-        """One that is not to be had is attached all the same: the status of all that is asked of it says so."""
+        """Attach a device, also one that cannot be opened: its status then says so at each use."""
         there = self._devices.get((task, unit))
         if there is not None and there.attached == name and there.fault is None:
             there.status = SUCCESS
@@ -111,7 +112,7 @@ class Devices(Struct, eq=False):
             raise
 
     def _of_disk(self, task: int, effect: UnitEffect) -> str | None:
-        """The disk and the terminal."""
+        """Do what a task asks of the disk or the terminal."""
         disk = self.disk
         match effect:
             case DetachUnit(unit=unit) if unit != TERMINAL:
@@ -166,14 +167,14 @@ class Devices(Struct, eq=False):
     @staticmethod
     @contextmanager
     def _attempt(device: Device) -> Iterator[None]:
-        """What goes wrong inside with the device is its status. Raises what is wrong with the program."""
+        """Make an error of the device its status. Raises errors of the program."""
         try:
             yield
         except FileError as error:
             device.status, device.length = error.code, 0
 
     def expire(self, task: int, effect: UnitEffect) -> None:
-        """What a task waits for has not come in time."""
+        """Give up what a task waits for: it has not come in time."""
         self._devices[task, effect.unit].expire(of_getc=isinstance(effect, AwaitLine))
 
     def status(self, task: int, unit: int) -> int:
@@ -187,7 +188,7 @@ class Devices(Struct, eq=False):
         return self._length if unit == TERMINAL else self.disk.length(task, unit)
 
     def connection(self, task: int, unit: int) -> int | None:
-        """The handle of what the last READ has told of; None where the unit has no connections."""
+        """The handle of the connection of the last READ; None where the unit has no connections."""
         device = self._devices.get((task, unit))
         return None if device is None else device.handle
 
@@ -214,7 +215,15 @@ class Devices(Struct, eq=False):
     def character(self, task: int, unit: int, wait: bool) -> int:
         """The code of the next character, or of what went wrong. The terminal has whole lines. Raises LineMissing."""
         if (device := self._devices.get((task, unit))) is not None:
-            return self._character_of(device, (task, unit), wait)
+            try:
+                byte = device.character(wait)
+            except FileError as error:
+                device.status = error.code
+                return error.code
+            if isinstance(byte, Waits):
+                raise LineMissing(f"GETC waits for {device.name}", "a program or an assignment can wait", value=unit)
+            self._taken_of.setdefault((task, unit), []).append(byte)
+            return byte
         if unit != TERMINAL:
             return self.disk.character(task, unit)
         if self._typed:
@@ -224,19 +233,8 @@ class Devices(Struct, eq=False):
             return NoDataReceived.code
         raise LineMissing("GETC waits for the terminal", "a program or an assignment can wait", value=TERMINAL)
 
-    def _character_of(self, device: Device, place: tuple[int, int], wait: bool) -> int:
-        try:
-            byte = device.character(wait)
-        except FileError as error:
-            device.status = error.code
-            return error.code
-        if isinstance(byte, Waits):
-            raise LineMissing(f"GETC waits for {device.name}", "a program or an assignment can wait", value=place[1])
-        self._taken_of.setdefault(place, []).append(byte)
-        return byte
-
     def line(self, line: str | None, *, of_getc: bool = False) -> str | None:
-        """A line of the terminal; what GETC has left of one is passed over. None where there is no more."""
+        """Take a line of the terminal, None where there is no more; what GETC has left of one before is dropped."""
         come = [EndOfInput.code] if line is None else [ord(one) for one in line + END_OF_LINE]
         self._typed = [*self._typed, *come] if of_getc else []
         self._status, self._length = (EndOfInput.code, 0) if line is None else (SUCCESS, len(line))
@@ -245,17 +243,17 @@ class Devices(Struct, eq=False):
     # --- endings ---
 
     def rest(self, task: int) -> None:
-        """A task has stopped, and may go on: its connections stay open."""
+        """Note that a task has stopped and may go on: its connections stay open."""
         self.disk.rest(task)
 
     def release(self, task: int) -> None:
-        """A task has ended: all that it has open is closed, its units are free."""
+        """Close all that a task has open, and free its units: it has ended."""
         self.disk.release(task)
         for place in [place for place in self._devices if place[0] == task]:
             self._devices.pop(place).close()
 
     def close_all(self) -> None:
-        """Nothing runs any more."""
+        """Close everything: no task runs any more."""
         self.disk.close_all()
         self._devices.clear()
         self.outside.close_all()

@@ -178,9 +178,6 @@ class Performer:
     def _event_signal(self, track: Track, event: EventSignal) -> None:
         track.event_signal = event.signal
 
-    def _budget(self, track: Track, _event: Budget) -> None:
-        track.wake = on_grid(self._engine.now) + TICK
-
     # --- the robot ---
 
     def _cycle_begins(self, track: Track, event: CycleBegins) -> None:
@@ -296,7 +293,7 @@ ACTS: dict[type, Callable[[Performer, Track, Any], None]] = {
     WaitEvent: Performer._wait_event,
     SetEvent: Performer._set_event,
     EventSignal: Performer._event_signal,
-    Budget: Performer._budget,
+    Budget: lambda performer, track, _event: track.until(on_grid(performer._engine.now) + TICK),
     Onward: lambda _performer, _track, _event: None,  # the next step at once
     CycleBegins: Performer._cycle_begins,
     AttachRobot: Performer._attach,
