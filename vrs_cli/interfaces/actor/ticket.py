@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterator
 from functools import partial
 from queue import Empty, SimpleQueue
-from threading import Event
+from threading import Lock
 from typing import Any, Generic, TypeVar, cast
 
 from vrs_cli.errors import VrsError
@@ -47,7 +47,9 @@ class Ticket(Generic[T]):
         self.place: list[Ticket[Any]] | Waiting | None = None
         self._said: SimpleQueue[Reply | Question | None] = SimpleQueue()
         self._put, self._react, self._withdraw = put, react, withdraw
-        self._over = Event()
+        self._ended = False
+        self._bell = Lock()  # held until the end: an Event would take fourteen calls for each request
+        self._bell.acquire()
         self._result: T | None = None
         self._error: BaseException | None = None
 
@@ -69,12 +71,13 @@ class Ticket(Generic[T]):
 
     def done(self) -> bool:
         """Whether the request has ended."""
-        return self._over.is_set()
+        return self._ended
 
     def error(self, timeout: float | None = None) -> BaseException | None:
         """Wait for the end, and return what went wrong. Raises TimeoutError after so many seconds."""
-        if not self._over.wait(timeout):
+        if not self._bell.acquire(timeout=-1 if timeout is None else timeout):
             raise TimeoutError("the request has not ended")
+        self._bell.release()
         return self._error
 
     def result(self, timeout: float | None = None) -> T:
@@ -112,7 +115,8 @@ class Ticket(Generic[T]):
         old values.
         """
         self._result, self._error = result, error.with_traceback(None) if isinstance(error, VrsError) else error
-        self._over.set()
+        self._ended = True
+        self._bell.release()
         self.say(None)
 
 

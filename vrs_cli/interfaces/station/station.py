@@ -137,7 +137,8 @@ class Station:
         self.engine.turned.append(self._turned)
         self.dialect = Dialect.VPLUS  # of what is typed, and of files that name none
         self.last_program: str | None = None
-        self.user_state = self.own_user_state = UserState(attended=terminal.attended)
+        self.own_user_state = UserState(attended=terminal.attended)
+        self.user_state = self.branches.who = self.tasks.who = self.own_user_state
         self._user_states: WeakSet[UserState] = WeakSet((self.user_state,))
         self.lease: RobotLease | None = None
         self.stops = 0  # how often it was stopped by hand
@@ -148,15 +149,6 @@ class Station:
         self.log: Log | None = None  # what writes the session to a file, where this robot has that
         self.draw: Callable[[Path, Plot], None] | None = None  # draws a plot into a file, where this robot does that
         self.journal: Path | None = None  # the file that all motions are written to as they are commanded
-
-    @property
-    def user_state(self) -> UserState:
-        """The state of the user who is served now: branches and tasks that begin belong to this user."""
-        return self._user_state
-
-    @user_state.setter
-    def user_state(self, user_state: UserState) -> None:
-        self._user_state = self.branches.who = self.tasks.who = user_state
 
     @property
     def task(self) -> Task | None:
@@ -480,7 +472,7 @@ class Station:
                 track.driven_by = None
         if not any(self.tasks.running) or not self.branches.is_at(user_state):
             self.branches.forget(user_state)
-        self.user_state = own
+        self._present(own)
 
     @property
     def elsewhere(self) -> bool:
@@ -541,12 +533,17 @@ class Station:
 
     @contextmanager
     def _served(self, user_state: UserState) -> Iterator[None]:
-        own, self.user_state = self.user_state, user_state
+        own = self.user_state
+        self._present(user_state)
         try:
             self.serve()
             yield
         finally:
-            self.user_state = own
+            self._present(own)
+
+    def _present(self, user_state: UserState) -> None:
+        """Make a user the present one, to whom branches and tasks that begin belong."""
+        self.user_state = self.branches.who = self.tasks.who = user_state
 
     def do(self, statement: Statement) -> Dialogue[None]:
         """Do one instruction now, as a program of one step. Raises VrsError where it cannot be done, KeyboardInterrupt

@@ -280,7 +280,7 @@ class Driver:
 
     def questions(self) -> list[tuple[Track, PendingInput]]:
         """The tasks that wait for a line of the terminal, with their questions, in the order of asking."""
-        waiting = [(track, track.pending) for track in self.tasks.running if isinstance(track.pending, PendingInput)]
+        waiting = [(track, track.pending) for track in self.tasks if isinstance(track.pending, PendingInput)]
         return sorted(waiting, key=lambda one: one[1].number)
 
     def answer(self, number: int, answer: str | VrsError | None) -> None:

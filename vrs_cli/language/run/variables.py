@@ -295,6 +295,7 @@ class Variables:
             Kind.PRECISION: precision_points,
         }
         self._arrays: dict[Kind, dict[str, Cells]] = {kind: {} for kind in Kind}
+        self._kinds = _Kinds(self._simple, self._arrays)
         self._changed: set[Item] | None = None
 
     def cells(self, kind: Kind, array: str | None = None) -> Cells:
@@ -347,7 +348,7 @@ class Variables:
 
     def kinds(self) -> Mapping[str, Kind]:
         """Every name that has a value, by key, and its kind: as they are whenever one looks."""
-        return _Kinds(self._simple, self._arrays)
+        return self._kinds
 
     def value(self, item: Item) -> Value | None:
         """The value of a variable or an element; None where it has none."""

@@ -358,13 +358,14 @@ class File(Struct, frozen=True):
 
 def nodes(tree: object) -> Iterator[object]:
     """A tree, or a tuple of trees, node by node, from its root."""
-    yield tree
-    if isinstance(tree, tuple):
-        for child in tree:
-            yield from nodes(child)
-    elif isinstance(tree, Struct):
-        for name in tree.__struct_fields__:
-            yield from nodes(getattr(tree, name))
+    waiting = [tree]
+    while waiting:
+        node = waiting.pop()
+        yield node
+        if isinstance(node, tuple):
+            waiting += reversed(node)
+        elif isinstance(node, Struct):
+            waiting += [getattr(node, name) for name in reversed(node.__struct_fields__)]
 
 
 def children(tree: Struct) -> Iterator[Expression]:
