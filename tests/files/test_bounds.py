@@ -16,9 +16,8 @@ from vrs_cli.errors import FileError, FileOutside
 from vrs_cli.files import atomic, bounds
 from vrs_cli.files.atomic import atomically, write_atomically
 from vrs_cli.files.bounds import Folder
-from vrs_cli.files.continuing import keep_journal
 from vrs_cli.files.folder import copy, delete, entries, rename
-from vrs_cli.files.journal import take
+from vrs_cli.files.journal import keep_journal, take
 from vrs_cli.files.program_file import read_program_file
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.monitor import COMMANDS
@@ -212,7 +211,7 @@ def test_nor_while_a_file_is_written(box: Folder, moment: str, monkeypatch: pyte
     (box.root / "data" / "secret.v2").write_text("inside")
     path = box.path("data/secret.v2")
     if moment == "create":
-        before_it(monkeypatch, atomic, "_create", lambda: swap(box))
+        before_it(monkeypatch, atomic.os, "urandom", lambda: swap(box))  # for its name
     elif moment == "replace":
         before_it(monkeypatch, atomic, "_replace", lambda: swap(box))
     during: Callable[[], None] = {"commit": lambda: swap(box)}.get(moment, lambda: None)

@@ -16,8 +16,7 @@ from tests.files.trajectories import puma
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import FileError, MotionError, UsageError
-from vrs_cli.files.continuing import bookmark_of, keep_journal
-from vrs_cli.files.journal import Journal, take_up
+from vrs_cli.files.journal import Journal, bookmark_of, keep_journal, take_up
 from vrs_cli.files.rebuild import history_of
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.interfaces.steering import Steering

@@ -26,8 +26,7 @@ from vrs_cli.engine.history import HistoryStep
 from vrs_cli.errors import VrsError
 from vrs_cli.files import journal as journals
 from vrs_cli.files import past, trajectory_file
-from vrs_cli.files.continuing import keep_journal
-from vrs_cli.files.journal import Journal, take_up
+from vrs_cli.files.journal import Journal, keep_journal, take_up
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory import timeline

@@ -24,7 +24,7 @@ from vrs_cli.api.posture import Posture, Preview, place_text
 from vrs_cli.api.scene import Scene
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, RobotClock, VirtualClock, WallClock
 from vrs_cli.errors import JointOutOfRange, UsageError
-from vrs_cli.files.continuing import bookmark_of
+from vrs_cli.files.journal import bookmark_of
 from vrs_cli.files.program_file import find_program_file
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.dialogue import Answers, Notes, no_answer

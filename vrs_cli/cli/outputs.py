@@ -153,8 +153,7 @@ def journal(
     if path is None:
         yield lambda: True
         return
-    from vrs_cli.files.continuing import keep_journal
-    from vrs_cli.files.journal import take
+    from vrs_cli.files.journal import keep_journal, take
 
     file = keep_journal(take(Path(path)), engine, tell, durable=durable)
     try:

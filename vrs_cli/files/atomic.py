@@ -18,9 +18,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 from vrs_cli.errors import FileError
-from vrs_cli.files.bounds import FREE, NOFOLLOW, Folder
+from vrs_cli.files.bounds import FREE, NOFOLLOW, Folder, wrong_name
 from vrs_cli.files.lock import WINDOWS, HeldLock, hold, is_special
-from vrs_cli.files.naming import wrong_name
 from vrs_cli.files.opening import open_to_write, reason
 
 CREATE = os.O_RDWR | os.O_CREAT | os.O_EXCL | NOFOLLOW
@@ -106,22 +105,17 @@ def create_beside(target: Path, held: HeldLock | None = None, within: Folder = F
         target = target if within.closed else Path(os.path.realpath(target))
         if lock.firm:
             _clear_left(target)
-        handle, name = _create(target, within)
-        beside = NewFile(target, name, os.fdopen(handle, "wb"), lock if held is None else None, within)
+        new = target.with_name(f".{target.name}.{os.urandom(4).hex()}.part")
+        with within.parent(target) as parent:  # at first it is readable by its owner alone
+            handle = os.open(new if parent is None else new.name, CREATE, 0o600, dir_fd=parent)
+        beside = NewFile(target, str(new), os.fdopen(handle, "wb"), lock if held is None else None, within)
         failed.pop_all()
     try:
-        within.check_open(Path(name), handle)
+        within.check_open(new, handle)
     except BaseException:
         beside.close()
         raise
     return beside
-
-
-def _create(target: Path, within: Folder) -> tuple[int, str]:
-    """A new file that is readable by its owner alone, and its name. Raises OSError, FileOutside."""
-    new = target.with_name(f".{target.name}.{os.urandom(4).hex()}.part")
-    with within.parent(target) as parent:
-        return os.open(new if parent is None else new.name, CREATE, 0o600, dir_fd=parent), str(new)
 
 
 def _clear_left(target: Path) -> None:
@@ -153,22 +147,19 @@ def sync(stream: BinaryIO) -> None:
 
 def sync_handle(handle: int) -> None:
     """What was written is on the disk when this returns. Raises OSError."""
-    try:
-        _full_sync(handle)
-    except OSError as error:
-        if error.errno not in NO_SYNC:
-            raise
-
-
-def _full_sync(handle: int) -> None:
-    """On macOS fsync leaves data in the cache of the drive, and F_FULLFSYNC does not (fsync(2) there)."""
-    if sys.platform == "darwin":
+    if (
+        sys.platform == "darwin"
+    ):  # there fsync leaves data in the cache of the drive, and F_FULLFSYNC does not (fsync(2))
         import fcntl  # Windows has none
 
         with suppress(OSError):  # a disk that cannot
             fcntl.fcntl(handle, fcntl.F_FULLFSYNC)
             return
-    os.fsync(handle)
+    try:
+        os.fsync(handle)
+    except OSError as error:
+        if error.errno not in NO_SYNC:
+            raise
 
 
 def check_writable(path: str | Path) -> None:

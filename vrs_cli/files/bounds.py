@@ -16,7 +16,6 @@ from typing import BinaryIO
 from msgspec import Struct
 
 from vrs_cli.errors import FileError, FileOutside
-from vrs_cli.files.naming import wrong_name
 from vrs_cli.files.opening import open_to_read
 
 AUXILIARY = (".lock", ".part")  # what hidden files end in that are beside one that is being written
@@ -26,6 +25,11 @@ GOOD = "data/log.txt is good everywhere"
 NOFOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 FOLDER = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0)
 PINNED = os.open in os.supports_dir_fd and hasattr(os, "O_NOFOLLOW")
+# Windows, "Naming Files, Paths, and Namespaces": devices, whatever extension follows, and characters with a meaning
+DEVICES = frozenset({"con", "prn", "aux", "nul", "conin$", "conout$"}) | {
+    f"{port}{number}" for port in ("com", "lpt") for number in "123456789¹²³"
+}
+SPECIAL = frozenset('<>:"|?*\\/')
 
 
 class Folder(Struct, frozen=True):
@@ -175,3 +179,18 @@ def check_length(path: Path) -> None:
 
 def _size(text: str) -> int:
     return len(text.encode("utf-8", "surrogateescape"))
+
+
+def wrong_name(name: str) -> str:
+    """Why a file cannot have that name on every system, empty where it can."""
+    stem = name.partition(".")[0].rstrip(" ").lower()
+    if stem in DEVICES:
+        return f"{stem.upper()} is a device on Windows"
+    strange = sorted(SPECIAL & set(name))
+    if strange:
+        return f"no {strange[0]} can be in the name of a file on Windows"
+    if not name.isprintable():
+        return "a control character can be in no name"
+    if name != name.rstrip(". "):
+        return "no name of a file ends in a dot or a blank on Windows"
+    return ""

@@ -181,7 +181,9 @@ class _Reader:
             if len(row) != len(variables) or not all(map(_fits, variables, row)):
                 self._fault(part, "rows", f"row {number}: a value for each of {', '.join(variables)} is wanted")
                 return (), ()
-        return tuple(variables), tuple(tuple(map(_value, row)) for row in rows)
+        return tuple(variables), tuple(
+            tuple(one if isinstance(one, str) else float(one) for one in row) for row in rows
+        )
 
 
 def _is_signal(given: Any) -> bool:
@@ -202,7 +204,3 @@ def _fits(variable: str, value: Any) -> bool:
     if variable.startswith("$"):
         return isinstance(value, str) and len(value) <= STRING_LENGTH
     return type(value) in (int, float) and abs(value) <= LIMIT
-
-
-def _value(given: Any) -> Value:
-    return given if isinstance(given, str) else float(given)

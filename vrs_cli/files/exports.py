@@ -46,10 +46,6 @@ CUBIC = 3  # the degree of a polynomial that positions and velocities at its end
 TOOL_COLUMNS = ("x", "y", "z", "o", "a", "t_angle")
 
 
-def _nothing_missing() -> None:
-    """What most formats need is always there."""
-
-
 class Exporter(Struct, frozen=True):
     """A format: what `--to` calls it, the ending of its files, and who writes it (stream, arm, timeline, number).
 
@@ -61,7 +57,7 @@ class Exporter(Struct, frozen=True):
     suffix: str
     summary: str
     write: Callable[[BinaryIO, RobotArm, Timeline, float], None]
-    check: Callable[[], None] = _nothing_missing
+    check: Callable[[], None] = lambda: None
     usual: Callable[[Timeline], float] | None = None  # the rate of tables
     of_moment: bool = False
 
@@ -146,7 +142,16 @@ def _write_samples(archive: ZipFile, arm: RobotArm, timeline: Timeline, rate: fl
     with ExitStack() as opened:
         files: dict[str, IO[bytes]] = {}
         for times in sample_times(timeline, rate):
-            part = _samples(positions_at(arm, timeline, times))
+            here = positions_at(arm, timeline, times)
+            part = {
+                "times": here.times,
+                "joints": here.joints,
+                "velocities": here.velocity,
+                "accelerations": here.acceleration,
+                "xyz": here.T_world_tool[:, :, 3],
+                "oat": to_oat_batch(here.T_world_tool),
+                "hand": here.hand,
+            }
             for name, array in part.items():
                 if name not in files:
                     files[name] = opened.enter_context(TemporaryFile())
@@ -158,18 +163,6 @@ def _write_samples(archive: ZipFile, arm: RobotArm, timeline: Timeline, rate: fl
             with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                 np.lib.format.write_array_header_1_0(member, header)
                 copyfileobj(file, member)
-
-
-def _samples(here: PositionArrays) -> dict[str, Floats]:
-    return {
-        "times": here.times,
-        "joints": here.joints,
-        "velocities": here.velocity,
-        "accelerations": here.acceleration,
-        "xyz": here.T_world_tool[:, :, 3],
-        "oat": to_oat_batch(here.T_world_tool),
-        "hand": here.hand,
-    }
 
 
 def _segments(joint_count: int, segments: list[Segment]) -> dict[str, NDArray[np.generic]]:

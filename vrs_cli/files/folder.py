@@ -27,17 +27,17 @@ def entries(asked: Path, within: Folder = FREE) -> tuple[FileRow, ...]:
         raise NonexistentFile(str(folder), "name a folder, or files as *.v2")
     try:
         with within.parent(folder / pattern) as there, os.scandir(folder if there is None else there) as all_of_them:
-            rows = [_row(entry) for entry in all_of_them if not entry.name.startswith(".")]
+            rows = [
+                FileRow(one.name, None if one.is_dir() else one.stat(follow_symlinks=False).st_size)
+                for one in all_of_them
+                if not one.name.startswith(".")
+            ]
     except OSError as error:
         raise unreadable(folder, error) from error
     found = [row for row in rows if fnmatchcase(row.name.lower(), pattern.lower())]
     if not found and not set(pattern) & set("*?["):
         raise NonexistentFile(str(asked), _near(asked))
     return tuple(sorted(found, key=lambda row: (row.size is not None, row.name)))
-
-
-def _row(entry: os.DirEntry[str]) -> FileRow:
-    return FileRow(entry.name, None if entry.is_dir() else entry.stat(follow_symlinks=False).st_size)
 
 
 def existing(path: Path) -> Path:

@@ -10,19 +10,24 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack, suppress
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 
 from msgspec import Struct
 
-from vrs_cli.errors import FileError
+from vrs_cli.engine.book import Book, MemoryWindow, WindowSize
+from vrs_cli.engine.engine import Bookmark, Engine
+from vrs_cli.errors import FileError, UsageError
 from vrs_cli.files.atomic import create_beside, writing
 from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.lock import HeldLock, hold, is_special
 from vrs_cli.files.opening import reason
 from vrs_cli.files.past import KeptRow, Past, Resumed, part_record, resumed
+from vrs_cli.files.rebuild import history_of
 from vrs_cli.files.trajectory_file import Recording, read_trajectory, trajectory_lines
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import PART, Timeline, TimelineDelta
@@ -238,7 +243,9 @@ class Journal:
                 self._owed = data
                 return
             if not self._moved(before):
-                self._add(data)
+                with writing(self.path, NOT_DONE):
+                    self._file.add(data, durable=self._durable and not self._together)
+                self._owed, self.unsettled = b"", self._together
                 if not self._moved(before):
                     return
         raise FileError(f"{self.path} is changed by others again and again", "name another place")
@@ -251,11 +258,6 @@ class Journal:
                 self._places.append(place + len(data))
             data += self._lines.delta(delta)
         return data
-
-    def _add(self, data: bytes) -> None:
-        with writing(self.path, NOT_DONE):
-            self._file.add(data, durable=self._durable and not self._together)
-        self._owed, self.unsettled = b"", self._together
 
     def _take_back(self) -> None:
         """What was written down last did not happen."""
@@ -336,7 +338,10 @@ class Journal:
         return bool(what)
 
     def _move(self, what: str, before: _Before | None = None) -> None:
-        old, path = self._file, self._free()
+        # a name beside the first one that nothing has, or had just now: day-2.vrst
+        names = (self._asked.with_stem(f"{self._asked.stem}-{number}") for number in count(2))
+        path = next(name for name in names if name != self.path and not os.path.lexists(name))
+        old = self._file
         self.sound = False
         try:
             with ExitStack() as failed:
@@ -375,7 +380,76 @@ class Journal:
             self._lines = LineEncoder(self._course().motions(), before.checksum)
         return GrowingFile(path)
 
-    def _free(self) -> Path:
-        """A name beside the first one that nothing has, or had just now: day-2.vrst."""
-        names = (self._asked.with_stem(f"{self._asked.stem}-{number}") for number in count(2))
-        return next(name for name in names if name != self.path and not os.path.lexists(name))
+
+# --- the journal of an engine ---------------------------------------------------------------------------------------
+
+
+@pause_collector()
+def bookmark_of(path: str | Path, recording: Recording, engine: Engine) -> Bookmark:
+    """The course of events of a file, with the settings that the engine has; the clock is at the end of the timeline.
+
+    Raises UsageError where it is of another robot.
+    """
+    check_robot(path, recording.model, engine)
+    book = Book(
+        Timeline(recording.initial),
+        recording.timeline,
+        recording.deltas,
+        history_of(recording.initial, recording.deltas),
+        max((delta.motion.number for delta in recording.deltas), default=0),
+    )
+    return Bookmark(book, engine.settings, recording.timeline.end)
+
+
+def check_robot(path: str | Path, model: RobotModel, engine: Engine) -> None:
+    """Raises UsageError where a file is of another robot than the engine's."""
+    ours = engine.model
+    theirs = replace(model, shapes=ours.shapes)  # how it looks makes no other robot
+    if theirs == ours:
+        return
+    if theirs.name != ours.name:
+        raise UsageError(f"{path} is of a {theirs.name}, this robot is a {ours.name}", "give --robot, or another file")
+    raise UsageError(f"{path} is of a {theirs.name} with other figures than this one", "REPLAY plays it")
+
+
+def keep_journal(
+    it: Taken,
+    engine: Engine,
+    tell: Callable[[str], None] = print,
+    *,
+    durable: bool = True,
+    together: bool = False,
+    reach: WindowSize | None = None,
+) -> Journal:
+    """Write all that happens in the engine's book from now on to a file: a new one, or the one that was read, which the
+    engine takes up. Each change is on the disk before it happens. `tell` says at once where the file is lost, and what
+    becomes of it. `reach`: what is older leaves memory, and is read from the file. Raises FileError, UsageError, and
+    gives the file back.
+    """
+    try:
+        found, goes_on = it.resumed, None
+        if found is not None:
+            check_robot(it.path, found.model, engine)
+            resumed = Book(Timeline(found.initial), found.timeline, found.deltas, found.history, found.number)
+            goes_on = Bookmark(resumed, engine.settings, found.timeline.end)
+        elif it.recording is not None:
+            goes_on = bookmark_of(it.path, it.recording, engine)
+        book = engine.book if goes_on is None else goes_on.book
+        form = None if reach is None else Form.of(engine.arm)
+        journal = Journal(
+            it,
+            lambda: Course(engine.model, book.initial, book.deltas),
+            tell,
+            durable=durable,
+            together=together,
+            read_back=form,
+        )
+    except BaseException:
+        it.close()
+        raise
+    if reach is not None and journal.past is not None:
+        book.keep_short(MemoryWindow(journal, reach, 0 if found is None else found.version))
+    if goes_on is not None:
+        engine.take_up(goes_on)
+    book.journal = journal
+    return journal

@@ -54,7 +54,11 @@ class Layout(Struct, frozen=True):
             parts[_part_key(part)] = tuple(loose)
             loose.clear()
             if isinstance(part, Section):
-                entries.update(_entries(part))
+                before = defaultdict[int, list[str | None]](list)
+                for at, text in part.remarks:
+                    before[at].append(text)
+                for number, entry in enumerate(part.entries):
+                    entries[_entry_key(entry)] = EntryComments(tuple(before[number]), entry.comment)
                 ends[part.name] = tuple(text for at, text in part.remarks if at >= len(part.entries))
         return cls(parts, entries, ends, tuple(loose))
 
@@ -99,11 +103,3 @@ def _part_key(part: Program | Section) -> str:
 def _entry_key(entry: Entry) -> EntryKey:
     indexes = (index.value for index in entry.variable.indexes or () if isinstance(index, Number))
     return entry.variable.key, tuple(indexes)
-
-
-def _entries(section: Section) -> Iterator[tuple[EntryKey, EntryComments]]:
-    before = defaultdict[int, list[str | None]](list)
-    for at, text in section.remarks:
-        before[at].append(text)
-    for number, entry in enumerate(section.entries):
-        yield _entry_key(entry), EntryComments(tuple(before[number]), entry.comment)

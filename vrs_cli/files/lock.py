@@ -125,7 +125,9 @@ def _taken(beside: Path, handle: int) -> HeldLock | None:
             beside.unlink(missing_ok=True)
             return HeldLock(beside, None)
         if locked and is_at(handle, beside):
-            _sign(handle)
+            with suppress(OSError):  # a full disk: the lock holds all the same
+                os.ftruncate(handle, 0)
+                os.write(handle, b"\n%d\n" % os.getpid())
             in_vain.pop_all()
             return HeldLock(beside, handle)
     return None
@@ -135,12 +137,6 @@ def _locked(handle: int) -> bool:
     from filelock import lock_descriptor  # late: most runs write nothing
 
     return lock_descriptor(handle, blocking=False)
-
-
-def _sign(handle: int) -> None:
-    with suppress(OSError):  # a full disk: the lock holds all the same
-        os.ftruncate(handle, 0)
-        os.write(handle, b"\n%d\n" % os.getpid())
 
 
 def _owner(beside: Path) -> str:

@@ -73,16 +73,12 @@ def loaded_forward(history: History, timeline: Timeline, deltas: Iterable[Timeli
             history.do_again()
         elif not goes_on:
             number = delta.motion.number
-            history.add(HistoryStep.of(timeline, delta, delta.issued, insert=not _overrides(timeline, delta)))
+            # it overrides where it drops motions that were scheduled after it
+            dropped = {timeline[index].motion.number for index in range(delta.keep, delta.keep + delta.drop)}
+            planned = {segment.motion.number for segment in delta.segments}
+            interrupted = timeline[delta.keep - 1].motion.number if delta.keep else 0
+            history.add(HistoryStep.of(timeline, delta, delta.issued, insert=not dropped - planned - {interrupted}))
         timeline = apply(timeline, delta)
     if streaming:
         history.lengthen_last(timeline)
     return timeline
-
-
-def _overrides(before: Timeline, delta: TimelineDelta) -> bool:
-    """Whether a command dropped motions that were scheduled after it."""
-    dropped = {before[index].motion.number for index in range(delta.keep, delta.keep + delta.drop)}
-    planned = {segment.motion.number for segment in delta.segments}
-    interrupted = before[delta.keep - 1].motion.number if delta.keep else 0
-    return bool(dropped - planned - {interrupted})

@@ -91,7 +91,12 @@ def values_of(environment: Memory, parts: Iterable[Program | Section]) -> dict[I
 
 def _section(environment: Memory, row: _SectionRow, used: Collection[str] | None) -> Iterator[Section]:
     """The section, if it has any entry."""
-    named = (one for kind in row.kinds for one in environment.variables(kind) if used is None or _key(one) in used)
+    named = (
+        one
+        for kind in row.kinds
+        for one in environment.variables(kind)
+        if used is None or key_of(one.name.partition("[")[0]) in used
+    )
     return _of_kinds(row, named, environment.units)
 
 
@@ -106,10 +111,6 @@ def _of_kinds(row: _SectionRow, named: Iterable[NamedValue], units: JointUnits) 
     entries = tuple(_entry(one, units) for one in named if kind_of_value(one.value) in row.kinds)
     if entries:
         yield Section(row.name, entries, span=NOWHERE)
-
-
-def _key(variable: NamedValue) -> str:
-    return key_of(variable.name.partition("[")[0])
 
 
 def _entry(stored: NamedValue, units: JointUnits) -> Entry:
@@ -168,23 +169,16 @@ def _called(program: Program) -> Iterator[str]:
         if isinstance(node, ast.Instruction) and node.word in INSTRUCTIONS:
             shapes = (argument.shape for argument in INSTRUCTIONS[node.word].arguments)
             for shape, argument in zip(shapes, node.arguments, strict=False):
-                if shape is Shape.PROGRAM:
-                    yield from _program_key(argument)
-
-
-def _program_key(argument: object) -> Iterator[str]:
-    if isinstance(argument, ast.ProgramCall):
-        yield argument.key
-    elif isinstance(argument, ast.BareWord):
-        yield key_of(argument.text)
+                if shape is Shape.PROGRAM and isinstance(argument, ast.ProgramCall):
+                    yield argument.key
+                elif shape is Shape.PROGRAM and isinstance(argument, ast.BareWord):
+                    yield key_of(argument.text)
 
 
 def variables_used(programs: Iterable[Program]) -> frozenset[str]:
     """The keys of all variables that the programs name; a bare name may be of a real or a location."""
-    return frozenset(key for program in programs for key in _used_by(program))
-
-
-def _used_by(program: Program) -> set[str]:
-    """Those that AUTO and LOCAL make its own are nobody else's."""
-    own = {own.key for own in own_variables(program)}
-    return {node.key for node in ast.nodes(program) if isinstance(node, ast.Variable)} - own
+    keys = set[str]()
+    for program in programs:
+        own = {own.key for own in own_variables(program)}  # AUTO and LOCAL make them nobody else's
+        keys |= {node.key for node in ast.nodes(program) if isinstance(node, ast.Variable)} - own
+    return frozenset(keys)

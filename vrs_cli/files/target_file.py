@@ -78,20 +78,16 @@ def read_targets(
         try:
             if live and not line.endswith("\n"):
                 raise FileDamaged(f"{where}: the line is cut off", "a newline ends it")
-            t, values = _numbers(fields, at_first, times, where)
+            if len(fields) != at_first.count:
+                wanted = f"{len(fields)} field{'s' * (len(fields) > 1)} where {at_first.count} are wanted"
+                raise FileDamaged(f"{where}: {wanted}")
+            values = [_number(fields[place], where) for place in at_first.target]
+            t = times.next(_number(fields[at_first.time], where), where)
         except FileDamaged as error:
             wrong(error)
             continue
         columns = at_first
         yield TimedTarget(number, t, transformation(values) if columns.is_pose else precision_point(values, units))
-
-
-def _numbers(fields: Sequence[str], columns: _Columns, times: _Times, where: str) -> tuple[float, list[float]]:
-    """The time and the target of a line. Raises FileDamaged."""
-    if len(fields) != columns.count:
-        raise FileDamaged(f"{where}: {len(fields)} field{'s' * (len(fields) > 1)} where {columns.count} are wanted")
-    values = [_number(fields[place], where) for place in columns.target]
-    return times.next(_number(fields[columns.time], where), where), values
 
 
 class _Times:

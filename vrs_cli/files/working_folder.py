@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import BinaryIO
 
 from msgspec import field
 
@@ -48,31 +47,27 @@ class WorkingFolder(Folder, frozen=True, kw_only=True):
             with given.open_to_read(original) as stream:
                 if (size := os.fstat(stream.fileno()).st_size) > MAX_COPY_BYTES:
                     raise FileError(f"{path.name} has {size} bytes", f"a folder run reads {MAX_COPY_BYTES} at most")
-                return self._copy(stream, path)
+                try:
+                    with path.open("xb") as copy:
+                        shutil.copyfileobj(stream, copy)
+                except OSError as error:
+                    hint = "the folder of the run has no room for a copy"
+                    raise FileError(f"{path.name}: {error.strerror}", hint) from None
+                return path.stat()
         except (OSError, FileOutside):  # it is not there, or cannot be read
             return None
-
-    @staticmethod
-    def _copy(stream: BinaryIO, path: Path) -> os.stat_result:
-        try:
-            with path.open("xb") as copy:
-                shutil.copyfileobj(stream, copy)
-        except OSError as error:
-            raise FileError(f"{path.name}: {error.strerror}", "the folder of the run has no room for a copy") from None
-        return path.stat()
 
     def drop_copies(self) -> None:
         """Remove the copies that the run has not written to."""
         for path, copied in self._named.items():
-            if copied is not None and path.is_file() and _same(path.stat(), copied):
+            if copied is None or not path.is_file():
+                continue
+            now = path.stat()
+            if (now.st_ino, now.st_mtime_ns, now.st_size) == (copied.st_ino, copied.st_mtime_ns, copied.st_size):
                 path.unlink()
                 for folder in path.relative_to(self.root).parents[:-1]:
                     if not any((self.root / folder).iterdir()):
                         (self.root / folder).rmdir()
-
-
-def _same(a: os.stat_result, b: os.stat_result) -> bool:
-    return (a.st_ino, a.st_mtime_ns, a.st_size) == (b.st_ino, b.st_mtime_ns, b.st_size)
 
 
 @contextmanager

@@ -25,8 +25,7 @@ from vrs_cli.engine.feed import MissedEvents
 from vrs_cli.engine.snapshot import TimelineReplaced
 from vrs_cli.errors import LimitReached, VrsError
 from vrs_cli.files.bounds import Folder
-from vrs_cli.files.continuing import keep_journal
-from vrs_cli.files.journal import Journal, take_up
+from vrs_cli.files.journal import Journal, keep_journal, take_up
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import Dialogue, Reading, Running

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from vrs_cli.errors import FileError
-from vrs_cli.files.continuing import keep_journal
-from vrs_cli.files.journal import Journal, take_up
+from vrs_cli.files.journal import Journal, keep_journal, take_up
 from vrs_cli.interfaces.monitor.files import TORN
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model import RobotModel

@@ -19,8 +19,7 @@ from tests.live import PATIENCE
 from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import MissedEvents, Subscription
 from vrs_cli.errors import RequestRefused, VrsError
-from vrs_cli.files.continuing import keep_journal
-from vrs_cli.files.journal import Journal, take
+from vrs_cli.files.journal import Journal, keep_journal, take
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.holders.holder import Holder
