@@ -288,8 +288,6 @@ class Client:
         said = (Line(id, "MOVE a"), Positions(id, (1.0,)), Subscribe(id, deltas=True), Answer(source.randint(0, 20)))
         try:
             connection.send(source.choice(said))
-            for unseen in list(connection.unseen):
-                connection.repeat(unseen)
         except RequestRefused:
             self.counts["client: refused"] += 1
 

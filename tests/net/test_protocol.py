@@ -296,23 +296,22 @@ def test_too_much_or_too_old_is_told_to_be_missing(bounds: Bounds) -> None:
     assert rest == [Done(line.id, version=2, seq=4), Asked(9, LineWanted("? "), seq=5)]
 
 
-def test_a_command_that_never_came_is_repeated_only_when_that_is_said() -> None:
+def test_a_command_that_never_came_ends_with_a_refusal_and_is_not_repeated() -> None:
     pair = Pair()
-    came, lost, dropped = pair.line("MOVE a"), pair.line("MOVE b"), pair.line("MOVE c")
+    came, lost, other = pair.line("MOVE a"), pair.line("MOVE b"), pair.line("MOVE c")
     frame, *_ = pair.client.frames()
     assert pair.server.receive(frame, 0.0) == [came]
     pair.cut()
     with pytest.raises(RequestRefused, match="there is no connection"):
         pair.line("MOVE d")
     pair.client.next_id()
-    (welcomed,) = pair.connect()
+    welcomed, *ends = pair.connect()
     assert isinstance(welcomed, Welcome)
     assert [fate.outcome for fate in welcomed.fates] == [Outcome.TAKEN, Outcome.UNSEEN, Outcome.UNSEEN]
     assert pair.to_server() == []
-    assert pair.client.unseen == {lost.id: lost, dropped.id: dropped}
+    assert [(end.id, end.ok) for end in ends if isinstance(end, Done)] == [(lost.id, False), (other.id, False)]
     after = pair.line("MOVE e")
-    pair.client.repeat(lost.id)
-    assert pair.to_server() == [after, lost]
+    assert pair.to_server() == [after]
 
 
 def test_nobody_knows_what_became_of_a_command_when_the_server_begins_anew() -> None:
@@ -383,8 +382,9 @@ def test_a_connection_that_is_resumed_elsewhere_is_over() -> None:
     (late,) = pair.client.frames()
     old = pair.server
     pair.client.cut()  # the server has not noticed
-    pair.connect()
-    assert pair.client.unseen
+    _, end = pair.connect()
+    assert isinstance(end, Done)
+    assert not end.ok
     assert old.receive(late, 0.0) == []  # the client was told that it never came
     assert old.closing
     pair.tell(Told(Message("here")))
@@ -425,8 +425,6 @@ def test_random_cuts_lose_and_double_nothing() -> None:
                     pair.cut()
                     pair.tell(Told(Message(str(told := told + 1))))
                     heard += pair.connect()
-                    for id in tuple(pair.client.unseen):
-                        pair.client.repeat(id)
         heard += pair.to_client()
         assert [one.reply for one in heard if isinstance(one, Told)] == [Message(str(n)) for n in range(1, told + 1)]
         assert len(set(done)) == len(done)
@@ -553,15 +551,13 @@ def test_a_client_passes_over_what_a_later_server_adds() -> None:
     assert not pair.client.closing
 
 
-def test_commands_that_nobody_repeats_or_drops_are_bounded() -> None:
+def test_commands_without_an_answer_are_bounded() -> None:
     pair = Pair()
-    for _ in range(4):
-        for _ in range(MOST_WAITING // 4):
-            pair.line("MOVE a")
-        pair.cut()
-        pair.connect()
-    assert len(pair.client.unseen) == MOST_WAITING
+    for _ in range(MOST_WAITING):
+        pair.line("MOVE a")
     with pytest.raises(RequestRefused, match="wait already"):
         pair.line("MOVE b")
-    pair.client.repeat(1)
+    pair.cut()
+    assert len(pair.connect()) == 1 + MOST_WAITING
+    pair.line("MOVE b")
     assert len(pair.to_server()) == 1

@@ -268,10 +268,6 @@ class FarEnd:
             except FileDamaged as damaged:
                 self.refusal = damaged
         self._set_clock(welcome.clock)
-        unseen = RequestRefused("the connection was cut before it came to the robot: it was not done", "give it again")
-        for id in tuple(self.connection.unseen):
-            del self.connection.unseen[id]
-            self._end(id, Done(id, ok=False, refusal=Refusal.of(unseen)))
 
     # --- the timeline and the clock ---
 
@@ -427,7 +423,7 @@ class FarEnd:
         """Who has commanded something sees what it has changed: that comes after the answer."""
         if done.status is not None:
             self._moves_to(done.status.clock)
-        if self._is_seen(done, None):
+        if not done.seq or self._is_seen(done, None):  # without a number the robot has not said it
             self._end(done.id, done)
         else:
             self._ended[done.id] = _Ended(done, self._wall() + CATCHING_UP)

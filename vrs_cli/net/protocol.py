@@ -251,14 +251,13 @@ class ServerConnection:
 class ClientConnection:
     """A holder's end of a connection, over all the sockets that it has one after the other.
 
-    `begin` when there is a socket, `cut` when it is gone; `receive` and `frames` in between. After a cut nothing that
-    was commanded is done by itself: `unseen` are the commands that never reached the robot, to be repeated or dropped.
+    `begin` when there is a socket, `cut` when it is gone; `receive` and `frames` in between. After a cut nothing is
+    commanded again: a command that never reached the robot ends with a refusal.
     """
 
     def __init__(self, hello: Hello, most: int = SERVER_BYTES) -> None:
         self.hello, self.state, self.why = hello, ConnectionState.CUT, ""
         self.welcomed: Welcome | None = None
-        self.unseen: dict[int, Command] = {}
         self._most = most
         self._outbox = Outbox(BACKLOG)
         self._id = 0
@@ -313,21 +312,12 @@ class ClientConnection:
         if len(frame) > USUAL.message:  # the server would cut the connection, and nobody would know why
             raise RequestRefused(f"{len(frame)} bytes at once, {USUAL.message} at most", "give it in parts")
         if isinstance(message, Request):
-            if len(self._unanswered) + len(self.unseen) >= MOST_WAITING and not isinstance(message, Abort):
+            if len(self._unanswered) >= MOST_WAITING and not isinstance(message, Abort):
                 raise RequestRefused(f"{MOST_WAITING} requests wait already", "wait for some answers first")
             self._unanswered[message.id] = message
         if isinstance(message, Subscribe):
             self._followed, self._change = message, message.after
         self._outbox.put(frame)
-
-    def repeat(self, id: int) -> None:
-        """Give a command again that was never seen. Raises RequestRefused as `send` does."""
-        command = self.unseen.pop(id)
-        try:
-            self.send(command)
-        except RequestRefused:
-            self.unseen[id] = command
-            raise
 
     # --- what comes ---
 
@@ -388,19 +378,16 @@ class ClientConnection:
             self._outbox.send(replace(self._followed, after=self._change))
 
     def _settled(self, welcome: Welcome) -> list[ServerMessage]:
-        """What is known of the commands that had no answer: the ends that nobody knows."""
+        """Return the ends of the commands without an answer that never came to the robot, or that it has forgotten."""
         lost: list[ServerMessage] = []
+        unseen = _refusal("the connection was cut before it came to the robot: it was not done", "give it again")
         unknown = _refusal("nobody knows whether it was done", "look before you give it again: the server began anew")
+        refusals = {Outcome.UNSEEN: unseen, Outcome.FORGOTTEN: unknown}
         for fate in welcome.fates:
-            command = self._unanswered.get(fate.id)
-            if not isinstance(command, Command):
-                continue
-            if fate.outcome is Outcome.UNSEEN:
-                self.unseen[fate.id] = command
+            why = refusals.get(fate.outcome)
+            if why is not None and isinstance(self._unanswered.get(fate.id), Command):
                 del self._unanswered[fate.id]
-            elif fate.outcome is Outcome.FORGOTTEN:
-                del self._unanswered[fate.id]
-                lost.append(Done(fate.id, ok=False, refusal=unknown))
+                lost.append(Done(fate.id, ok=False, refusal=why))
         return lost
 
     def _took(self, message: ServerMessage) -> list[ServerMessage]:

@@ -141,7 +141,7 @@ class Check(Request, frozen=True):
 
 
 class Positions(Request, frozen=True):
-    """Where the robot is at these times, MOST_TIMES at most. `Located` answers."""
+    """Where the robot is at these times, 2,000 at most. `Located` answers."""
 
     times: tuple[Time, ...]
 
