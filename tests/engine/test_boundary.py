@@ -221,6 +221,30 @@ def test_no_clearance_on_a_way_is_less_than_its_bound(robot: str) -> None:
     assert known > 20
 
 
+def test_the_pace_of_a_tool_that_turns_evenly_is_that_of_a_circle() -> None:
+    """Round its tip, which stands or goes straight: v = w r, v' = w^2 r."""
+    arm, reach, w = arm_for(load_robot("puma560")), 0.3, 0.7
+    hand = arm.hand
+    assert hand is not None
+    assert hand.centre[:2] == (0.0, 0.0)
+    tool, at_rest = translation(0.0, 0.0, reach + hand.centre[2]), ((0.1,), (0.2,), (0.3,))
+    turn = Turn((1.0, 0.0, 0.0), (0.0, w))
+    path = CartesianPath(at_rest, IDENTITY, (turn,), arm.ways[0], ((0.0,) * 6,), 1.0)
+    pace = pace_of(path, 1.0, hand, inverse(tool))
+    round_it = w * reach, w * w * reach, w * reach, w * w * reach, w, w * w
+    assert tuple(pace) == pytest.approx(round_it)
+    for v in ((0.4, 0.0, 0.0), (0.0, 0.0, 0.5)):
+        going = path._replace(position=tuple((x, rate) for (x,), rate in zip(at_rest, v, strict=True)))  # type: ignore[arg-type]
+        beside, all_of_it = hypot(*v[:2]), hypot(*v)
+        faster = beside, 0.0, all_of_it, 0.0, 0.0, 0.0
+        wanted = [one + more for one, more in zip(round_it, faster, strict=True)]
+        assert tuple(pace_of(going, 1.0, hand, inverse(tool))) == pytest.approx(wanted)
+    two = path._replace(turns=(turn, Turn((0.0, 1.0, 0.0), (0.0, 0.5))))
+    both = pace_of(two, 1.0, hand, inverse(tool))
+    assert both.speed == pytest.approx((w + 0.5) * reach)
+    assert both.bend == pytest.approx(2.0 * (w + 0.5) ** 2 * reach)
+
+
 def random_path(arm: RobotArm, random: Random) -> tuple[Transform, CartesianPath]:
     model = arm.model
     q = tuple(random.uniform(low, high) for low, high in zip(model.lower, model.upper, strict=True))

@@ -320,3 +320,15 @@ def test_a_branch_is_seen_by_who_made_it(branches: Branches) -> None:
     branches.who = "ann"
     assert branches.names == (MAIN, "trial")
     assert len(branches.book("trial").history.done) < len(branches.book(MAIN).history.done)
+
+
+def test_who_is_served_meanwhile_stays_on_the_branch_that_something_runs_on(branches: Branches) -> None:
+    branches.make("trial")
+    tried = branches.engine.timeline
+    branches.engine.perform(drive(1, -20))
+    after = branches.engine.timeline
+    branches.serve("another", stay=True)
+    assert branches.engine.timeline is after
+    branches.serve("another")
+    assert branches.engine.timeline is not after
+    assert branches.engine.timeline == tried

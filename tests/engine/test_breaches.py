@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from math import pi, radians
+import re
+from math import degrees, pi, radians
+from random import Random
 
+import numpy as np
 import pytest
 from msgspec import structs
 
@@ -50,6 +53,29 @@ def test_there_and_back_is_sound() -> None:
 )
 def test_what_is_wrong_is_told(pieces: list, told: str) -> None:
     assert any(what.startswith(told) for what in of_joint_1(*pieces)), of_joint_1(*pieces)
+
+
+def test_how_far_a_joint_is_beyond_its_range_and_its_speed_is_what_looking_closely_shows() -> None:
+    """Of any cubic, also of one that turns back twice."""
+    random, (lower, upper), most = Random(6), (puma().lower[0], puma().upper[0]), puma().max_velocity[0]
+    told = 0
+    for _ in range(25):
+        lasting = random.uniform(1.0, 3.0)
+        cubic = tuple(random.gauss(0.0, 4.0) / lasting**k for k in range(4))
+        times = np.linspace(0.0, lasting, 5001)
+        places = np.polyval(cubic[::-1], times)
+        rates = np.abs(np.polyval([3.0 * cubic[3], 2.0 * cubic[2], cubic[1]], times))
+        found = of_joint_1((lasting, cubic))
+        for far, words in (
+            (max(lower - places.min(), places.max() - upper), r"joint 1 is ([\d.]+) deg beyond"),
+            (rates.max(), r"joint 1 moves with ([\d.]+) deg/s, faster"),
+        ):
+            is_too_far = far > (0.0 if "beyond" in words else most) + 1e-3
+            sizes = [float(match[1]) for what in found if (match := re.search(words, what))]
+            assert bool(sizes) == is_too_far
+            assert not sizes or sizes[0] == pytest.approx(degrees(far), rel=1e-5)
+            told += is_too_far
+    assert told > 25
 
 
 def test_a_joint_that_swings_out_of_its_range_and_back_is_seen() -> None:

@@ -523,3 +523,21 @@ def test_no_motion_ends_later_than_times_are_exact(engine: Engine) -> None:
     with pytest.raises(IllegalValue, match="would end at"):
         engine.perform(Move(B, straight=False))
     assert engine.end == end
+
+
+def test_a_record_says_which_time_was_asked_for_and_when_a_motion_begins_and_ends(engine: Engine) -> None:
+    engine.perform(scheduled_move(A, 0.5))
+    engine.perform(Move(B, False, text="MOVE b"))
+    engine.perform(scheduled_move(TABLE, 60.0))
+    first, second, third = engine.records()
+    assert [one.asked for one in (first, second, third)] == [0.5, None, 60.0]
+    assert [one.displaced for one in (first, second, third)] == [False, False, False]
+    assert first.executed == 0.5
+    assert second.executed == first.end
+    assert third.executed == 60.0
+    assert third.end == pytest.approx(engine.end)
+    assert [one.text for one in (first, second, third)] == ["MOVE a", "MOVE b", "MOVE a"]
+
+
+def scheduled_move(target: JointTarget, at: float) -> Move:
+    return Move(target, False, stamp=Stamp(at), text="MOVE a")

@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from vrs_cli.engine.following import SAMPLES, Follower, Sample, seeds_of
+from vrs_cli.engine.following import SAMPLES, Follower, Sample, _ahead, seeds_of
 from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
@@ -79,3 +79,35 @@ def test_where_a_line_is_refused_anyway_speed_takes_few_samples() -> None:
         follower = Follower(arm, path.configuration, IDENTITY, slowest=slowest)
         counts.append(len(follower.samples(path, 1.0, middle, marks=marks)))
     assert 2 * counts[0] < counts[1]
+
+
+def test_the_refusal_of_a_kink_names_the_joint_that_turns_most_and_the_place() -> None:
+    model = load_robot("puma560")
+    arm, start = arm_for(model), (0.2, -0.9, 2.6, 0.3, 0.8, 0.1)
+    x, y, z = position(arm.forward(start))
+    for way in ((0.05, 0.0, 0.0), (0.0, 0.05, 0.0), (0.0, 0.0, -0.05)):
+        line = tuple((p, v) for p, v in zip((x, y, z), way, strict=True))
+        path = CartesianPath(line, arm.forward(start), (), arm.configuration(start), (start,), 1.0)  # type: ignore[arg-type]
+        follower = Follower(arm, path.configuration, IDENTITY)
+        joints = follower.joints(path, 1.0, start)
+        assert joints is not None
+        turned = [abs(b - a) for a, b in zip(start, joints, strict=True)]
+        refusal = follower.refuse_kink(path, 0.0, 1.0, start)
+        assert refusal.joint == turned.index(max(turned)) + 1
+        assert f"joint {refusal.joint} would have to change its speed in no time" in str(refusal)
+        assert refusal.place == pytest.approx((x, y, z))
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_joints_are_expected_where_an_even_acceleration_leads(count: int) -> None:
+    """One sample tells a velocity alone."""
+    q, v, a = (0.3, -1.0), (0.5, 0.2), (-0.4, 2.0)
+
+    def at(s: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        rows = list(zip(q, v, a, strict=True))
+        return tuple(x + s * (w + 0.5 * s * b) for x, w, b in rows), tuple(w + s * b for _, w, b in rows)
+
+    samples = [Sample(s, *at(s)) for s in (0.1, 0.25, 0.3)[:count]]
+    last = samples[-1]
+    even = tuple(x + 0.2 * w for x, w in zip(last.joints, last.velocity, strict=True))
+    assert _ahead(samples, last.s + 0.2) == pytest.approx(at(last.s + 0.2)[0] if count > 1 else even)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import pytest
 
 from vrs_cli.engine.settings import Settings
+from vrs_cli.engine.targets import After
 from vrs_cli.errors import IllegalValue, UsageError
 from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.values.commands import (
     Mode,
+    SetAcceleration,
     SetConfiguration,
     SetDuration,
     SetMode,
@@ -17,9 +19,10 @@ from vrs_cli.values.commands import (
     SetParameter,
     SetSpeed,
     SetSwitch,
+    SetSwivel,
     SettingChange,
 )
-from vrs_cli.values.motion import JointTarget, NamedTarget, PoseTarget
+from vrs_cli.values.motion import JointTarget, Motion, MotionKind, NamedTarget, PoseTarget, Start, Swivel
 
 JOINTS, POSE = JointTarget((0.0,) * 6), PoseTarget(IDENTITY)
 
@@ -85,3 +88,23 @@ def test_names_may_be_cut_short_and_words_stand_for_values() -> None:
 def test_what_makes_no_sense_is_refused(change: SettingChange, error: type[Exception]) -> None:
     with pytest.raises(error):
         Settings().after(change)
+
+
+def test_a_motion_has_what_is_set_for_its_kind() -> None:
+    """A line alone goes by where a joint is to end; what stands has no speed of its own; a blend alone is rounded."""
+    swivel = Swivel(3, 0.5)
+    settings = Settings().after(SetSwivel(swivel)).after(SetAcceleration(40.0)).after(SetParameter("ROUNDING", 7.0))
+    before = Motion(4, MotionKind.JOINT, Start.AT, goal=JOINTS.joints, hand=0.5)
+    after = After(before, 5, settings)
+    goals = zip(Start, (None, IDENTITY, JOINTS.joints), strict=True)
+    stand, line, joint = (after.motion(start, goal) for start, goal in goals)
+    assert [one.kind for one in (stand, line, joint)] == [MotionKind.REST, MotionKind.STRAIGHT, MotionKind.JOINT]
+    assert [one.swivel for one in (stand, line, joint)] == [None, swivel, None]
+    assert [one.acceleration for one in (stand, line, joint)] == [1.0, 0.4, 0.4]
+    assert [one.pose for one in (stand, line, joint)] == [None, IDENTITY, None]
+    assert [one.goal for one in (stand, line, joint)] == [None, None, JOINTS.joints]
+    for one in (stand, line, joint):
+        assert (one.number, one.hand, one.frames) == (5, 0.5, before.frames)
+        assert (one.rounding is None) == (one.start is not Start.BLEND)
+    other = after.motion(Start.AT, IDENTITY, hand=1.0, duration=2.0, text="MOVES a")
+    assert (other.hand, other.duration, other.text) == (1.0, 2.0, "MOVES a")

@@ -143,3 +143,13 @@ def test_distances_are_from_the_ends_too() -> None:
     assert distance_from_line((0.5, 3.0, 4.0), a, b) == pytest.approx(5.0)
     assert distance_from_line((-1.0, 1.0, 0.0), a, b) == pytest.approx(hypot(1.0, 1.0))
     assert distance_from_line((0.0, 2.0, 0.0), a, a) == pytest.approx(2.0)
+
+
+def test_a_line_is_parted_at_a_time_with_the_tip_on_both_sides() -> None:
+    points = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 2.0, 0.0))
+    motion = wandering("cobra600", "LSPB", 1).timeline[1].motion
+    line, tip = ToolLine(motion, Phase.CRUISE, 5.0, (0.0, 1.0, 3.0), points), (0.5, 0.5, 0.5)
+    assert (line.begin, line.end) == (5.0, 8.0)
+    for t, passed in ((4.0, 0), (5.0, 0), (5.5, 1), (6.0, 1), (7.0, 2), (8.0, 2), (9.0, 3)):
+        assert line.passed(t) == passed
+        assert line.parted(t, tip) == ((*points[:passed], tip), (tip, *points[passed:]))

@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 
 from vrs_cli.kinematics.joints import (
     LIMIT_TOLERANCE,
+    JointKind,
+    JointUnits,
     joints_outside,
     largest_change,
     nearest_turn,
@@ -61,3 +63,18 @@ def test_joints_outside_counts_from_one() -> None:
 
 def test_largest_change() -> None:
     assert largest_change((0.0, 1.0), (0.5, -1.0)) == 2.0
+
+
+def test_turns_are_shown_in_degrees_and_slides_in_millimetres_and_read_back() -> None:
+    units = JointUnits((JointKind.REVOLUTE, JointKind.PRISMATIC))
+    q, shown = (0.5 * pi, 0.25, -pi), (90.0, 250.0, -180.0)
+    assert units.shown(q[:2]) == shown[:2]
+    assert units.read(shown[:2]) == q[:2]
+    for joint, (x, number, unit) in enumerate(zip(q, shown, ("deg", "mm", "deg"), strict=True), 1):
+        assert units.one_shown(joint, x) == number
+        assert units.one_read(joint, number) == x
+        assert units.unit(joint) == unit
+        assert units.slides(joint) == (unit == "mm")
+    assert not units.slides(0)
+    assert units.told(2) == {"joint_units": ["deg", "mm"]}
+    assert units.told(1) == {}

@@ -153,3 +153,19 @@ def test_an_arm_that_reaches_below_its_foot_stands_on_a_pedestal(tmp_path: Path)
     (tmp_path / "arm.toml").write_text(text, encoding="utf-8")
     foot = [shape.body for shape in shapes_of(load_robot(tmp_path / "arm.toml")) if shape.link == 0]
     assert min(body.start[2] for body in foot if isinstance(body, Cylinder)) < -0.5
+
+
+def test_the_colours_of_arms_in_pictures_stay() -> None:
+    shown = {name: "#" + "".join(f"{part:02x}" for part in parts) for name, parts in COLOURS.items()}
+    assert shown == {
+        "cream": "#f0e8d4",
+        "white": "#f0f1f3",
+        "grey": "#b0b5bc",
+        "dark": "#3e434a",
+        "steel": "#9298a0",
+        "orange": "#e27a2a",
+        "blue": "#5486be",
+        "red": "#be3e36",
+        "yellow": "#ecbe3c",
+        "green": "#5c9660",
+    }

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from math import radians
+import struct
+from math import inf, nan, nextafter, radians
 
 import pytest
 
-from vrs_cli.errors import NegativeSquareRoot
+from vrs_cli.errors import IllegalValue, NegativeSquareRoot
 from vrs_cli.kinematics.transform import from_oat
-from vrs_cli.language.run.operations import square_root, trans
+from vrs_cli.language.run.operations import _numbers_in, square_root, trans
+from vrs_cli.values.numbers import LIMIT
 
 
 @pytest.mark.parametrize(
@@ -23,3 +25,11 @@ def test_the_root_of_zero_is_zero_and_nothing_below_has_one() -> None:
     assert (square_root(0.0), square_root(-0.0), square_root(2.25)) == (0.0, 0.0, 1.5)
     with pytest.raises(NegativeSquareRoot):
         square_root(-5e-324)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_bytes_of_the_largest_real_are_a_real_and_those_of_a_larger_number_are_none(sign: float) -> None:
+    assert _numbers_in(struct.pack(">d", sign * LIMIT).decode("latin-1"), None, "d") == (sign * LIMIT,)
+    for number in (nextafter(sign * LIMIT, sign * inf), sign * inf, nan):
+        with pytest.raises(IllegalValue, match="bytes of no real"):
+            _numbers_in(struct.pack(">d", number).decode("latin-1"), None, "d")
