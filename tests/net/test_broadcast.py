@@ -256,6 +256,8 @@ def test_older_parts_are_to_be_had_and_long_ones_begin_later(
     part = services.broadcast.stream.part(1.0, 2.0).snapshot
     for t in (1.0, 1.5, 2.0):
         assert joints_at(services.arm, part.timeline(), t) == joints_at(services.arm, services.timeline, t)
+    again = services.broadcast.stream.part(1.0, 2.0).snapshot
+    assert again is part, "it is encoded once for all who ask"
     monkeypatch.setattr(streams, "SEGMENTS", 5)
     assert services.broadcast.stream.part(0.0).snapshot.segments == tuple(services.timeline)[-5:]
     line, _ = services.listen(CHANGES)
@@ -451,6 +453,54 @@ def test_who_stalls_for_a_moment_misses_nothing(services: RoomServices, monkeypa
     services.until(services.wall + AGAIN)
     numbers = [message.number for message in line.heard[1:] if isinstance(message, Delta)]
     assert numbers == list(range(1, 11))
+
+
+def test_what_is_sent_at_once_is_bounded_unless_one_packet_is_more(
+    services: RoomServices, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever has stalled hears many changes in writes of two packets, as three are too many."""
+    line, _ = services.listen(CHANGES)
+    services.move()
+    size = len(line.packets[-1].data)
+    line.stalled = True
+    monkeypatch.setattr(broadcast, "MOST_WAITING", 0)  # no more is taken
+    for _ in range(9):
+        services.move()
+    line.take()
+    line.stalled, before, writes = False, len(line.packets), list[int]()
+    monkeypatch.setattr(line, "send", lambda *packets: (writes.append(len(packets)), type(line).send(line, *packets)))
+    monkeypatch.setattr(broadcast, "MOST_WAITING", int(2.5 * size))
+    services.until(services.wall + AGAIN)
+    assert sum(writes) == 11 - before
+    assert max(writes[:-1]) == 2
+
+
+def test_a_line_that_takes_nothing_is_looked_at_again_after_a_while_and_not_at_once(
+    services: RoomServices, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    line, _ = services.listen(CHANGES, stalled=True)
+    assert services.broadcast.peek() == float("inf"), "it takes a first packet"
+    monkeypatch.setattr(broadcast, "MOST_WAITING", 0)
+    services.wall = 5.0
+    services.broadcast.tell(Other(services.timeline, services.engine.settings), 0.0)
+    for look in range(3):
+        services.broadcast.step()
+        assert services.broadcast.peek() == services.wall + AGAIN, look
+        services.wall += AGAIN
+    assert len(line.queue) == 1
+
+
+def test_a_snapshot_in_another_form_is_counted_in_place_of_the_one_before(services: RoomServices) -> None:
+    """Changes are encoded in the forms that somebody hears, and in no other."""
+    line, listener = services.listen(CHANGES, JSON)
+    services.broadcast.resync(listener, full=True)
+    services.move()
+    assert listener.form.full
+    assert {packet.text for packet in line.packets} == {True}
+    hearing = {form for form, count in services.broadcast.stream._listeners.items() if count}
+    assert hearing == {listener.form}
+    services.broadcast.leave(listener)
+    assert not any(services.broadcast.stream._listeners.values())
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -12,9 +12,9 @@ from typing import Any
 
 import pytest
 
-from vrs_cli.errors import UsageError
+from vrs_cli.errors import EndOfInput, UsageError
 from vrs_cli.net import messages
-from vrs_cli.net.client import LATEST, SOONEST, Client, Even, address_of, hello_of, waits
+from vrs_cli.net.client import LATEST, SOONEST, Client, Even, address_of, answer_to, hello_of, waits
 from vrs_cli.net.delay_line import DelayLine, Gamma
 from vrs_cli.net.messages import PORT
 
@@ -94,3 +94,127 @@ def test_samples_with_jitter_are_shown_evenly(rate: float) -> None:
     before = even.playout
     even.hear(messages.Clock(0.0, rate=3.0, realtime=True))
     assert even.playout is not before, "another clock is another measure"
+
+
+# --- connections, without sockets ------------------------------------------------------------------------------------
+
+
+class Far:
+    """A far end that holds nothing. `begins`: since when its mirror knows the timeline [s]."""
+
+    def __init__(self, begins: float = 0.0, now: float = 0.0, window: float = 0.0) -> None:
+        self.mirror = SimpleNamespace(begins=begins, now=now, window=window, lost=False)
+        self.connection = SimpleNamespace(closing=False, why="", frames=lambda: [b"frame"], begin=lambda: None)
+        self.open, self.refusal, self.due = False, None, 0.0
+
+    def extend(self, part: messages.Shown) -> bool:
+        self.mirror.begins = part.begin
+        return True
+
+    def look(self) -> None: ...
+    def cut(self) -> None: ...
+
+
+class Socket:
+    """`sent` is all that was written; after so many frames `when_full` is called."""
+
+    def __init__(self, full: int, when_full: Any) -> None:
+        self.sent, self.closed, self._full, self._when_full = list[bytes](), False, full, when_full
+
+    async def send(self, frame: bytes) -> None:
+        self.sent.append(frame)
+        if len(self.sent) == self._full:
+            self._when_full()
+
+    async def close(self) -> None:
+        self.closed = True
+
+
+def client_of(far: Far) -> Any:
+    client: Any = Client("localhost", hello_of())
+    client.far = far
+    return client
+
+
+@pytest.mark.parametrize("who", ["client", "connection"])
+def test_writing_ends_with_all_that_was_to_be_sent_when_either_side_leaves(who: str) -> None:
+    async def written() -> Socket:
+        far = Far()
+        client = client_of(far)
+        leave = (lambda: setattr(client, "_leaves", True)) if who == "client" else far.connection
+        socket = Socket(3, leave if callable(leave) else lambda: setattr(leave, "closing", True))
+        async with asyncio.timeout(5.0):
+            await client._write(socket)
+        return socket
+
+    socket = asyncio.run(written())
+    assert socket.sent == [b"frame"] * 4
+    assert socket.closed
+
+
+def test_a_client_connects_with_the_times_that_a_line_over_half_the_world_needs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: dict[str, Any] = {}
+    monkeypatch.setattr("vrs_cli.net.client.connect", lambda url, **times: asked.update(times, url=url))
+    client_of(Far())._connect()
+    assert asked["url"] == f"ws://localhost:{PORT}"
+    assert (asked["open_timeout"], asked["ping_interval"], asked["ping_timeout"]) == (10.0, 2.0, 10.0)
+    assert asked["close_timeout"] == 2.0
+    assert asked["proxy"] is None, "none stands between a process and its own machine"
+
+
+def test_the_first_attempt_after_a_connection_was_open_comes_as_soon_as_the_first_of_all(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """And each that fails after it later."""
+    tried, opens = list[int](), iter([False, False, True, False, False])
+    monkeypatch.setattr("vrs_cli.net.client.waits", lambda attempt, _random: tried.append(attempt) or 0.0)
+
+    async def run() -> None:
+        far = Far()
+        client = client_of(far)
+
+        def connect() -> None:
+            far.open = next(opens)
+            raise OSError("no")
+
+        client._connect = connect
+        client._goes_on = lambda _why, _hint: len(tried) < 4
+        await client._run()
+
+    asyncio.run(run())
+    assert tried == [1, 2, 1, 2]
+
+
+@pytest.mark.parametrize(("window", "wanted"), [(3.0, [7.0]), (20.0, [-1.0])])
+def test_the_past_is_asked_for_as_far_as_the_window_goes_and_to_before_its_beginning_at_most(
+    window: float, wanted: list[float]
+) -> None:
+    async def recalled() -> list[float]:
+        client, asked = client_of(Far(begins=9.0, now=10.0, window=window)), list[float]()
+
+        async def ask(make: Any) -> messages.Shown:
+            request = make(1)
+            assert request.end == client.far.mirror.begins
+            asked.append(request.begin)
+            return messages.Shown(1, None, begin=request.begin)  # type: ignore[arg-type]
+
+        client.ask = ask
+        async with asyncio.timeout(5.0):
+            await client._recall(client.far.mirror)
+        assert client._shown.is_set()
+        return asked
+
+    assert asyncio.run(recalled()) == wanted
+
+
+@pytest.mark.parametrize(
+    ("end", "how"), [(EndOfInput, messages.How.ENDED), (KeyboardInterrupt, messages.How.INTERRUPTED)]
+)
+def test_who_leaves_a_question_says_how(end: type[BaseException], how: messages.How) -> None:
+    def ask(_question: object) -> Any:
+        raise end
+
+    assert answer_to(messages.Asked(7, None), ask) == messages.Answer(7, how=how)  # type: ignore[arg-type]
+    assert answer_to(messages.Asked(7, None), lambda _question: "Y") == messages.Answer(7, "Y")  # type: ignore[arg-type]

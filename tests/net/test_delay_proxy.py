@@ -246,6 +246,23 @@ def test_an_end_that_goes_takes_the_other_with_it(who: str) -> None:
     run(test)
 
 
+def test_a_proxy_listens_at_an_address_of_ipv6_too() -> None:
+    async def test() -> None:
+        try:
+            server = await asyncio.start_server(lambda _reader, _writer: None, "::1", 0)
+        except OSError:
+            pytest.skip("this machine has no IPv6")
+        server.close()
+        proxy = DelayProxy(Endpoint("::1", 1), DelayWays(FORWARD, BACKWARD), lambda _text: None)
+        at = await proxy.listen(Endpoint("::1", 0))
+        await proxy.close()
+        assert at.host == "::1"
+        assert str(at) == f"[::1]:{at.port}"
+        assert at.port > 0
+
+    run(test)
+
+
 def test_closing_ends_all_and_leaves_nothing() -> None:
     async def test() -> None:
         async with scene() as it:

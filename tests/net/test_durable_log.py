@@ -15,6 +15,8 @@ from vrs_cli.files.store import store
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.dialogue import Work
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.language.text.ast import Program
+from vrs_cli.net import durable_log
 from vrs_cli.net.durable_log import WAITS, DurableLog, MemoryFile
 from vrs_cli.values.diagnostics import Severity
 
@@ -245,3 +247,20 @@ def test_a_long_program_is_printed_by_another_thread_and_others_write_meanwhile(
     memory.write()
     again, _ = opened(path)
     assert held(again) == held(session)
+
+
+def test_a_program_that_has_not_changed_is_printed_once(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    printed = list[str]()
+    really = durable_log.print_program
+
+    def print_program(program: Program) -> str:
+        printed.append(program.name)
+        return really(program)
+
+    monkeypatch.setattr(durable_log, "print_program", print_program)
+    session, memory = opened(path)
+    session.load_text(".PROGRAM one\nx = 0\n.END\n")
+    carry_out(session, memory, "n = 1")
+    session.load_text(".PROGRAM two\nx = 0\n.END\n")
+    carry_out(session, memory, "n = 2", "n = 3")
+    assert printed == ["one", "two"]

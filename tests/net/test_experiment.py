@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from math import radians
 from random import Random
 
 import pytest
+from msgspec.structs import astuple
 
 from tests.examples import some
 from vrs_cli.kinematics.robot_file import load_robot
@@ -159,3 +161,51 @@ def test_outcomes_together_are_sums_means_and_the_greatest() -> None:
     errors = [it.errors[Strategy.AHEAD] for it in (one, other, both)]
     assert errors[2].degrees == pytest.approx((errors[0].degrees + errors[1].degrees) / 2)
     assert errors[2].most_mm == max(errors[0].most_mm, errors[1].most_mm)
+
+
+# --- every figure, as it was recorded ------------------------------------------------------------------------------
+
+RECORDED = {  # counts; shares, round trips [s]; errors by strategy: mean and most [deg], mean and most [mm]
+    "ABORT": (
+        (16, 1, 0),
+        (0.17, 0.42, 0.38542, 0.637515),
+        (25.627315, 135.40097, 40.959056, 168.306416),
+        (15.429977, 135.40097, 22.490806, 168.306416),
+        (5.928809, 134.341794, 6.971049, 152.071999),
+        (18.941381, 135.423145, 26.924223, 168.315572),
+        (2.123937, 76.162922, 4.085795, 145.756595),
+    ),
+    "POSTPONE": (
+        (16, 0, 1),
+        (0.193333, 0.42, 0.38542, 0.637515),
+        (27.592898, 135.40097, 40.743772, 153.302854),
+        (17.405597, 135.40097, 24.370846, 153.302854),
+        (6.835254, 134.341794, 8.564114, 152.071999),
+        (21.370031, 135.423145, 29.310393, 155.294245),
+        (0.019996, 1.642177, 0.038768, 3.193735),
+    ),
+}
+
+
+@pytest.mark.parametrize("policy", ["ABORT", "POSTPONE"])
+def test_the_figures_of_a_short_trial_are_those_that_were_recorded(policy: str) -> None:
+    ways = DelayWays(USUAL, Normal(0.2, 0.1), 7)
+    found = outcome_of(Trial(load_robot("cobra600"), ways, 0.3, policy, seconds=12.0, rate=25.0))
+    counts = found.commands, found.aborted, found.postponed
+    shares = found.flagged, found.unconfirmed, *found.round_trip
+    errors = [astuple(found.errors[strategy]) for strategy in Strategy]
+    known, *rows = RECORDED[policy]
+    assert counts == known
+    assert [shares, *errors] == [pytest.approx(row, abs=2e-6) for row in rows]
+
+
+def test_the_looks_of_a_trial_begin_with_it_and_errors_are_in_degrees_and_millimetres() -> None:
+    course = _Course(Trial(load_robot("cobra600"), DelayWays(USUAL, USUAL, 1), 0.3, "ABORT", seconds=2.0, rate=4.0))
+    assert course.looks.tolist() == [k / 4.0 for k in range(8)]
+    was = course._placed(course._joints(course.robot.timeline, course.looks))
+    seen = was.copy()
+    seen[:, 2] += 0.5  # it slides: no angle
+    seen[0, 1] += radians(8.0)
+    seen[:, -1] += 0.016
+    assert astuple(course._error(seen, was)) == pytest.approx((1.0, 8.0, 16.0, 16.0))
+    assert course._error(was[:0], was[:0]) == NOTHING

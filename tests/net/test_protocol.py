@@ -324,6 +324,9 @@ def test_nobody_knows_what_became_of_a_command_when_the_server_begins_anew() -> 
     assert welcomed.fates == (Fate(line.id, Outcome.FORGOTTEN),)
     assert isinstance(done, Done)
     assert (done.id, done.ok) == (line.id, False)
+    assert done.refusal is not None
+    assert done.refusal.detail == "nobody knows whether it was done"
+    assert done.refusal.hint.startswith("look before you give it again")
 
 
 def test_a_question_is_asked_until_its_answer_has_come() -> None:
