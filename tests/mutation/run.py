@@ -78,8 +78,9 @@ def covered() -> dict[str, Any]:
 
 
 def tests_of(mutant: Mutant) -> list[str]:
-    """The tests that run its line, those of its own test file and the quick ones first; then others that run its file:
-    what is run once, at import or into a cache, may have been run by any test before.
+    """The tests that run its line: those of its own test file first, those of another of the five folders last, of each
+    the quick ones first; then others that run its file: what is run once, at import or into a cache, may have been run
+    by any test before.
     """
     tests, lines = covered()["tests"], covered().get(mutant.file, {})
     names = list(tests)
@@ -92,8 +93,11 @@ def tests_of(mutant: Mutant) -> list[str]:
         file = {name for name in names if name.startswith(f"tests/{folder}/")}
         folder = folder.rpartition("/")[0]
 
+    elsewhere = tuple(f"tests/{other}/" for other in FOLDERS if not mutant.file.startswith(f"vrs_cli/{other}/"))
+
     def rank(name: str) -> tuple[object, ...]:
-        return mutant.within and name not in line, not name.startswith(mirrored), tests[name], name
+        far = name.startswith(elsewhere)
+        return mutant.within and name not in line, not name.startswith(mirrored), far, tests[name], name
 
     chosen, seconds = [], 0.0
     for name in sorted(file, key=rank):
@@ -160,6 +164,8 @@ def verdict(mutant: Mutant) -> tuple[str, str]:
     tests = tests_of(mutant)
     while tests:
         found, failed, live = outcome(mutant, tests)
+        if found is KILLED and not failed and outcome(None, tests)[0] != SURVIVED:
+            sys.exit(f"tests fail without a mutant: {' '.join(tests)}")  # they are being edited, as a rule
         if not live or (outcome(mutant, [failed])[0] != SURVIVED and outcome(None, [failed])[0] == SURVIVED):
             return found, failed
         tests = [name for name in tests if name != failed]
@@ -227,9 +233,14 @@ def _meet(mutant: Mutant | None, tests: Sequence[str], failed: int) -> NoReturn:
 # --- all of them -------------------------------------------------------------------------------------------------
 
 
+def name_of(mutant: Mutant) -> str:
+    """Its text, and which of those with the same text it is."""
+    return f"{mutant.text} #{mutant.place}.{mutant.choice}"
+
+
 def key(mutant: Mutant) -> list[str]:
     digest = hashlib.sha256((ROOT / mutant.file).read_bytes()).hexdigest()[:16]
-    return [f"{mutant.text} #{mutant.place}.{mutant.choice}", digest]
+    return [name_of(mutant), digest]
 
 
 def known() -> dict[tuple[str, ...], dict[str, Any]]:
@@ -266,9 +277,9 @@ def main(count: int = 300, seed: int = 1, folder: str = "", part: int = 1, parts
         results[mutant] = found
         if found not in (KILLED, ENDLESS):
             print(f"{found}: {mutant.text}", flush=True)
-    proven = EQUIVALENT.read_text() if EQUIVALENT.exists() else ""
+    proven = set(EQUIVALENT.read_text().splitlines()) if EQUIVALENT.exists() else set[str]()
     alive = [m for m, found in results.items() if found not in (KILLED, ENDLESS)]
-    equivalent = [m for m in alive if m.text in proven]
+    equivalent = [m for m in alive if not proven.isdisjoint((m.text, name_of(m)))]
     score = (len(chosen) - len(alive)) / max(len(chosen) - len(equivalent), 1)
     told = {
         "mutants": len(chosen),
