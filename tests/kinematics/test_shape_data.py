@@ -156,7 +156,7 @@ def test_an_arm_that_reaches_below_its_foot_stands_on_a_pedestal(tmp_path: Path)
 
 
 def test_the_colours_of_arms_in_pictures_stay() -> None:
-    shown = {name: "#" + "".join(f"{part:02x}" for part in parts) for name, parts in COLOURS.items()}
+    shown = {name: "#" + "".join(f"{part:02x}" for part in rgb(name)) for name in COLOURS}
     assert shown == {
         "cream": "#f0e8d4",
         "white": "#f0f1f3",

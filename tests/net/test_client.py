@@ -12,9 +12,9 @@ from typing import Any
 
 import pytest
 
-from vrs_cli.errors import EndOfInput, UsageError
+from vrs_cli.errors import UsageError
 from vrs_cli.net import messages
-from vrs_cli.net.client import LATEST, SOONEST, Client, Even, address_of, answer_to, hello_of, waits
+from vrs_cli.net.client import LATEST, SOONEST, Client, Even, address_of, hello_of, waits
 from vrs_cli.net.delay_line import DelayLine, Gamma
 from vrs_cli.net.messages import PORT
 
@@ -207,14 +207,3 @@ def test_the_past_is_asked_for_as_far_as_the_window_goes_and_to_before_its_begin
         return asked
 
     assert asyncio.run(recalled()) == wanted
-
-
-@pytest.mark.parametrize(
-    ("end", "how"), [(EndOfInput, messages.How.ENDED), (KeyboardInterrupt, messages.How.INTERRUPTED)]
-)
-def test_who_leaves_a_question_says_how(end: type[BaseException], how: messages.How) -> None:
-    def ask(_question: object) -> Any:
-        raise end
-
-    assert answer_to(messages.Asked(7, None), ask) == messages.Answer(7, how=how)  # type: ignore[arg-type]
-    assert answer_to(messages.Asked(7, None), lambda _question: "Y") == messages.Answer(7, "Y")  # type: ignore[arg-type]
