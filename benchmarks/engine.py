@@ -162,7 +162,7 @@ def _plan(profile: Profile, q: Joints, v: Joints, goal: Joints, a: Joints = ()) 
 def editing(engine: Engine) -> list[Figure]:
     """f with the timeline around it, and apply."""
     arm, timeline = engine.arm, engine.timeline
-    last, end, delta = engine.deltas[-1].motion, engine.end, _insertion(engine)
+    last, end, delta = engine.book.deltas[-1].motion, engine.end, _insertion(engine)
     at = delta.cut
 
     def repeated(work: Callable[[], object]) -> float:
@@ -181,7 +181,7 @@ def _insertion(engine: Engine) -> Any:
     timeline = engine.timeline
     middle = timeline[len(timeline) // 2 - 100]
     at = middle.start + 0.4 * middle.duration
-    return plan(engine.arm, timeline, engine.deltas[-1].motion, at, at)
+    return plan(engine.arm, timeline, engine.book.deltas[-1].motion, at, at)
 
 
 def straight(profile: Profile) -> Figure:
@@ -192,7 +192,7 @@ def straight(profile: Profile) -> Figure:
     engine.perform(Move(PoseTarget(pose._replace(py=pose.py + 0.2)), straight=True))
     before, at = engine.timeline, engine.end
     engine.perform(Move(PoseTarget(pose), straight=True))
-    motion, turn = engine.deltas[-1].motion._replace(profile=profile), count()
+    motion, turn = engine.book.deltas[-1].motion._replace(profile=profile), count()
 
     def planned_anew(_: int) -> object:
         """A hair beside those before, which are remembered."""

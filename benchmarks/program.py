@@ -74,7 +74,7 @@ def run_once(program: str) -> tuple[float, float, int]:
     took = process_time() - begin
     if result.fault is not None:
         raise SystemExit(result.fault.message)
-    return took, result.ended, len(session.engine.records())
+    return took, result.ended, len(session.engine.book.records())
 
 
 def main() -> None:

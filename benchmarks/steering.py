@@ -46,7 +46,7 @@ def hour(profile: str) -> None:
         figures,
         (
             f"{TARGETS} targets in {passed:.1f} s: {TARGETS * PERIOD / passed:.0f} times as fast as real time",
-            f"{len(engine.timeline)} segments, {len(engine.deltas)} deltas, {(memory() - before) / 1e6:.0f} MB",
+            f"{len(engine.timeline)} segments, {len(engine.book.deltas)} deltas, {(memory() - before) / 1e6:.0f} MB",
             f"followed to {degrees(following.turning.rms):.3f} deg rms, {degrees(following.turning.worst):.3f} at most",
         ),
     )

@@ -118,7 +118,7 @@ def test_the_robot_brakes_whatever_goes_wrong_with_the_writing(engine: Engine, s
     with pytest.raises(BrokenPipeError):
         stop(engine)
     assert engine.now < engine.end < end
-    assert engine.book.history.done[-1].delta == engine.deltas[-1] == events.taken()[-1]
+    assert engine.book.history.done[-1].delta == engine.book.deltas[-1] == events.taken()[-1]
 
 
 def test_undo_of_several_is_written_as_a_whole(engine: Engine) -> None:
@@ -161,7 +161,7 @@ def test_a_command_that_is_refused_does_not_end_a_stream_of_targets(engine: Engi
     paper(engine).torn = False
     steering.to((0.04, *ready[1:]), begin + 0.06)
     assert stream is not None
-    assert engine.deltas[-1].motion is stream
+    assert engine.book.deltas[-1].motion is stream
 
 
 def test_in_real_time_too() -> None:

@@ -55,7 +55,7 @@ def by(engine: Engine, x: float, y: float, z: float = 0.0) -> Move:
 
 
 def straight(engine: Engine) -> tuple[Segment, ...]:
-    number = engine.deltas[-1].motion.number
+    number = engine.book.deltas[-1].motion.number
     return tuple(segment for segment in engine.timeline if segment.motion.number == number)
 
 

@@ -66,7 +66,7 @@ def test_a_branch_begins_as_what_is_there_and_leaves_main_alone(branches: Branch
     branches.change_over(MAIN)
     assert engine.timeline is main
     assert (engine.now, engine.settings.monitor_speed) == (clock, 100.0)
-    assert len(engine.records()) == 2
+    assert len(engine.book.records()) == 2
     branches.change_over("TRIAL")
     assert engine.timeline is tried
     assert (engine.now, engine.settings.monitor_speed) == (later, 50.0)
@@ -81,9 +81,9 @@ def test_each_branch_has_its_own_undo_and_redo(branches: Branches) -> None:
     engine.undo()
     engine.undo()
     branches.change_over(MAIN)
-    assert len(engine.records()) == 1
+    assert len(engine.book.records()) == 1
     engine.redo()
-    assert len(engine.records()) == 2
+    assert len(engine.book.records()) == 2
 
 
 def test_a_branch_shares_the_rows_of_main() -> None:
@@ -113,7 +113,7 @@ def test_names_are_told_and_refused(branches: Branches) -> None:
         branches.merge("main")
     branches.drop("trial")
     assert (branches.names, branches.present) == ((MAIN,), MAIN)
-    assert len(branches.engine.records()) == 2
+    assert len(branches.engine.book.records()) == 2
 
 
 def test_real_time_has_one_course_of_events(branches: Branches, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -135,15 +135,15 @@ def test_merging_into_an_unchanged_main_gives_the_branch_to_the_bit(branches: Br
     engine.undo()
     engine.redo()
     engine.perform(drive(4, 30))
-    tried, clock, deltas = engine.timeline, engine.now, list(engine.deltas)
+    tried, clock, deltas = engine.timeline, engine.now, list(engine.book.deltas)
     assert branches.merge("trial") == 0
     assert repr(list(engine.timeline)) == repr(list(tried))
     assert (engine.now, branches.present, branches.names) == (clock, MAIN, (MAIN,))
-    assert told == deltas[2:] == engine.deltas[2:]
+    assert told == deltas[2:] == engine.book.deltas[2:]
     engine.undo()
     engine.undo()
-    assert len(engine.records()) == 2
-    assert told == engine.deltas[2:]
+    assert len(engine.book.records()) == 2
+    assert told == engine.book.deltas[2:]
 
 
 def test_commands_that_a_branch_took_back_are_taken_back_on_main(branches: Branches) -> None:
@@ -151,7 +151,7 @@ def test_commands_that_a_branch_took_back_are_taken_back_on_main(branches: Branc
     branches.make("trial")
     engine.undo()
     branches.merge("trial")
-    assert [record.text for record in engine.records()] == ["DRIVE 1"]
+    assert [record.text for record in engine.book.records()] == ["DRIVE 1"]
     assert [delta.cause.value for delta in told] == ["undo"]
 
 
@@ -183,12 +183,12 @@ def test_where_main_has_changed_the_commands_are_planned_again(branches: Branche
         expected.perform(move)
     assert bits(engine.timeline) == bits(expected.timeline)
     assert engine.now == engine.end == expected.now
-    assert [record.number for record in engine.records()] == [1, 2, 3, 4, 5]
-    replayed = engine.initial
-    for delta in engine.deltas:
+    assert [record.number for record in engine.book.records()] == [1, 2, 3, 4, 5]
+    replayed = engine.book.initial
+    for delta in engine.book.deltas:
         replayed = replayed.apply(delta)
     assert replayed == engine.timeline
-    assert told == engine.deltas[2:]
+    assert told == engine.book.deltas[2:]
 
 
 def test_what_is_relative_stays_so_when_it_is_planned_again(branches: Branches) -> None:
@@ -210,7 +210,7 @@ def test_a_branch_of_a_branch_is_merged_with_both(branches: Branches) -> None:
     branches.change_over(MAIN)
     engine.perform(drive(6, 5))
     assert branches.merge("two") == 2
-    assert [record.text for record in engine.records()] == ["DRIVE 1", "DRIVE 2", "DRIVE 6", "DRIVE 3", "DRIVE 4"]
+    assert [record.text for record in engine.book.records()] == ["DRIVE 1", "DRIVE 2", "DRIVE 6", "DRIVE 3", "DRIVE 4"]
     assert branches.names == (MAIN, "one")
 
 
@@ -222,7 +222,7 @@ def test_an_override_stays_one_when_it_is_planned_again(branches: Branches) -> N
     branches.change_over(MAIN)
     engine.perform(drive(6, 5))
     branches.merge("trial")
-    assert [record.end is None for record in engine.records()] == [False, True, True, False]
+    assert [record.end is None for record in engine.book.records()] == [False, True, True, False]
     assert engine.settings.parameter("INSERT") == "ON"
 
 
@@ -300,7 +300,7 @@ def test_what_is_written_down_is_main_whatever_is_tried(sequence: list[Move | st
                 replayed = replayed.apply(delta)
             assert repr(list(replayed)) == repr(list(book.timeline))
         assert told == list(branches.book(MAIN).deltas)
-        if what != "MERGE" and not branches.on_main:
+        if what != "MERGE" and branches.present != "main":
             assert branches.book(MAIN).timeline == main
 
 

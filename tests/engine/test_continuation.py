@@ -104,7 +104,7 @@ def test_a_line_may_end_in_a_singular_pose() -> None:
 
 def check_velocities(engine: Engine) -> None:
     """That no joint of the last motion is over its velocity limit at any place."""
-    motion = engine.deltas[-1].motion.number
+    motion = engine.book.deltas[-1].motion.number
     begin = min(segment.start for segment in engine.timeline if segment.motion.number == motion)
     q = joints_over(engine.arm, engine.timeline, np.arange(begin, engine.end, CLOSELY))
     steps = np.abs(np.diff(q, axis=0)).max(axis=0)

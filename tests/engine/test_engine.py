@@ -85,7 +85,7 @@ def test_in_counts_from_now(engine: Engine) -> None:
     engine.perform(Move(A, straight=False))
     now = engine.now
     engine.perform(Move(B, straight=False, stamp=Stamp(1.0, relative=True)))
-    assert engine.records()[-1].executed == pytest.approx(now + 1.0, abs=1e-8)
+    assert engine.book.records()[-1].executed == pytest.approx(now + 1.0, abs=1e-8)
 
 
 @pytest.mark.parametrize("when", [-1.0, float("nan"), float("inf"), 1e9])
@@ -104,7 +104,7 @@ def test_a_program_goes_on_while_the_arm_moves(engine: Engine) -> None:
 def test_records_tell_issue_execution_and_end(engine: Engine) -> None:
     engine.perform(Move(A, straight=False, text="MOVE a"))
     engine.perform(Move(B, straight=False, stamp=Stamp(0.25), text="MOVE b AT 0.25"))
-    first, second = engine.records()
+    first, second = engine.book.records()
     assert (first.text, first.issued, first.executed) == ("MOVE a", 0.0, 0.0)
     assert first.end == second.executed == 0.25
     assert second.end == pytest.approx(engine.end, abs=1e-9)
@@ -143,7 +143,7 @@ def test_the_monitor_speed_counts_for_the_turn_of_a_tool_too(engine: Engine) -> 
     for unit in (SpeedUnit.MMPS, SpeedUnit.PERCENT):
         engine.perform(SetSpeed(40.0, rotation=60.0, unit=unit))
         engine.perform(Move(PoseTarget(engine.position().T_world_tool), straight=True))
-        assert engine.deltas[-1].motion.rotation == pytest.approx(0.3)
+        assert engine.book.deltas[-1].motion.rotation == pytest.approx(0.3)
 
 
 def test_duration_is_the_least_time(engine: Engine) -> None:
@@ -359,7 +359,7 @@ def test_a_new_tool_is_on_the_timeline(engine: Engine) -> None:
     engine.perform(SetTool(translation(0.0, 0.0, 0.1)))
     assert engine.timeline[0].motion.frames.tool == translation(0.0, 0.0, 0.0)
     assert engine.position().T_world_tool.pz == pytest.approx(-0.14278, abs=1e-4)
-    assert len(engine.records()) == 2
+    assert len(engine.book.records()) == 2
 
 
 # --- switches and undo ---
@@ -397,7 +397,7 @@ def test_undo_takes_back_motion_and_clock(engine: Engine) -> None:
     engine.undo()
     assert engine.timeline == first
     assert engine.now == clock
-    assert [record.number for record in engine.records()] == [1]
+    assert [record.number for record in engine.book.records()] == [1]
     engine.undo()
     with pytest.raises(UsageError, match="no motion to undo"):
         engine.undo()
@@ -410,11 +410,11 @@ def test_redo_does_again_what_was_undone_with_its_clock(engine: Engine) -> None:
     engine.undo()
     engine.undo()
     engine.redo()
-    assert [record.number for record in engine.records()] == [1]
+    assert [record.number for record in engine.book.records()] == [1]
     engine.redo()
     assert engine.timeline == whole
     assert engine.now == clock
-    assert [delta.cause for delta in engine.deltas[-2:]] == [Cause.REDO, Cause.REDO]
+    assert [delta.cause for delta in engine.book.deltas[-2:]] == [Cause.REDO, Cause.REDO]
     with pytest.raises(UsageError, match="no motion to redo"):
         engine.redo()
 
@@ -433,7 +433,7 @@ def test_a_command_that_is_refused_leaves_what_can_be_redone(engine: Engine) -> 
     with pytest.raises(IllegalValue):
         engine.perform(Move(B, straight=False, stamp=Stamp(-1.0)))
     engine.redo()
-    assert len(engine.records()) == 1
+    assert len(engine.book.records()) == 1
 
 
 def test_a_command_that_drops_a_long_tail_is_undone_too(engine: Engine) -> None:
@@ -453,8 +453,8 @@ def test_all_deltas_replayed_give_the_timeline(engine: Engine) -> None:
     engine.perform(Move(B, straight=False, stamp=Stamp(0.3)))
     engine.undo()
     engine.perform(Move(B, straight=False))
-    replayed = engine.initial
-    for delta in engine.deltas:
+    replayed = engine.book.initial
+    for delta in engine.book.deltas:
         replayed = replayed.apply(delta)
     assert replayed == engine.timeline
 
@@ -470,7 +470,7 @@ def test_stop_brakes_and_drops_the_rest(engine: Engine) -> None:
 
 def test_every_mistake_leaves_the_engine_as_it_was(engine: Engine) -> None:
     engine.perform(Move(A, straight=False))
-    timeline, deltas, now = engine.timeline, list(engine.deltas), engine.now
+    timeline, deltas, now = engine.timeline, list(engine.book.deltas), engine.now
     for move in (
         Move(joints(200, 0, 0, 0, 0, 0), straight=False),
         Move(PoseTarget(translation(5.0, 0.0, 0.0)), straight=True),
@@ -479,7 +479,7 @@ def test_every_mistake_leaves_the_engine_as_it_was(engine: Engine) -> None:
     ):
         with pytest.raises(VrsError):
             engine.perform(move)
-    assert (engine.timeline, list(engine.deltas), engine.now) == (timeline, deltas, now)
+    assert (engine.timeline, list(engine.book.deltas), engine.now) == (timeline, deltas, now)
 
 
 @pytest.mark.parametrize("request_", [Break(), SetTool(IDENTITY), SetBase(IDENTITY)])

@@ -22,7 +22,7 @@ from vrs_cli.trajectory.instant import on_grid
 from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.segment import Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Delay, Move, SetParameter, SetTool, Stamp
+from vrs_cli.values.commands import Break, Delay, Move, SetParameter, SetTool, Stamp
 from vrs_cli.values.motion import JointTarget, Motion, MotionKind, NamedTarget, PoseTarget, Start
 
 MODEL = load_robot("puma560")
@@ -123,7 +123,7 @@ def test_motions_scheduled_later_stay_and_the_next_is_planned_again(engine: Engi
         go(engine, target)
     before = engine.timeline
     go(engine, joints(0, -90, 90, 0, 40, 0), at=0.4)
-    delta = engine.deltas[-1]
+    delta = engine.book.deltas[-1]
     kept = list(before)[delta.keep + delta.drop :]
     assert [s.motion.number for s in kept] == [3, 3, 3]
     assert all(a.path is b.path for a, b in zip(kept, list(engine.timeline)[-3:], strict=True))
@@ -134,7 +134,7 @@ def test_a_motion_at_its_own_time_keeps_it(engine: Engine) -> None:
     go(engine, A, at=0.0)
     go(engine, B, at=10.0)
     go(engine, C, at=4.0)
-    assert [r.executed for r in engine.records()] == [0.0, 10.0, 4.0]
+    assert [r.executed for r in engine.book.records()] == [0.0, 10.0, 4.0]
     starts = {s.motion.number: s.start for s in reversed(list(engine.timeline))}
     assert starts[2] == 10.0
 
@@ -164,7 +164,7 @@ def test_at_the_beginning_of_a_motion_the_later_command_takes_its_place(engine: 
     go(engine, C, at=boundary)
     order = list(dict.fromkeys(s.motion.number for s in engine.timeline))
     assert order == [0, 1, 4, 3]
-    assert [record.end is None for record in engine.records()] == [False, True, False, False]
+    assert [record.end is None for record in engine.book.records()] == [False, True, False, False]
 
 
 def test_two_commands_for_one_time(engine: Engine) -> None:
@@ -205,7 +205,7 @@ def test_continuous_path_begins_at_the_deceleration(engine: Engine) -> None:
 def test_insertion_plans_a_blended_chain_again_up_to_rest(engine: Engine) -> None:
     for target in (A, B, C):
         go(engine, target, program=True)
-    engine.wait_for_rest()
+    engine.perform(Break())
     go(engine, A)
     last = list(engine.timeline)[-3:]
     go(engine, joints(0, -90, 90, 0, 40, 0), at=0.2)
@@ -407,8 +407,8 @@ def test_what_takes_no_time_has_happened_before_a_motion_at_that_time(engine: En
     go(engine, A)
     engine.perform(SetTool(translation(0.0, 0.0, 0.1)))
     go(engine, B, at=engine.end)
-    tool = engine.records()[1]
-    assert (tool.executed, tool.end) == (engine.records()[0].end, engine.records()[0].end)
+    tool = engine.book.records()[1]
+    assert (tool.executed, tool.end) == (engine.book.records()[0].end, engine.book.records()[0].end)
     assert engine.timeline[len(engine.timeline) - 1].motion.frames.tool.pz == 0.1
 
 

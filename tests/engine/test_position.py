@@ -16,7 +16,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import compose, rotation_about, translation
 from vrs_cli.trajectory.segment import CartesianPath
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.commands import Delay, Move, OperateHand, SetBase, SetParameter, SetTool
+from vrs_cli.values.commands import Break, Delay, Move, OperateHand, SetBase, SetParameter, SetTool
 from vrs_cli.values.motion import JointTarget, PoseTarget
 
 
@@ -32,7 +32,7 @@ def engine(request: pytest.FixtureRequest) -> Engine:
     below = PoseTarget(pose._replace(py=pose.py + 0.2, pz=pose.pz - 0.1))
     for target, straight in ((aside, True), (below, True), (table, False)):
         engine.perform(Move(target, straight), program=True)
-    engine.wait_for_rest()
+    engine.perform(Break())
     engine.perform(OperateHand(1.0, immediate=True))
     engine.perform(Delay(0.4))
     engine.perform(SetTool(translation(0.0, 0.02, 0.1)))

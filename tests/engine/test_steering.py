@@ -129,7 +129,7 @@ def test_speed_is_a_part_of_full_speed(engine: Engine) -> None:
 def test_a_stream_is_one_segment_a_target(engine: Engine) -> None:
     follow(engine, swinging(40.0, 4.0), 20.0)
     assert len(engine.timeline) <= 20.0 / TICK + 4
-    assert len(engine.deltas) == 20.0 / TICK
+    assert len(engine.book.deltas) == 20.0 / TICK
 
 
 def test_what_was_scheduled_is_dropped(engine: Engine) -> None:
@@ -147,8 +147,8 @@ def test_what_was_scheduled_is_dropped(engine: Engine) -> None:
 
 
 def replayed(engine: Engine) -> Timeline:
-    timeline = engine.initial
-    for delta in engine.deltas:
+    timeline = engine.book.initial
+    for delta in engine.book.deltas:
         timeline = timeline.apply(delta)
     return timeline
 
@@ -168,7 +168,7 @@ def test_undo_takes_back_the_stream_as_a_whole(engine: Engine) -> None:
     before = engine.timeline
     engine.clock.advance(0.1)
     follow(engine, swinging(20.0, 2.0), 1.0)
-    assert [record.text for record in engine.records()] == ["", "STEER"]
+    assert [record.text for record in engine.book.records()] == ["", "STEER"]
     streamed = engine.timeline
     engine.redirect(AWAY)
     engine.undo()
@@ -197,7 +197,7 @@ def test_a_target_outside_the_range_is_refused(engine: Engine) -> None:
         engine.steer(Target((radians(200.0), *READY[1:]), STILL), TICK)
     with pytest.raises(JointOutOfRange):
         engine.redirect((radians(200.0), *READY[1:]))
-    assert engine.timeline == engine.initial
+    assert engine.timeline == engine.book.initial
 
 
 def test_no_power_no_steering(engine: Engine) -> None:

@@ -57,10 +57,10 @@ def acted(acts: list[Move | str]) -> Engine:
 @given(acts)
 def test_what_can_be_undone_is_the_same_as_before_it_was_saved(tmp_path: Path, sequence: list[Move | str]) -> None:
     engine, path = acted(sequence), tmp_path / "t.vrst"
-    write_trajectory(path, engine.model, engine.initial, engine.deltas)
+    write_trajectory(path, engine.model, engine.book.initial, engine.book.deltas)
     again = Engine(puma())
     again.take_up(bookmark_of(path, read_trajectory(path), again))
-    assert again.records() == engine.records()
+    assert again.book.records() == engine.book.records()
     assert again.now == again.end
     for _ in range(len(engine.book.history.undone)):
         engine.redo(), again.redo()
@@ -90,10 +90,10 @@ def test_a_stream_of_targets_is_one_command_in_a_file_too(tmp_path: Path) -> Non
     again = Engine(puma())
     again.take_up(bookmark_of(path, read_trajectory(path), again))
     assert again.timeline == engine.timeline
-    assert again.records() == engine.records()
-    assert [record.text for record in again.records()] == ["DRIVE 1", "STEER", "STEER", "STEER ends", "DRIVE 1"]
+    assert again.book.records() == engine.book.records()
+    assert [record.text for record in again.book.records()] == ["DRIVE 1", "STEER", "STEER", "STEER ends", "DRIVE 1"]
     engine.book.journal = None
-    for _ in engine.records():
+    for _ in engine.book.records():
         engine.undo(), again.undo()
         assert repr(list(again.timeline)) == repr(list(engine.timeline))
 
@@ -104,7 +104,7 @@ def test_a_merge_does_not_leave_the_clock_behind_that_of_the_file(tmp_path: Path
     live = Engine(puma(), clock=wall.clock())
     live.clock.advance(5.0)
     live.redirect((0.1, *live.model.poses["ready"][1:]), text="JOG 1, 5")
-    write_trajectory(path, live.model, live.initial, live.deltas)
+    write_trajectory(path, live.model, live.book.initial, live.book.deltas)
     engine = Engine(puma())
     branches = Branches(engine)
     engine.perform(drive(3, 10))
@@ -116,7 +116,7 @@ def test_a_merge_does_not_leave_the_clock_behind_that_of_the_file(tmp_path: Path
 def test_a_merge_does_not_turn_the_clock_back(tmp_path: Path) -> None:
     path, short = tmp_path / "r.vrst", Engine(puma())
     short.perform(drive(1, 5, at=0.0))
-    write_trajectory(path, short.model, short.initial, short.deltas)
+    write_trajectory(path, short.model, short.book.initial, short.book.deltas)
     engine = Engine(puma())
     branches = Branches(engine)
     engine.perform(drive(3, 90))
@@ -128,7 +128,13 @@ def test_a_merge_does_not_turn_the_clock_back(tmp_path: Path) -> None:
 
 def test_an_override_is_told_from_an_insertion() -> None:
     engine = acted([drive(1, 20), drive(2, 10), drive(3, -10, at=0.1), "OFF", drive(4, 10, at=0.05), drive(5, 10)])
-    assert [step.insert for step in history_of(engine.initial, engine.deltas).done] == [True, True, True, False, True]
+    assert [step.insert for step in history_of(engine.book.initial, engine.book.deltas).done] == [
+        True,
+        True,
+        True,
+        False,
+        True,
+    ]
 
 
 def test_a_journal_goes_on_where_it_ended(tmp_path: Path) -> None:
@@ -171,7 +177,7 @@ def test_a_file_of_another_robot_is_refused_and_left_alone(tmp_path: Path) -> No
         (replace(puma(), name="other"), "is of a other, this robot is a puma560"),
         (replace(puma(), linear_speed=0.1), "is of a puma560 with other figures"),
     ):
-        write_trajectory(path, model, engine.initial, ())
+        write_trajectory(path, model, engine.book.initial, ())
         before = path.read_bytes()
         with pytest.raises(UsageError, match=told):
             kept(path, engine)
@@ -182,9 +188,9 @@ def test_a_file_of_another_robot_is_refused_and_left_alone(tmp_path: Path) -> No
 def test_a_pose_that_is_not_ready_is_taken_up_too(tmp_path: Path) -> None:
     path, engine = tmp_path / "j.vrst", Engine(puma(), start=(0.1, -1.0, 1.5, 0.0, 0.2, 0.0))
     engine.perform(Move(JointTarget((0.0, -1.0, 1.5, 0.0, 0.2, 0.0)), straight=False))
-    write_trajectory(path, engine.model, engine.initial, engine.deltas)
+    write_trajectory(path, engine.model, engine.book.initial, engine.book.deltas)
     again = Engine(puma())
     writer = kept(path, again)
     again.undo()
     writer.close()
-    assert again.position().joints == engine.initial[0].path.joints(0.0)
+    assert again.position().joints == engine.book.initial[0].path.joints(0.0)

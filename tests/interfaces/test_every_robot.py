@@ -213,7 +213,7 @@ def test_the_trajectory_is_saved_read_and_exported(session: Session, tmp_path: P
     session.perform("MOVE #middle")
     session.perform(a_line(session))
     path = tmp_path / "t.vrst"
-    write_trajectory(path, engine.model, engine.initial, engine.deltas)
+    write_trajectory(path, engine.model, engine.book.initial, engine.book.deltas)
     recording = read_trajectory(path)
     assert recording.model == engine.model
     assert recording.timeline == engine.timeline

@@ -57,7 +57,7 @@ def test_a_program_stops_where_a_motion_cannot_be_written_down_and_goes_on_when_
     paper.record = record  # type: ignore[method-assign]
     paper.torn = False
     assert session.converse(session.wait(session.resume(retry=True))).fault is None
-    assert len(session.engine.records()) == 3
+    assert len(session.engine.book.records()) == 3
     assert paper.timeline() == session.engine.timeline
 
 

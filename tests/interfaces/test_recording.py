@@ -58,7 +58,7 @@ def test_the_program_leads_the_tool_along_the_way_within_the_tolerance(name: str
     text = recorded_program(engine.arm, engine.timeline, begin, end, "way", MILLIMETRES)
     assert at_once(act_on(session, Define(text))).names == ("way",)
     session.perform("EXECUTE way")
-    motions = [record for record in engine.records() if record.text.startswith("MOVE #PPOINT")]
+    motions = [record for record in engine.book.records() if record.text.startswith("MOVE #PPOINT")]
     arrived = motions[1].executed if len(motions) > 1 else engine.end
     first, again = tools(engine, begin, end), tools(engine, arrived, engine.end)
     assert len(motions) < 90

@@ -49,11 +49,11 @@ def test_a_late_target_is_followed_from_the_present_instant() -> None:
     assert steering.following.lag.worst == 0.0
     wall.seconds += 5.0
     steering.to(swing(1.0), 1.0)
-    assert engine.deltas[-1].executed == pytest.approx(5.98, abs=0.001)
+    assert engine.book.deltas[-1].executed == pytest.approx(5.98, abs=0.001)
     assert steering.following.lag.worst == pytest.approx(4.98, abs=0.001)
     wall.seconds += 5.0
     steering.finish()
-    assert engine.deltas[-1].executed == pytest.approx(10.98, abs=0.001)
+    assert engine.book.deltas[-1].executed == pytest.approx(10.98, abs=0.001)
 
 
 def test_its_time_still_says_how_fast_the_targets_move() -> None:
@@ -76,7 +76,7 @@ def test_without_a_time_a_target_is_for_now() -> None:
     for k in range(50):
         steering.to(swing(k * 0.02))
         wall.seconds += 0.02
-    executed = [delta.executed for delta in engine.deltas]
+    executed = [delta.executed for delta in engine.book.deltas]
     assert executed == pytest.approx([k * 0.02 for k in range(50)], abs=1e-6)
     assert steering.following.turning.worst < radians(1.0)
 

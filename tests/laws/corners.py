@@ -73,7 +73,7 @@ class Ends:
 def ends(corner: Corner, profile: str, rounding: str | float) -> tuple[Engine | None, Ends]:
     """The robot that has rounded it, too. Raises MotionError where the corner cannot be stopped in."""
     stopped = corner.driven(profile, rounding, stopping=True)
-    begin = stopped.records()[0].end or 0.0
+    begin = stopped.book.records()[0].end or 0.0
     try:
         rounded = corner.driven(profile, rounding, stopping=False)
     except MotionError:
@@ -87,7 +87,7 @@ def spliced(corner: Corner, profile: str, rounding: str | float, place: Transfor
     """
     stopped, rounded = (corner.driven(profile, rounding, stopping=stopping) for stopping in (True, False))
     slows = min(s.start for s in stopped.timeline if s.motion.number == 2 and s.phase is Phase.DECELERATE)
-    first = stopped.records()[0].end or 0.0
+    first = stopped.book.records()[0].end or 0.0
     at = first + part * (slows - first)
     for engine in (stopped, rounded):
         engine.perform(Move(PoseTarget(place), False, stamp=Stamp(at)))

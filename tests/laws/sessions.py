@@ -110,7 +110,7 @@ class Session:
         """One random command, and every law."""
         self.tally.commands += 1
         chance = self.random.random()
-        if chance < 0.05 and self.engine.deltas:
+        if chance < 0.05 and self.engine.book.deltas:
             self._undo()
             return
         if chance < 0.1:
@@ -134,7 +134,7 @@ class Session:
         except UsageError:  # all is undone
             return
         self.tally.undone += 1
-        assert timeline.apply(self.engine.deltas[-1]) == self.engine.timeline
+        assert timeline.apply(self.engine.book.deltas[-1]) == self.engine.timeline
         if self.random.random() < 0.3:
             self.engine.redo()
             assert self.engine.timeline == timeline

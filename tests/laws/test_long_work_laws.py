@@ -197,7 +197,7 @@ def test_what_a_holder_asks_for_waits_for_the_work_beside_before_it(
                 beside.do()
             session.actor.step()
     assert (load.error(0.0), run.error(0.0)) == (None, None)
-    assert [record.text for record in session.engine.records()] == ["DRIVE 2, 5", "DRIVE 1, 5"]
+    assert [record.text for record in session.engine.book.records()] == ["DRIVE 2, 5", "DRIVE 1, 5"]
 
 
 STEPS = 60  # of a program that counts as long here

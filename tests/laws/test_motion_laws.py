@@ -132,7 +132,7 @@ def check_laws(engine: Engine, edits: list[tuple[Timeline, TimelineDelta, Timeli
     check_limits(engine, segments)
     check_target(engine)
     check_lines(engine, segments)
-    replayed = engine.initial
+    replayed = engine.book.initial
     for before, delta, after in edits:
         check_edit(before, delta, after)
         replayed = replayed.apply(delta)
@@ -147,7 +147,7 @@ def test_undo_gives_back_the_timeline_to_the_bit(sequence: list[tuple[object, bo
     for before, _, _ in reversed(list(edits)):
         engine.undo()
         assert engine.timeline == before
-    assert engine.timeline == engine.initial
+    assert engine.timeline == engine.book.initial
     with pytest.raises(Exception, match="no motion to undo"):
         engine.undo()
 
@@ -171,8 +171,8 @@ def test_redo_gives_back_the_timeline_and_the_clock_to_the_bit(
         assert engine.timeline == timeline
         assert repr(list(engine.timeline)) == repr(list(timeline))
         assert engine.now == clock
-    replayed = engine.initial
-    for delta in engine.deltas:
+    replayed = engine.book.initial
+    for delta in engine.book.deltas:
         replayed = replayed.apply(delta)
     assert replayed == engine.timeline
 

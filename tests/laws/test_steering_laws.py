@@ -208,6 +208,6 @@ def test_a_robot_that_is_jogged_keeps_the_laws(profile: str, seed: int) -> None:
             panel.move(sign)
             wall.seconds += repeats
     engine = session.engine
-    assert len(engine.records()) > 10
+    assert len(engine.book.records()) > 10
     check_continuous(engine, engine.timeline)
     check_limits(engine, engine.timeline)

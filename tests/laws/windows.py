@@ -118,7 +118,7 @@ def _depth(short: Robot, whole: Robot, reach: WindowSize, *, undo: bool) -> int:
     if not undo:
         known = ours.undone if len(ours.undone) == len(theirs.undone) and None not in ours.undone else []
         return len(known)
-    if not short.edits.branches.on_main:
+    if short.edits.branches.present != "main":
         return len(ours.done)
     oldest = short.engine.timeline.version - reach.changes
     recent = [step for step in theirs.done if step.delta.version >= oldest]
@@ -143,9 +143,9 @@ def _check_same(short: Robot, whole: Robot, random: Random, *, thorough: bool) -
     if thorough:
         assert repr(list(a.timeline)) == repr(list(b.timeline))
         assert a.book.all_records()() == b.book.all_records()()
-        assert len(a.deltas) == len(b.deltas)
-        replayed = a.initial
-        for delta in a.deltas:
+        assert len(a.book.deltas) == len(b.book.deltas)
+        replayed = a.book.initial
+        for delta in a.book.deltas:
             replayed = replayed.apply(delta)
         assert replayed == a.timeline
 

@@ -695,7 +695,7 @@ def test_nothing_is_due_where_nobody_listens(services: RoomServices) -> None:
 def test_a_step_is_a_slice(services: RoomServices) -> None:
     lines = [services.listen(CHANGES)[0] for _ in range(3 * SLICE)]
     services.engine.perform(Move(JointTarget((0.1, -1.0, 1.0, 0.0, 0.5, 0.0)), False))
-    services.broadcast.tell(services.engine.deltas[-1:][0], 0.0)
+    services.broadcast.tell(services.engine.book.deltas[-1:][0], 0.0)
     for number in range(1, 4):
         services.broadcast.step()
         assert sum(len(line.packets) == 2 for line in lines) == number * SLICE

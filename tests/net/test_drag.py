@@ -43,7 +43,7 @@ def test_the_newest_wish_counts_and_all_hear_of_it(tmp_path: Path) -> None:
             return max(abs(a - b) for a, b in zip(T, wish, strict=True)) < 1e-5
 
         ann.until(there)
-        assert len(engine.records()) == 1
+        assert len(engine.book.records()) == 1
         drag(ann, None)
         ann.until(lambda: pulled(ann).state.by == "")
 
@@ -86,7 +86,7 @@ def test_a_wish_and_what_follows_from_it_are_small(tmp_path: Path) -> None:
         drag(ann, None)
         ann.until(lambda: pulled(ann).state.by == "")
         changes = events.taken()
-    timeline, sizes = engine.initial, list[int]()
+    timeline, sizes = engine.book.initial, list[int]()
     for delta in changes:
         if isinstance(delta, TimelineDelta):
             record = steered_record(delta, timeline, engine.arm)

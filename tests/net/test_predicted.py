@@ -115,7 +115,7 @@ def test_who_looks_ahead_sees_the_plan_and_is_told_of_what_was_wrong() -> None:
         wires.engine.arm, wires.engine.timeline, far.shown
     )
     wires.moves(-30.0, wires.there + 0.125)
-    cut = wires.engine.deltas[-1].cut
+    cut = wires.engine.book.deltas[-1].cut
     wires.pass_by(BACKWARD)
     wires.tell_changes()
     (window,) = far.flags.windows
@@ -150,7 +150,7 @@ def test_nothing_is_flagged_of_a_robot_that_is_near(own: bool) -> None:
 def steered(wires: Behind) -> float:
     """From when on [s]: the robot is steered, and that is told of a while later."""
     steering, ready = Steering(wires.engine), wires.engine.model.poses["ready"]
-    first = len(wires.engine.deltas)
+    first = len(wires.engine.book.deltas)
     for k in range(5):
         steering.to((radians(float(k)), *ready[1:]))
         wires.pass_by(0.02)
@@ -166,7 +166,7 @@ def steered(wires: Behind) -> float:
         before = before.apply(event)
     assert short > 2
     assert wires.mirror.timeline == wires.engine.timeline
-    return wires.engine.deltas[first].cut
+    return wires.engine.book.deltas[first].cut
 
 
 def test_another_timeline_is_flagged_from_where_it_parts() -> None:

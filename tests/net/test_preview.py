@@ -111,7 +111,7 @@ def test_a_command_that_will_be_postponed_is_seen_where_it_will_be() -> None:
     seen = paths(line.preview.timeline)
     assert line.carried_out(1, first, 0.5)
     assert line.carried_out(2, second, 1.1)
-    assert expected.begin == line.robot.deltas[-1].cut > 1.1 + FORWARD
+    assert expected.begin == line.robot.book.deltas[-1].cut > 1.1 + FORWARD
     assert paths(line.robot.timeline) == seen
 
 

@@ -157,4 +157,4 @@ def test_what_is_no_steering_has_no_short_form() -> None:
     engine = Engine(load_robot("puma560"))
     before = engine.timeline
     engine.redirect(tuple(0.5 * q for q in engine.position().joints))
-    assert steered_record(engine.deltas[-1], before, engine.arm) is None
+    assert steered_record(engine.book.deltas[-1], before, engine.arm) is None

@@ -94,7 +94,7 @@ def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -
         "program": result.program if result else None,
         "cycles": result.cycles if result else 0,
         "duration_s": shown(result.ended - result.started) if result else 0.0,
-        "segments": len(engine.timeline) - len(engine.initial),
+        "segments": len(engine.timeline) - len(engine.book.initial),
         "commands": [
             {
                 "text": record.text,
@@ -103,7 +103,7 @@ def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -
                 "t_exec": record.executed,
                 "t_end": record.end,
             }
-            for record in engine.records()
+            for record in engine.book.records()
         ],
         "final": position_object(engine.position(engine.end), engine.model.units),
         "typed": list(result.typed) if result else [],

@@ -70,10 +70,6 @@ class Branches:
     def present(self) -> str:
         return self._present.name
 
-    @property
-    def on_main(self) -> bool:
-        return self._present.fork is None
-
     def __contains__(self, name: str) -> bool:
         return self._found(name) is not None
 

@@ -43,7 +43,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, angle_between, compose
 from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
 from vrs_cli.trajectory.state import Target
-from vrs_cli.trajectory.timeline import DeltaLog, Timeline, TimelineDelta
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.commands import (
     Alter,
     Brake,
@@ -69,7 +69,7 @@ from vrs_cli.values.motion import (
     Start,
     ToolOffsetTarget,
 )
-from vrs_cli.values.results import CommandRecord, Position, Reach
+from vrs_cli.values.results import Position, Reach
 
 NOTICEABLE = 0.01  # [rad] of a tool that is turned otherwise than asked
 SLACK = 1e-6  # [m] of the width of a hand: rounding
@@ -135,15 +135,6 @@ class Engine:
         return self.book.timeline
 
     @property
-    def initial(self) -> Timeline:
-        return self.book.initial
-
-    @property
-    def deltas(self) -> DeltaLog:
-        """All changes of the timeline so far."""
-        return self.book.deltas
-
-    @property
     def end(self) -> float:
         """When the robot comes to rest for good [s]."""
         return self.book.timeline.end
@@ -163,10 +154,6 @@ class Engine:
 
     def _motion_at(self, t: float) -> Motion:
         return self.timeline.locate(t)[0].motion
-
-    def records(self) -> tuple[CommandRecord, ...]:
-        """All motion commands that are not undone, in the order in which they were issued."""
-        return self.book.records()
 
     # --- requests ---
 
@@ -213,7 +200,7 @@ class Engine:
             case SetTool() | SetBase():
                 self._set_frames(request, issued)
             case Break():
-                self.wait_for_rest()
+                self.clock.advance(self.end)
             case Brake():
                 self.stop()
             case _:
@@ -227,7 +214,19 @@ class Engine:
     def _move(self, move: Move, program: bool, issued: float | None) -> float:
         self._check_power()
         start, executed = self._beginning(move, program)
-        executed = self._in_time(move.text, executed)
+        now = on_grid(self.now)
+        if self.realtime and executed < now:  # the past stays as it is
+            if self.settings.parameters["CAUSALITY"] == "ABORT":
+                raise TooLate(
+                    f"{move.text or 'the motion'} was to begin at {executed:.3f} s, and it is {now:.3f} s",
+                    "give a later time, or IN dt; PARAMETER CAUSALITY = POSTPONE puts it off",
+                    value=executed,
+                    lower=now,
+                )
+            later = max(now, self.timeline[self.timeline.index_at(now)].finish)
+            for listener in self.postponed:
+                listener(Postponement(move.text, executed, later))
+            executed = later
         altered = self.settings.alter
         if altered is not None and isinstance(move.target, PoseTarget):
             nominal = move.target.T_world_tool
@@ -240,8 +239,8 @@ class Engine:
             executed = self._edit(motion, executed, self.settings.inserts, issued).executed
             if self.arm.steady is not None and isinstance(move.target, PoseTarget):
                 angle = angle_between(self.destination(executed).T_world_tool, move.target.T_world_tool)
-                for listener in tuple(self.turned) if angle > NOTICEABLE else ():
-                    listener(ToolTurning(move.text, angle))
+                for told in tuple(self.turned) if angle > NOTICEABLE else ():
+                    told(ToolTurning(move.text, angle))
         self.settings = self.settings.after_motion(move.target)
         if move.stamp is not None:
             return self.now
@@ -297,25 +296,6 @@ class Engine:
         if program and slowing and self._may_blend(move):
             return Start.BLEND, max(now, rounding_begins(self.arm, slowing, self.settings.rounding))
         return Start.AFTER, end
-
-    def _in_time(self, text: str, executed: float) -> float:
-        """When a motion may begin. In real time the past stays as it is: what comes too late is refused, or waits for
-        the end of the segment under way (PARAMETER CAUSALITY). Raises TooLate.
-        """
-        now = on_grid(self.now)
-        if not self.realtime or executed >= now:
-            return executed
-        if self.settings.parameters["CAUSALITY"] == "ABORT":
-            raise TooLate(
-                f"{text or 'the motion'} was to begin at {executed:.3f} s, and it is {now:.3f} s",
-                "give a later time, or IN dt; PARAMETER CAUSALITY = POSTPONE puts it off",
-                value=executed,
-                lower=now,
-            )
-        later = max(now, self.timeline[self.timeline.index_at(now)].finish)
-        for listener in self.postponed:
-            listener(Postponement(text, executed, later))
-        return later
 
     def _may_blend(self, move: Move) -> bool:
         """Whether continuous path is on, and no configuration word asks for another one than the arm will have."""
@@ -388,31 +368,25 @@ class Engine:
         check_near(T, text + " {} away")
         if text == "TOOL":
             self.arm.check_tool(T)
-        self.wait_for_rest()
+        self.clock.advance(self.end)
         frames = structs.replace(self.frames, **{text.lower(): T})
         if frames != self.frames:
             self.clock.advance(self._stand(issued, text, frames=frames))
-
-    def wait_for_rest(self) -> None:
-        """BREAK: time goes on until the robot stands."""
-        self.clock.advance(self.end)
 
     def stop(self) -> None:
         """ABORT, BRAKE: brake now, within limits, and drop what was scheduled; also if that cannot be written down."""
         now = on_grid(self.now)
         if now < self.end:
-            self._edit(self._braking(now), now, insert=False, happens=True)
+            self._edit(self._after(now).motion(Start.AT, text="BRAKE"), now, insert=False, happens=True)
 
     def stopping_place(self) -> Joints:
         """Where the robot would come to rest if it braked now [rad]."""
         now = on_grid(self.now)
         if now >= self.end:
             return self.position().joints
-        stopped = self.timeline.apply(self._planned(self._braking(now), now, now, insert=False))
+        braking = self._after(now).motion(Start.AT, text="BRAKE")
+        stopped = self.timeline.apply(self._planned(braking, now, now, insert=False))
         return destination_at(self.arm, stopped, stopped.end).joints
-
-    def _braking(self, now: float) -> Motion:
-        return self._after(now).motion(Start.AT, text="BRAKE")
 
     # --- targets that come one after the other ---
 
@@ -467,24 +441,20 @@ class Engine:
     def _edit(
         self, motion: Motion, executed: float, insert: bool, issued: float | None = None, *, happens: bool = False
     ) -> TimelineDelta:
-        """Plan a motion, and commit it."""
+        """Plan a motion, and commit it. Raises IllegalValue where motions would end later than times are exact."""
         issued = self.now if issued is None else issued
         delta = self._planned(motion, issued, executed, insert=insert)
-        self._check_end(delta)
+        stays = delta.keep + delta.drop < len(self.timeline)
+        end = self.end + delta.shift if stays else delta.segments[-1].finish if delta.segments else 0.0
+        if end > 2.0 * LATEST:
+            what = f"{delta.motion.text or 'the motion'} would end at {end:g} s"
+            raise IllegalValue(what, f"times are up to {2.0 * LATEST:g} s", value=end, upper=2.0 * LATEST)
         self.book.commit([HistoryStep.of(self.timeline, delta, issued, insert, self.settings.alter)], happens=happens)
         return delta
 
     def _planned(self, motion: Motion, issued: float, executed: float, *, insert: bool) -> TimelineDelta:
         slowest = self.settings.slowest
         return plan(self.arm, self.timeline, motion, on_grid(issued), executed, insert=insert, slowest=slowest)
-
-    def _check_end(self, delta: TimelineDelta) -> None:
-        """Raises IllegalValue for a change after which motions end later than times are exact."""
-        stays = delta.keep + delta.drop < len(self.timeline)
-        end = self.end + delta.shift if stays else delta.segments[-1].finish if delta.segments else 0.0
-        if end > 2.0 * LATEST:
-            what = f"{delta.motion.text or 'the motion'} would end at {end:g} s"
-            raise IllegalValue(what, f"times are up to {2.0 * LATEST:g} s", value=end, upper=2.0 * LATEST)
 
     def undo(self, count: int = 1) -> tuple[str, ...]:
         """Take the last motion commands back, and the clock, unless time is real: all of them or none. Their texts, the

@@ -163,12 +163,12 @@ class Preview:
     def _begin(self, request: Request, issued: float) -> tuple[float | None, VrsError | None]:
         """Plan a command; return the time from which on it changes the timeline, or why the robot will refuse it."""
         engine = self._engine
-        count = len(engine.deltas)
+        count = len(engine.book.deltas)
         try:
             engine.begin(request, program=False, issued=issued)
         except VrsError as error:
             return None, error
-        return min((delta.cut for delta in engine.deltas[count:]), default=None), None
+        return min((delta.cut for delta in engine.book.deltas[count:]), default=None), None
 
 
 CHANGING = frozenset(  # words of the monitor, beside all motions

@@ -240,7 +240,7 @@ def test_a_line_of_the_prompt_is_over_before_the_next_one_begins(session: Sessio
     tickets = [actor.submit(session.answers(f"DRIVE {joint}, 5")) for joint in (1, 2, 3)]
     stepped(actor)
     assert [ticket.error(0.0) for ticket in tickets] == [None] * 3
-    assert [record.text for record in session.engine.records()] == ["DRIVE 1, 5", "DRIVE 2, 5", "DRIVE 3, 5"]
+    assert [record.text for record in session.engine.book.records()] == ["DRIVE 1, 5", "DRIVE 2, 5", "DRIVE 3, 5"]
 
 
 def test_time_goes_on_in_real_time_though_nobody_asks(terminal: RecordingTerminal) -> None:
@@ -268,7 +268,7 @@ def test_a_program_that_nobody_waits_for_stands_with_the_clock(terminal: Recordi
             actor.step()
 
     def moved() -> int:
-        return sum(record.text.startswith("DRIVE") for record in session.engine.records())
+        return sum(record.text.startswith("DRIVE") for record in session.engine.book.records())
 
     session.let_run(session.begin("swing"), lambda _result: None)
     watch = actor.submit(session.watch_over())

@@ -40,7 +40,7 @@ def test_a_bare_do_repeats_what_its_holder_did(session: Session) -> None:
     done(session, a, "DO DRIVE 1, 1")
     done(session, b, "DO DRIVE 2, 1")
     done(session, a, "DO")
-    assert [record.text for record in session.engine.records()][-1] == "DRIVE 1, 1"
+    assert [record.text for record in session.engine.book.records()][-1] == "DRIVE 1, 1"
 
 
 def test_abort_of_one_ends_what_others_have_begun_and_refuses_what_waits(session: Session) -> None:
@@ -101,13 +101,13 @@ def test_each_holder_is_on_the_branch_that_it_tries(session: Session) -> None:
     done(session, a, "DRIVE 1, 5")
     done(session, b, "DRIVE 2, 5")
     done(session, a, "DRIVE 3, 5")
-    assert [record.text for record in session.engine.records()] == ["DRIVE 1, 5", "DRIVE 3, 5"]
+    assert [record.text for record in session.engine.book.records()] == ["DRIVE 1, 5", "DRIVE 3, 5"]
     done(session, b, "WHERE")
-    assert [record.text for record in session.engine.records()] == ["DRIVE 2, 5"]
+    assert [record.text for record in session.engine.book.records()] == ["DRIVE 2, 5"]
     a.leave()
     stepped(session.actor)
     assert done(session, b, "BRANCH trial")
-    assert [record.text for record in session.engine.records()] == ["DRIVE 2, 5"]
+    assert [record.text for record in session.engine.book.records()] == ["DRIVE 2, 5"]
 
 
 def test_who_stops_the_robot_stops_it_where_it_is(session: Session) -> None:

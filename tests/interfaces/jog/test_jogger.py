@@ -26,6 +26,7 @@ from vrs_cli.kinematics.joints import largest_change
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import angle_between, compose, distance, inverse
+from vrs_cli.values.commands import Break
 from vrs_cli.values.diagnostics import LineRefused
 from vrs_cli.values.hand import Axis, Frame, Look, Press, StopJog
 from vrs_cli.values.questions import Answer, Jogging, Question
@@ -60,7 +61,7 @@ def test_a_joint_moves_by_a_step(session: Session) -> None:
     after = session.engine.position()
     assert [degrees(b - a) for a, b in zip(before, after.joints, strict=True)] == pytest.approx([0, 5, 0, 0, 0, 0])
     assert not after.moving
-    assert session.engine.records()[-1].text == "JOG 2, 5"
+    assert session.engine.book.records()[-1].text == "JOG 2, 5"
 
 
 @pytest.mark.parametrize("name", ["X", "Y", "Z", "TX", "TY", "TZ"])
@@ -109,10 +110,10 @@ def test_a_joint_stops_at_the_end_of_its_range(session: Session, terminal: Recor
     limit = session.engine.model.upper[0]
     assert session.engine.position().joints[0] == pytest.approx(limit)
     said = f"Joint 1 stops at the end of its range, {degrees(limit):.1f} deg"
-    count = len(session.engine.records())
+    count = len(session.engine.book.records())
     session.perform("JOG 1, 1")
     assert told(terminal) == [said, said]
-    assert len(session.engine.records()) == count
+    assert len(session.engine.book.records()) == count
 
 
 def test_no_way_is_none_also_for_a_joint_beside_its_range_by_rounding(
@@ -120,7 +121,7 @@ def test_no_way_is_none_also_for_a_joint_beside_its_range_by_rounding(
 ) -> None:
     beside = session.engine.model.upper[5] + 1e-10
     session.engine.redirect((0.0, *session.engine.position().joints[1:5], beside))
-    session.engine.wait_for_rest()
+    session.engine.perform(Break())
     assert session.engine.position().joints[5] > session.engine.model.upper[5]
     session.perform("JOG 6, -0")
     assert not told(terminal)
@@ -194,8 +195,8 @@ def test_a_task_goes_on_beside(session: Session) -> None:
 def test_what_is_planned_stays(session: Session) -> None:
     session.perform("READY IN 5")
     session.perform("JOG 1, 5")
-    assert [record.text for record in session.engine.records()] == [TABLE, "READY IN 5", "JOG 1, 5"]
-    assert None not in [record.end for record in session.engine.records()]
+    assert [record.text for record in session.engine.book.records()] == [TABLE, "READY IN 5", "JOG 1, 5"]
+    assert None not in [record.end for record in session.engine.book.records()]
 
 
 @pytest.mark.parametrize(
@@ -303,14 +304,14 @@ def test_a_step_that_is_refused_leaves_the_motion_under_way(live: Session) -> No
 def test_what_is_planned_gives_way(live: Session) -> None:
     live.perform("READY IN 5")
     live.perform("JOG 1, 5")
-    assert live.engine.records()[1].end is None
+    assert live.engine.book.records()[1].end is None
     assert live.engine.end < 5.0 + live.engine.now
 
 
 def test_a_step_is_issued_and_executed_now(live: Session, wall: ManualWall) -> None:
     wall.seconds += 2.0
     live.perform("JOG 1, 5")
-    record = live.engine.records()[-1]
+    record = live.engine.book.records()[-1]
     assert record.issued == record.executed == pytest.approx(live.engine.now)
 
 

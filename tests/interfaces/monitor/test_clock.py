@@ -72,7 +72,7 @@ def test_a_program_that_is_late_is_interrupted_now(terminal: RecordingTerminal) 
     terminal.progress = press  # type: ignore[method-assign]
     result = session.execute("main")
     assert result.outcome is RunOutcome.ABORTED
-    brake = next(record for record in session.engine.records() if record.text == "BRAKE")
+    brake = next(record for record in session.engine.book.records() if record.text == "BRAKE")
     assert brake.executed >= pressed[0]
 
 
@@ -123,7 +123,7 @@ def test_the_arm_moves_while_one_types(session: Session, terminal: RecordingTerm
 def test_the_second_motion_follows_the_first(session: Session) -> None:
     session.perform(SLOW)
     session.perform(SLOW.replace("90", "-90"))
-    first, second = session.engine.records()
+    first, second = session.engine.book.records()
     assert first.end == second.executed > 4.0
 
 
@@ -131,7 +131,7 @@ def test_a_motion_in_no_time_interrupts_the_one_under_way(session: Session, wall
     session.perform(SLOW)
     wall.seconds += 1.5
     session.perform("READY IN 0")
-    assert session.engine.records()[-1].executed == pytest.approx(1.5, abs=1e-6)
+    assert session.engine.book.records()[-1].executed == pytest.approx(1.5, abs=1e-6)
 
 
 @pytest.mark.parametrize("line", ["BREAK", "OPENI", "WAIT NOT STATE(2) == 1", "TOOL TRANS(0,0,100)"])
@@ -180,7 +180,7 @@ def test_ctrl_c_in_a_program_brakes(session: Session, wall: ManualWall) -> None:
     wall.each_look = look
     assert session.execute("main").outcome is RunOutcome.ABORTED
     assert session.engine.end < 2.0
-    assert session.engine.records()[-1].text == "BRAKE"
+    assert session.engine.book.records()[-1].text == "BRAKE"
 
 
 def test_abort_does_not_wait(session: Session, wall: ManualWall) -> None:
@@ -245,7 +245,7 @@ def test_or_it_is_postponed_to_the_end_of_the_segment(
     wall.seconds += 2.0
     session.perform("PARAMETER CAUSALITY = POSTPONE")
     session.perform("READY AT 1")
-    record = session.engine.records()[-1]
+    record = session.engine.book.records()[-1]
     assert (record.issued, record.executed) == (pytest.approx(2.0), pytest.approx(cruise.finish))
     assert told(terminal) == [f"READY AT 1 is postponed from 1.000 to {cruise.finish:.3f} s"]
 
@@ -254,7 +254,7 @@ def test_standing_still_it_is_postponed_to_now(session: Session, wall: ManualWal
     session.perform("PARAMETER CAUSALITY = POSTPONE")
     wall.seconds += 2.0
     session.perform("READY AT 1")
-    assert session.engine.records()[-1].executed == pytest.approx(2.0, abs=1e-6)
+    assert session.engine.book.records()[-1].executed == pytest.approx(2.0, abs=1e-6)
 
 
 def test_a_program_that_comes_too_late_is_told_so(session: Session) -> None:
@@ -268,7 +268,7 @@ def test_undo_takes_back_what_has_not_begun(session: Session, wall: ManualWall) 
     session.perform("READY AT 5")
     wall.seconds += 4.0
     session.perform("UNDO")
-    assert session.engine.records() == ()
+    assert session.engine.book.records() == ()
     assert session.engine.now == 4.0
     session.perform("READY AT 5")
     wall.seconds += 2.0
@@ -281,7 +281,7 @@ def test_redo_does_again_what_has_not_begun(session: Session, wall: ManualWall) 
     session.perform("UNDO")
     wall.seconds += 4.0
     session.perform("REDO")
-    assert session.engine.records()[-1].executed == 5.0
+    assert session.engine.book.records()[-1].executed == 5.0
     session.perform("UNDO")
     wall.seconds += 2.0
     with pytest.raises(TooLate, match=r"READY AT 5"):
@@ -339,7 +339,7 @@ def test_motions_are_planned_while_it_stands(session: Session) -> None:
     session.engine.clock.change(paused=True)  # type: ignore[attr-defined]
     session.perform(SLOW)
     session.perform("READY AT 1")
-    assert len(session.engine.records()) == 2
+    assert len(session.engine.book.records()) == 2
 
 
 def test_errors_in_real_time_leave_the_prompt_in_order(session: Session) -> None:

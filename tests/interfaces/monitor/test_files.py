@@ -67,7 +67,7 @@ def test_load_says_where_it_has_loaded_nothing(folder: Path) -> None:
 def test_a_trajectory_is_loaded_as_a_branch() -> None:
     session = at(RecordingTerminal(), "READY", "SAVE 2-demo", "DRIVE 1, 60", "LOAD 2-demo.vrst")
     assert session.branches.present == "t2.demo"
-    assert [record.text for record in session.engine.records()] == ["READY"]
+    assert [record.text for record in session.engine.book.records()] == ["READY"]
     assert session.prompt == "(t2.demo)."
 
 

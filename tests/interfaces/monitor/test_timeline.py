@@ -44,9 +44,9 @@ def test_the_answer_to_a_motion_says_what_begins_later() -> None:
     assert [one.asked for one in displaced(terminal)[-1].displacement.later] == [4.0, 6.0]
     session.perform("UNDO")
     assert [one.asked for one in displaced(terminal)[-1].displacement.earlier] == [4.0, 6.0]
-    assert [(record.asked, record.executed) for record in session.engine.records()[1:]] == [(4.0, 4.0), (6.0, 6.0)]
+    assert [(record.asked, record.executed) for record in session.engine.book.records()[1:]] == [(4.0, 4.0), (6.0, 6.0)]
     session.perform("REDO")
-    assert session.engine.records()[1].displaced
+    assert session.engine.book.records()[1].displaced
     assert len(displaced(terminal)) == 3
 
 

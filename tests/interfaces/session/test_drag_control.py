@@ -113,7 +113,7 @@ def test_it_tells_which_wish_it_goes_after_and_the_motion_is_as_old_as_the_first
     assert served.drag_control.pulled == DragState("ann", served.drag_control.pulled.held, issued=begin - 0.2)
     served.pull(None, issued=begin - 0.1)
     assert served.drag_control.pulled == DragState(issued=begin - 0.1)
-    last = engine.records()[-1]
+    last = engine.book.records()[-1]
     assert last.issued == pytest.approx(begin - 0.25, abs=1e-6)
     assert last.executed == pytest.approx(begin, abs=1e-6)
 

@@ -56,7 +56,7 @@ def test_signals_come_when_motions_begin(session: Session, terminal: RecordingTe
     load(session, "MOVE a", "TYPE /F6.3, TIME()", "MOVE b", "TYPE /F6.3, TIME()", "BREAK", "TYPE /F6.3, TIME()")
     result = session.execute("p")
     first, second, end = map(float, result.typed)
-    slowing = session.engine.records()[1].executed
+    slowing = session.engine.book.records()[1].executed
     assert first == 0.0
     assert second == pytest.approx(slowing, abs=1e-3)
     assert end == pytest.approx(session.engine.end, abs=1e-3)
@@ -113,7 +113,7 @@ def test_a_motion_that_cannot_be_done_is_placed(session: Session) -> None:
     assert result.fault is not None
     assert (result.fault.program, result.fault.step, result.fault.line) == ("p", 3, 4)
     assert "mm" in result.fault.message
-    assert len(session.engine.records()) == 1
+    assert len(session.engine.book.records()) == 1
 
 
 def test_proceed_goes_on_behind_the_fault_and_retry_repeats_it(session: Session) -> None:
@@ -181,13 +181,13 @@ def test_a_bare_instruction_is_done_at_once(session: Session) -> None:
     assert session.engine.now == session.engine.end > 0.0
     session.perform("DO DRIVE 1, 10, 50")
     session.perform("DO")
-    assert session.engine.records()[-1].number == 3
+    assert session.engine.book.records()[-1].number == 3
 
 
 def test_a_stamped_motion_leaves_the_clock_alone(session: Session) -> None:
     session.perform("MOVE a AT 2.5")
     assert session.engine.now == 0.0
-    assert session.engine.records()[0].executed == 2.5
+    assert session.engine.book.records()[0].executed == 2.5
 
 
 def test_a_called_program_runs_as_any_other(session: Session) -> None:
@@ -266,7 +266,7 @@ def test_a_duration_is_the_least_time_out_of_a_motion_too(profile: str, begin: f
     session.perform("MOVES TRANS(150, 450, -150, 90, 90, 0) AT 3")
     session.perform("DURATION 4")
     session.perform(f"{word} TRANS(0, 450, -150, 90, 90, 0) AT {begin}")
-    record = session.engine.records()[-1]
+    record = session.engine.book.records()[-1]
     assert record.end is not None
     assert 4.0 - 1e-6 <= record.end - record.executed <= 4.01
 

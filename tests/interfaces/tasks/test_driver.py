@@ -45,15 +45,15 @@ def test_a_motion_is_the_same_with_a_task_beside_it() -> None:
 def test_the_next_motion_is_asked_for_when_its_step_is_reached(session: Session) -> None:
     load(session, "DRIVE 1, 40, 100", "DRIVE 1, -40, 100")
     session.execute("main")
-    assert [record.issued for record in session.engine.records()] == [0.0, 0.0]
-    assert session.engine.records()[1].executed > 0.0
+    assert [record.issued for record in session.engine.book.records()] == [0.0, 0.0]
+    assert session.engine.book.records()[1].executed > 0.0
 
 
 def test_what_follows_a_refused_motion_is_asked_for_when_that_was_refused(session: Session) -> None:
     load(session, "REACTE over", "DRIVE 1, 40, 100", "DRIVE 1, 400", "DRIVE 2, 5 IN 0.3", "BREAK")
     load(session, "t = TIME()", "RETURNE", name="over")
     session.execute("main")
-    refused, last = value(session, "t"), session.engine.records()[-1]
+    refused, last = value(session, "t"), session.engine.book.records()[-1]
     assert isinstance(refused, float)
     assert refused > 0.1, "it waited for its place on the timeline"
     assert (last.issued, last.executed) == pytest.approx((refused, refused + 0.3), abs=1e-8)
@@ -88,7 +88,7 @@ def test_reacti_brakes_at_the_instant_of_the_change(session: Session) -> None:
     session.driver.inputs = parse_signals("0.5, 1001, ON")
     session.execute("main")
     assert value(session, "t") == 0.5
-    brake = session.engine.records()[-1]
+    brake = session.engine.book.records()[-1]
     assert (brake.text, brake.executed) == ("BRAKE", 0.5)
     assert session.engine.end < 1.2
 
@@ -121,7 +121,7 @@ def test_a_reaction_during_the_last_motion_of_a_cycle_is_called(session: Session
     session.driver.inputs = parse_signals("2.5, 1001, ON\n20, 1001, OFF\n")
     result = session.execute("main", cycles=3)
     assert (result.cycles, value(session, "n"), value(session, "seen")) == (3, 3.0, 1.0)
-    first = 2.5 if word == "REACTI" else session.engine.records()[1].end
+    first = 2.5 if word == "REACTI" else session.engine.book.records()[1].end
     assert value(session, "t") == pytest.approx(first)
 
 

@@ -51,13 +51,13 @@ def test_nothing_before_arrival_changes_whatever_is_claimed(
         t += pause
         wall.seconds = line.arrival(t)
         engine.clock.advance(engine.clock.reached)
-        arrival, count = engine.now, len(engine.deltas)
+        arrival, count = engine.now, len(engine.book.deltas)
         past = [arrival - TICK, *(arrival * k / 7 for k in range(7))]
         before, issued = seen(engine, past), times.issued(claim, arrival)
         with suppress(VrsError):
             engine.begin(Move(target, False, stamp=Stamp(t + lead)), program=False, issued=issued)
         assert seen(engine, past) == before
-        for delta in engine.deltas[count:]:
+        for delta in engine.book.deltas[count:]:
             assert delta.cut >= on_grid(arrival), "the robot's clock at arrival is t_c"
             assert on_grid(arrival - allowed) <= delta.issued <= delta.executed
             assert delta.issued <= on_grid(arrival)
@@ -81,7 +81,7 @@ def test_who_commands_with_the_delay_as_offset_is_never_late() -> None:
     with pytest.raises(TooLate):
         engine.begin(Move(JointTarget(ready), False, stamp=Stamp(t_iss)), program=False)
     engine.begin(Move(JointTarget(ready), False, stamp=Stamp(times.executed(t_iss))), program=False)
-    assert engine.deltas[0].executed == engine.now
+    assert engine.book.deltas[0].executed == engine.now
 
 
 def test_lines_of_a_user_state_are_issued_and_executed_by_its_times() -> None:
@@ -94,5 +94,5 @@ def test_lines_of_a_user_state_are_issued_and_executed_by_its_times() -> None:
     session.perform("MOVE #PPOINT(10, -90, 90, 0, 0, 0) AT 4.75")
     wall.seconds = 6.0
     session.perform("MOVE #PPOINT(20, -90, 90, 0, 0, 0) IN 0.5")
-    times = [(it.issued, it.executed) for it in session.engine.records()]
+    times = [(it.issued, it.executed) for it in session.engine.book.records()]
     assert times == [(4.75, 5.0), (6.0, 6.5)]

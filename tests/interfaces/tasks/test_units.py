@@ -63,7 +63,7 @@ def test_other_tasks_go_on_while_one_waits() -> None:
 def test_a_motion_goes_on_while_its_program_waits() -> None:
     session = session_with(COMES)
     typed(session, *OPEN, "DRIVE 1, 20, 100", *READ, "DRIVE 1, 20, 100")
-    first, second = session.engine.records()
+    first, second = session.engine.book.records()
     assert first.executed == 0.0
     assert second.issued == pytest.approx(0.5)
 

@@ -175,7 +175,7 @@ def _save(station: Station, it: Instruction) -> Dialogue[None]:
     engine = station.engine
     path = _with_extension(path_of(station, it), EXTENSION)
     yield from may_write(station, path)
-    model, initial, deltas = engine.model, engine.initial, engine.deltas.copy()
+    model, initial, deltas = engine.model, engine.book.initial, engine.book.deltas.copy()
     yield from beside(lambda: write_trajectory(path, model, initial, deltas, station.folder))
     yield Message(f"{path} saved: {count(engine.book.commands, 'command')}, {engine.end:.3f} s")
 

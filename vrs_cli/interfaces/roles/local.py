@@ -129,7 +129,7 @@ class LocalRobot:
 
     def save(self, path: Path) -> None:
         def course(session: Session) -> tuple[Timeline, DeltaLog]:
-            return session.engine.initial, session.engine.deltas.copy()
+            return session.engine.book.initial, session.engine.book.deltas.copy()
 
         write_trajectory(path, self.arm.model, *self._end(self._holder.call(course)))
 

@@ -82,7 +82,7 @@ class Session(Station):
     @property
     def prompt(self) -> str:
         """VAL's dot, after the name of the branch where one is tried."""
-        return "." if self.branches.on_main else f"({self.branches.present})."
+        return "." if self.branches.present == MAIN else f"({self.branches.present})."
 
     def perform(self, line: str) -> None:
         """Parse, check and do one line of the prompt, or of the editor. Answers go to the terminal.

@@ -343,7 +343,7 @@ class Driver:
         """End a run at its limit of the robot's time."""
         self.engine.clock.advance(max(run.last, self.engine.now))
         what = f"the program was still running after {run.limits.max_time:g} s of the robot's time"
-        late = (one.text for one in self.engine.records() if one.asked is not None and one.asked > run.last)
+        late = (one.text for one in self.engine.book.records() if one.asked is not None and one.asked > run.last)
         if text := next(late, None):  # the first motion that was asked for a later time is to blame
             what += f", and {text} was asked for later than that"
         self._exhausted(run, what, self._advice("max_time"))
