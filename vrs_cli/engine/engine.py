@@ -23,7 +23,6 @@ from vrs_cli.engine.settings import Altered, Settings
 from vrs_cli.engine.snapshot import TimelineReplaced
 from vrs_cli.engine.targets import (
     After,
-    Situation,
     Speed,
     check_flag,
     check_joint_limits,
@@ -320,7 +319,7 @@ class Engine:
         after = self._after(executed)
         return after.motion(
             start,
-            resolve(arm, settings, move, Situation(here, before, after.before.frames)),
+            resolve(arm, settings, move, after.before.frames, here, before),
             speed,
             duration=settings.duration.present,
             hand=settings.hand if move.hand is None else self._opening(move.hand),

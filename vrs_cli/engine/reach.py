@@ -14,7 +14,7 @@ from msgspec import Struct, structs
 from vrs_cli.engine.one_motion import plan_motion
 from vrs_cli.engine.problem import Here, Problem, segment_joints
 from vrs_cli.engine.settings import Settings
-from vrs_cli.engine.targets import After, Goal, Situation, check_joint_count, program_speed, resolve
+from vrs_cli.engine.targets import After, Goal, check_joint_count, program_speed, resolve
 from vrs_cli.errors import LocationOutOfRange, MotionError
 from vrs_cli.kinematics.arm import RobotArm, Solution
 from vrs_cli.kinematics.configuration import NONE, Configuration
@@ -66,8 +66,7 @@ class Standpoint(Struct, frozen=True):
 
     def resolved(self, target: PoseTarget | JointTarget, straight: bool = False) -> Goal:
         """Where a motion to a target goes. Raises as `targets.resolve` does."""
-        situation = Situation(self.here, self.here, self.frames)
-        return resolve(self.arm, self.settings, Move(target, straight), situation)
+        return resolve(self.arm, self.settings, Move(target, straight), self.frames, self.here, self.here)
 
     def line(self, pose: Transform, *, once: bool = True) -> Motion:
         """MOVES to T_robot_tool, with the settings for the next motion, or with those for the ones after it."""

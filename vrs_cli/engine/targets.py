@@ -60,45 +60,38 @@ SLOWEST = 1e-4  # fraction of nominal speed: slower is no motion
 INCH = 0.0254  # [m]
 
 
-class Situation(Struct, frozen=True):
-    """What a target depends on: the joints when the motion begins and where the one before it ends, BASE and TOOL."""
+def resolve(arm: RobotArm, settings: Settings, move: Move, frames: Frames, here: Joints, destination: Joints) -> Goal:
+    """Where a motion goes that begins in joints `here`, after one that ends at `destination`.
 
-    here: Joints
-    destination: Joints
-    frames: Frames
-
-
-def resolve(arm: RobotArm, settings: Settings, move: Move, situation: Situation) -> Goal:
-    """Where a motion goes. Raises LocationOutOfRange, JointOutOfRange, StraightLineConfiguration, IllegalJoint,
-    IllegalValue, UndefinedValue.
+    Raises LocationOutOfRange, JointOutOfRange, StraightLineConfiguration, IllegalJoint, IllegalValue, UndefinedValue.
     """
-    pose = _tool_pose(arm, move, situation)
+    pose = _tool_pose(arm, move, frames, destination)
     if pose is None:
-        joints = _joints(arm.model, move, situation)
+        joints = _joints(arm.model, move, destination)
         check_joint_limits(arm.model, joints)
         if move.straight:
-            return compose(arm.forward(joints), situation.frames.tool)
+            return compose(arm.forward(joints), frames.tool)
     elif move.straight:
-        arm.check_task(compose(pose, inverse(situation.frames.tool)), situation.frames.base, situation.frames.tool)
-        have = arm.configuration(situation.here)
+        arm.check_task(compose(pose, inverse(frames.tool)), frames.base, frames.tool)
+        have = arm.configuration(here)
         missing = settings.configuration.words_beside((have,))
         if missing:
             raise StraightLineConfiguration(f"{' '.join(missing)} asked, the arm is {have}", "use MOVE to change it")
         return pose
     else:
-        joints = select(arm, settings, pose, situation.frames, situation.here)
+        joints = select(arm, settings, pose, frames, here)
     if not settings.mode(Mode.OVERLAP):
-        _check_half_turns(arm.model, situation.here, joints)
+        _check_half_turns(arm.model, here, joints)
     return joints
 
 
-def _tool_pose(arm: RobotArm, move: Move, situation: Situation) -> Transform | None:
+def _tool_pose(arm: RobotArm, move: Move, frames: Frames, destination: Joints) -> Transform | None:
     """T_robot_tool of a target that is given as a pose; None where it is given by joints."""
-    frames, target = situation.frames, move.target
+    target = move.target
     if isinstance(target, PoseTarget):
         pose = compose(frames.base, target.T_world_tool)
     elif isinstance(target, ToolOffsetTarget | AlignedTarget):
-        pose = _relative_pose(arm, target, situation.destination, frames)
+        pose = _relative_pose(arm, target, destination, frames)
     else:
         return None
     check_near(pose, "{} from the robot", LocationTooFar)
@@ -113,14 +106,14 @@ def check_near(T: Transform, what: str, refusal: type[VrsError] = IllegalValue) 
         raise refusal(what.format(f"{away * 1000.0:g} mm"), right, value=away, upper=FARTHEST)
 
 
-def _joints(model: RobotModel, move: Move, situation: Situation) -> Joints:
+def _joints(model: RobotModel, move: Move, destination: Joints) -> Joints:
     target = move.target
     if isinstance(target, NamedTarget):
         if target.name not in model.poses:
             raise UndefinedValue(f"robot {model.name} has no pose {target.name.upper()}")
         return model.poses[target.name]
     if isinstance(target, JointOffsetTarget):
-        return _drive(situation.destination, target)
+        return _drive(destination, target)
     assert isinstance(target, JointTarget)
     return target.joints
 

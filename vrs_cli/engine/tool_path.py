@@ -55,13 +55,6 @@ class ToolLine(NamedTuple):
         return (*self.points[:count], tip), (tip, *self.points[count:])
 
 
-class _Seen(NamedTuple):
-    """What was found of a block: its row is kept, so that no other one has its identity."""
-
-    row: Row
-    lines: tuple[ToolLine, ...]
-
-
 class ToolPath:
     """The lines of one arm; no point of its way is farther than `error` [m] from them. What was found of a part of a
     timeline is remembered as long as it is in sight: versions of a timeline share what has not changed.
@@ -69,7 +62,7 @@ class ToolPath:
 
     def __init__(self, arm: RobotArm, error: float) -> None:
         self._arm, self._error = arm, error
-        self._seen: dict[tuple[int, int, int], _Seen] = {}
+        self._seen: dict[tuple[int, int, int], tuple[Row, tuple[ToolLine, ...]]] = {}  # a row kept has its own identity
 
     def lines(self, timeline: Timeline, begin: float, end: float) -> list[ToolLine]:
         """Those that the tip draws between two times [s], and perhaps some beside them, in order."""
@@ -77,9 +70,9 @@ class ToolPath:
         found = list[ToolLine]()
         for block in timeline.blocks(begin // WHOLE * WHOLE, -(-end // WHOLE) * WHOLE):
             key = (id(block.row), block.first, block.last)
-            seen = before.get(key) or _Seen(block.row, tuple(_block_lines(self._arm, block, self._error)))
+            seen = before.get(key) or (block.row, tuple(_block_lines(self._arm, block, self._error)))
             self._seen[key] = seen
-            found += [line._replace(offset=block.offset) for line in seen.lines]
+            found += [line._replace(offset=block.offset) for line in seen[1]]
         return [line for line in found if line.begin < end and line.end > begin]
 
 

@@ -13,12 +13,12 @@ from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.laws.course import Blend, Course
 from vrs_cli.trajectory.laws.lspb_times import (
     Component,
-    VectorPart,
     from_motion,
     from_rest,
     scalar_demands,
     vector_demands,
 )
+from vrs_cli.trajectory.state import ToolLimits
 
 ROUNDING = 1e-5
 
@@ -29,6 +29,7 @@ parts = st.builds(
     velocity=st.floats(-1.0, 1.0),
     max_velocity=st.floats(1.0, 4.0),
     max_acceleration=st.floats(1.0, 12.0),
+    max_jerk=st.just(inf),
 )
 
 
@@ -110,9 +111,10 @@ def test_a_blend_that_ends_on_the_target_too_fast_is_impossible() -> None:
 
 
 def test_a_tool_that_is_there_when_its_velocity_has_gone() -> None:
-    part = VectorPart((0.1, 0.0, 0.0), (0.4, 0.0, 0.0), 1.0, 2.0, 2.0)  # 0.4 m/s gone in 0.5 s leads 0.1 m on
-    assert vector_demands(part, 0.5) == (0.0, inf, 0.0)
-    low, high, _ = vector_demands(part._replace(blend_acceleration=0.5), 0.5)
+    way, velocity = (0.1, 0.0, 0.0), (0.4, 0.0, 0.0)  # 0.4 m/s gone in 0.5 s leads 0.1 m on
+    limits = ToolLimits(1.0, 2.0, 1.0, 1.0, blending=1.0)
+    assert vector_demands(way, velocity, limits, 0.5) == (0.0, inf, 0.0)
+    low, high, _ = vector_demands(way, velocity, limits._replace(blending=0.25), 0.5)
     assert low > high
 
 
@@ -122,8 +124,8 @@ def test_a_tool_that_is_there_when_its_velocity_has_gone() -> None:
 def test_the_bounds_of_a_vector_are_where_its_limits_are(
     way: tuple[float, float, float], velocity: tuple[float, float, float], u: float
 ) -> None:
-    part, blend = VectorPart(way, velocity, 2.0, 6.0, 4.0), 0.4
-    low, high, slowing = vector_demands(part, blend)
+    limits, blend = ToolLimits(2.0, 6.0, 1.0, 1.0, blending=4.0 / 6.0), 0.4
+    low, high, slowing = vector_demands(way, velocity, limits, blend)
     assume(all(abs(u - edge) > 1e-6 for edge in (low, high)))
     v1 = [u * (d - 0.5 * v * blend) for d, v in zip(way, velocity, strict=True)]
     kept = hypot(*v1) <= 2.0 and dist(v1, velocity) <= 4.0 * blend

@@ -13,10 +13,10 @@ from vrs_cli.kinematics.profile import Profile
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.laws.course import NONE, Change, Course
 from vrs_cli.trajectory.laws.law import NoTimes
+from vrs_cli.trajectory.laws.lspb_times import Component
 from vrs_cli.trajectory.laws.scurve import joint_motion
 from vrs_cli.trajectory.laws.scurve_steering import farthest, joint_stop, state_after, stop, turning_back
 from vrs_cli.trajectory.laws.scurve_times import (
-    ScalarPart,
     _possible,
     _root,
     from_rest,
@@ -26,7 +26,7 @@ from vrs_cli.trajectory.laws.scurve_times import (
 )
 from vrs_cli.trajectory.polynomial import derivative, turns, value
 from vrs_cli.trajectory.segment import JointPath, Segment
-from vrs_cli.trajectory.state import JointLimits, JointState
+from vrs_cli.trajectory.state import JointLimits, JointState, ToolLimits
 from vrs_cli.values.motion import Motion, MotionKind, Start
 
 ROUNDING = 1.0 + 1e-5
@@ -39,7 +39,7 @@ thirds = st.tuples(parts, parts, parts)
 
 def test_seven_stretches_from_rest() -> None:
     # 2 rad at 1 rad/s, 2 rad/s2, 10 rad/s3 (Biagiotti and Melchiorri 3.4): T = D/v + v/a + a/j
-    course = from_rest([ScalarPart(2.0, 1.0, 2.0, 10.0)])
+    course = from_rest([Component(2.0, 0.0, 1.0, 2.0, 10.0)])
     assert course.change == pytest.approx((0.2, 0.3, 0.2), abs=1e-6)
     assert course.cruise == pytest.approx(1.3, abs=1e-6)
     assert course.total == pytest.approx(2.7, abs=1e-6)
@@ -47,25 +47,25 @@ def test_seven_stretches_from_rest() -> None:
 
 def test_full_acceleration_is_not_reached() -> None:
     # velocity 1 in two ramps of sqrt(v / j): T = D/v + 2 sqrt(v / j)
-    course = from_rest([ScalarPart(2.0, 1.0, 100.0, 4.0)])
+    course = from_rest([Component(2.0, 0.0, 1.0, 100.0, 4.0)])
     assert course.change.hold == 0.0
     assert course.total == pytest.approx(2.0 + 2.0 * sqrt(1.0 / 4.0), abs=1e-5)
 
 
 def test_a_short_way_is_four_ramps() -> None:
     # D = 2 j t^3 in four ramps of t
-    course = from_rest([ScalarPart(0.002, 10.0, 100.0, 8.0)])
+    course = from_rest([Component(0.002, 0.0, 10.0, 100.0, 8.0)])
     assert course.total == pytest.approx(4.0 * (0.002 / (2.0 * 8.0)) ** (1.0 / 3.0), abs=1e-5)
     assert course.cruise == 0.0
 
 
 def test_least_time_is_kept_and_not_much_more() -> None:
-    course = from_rest([ScalarPart(0.5, 10.0, 2.0, 20.0)], 3.0)
+    course = from_rest([Component(0.5, 0.0, 10.0, 2.0, 20.0)], 3.0)
     assert 3.0 <= course.total <= 3.0001
 
 
 def test_nothing_to_do_takes_no_time() -> None:
-    assert from_rest([ScalarPart(0.0, 1.0, 1.0, 1.0)]).total == 0.0
+    assert from_rest([Component(0.0, 0.0, 1.0, 1.0, 1.0)]).total == 0.0
 
 
 def check(segments: tuple[Segment, ...], state: JointState, start: float) -> None:
@@ -213,7 +213,7 @@ def test_a_change_alone_stops_on_the_target() -> None:
 
 def test_a_spin_that_dies_and_a_turn_share_the_limits() -> None:
     """In a change of two ramps of t each, the level is w / t: the rest of acceleration and jerk is for the turn."""
-    t, angle, limits = 0.5, 0.8, (9.0, 2.0, 20.0, 4.0, 40.0)  # speed, acceleration, jerk, those of blending
+    t, angle, limits = 0.5, 0.8, ToolLimits(1.0, 1.0, 9.0, 2.0, 1.0, 20.0)  # twice these when it blends
     for spin in (0.0, 0.6, 1.9):
         bounds = turn_bounds(angle, Change(t, 0.0, t), (0.0, 0.0, spin), (0.0, 0.0, 0.0), limits)
         assert bounds.high == pytest.approx((4.0 - spin / t) * t / angle)

@@ -25,7 +25,6 @@ from vrs_cli.trajectory.laws.law import Coming, Law
 from vrs_cli.trajectory.laws.lspb_times import (
     Component,
     Demand,
-    VectorPart,
     from_motion,
     from_rest,
     search,
@@ -54,7 +53,7 @@ def joint_motion(
     if reach <= 0.0:
         return ()
     change, going = course.change, not course.stops_at_once
-    cruising = [change.ahead(way, v, 0.0) / reach if going else 0.0 for way, v, _, _ in components]
+    cruising = [change.ahead(way, v, 0.0) / reach if going else 0.0 for way, v, *_ in components]
     return segments_of(start, motion, joint_stretches(course, state.joints, state.velocity, cruising, first))
 
 
@@ -93,15 +92,14 @@ class _ToolMotion(ToolMotion):
             others = [Component(way, 0.0, limits.guide, limits.guide_acceleration) for way in ways]
             return from_rest([tip, turning, *others], least)
         blending = limits.blend_acceleration
-        part = VectorPart(self.displacement, state.velocity, limits.speed, limits.acceleration, blending)
         speed = length(state.velocity)
         shortest = max(max(speed - limits.speed, 0.0) / blending, self.spin / limits.blend_spin_acceleration)
         guess = max(speed / limits.acceleration, shortest)
-        return search(lambda blend: self._demands(part, blend), shortest, guess, least, FIRST_STEPS)
+        return search(self._demands, shortest, guess, least, FIRST_STEPS)
 
-    def _demands(self, part: VectorPart, blend: float) -> Demand:
+    def _demands(self, blend: float) -> Demand:
         """Position and rotation together; the dying spin and the new turn share the angular acceleration."""
-        low, high, slowing = vector_demands(part, blend)
+        low, high, slowing = vector_demands(self.displacement, self.state.velocity, self.limits, blend)
         _, angle = self.turn(Blend(blend))
         if angle > NEGLIGIBLE:
             limits = self.limits

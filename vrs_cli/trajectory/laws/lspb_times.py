@@ -16,9 +16,10 @@ from collections.abc import Callable, Sequence
 from math import inf, sqrt
 from typing import NamedTuple
 
+from vrs_cli.kinematics.transform import Vector
 from vrs_cli.trajectory.instant import TICK, up_to_grid
 from vrs_cli.trajectory.laws.course import Blend, Course
-from vrs_cli.trajectory.state import NEGLIGIBLE
+from vrs_cli.trajectory.state import NEGLIGIBLE, ToolLimits
 
 MARGIN = 1.0 + 1e-7  # keeps limits true after times are rounded to the grid
 ROOM = 8 * TICK  # [s] by which a blend is longer than it must be: rounding the other times moves the limits a little
@@ -34,12 +35,13 @@ def _course(blend: float, cruise: float, slow: float) -> Course:
 
 
 class Component(NamedTuple):
-    """A scalar part of a motion: displacement to go, velocity now, the limits of velocity and acceleration."""
+    """A scalar part of a motion: displacement to go, velocity now, the limits of velocity, acceleration and jerk."""
 
     displacement: float
     velocity: float
     max_velocity: float
     max_acceleration: float
+    max_jerk: float = inf
 
 
 class Demand(NamedTuple):
@@ -113,26 +115,13 @@ def scalar_demands(components: Sequence[Component]) -> Demands:
     return demands
 
 
-class VectorPart(NamedTuple):
-    """A part of a motion whose limits hold for the length of a vector (the position of the tool tip).
-
-    `blend_acceleration` is the one that a blend may have, `max_acceleration` that of slowing down.
-    """
-
-    displacement: tuple[float, float, float]
-    velocity: tuple[float, float, float]
-    max_velocity: float
-    max_acceleration: float
-    blend_acceleration: float
-
-
-def vector_demands(part: VectorPart, blend: float) -> Demand:
-    """The bounds on u so that |c u| <= v_max and |c u - v0| <= a_blend blend, with c = D - v0 blend / 2."""
-    vx, vy, vz = part.velocity
+def vector_demands(displacement: Vector, velocity: Vector, limits: ToolLimits, blend: float) -> Demand:
+    """The bounds on u so that |c u| <= v_max and |c u - v0| <= a_blend blend, with c = D - v0 blend / 2: of the tip."""
+    vx, vy, vz = velocity
     half = 0.5 * blend
-    cx, cy, cz = (d - half * v for d, v in zip(part.displacement, part.velocity, strict=True))
+    cx, cy, cz = (d - half * v for d, v in zip(displacement, velocity, strict=True))
     ahead = sqrt(cx * cx + cy * cy + cz * cz)
-    change = part.blend_acceleration * blend
+    change = limits.blend_acceleration * blend
     speed = sqrt(vx * vx + vy * vy + vz * vz)
     if ahead <= NEGLIGIBLE:
         return Demand(0.0, inf, 0.0) if speed <= change else Demand(1.0, 0.0, 0.0)
@@ -144,8 +133,8 @@ def vector_demands(part: VectorPart, blend: float) -> Demand:
     root = sqrt(room)
     return Demand(
         max((along - root) / ahead, 0.0),
-        min(part.max_velocity / ahead, (along + root) / ahead),
-        ahead / part.max_acceleration,
+        min(limits.speed / ahead, (along + root) / ahead),
+        ahead / limits.acceleration,
     )
 
 

@@ -20,13 +20,11 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.course import NONE, Change, Course, ToolMotion, joint_stretches
 from vrs_cli.trajectory.laws.law import Law, NoTimes
-from vrs_cli.trajectory.laws.lspb_times import MARGIN
+from vrs_cli.trajectory.laws.lspb_times import MARGIN, Component
 from vrs_cli.trajectory.laws.scurve_joints import stretches
 from vrs_cli.trajectory.laws.scurve_steering import joint_stops, steer, steered, steering_of
 from vrs_cli.trajectory.laws.scurve_times import (
     Bounds,
-    ScalarPart,
-    VectorLimits,
     both,
     from_rest,
     keeps,
@@ -50,7 +48,7 @@ def joint_motion(
     if not state.at_rest:
         return segments_of(start, motion, stretches(state, goal, limits, least))
     rows = zip(state.joints, goal, limits.velocity, limits.acceleration, limits.jerk, strict=True)
-    parts = [ScalarPart(to - at, v_max, a_max, j_max) for at, to, v_max, a_max, j_max in rows]
+    parts = [Component(to - at, 0.0, v_max, a_max, j_max) for at, to, v_max, a_max, j_max in rows]
     course = from_rest(parts, least)
     reach, still = course.reach, (0.0,) * len(parts)
     if reach <= 0.0:
@@ -89,10 +87,10 @@ class _ToolMotion(ToolMotion):
         if self.state.at_rest:
             _, angle = self.turn(NONE)
             way = length(self.displacement)
-            tip = ScalarPart(way, limits.speed, limits.acceleration, limits.jerk)
-            turning = ScalarPart(angle, limits.spin, limits.spin_acceleration, limits.spin_jerk)
+            tip = Component(way, 0.0, limits.speed, limits.acceleration, limits.jerk)
+            turning = Component(angle, 0.0, limits.spin, limits.spin_acceleration, limits.spin_jerk)
             most = limits.guide, limits.guide_acceleration, limits.guide_jerk
-            guided = [ScalarPart(guide.end - guide.value, *most) for guide in self.state.guides]
+            guided = [Component(guide.end - guide.value, 0.0, *most) for guide in self.state.guides]
             return from_rest([tip, turning, *guided], least)
         slowest = max(
             length(self.state.velocity) / limits.acceleration, length(self.spin) / limits.spin_acceleration, 0.01
@@ -133,13 +131,10 @@ class _ToolMotion(ToolMotion):
 
     def _demands(self, change: Change) -> Bounds:
         """Position and rotation together; the dying spin and the new turn share the angular limits."""
-        a = self.limits
-        tip = VectorLimits(a.speed, a.acceleration, a.jerk, a.blend_acceleration, a.blend_jerk)
-        turn = VectorLimits(a.spin, a.spin_acceleration, a.spin_jerk, a.blend_spin_acceleration, a.blend_spin_jerk)
         _, angle = self.turn(change)
         return both(
-            vector_bounds(self.displacement, self.state.velocity, self.acceleration, tip, change),
-            turn_bounds(angle, change, self.spin, self.spin_rate, turn),
+            vector_bounds(self.displacement, self.state.velocity, self.acceleration, self.limits, change),
+            turn_bounds(angle, change, self.spin, self.spin_rate, self.limits),
         )
 
 

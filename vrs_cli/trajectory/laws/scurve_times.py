@@ -27,8 +27,8 @@ from vrs_cli.kinematics.transform import Vector, added, dot, length, scaled, sub
 from vrs_cli.trajectory.instant import up_to_grid
 from vrs_cli.trajectory.laws.course import NONE, Change, Course
 from vrs_cli.trajectory.laws.law import NoTimes
-from vrs_cli.trajectory.laws.lspb_times import MARGIN, ROOM, SAME, SLIVER
-from vrs_cli.trajectory.state import NEGLIGIBLE
+from vrs_cli.trajectory.laws.lspb_times import MARGIN, ROOM, SAME, SLIVER, Component
+from vrs_cli.trajectory.state import NEGLIGIBLE, ToolLimits
 
 FIRST_STEP = 0.25
 LAST_STEP = 0.05  # of the time of a change: no finer
@@ -53,19 +53,10 @@ Demands = Callable[[Change], Bounds]
 IMPOSSIBLE = Bounds(1.0, 0.0, 0.0, 0.0)
 
 
-class ScalarPart(NamedTuple):
-    """A scalar part of a motion from rest: what is to go, and its limits."""
-
-    displacement: float
-    max_velocity: float
-    max_acceleration: float
-    max_jerk: float
-
-
 # --- from rest -------------------------------------------------------------------------------------------------
 
 
-def from_rest(parts: Sequence[ScalarPart], least: float = 0.0) -> Course:
+def from_rest(parts: Sequence[Component], least: float = 0.0) -> Course:
     """The times of a motion from rest; `least`: the least total time [s]."""
     by_velocity = by_acceleration = by_jerk = 0.0
     for part in parts:
@@ -158,20 +149,12 @@ def _slower(total: Callable[[float], float], low: float, high: float, least: flo
 # --- from motion -----------------------------------------------------------------------------------------------
 
 
-class VectorLimits(NamedTuple):
-    """Of the length of a vector: those of the change are the blending ones, those of slowing down the others."""
-
-    velocity: float
-    acceleration: float
-    jerk: float
-    blend_acceleration: float
-    blend_jerk: float
-
-
 def vector_bounds(
-    displacement: Vector, velocity: Vector, acceleration: Vector, limits: VectorLimits, change: Change
+    displacement: Vector, velocity: Vector, acceleration: Vector, limits: ToolLimits, change: Change
 ) -> Bounds:
-    """The bounds on u so that |E u| <= v_max, the level A has |A| within its limits and |A - a0| <= jerk rise."""
+    """The bounds on u so that |E u| <= v_max, the level A has |A| within its limits and |A - a0| <= jerk rise: of the
+    tip. The limits of the change are those of blending, those of slowing down the others.
+    """
     reach = change.reach
     k0, k1 = change.ways
     carried = added(velocity, scaled(acceleration, 0.5 * change.rise))
@@ -181,7 +164,7 @@ def vector_bounds(
     spheres = (
         (carried, reach * level),
         (added(carried, scaled(acceleration, reach)), reach * limits.blend_jerk * change.rise),
-        ((0.0, 0.0, 0.0), limits.velocity),
+        ((0.0, 0.0, 0.0), limits.speed),
     )
     low, high = 0.0, inf
     for centre, radius in spheres:
@@ -212,12 +195,12 @@ def _inside(ray: Vector, centre: Vector, radius: float) -> tuple[float, float]:
     return (along - sqrt(room)) / size, (along + sqrt(room)) / size
 
 
-def turn_bounds(angle: float, change: Change, spin: Vector, spin_rate: Vector, limits: VectorLimits) -> Bounds:
+def turn_bounds(angle: float, change: Change, spin: Vector, spin_rate: Vector, limits: ToolLimits) -> Bounds:
     """The bounds on u for a turn by `angle` while a present spin (with its rate) dies: both share the limits."""
-    speed, acceleration, jerk, blend_acceleration, blend_jerk = limits
+    blend_jerk = limits.blend_spin_jerk
     level = scaled(added(spin, scaled(spin_rate, 0.5 * change.rise)), -1.0 / change.reach)
     room = min(
-        blend_acceleration - length(level),
+        limits.blend_spin_acceleration - length(level),
         blend_jerk * change.fall - length(level),
         blend_jerk * change.rise - length(subtracted(level, spin_rate)),
     )
@@ -225,7 +208,8 @@ def turn_bounds(angle: float, change: Change, spin: Vector, spin_rate: Vector, l
         return IMPOSSIBLE
     if angle <= NEGLIGIBLE:
         return Bounds(0.0, inf, 0.0, 0.0)
-    return Bounds(0.0, min(speed, room * change.reach) / angle, angle / acceleration, angle / jerk)
+    high = min(limits.spin, room * change.reach) / angle
+    return Bounds(0.0, high, angle / limits.spin_acceleration, angle / limits.spin_jerk)
 
 
 def both(a: Bounds, b: Bounds) -> Bounds:
