@@ -66,19 +66,14 @@ class MemoryWindow:
         checkpoint where one is due. `commands`, `number`: as for `Store.keep_checkpoint`.
         """
         self._first = min([self._first, *[max(delta.keep - SMALL - 1, 0) for delta in deltas]])  # neighbours may merge
-        self._close_rows(timeline)
-        due = timeline.version - self._checkpoint >= max(self.reach.checkpoint, len(timeline) // ROW)
-        if self._write_rows(timeline, due=due) and due and self.store.keep_checkpoint(timeline, commands, number):
-            self._checkpoint = timeline.version
-
-    @staticmethod
-    def _close_rows(timeline: Timeline) -> None:
-        """Let no row at the end grow far beyond ROW: not by what comes next, nor by a smaller one that joins it."""
         count = len(timeline)
         for index, _, leaf in timeline.parts(max(count - 2 * ROW, 0)):
             row, is_last = leaf.row, index + leaf.count == count
             if not row.closed and len(row) >= (ROW if is_last else ROW // 2):
-                row.close()
+                row.close()  # no row at the end grows far beyond ROW: not by what is next, nor by one that joins it
+        due = timeline.version - self._checkpoint >= max(self.reach.checkpoint, count // ROW)
+        if self._write_rows(timeline, due=due) and due and self.store.keep_checkpoint(timeline, commands, number):
+            self._checkpoint = timeline.version
 
     def _write_rows(self, timeline: Timeline, *, due: bool) -> bool:
         """Write rows that are old, and let these leave memory; where a checkpoint is `due`, write all. Whether all that
@@ -184,10 +179,6 @@ class Book:
         timeline, deltas, done = self.timeline, self.deltas.copy(), [step.delta for step in self.history.done]
         forgotten = self.history.forgotten
         return lambda: records(timeline, held(deltas) if forgotten else done)
-
-    def deltas_since(self, version: int) -> Sequence[TimelineDelta]:
-        """What has changed since the timeline of that version."""
-        return self.deltas[len(self.deltas) - (self.timeline.version - version) :]
 
     # --- changing the timeline ---
 

@@ -120,8 +120,12 @@ class _Search:
                     return PathSurvey(beyond=middle)
                 pending.append((middle, seen))
                 continue
-            for which in on_boundary:
-                self.touch(begin, end, which)
+            for which in on_boundary:  # which may go on from a part that was noted before
+                before = next((touch for touch in self.touches if touch[1:] == (begin, which)), None)
+                if before is None:
+                    self.touches.append(Touch(begin, end, which))
+                else:
+                    self.touches[self.touches.index(before)] = before._replace(end=end)
             begin, at_begin = pending.pop()
             self.seen.append((begin, at_begin))
             if not pending:
@@ -153,14 +157,6 @@ class _Search:
                 break  # what comes after it depends on it, in a way that no bound is known of
             least = self.arm.least_clearance(a, b, self.pace, h, beside_axis=True)
         return True, on_boundary
-
-    def touch(self, begin: float, end: float, which: int) -> None:
-        """Note a part of the path, which may go on from one that was noted before."""
-        for k, touch in enumerate(self.touches):
-            if touch[1:] == (begin, which):
-                self.touches[k] = touch._replace(end=end)
-                return
-        self.touches.append(Touch(begin, end, which))
 
     def marks(self) -> tuple[float, ...]:
         """Places around where a clearance is least, closer and closer to it."""
@@ -321,16 +317,12 @@ def straighten_wrist(follower: Follower, goal: Transform) -> Transform:
         if not 0.0 < angle <= ON_BOUNDARY:
             break
         axis = rotate(inverse(hand.T_axis_base), across)
-        turned = [_turn_about(flange, hand.centre, axis, side) for side in (angle, -angle)]
+        at = compose(flange, translation(*hand.centre))
+        back = translation(*(-part for part in hand.centre))
+        sides = (compose(rotation_about(axis, side), at) for side in (angle, -angle))  # about that centre
+        turned = [compose(at_position(side, *position(at)), back) for side in sides]
         goal = compose(min(turned, key=lambda pose: length(_across(follower, pose))), follower.tool)
     return goal
-
-
-def _turn_about(flange: Transform, centre: Vector, axis: Vector, angle: float) -> Transform:
-    """Turn the flange about an axis of the robot through a point of the flange."""
-    x, y, z = centre
-    at = compose(flange, translation(x, y, z))
-    return compose(at_position(compose(rotation_about(axis, angle), at), *position(at)), translation(-x, -y, -z))
 
 
 def _across(follower: Follower, flange: Transform) -> Vector:

@@ -241,7 +241,11 @@ class Branches:
         old, clock = fork.timeline, main.clock
         arm, slowest = self.engine.arm, main.settings.slowest
         stood, planned = left.clock >= left.book.timeline.end, list[HistoryStep]()
-        for number, step in enumerate(_own_steps(name, fork, left.book), main.book.number + 1):
+        done, known = left.book.history.done, fork.done
+        if len(done) < len(known) or any(a is not b for a, b in zip(done, known, strict=False)):
+            undone = f"{name} has undone commands of {MAIN}, which has changed since"
+            raise UsageError(undone, f"UNDO them on {MAIN}, or DELETEB {name}")
+        for number, step in enumerate(done[len(known) :], main.book.number + 1):
             motion = step.delta.motion._replace(number=number)
             when = _when(step.delta, old, timeline)
             try:
@@ -261,16 +265,6 @@ class Branches:
             main.book.check_same(begun[0])
             left.book.check_same(begun[1])
         return planned, timeline, max(clock, left.clock)
-
-
-def _own_steps(name: str, fork: Fork, book: Book) -> Sequence[HistoryStep]:
-    """The commands of a branch since it left main. Raises UsageError where the branch undid commands of main."""
-    done, known = book.history.done, fork.done
-    if len(done) < len(known) or any(a is not b for a, b in zip(done, known, strict=False)):
-        raise UsageError(
-            f"{name} has undone commands of {MAIN}, which has changed since", f"UNDO them on {MAIN}, or DELETEB {name}"
-        )
-    return done[len(known) :]
 
 
 def _when(delta: TimelineDelta, old: Timeline, new: Timeline) -> float:

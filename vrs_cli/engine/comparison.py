@@ -87,7 +87,8 @@ def _sample_times(timeline: Timeline, since: float = 0.0) -> Floats:
     import numpy as np
 
     tables = [(block.offset, *block.table()) for block in timeline.blocks(since, inf)]
-    edges = np.concatenate([table.edges(part) + offset for offset, table, part in tables])
+    ends = [np.stack((table.starts[part], table.finishes[part]), axis=1) + offset for offset, table, part in tables]
+    edges = np.concatenate(ends)
     moving = edges[(edges[:, 1] >= since) & ~np.concatenate([table.resting[part] for _, table, part in tables])]
     if not len(moving):
         return np.array([timeline.start, timeline.end])

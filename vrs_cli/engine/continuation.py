@@ -149,7 +149,7 @@ def _gaps_without_proof(
     if not gaps:
         return []
     left = np.arange(len(gaps))
-    arrays = (_arrays if isinstance(continuation, Continuation) else _steady_arrays)(follower, gaps)
+    arrays = _arrays(continuation, follower, gaps)
     for pieces in PIECES:
         left = left[~continuation.proved(arrays.some(left), pieces)]  # type: ignore[arg-type]  # both of one kind
         if not len(left):
@@ -201,24 +201,19 @@ def misled_at(follower: Follower, path: CartesianPath, followed: Followed) -> Fl
 # --- as arrays -------------------------------------------------------------------------------------------------------
 
 
-def _arrays(follower: Follower, gaps: list[Gap]) -> Gaps:
+def _arrays(continuation: Continuation | SteadyContinuation, follower: Follower, gaps: list[Gap]) -> Gaps | SteadyGaps:
     paces = np.array([(gap.lasting, *gap.of.pace) for gap in gaps])
     h, place, turn, guide = paces[:, 0], paces[:, 1], paces[:, 2:6], paces[:, 6]
-    rows = [(*gap.a.joints, *gap.b.joints, *gap.a.velocity, *gap.b.velocity) for gap in gaps]
-    begin, end, begin_rate, end_rate = np.array(rows).reshape(len(gaps), 4, -1).transpose(1, 0, 2)
-    turn = turn * h[:, None] ** POWERS
-    weights = np.array([guide.weights for guide in gaps[0].of.path.guides]).reshape(-1, begin.shape[1])
-    lever = hypot(*position(follower.T_tool_flange))  # of the flange, which the tool carries
-    place = place * h**4 + lever * fourth_of_turn(*turn.T)
-    return Gaps(begin, end, begin_rate * h[:, None], end_rate * h[:, None], place, turn, guide * h**4, weights)
-
-
-def _steady_arrays(follower: Follower, gaps: list[Gap]) -> SteadyGaps:
+    place, turn = place * h**4, turn * h[:, None] ** POWERS
+    joints = np.array([(gap.a.joints, gap.b.joints) for gap in gaps])
+    if isinstance(continuation, Continuation):
+        rates = np.array([(gap.a.velocity, gap.b.velocity) for gap in gaps]) * h[:, None, None]
+        weights = np.array([guide.weights for guide in gaps[0].of.path.guides]).reshape(-1, joints.shape[2])
+        lever = hypot(*position(follower.T_tool_flange))  # of the flange, which the tool carries
+        place = place + lever * fourth_of_turn(*turn.T)
+        return Gaps(joints[:, 0], joints[:, 1], rates[:, 0], rates[:, 1], place, turn, guide * h**4, weights)
     from vrs_cli.kinematics.numeric.steady.continuation import SteadyGaps  # here: few arms need it
 
-    paces = np.array([(gap.lasting, *gap.of.pace) for gap in gaps])
-    h, place, turn = paces[:, 0], paces[:, 1], paces[:, 2:6]
-    place, turn = place * h**4, turn * h[:, None] ** POWERS
     begins = np.array([gap.a.s for gap in gaps])
     paths = {id(gap.of.path): gap.of.path for gap in gaps}
     of = np.array([id(gap.of.path) for gap in gaps])
@@ -231,6 +226,5 @@ def _steady_arrays(follower: Follower, gaps: list[Gap]) -> SteadyGaps:
             found[rows] = flange_poses(path, times[rows].ravel(), follower.tool).reshape(-1, len(parts), 3, 4)
         return found
 
-    joints = np.array([(gap.a.joints, gap.b.joints) for gap in gaps])
     twists = np.array([[gap.of.path.twist(end.s) for end in (gap.a, gap.b)] for gap in gaps]) * h[:, None, None]
     return SteadyGaps(np.arange(len(gaps)), joints[:, 0], joints[:, 1], twists, place, turn, poses)

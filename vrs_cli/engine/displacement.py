@@ -18,7 +18,7 @@ def displacement(book: Book, before: Timeline) -> Displacement | None:
     """How the motions that were scheduled on the timeline `before`, or with a time stamp since then, have been moved;
     None where none has been. Motions that UNDO took back are not counted as dropped.
     """
-    changes = book.deltas_since(before.version)
+    changes = book.deltas[len(book.deltas) - (book.timeline.version - before.version) :]
     if not any(delta.drop or delta.shift for delta in changes):
         return None
     since = min(delta.cut for delta in changes)

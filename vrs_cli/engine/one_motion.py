@@ -160,20 +160,14 @@ def rounding_begins(arm: RobotArm, slowing: Sequence[Segment], rounding: float |
         return last.finish
     corner = _tip(arm, last, last.duration)
     ends_near = (one for one in slowing if distance(_tip(arm, one, one.duration), corner) <= rounding)
-    return _arrival(arm, next(ends_near), corner, rounding)
-
-
-def _arrival(arm: RobotArm, segment: Segment, corner: Transform, near: float) -> float:
-    """When the tip comes within `near` [m] of a place that it is so near to when the segment ends."""
+    segment = next(ends_near)
     low, high = 0.0, segment.duration
-    if distance(_tip(arm, segment, low), corner) <= near:
+    if distance(_tip(arm, segment, low), corner) <= rounding:
         return segment.start
     while high - low > NEARLY_NOW:
         middle = 0.5 * (low + high)
-        if distance(_tip(arm, segment, middle), corner) <= near:
-            high = middle
-        else:
-            low = middle
+        near = distance(_tip(arm, segment, middle), corner) <= rounding
+        low, high = (low, middle) if near else (middle, high)
     return min(up_to_grid(segment.start + high), segment.finish)
 
 

@@ -256,25 +256,20 @@ class _Edit(Struct, frozen=True, dict=True):
         return structs.replace(self, segments=(*kept, *new), tail=tail)
 
     def _plan_next(self, first: Segment, motion: Motion) -> tuple[Segment, ...]:
-        """The segments of a motion: out of the one before where it blends into that, or interrupts it. `first`: of the
-        old ones.
+        """The segments of a motion: out of the one before where it blends into that, or begins at its own time in the
+        middle of it, while that is under way. `first`: of the old ones.
         """
         resting = Problem(self.arm, self.place, motion, self._begin(first), self.slowest)
         if motion.start is Start.BLEND and self.segments[-1].phase is Phase.DECELERATE:
             begin = rounding_begins(self.arm, slowing_down(self.segments), motion.rounding)
             return plan_corner(self._moving(resting, begin), resting)
-        if self._interrupts(first):
-            with suppress(NoRoomToStop):
-                return plan_motion(self._moving(resting, first.start))
+        if first.motion.start is Start.AT and not state_at(self.arm, first, 0.0).joints.at_rest:
+            number = self.tail.before.motion.number
+            begins = next((segment.start for segment in self.segments if segment.motion.number == number), None)
+            if begins is not None and begins < first.start < self.segments[-1].finish:
+                with suppress(NoRoomToStop):
+                    return plan_motion(self._moving(resting, first.start))
         return plan_motion(resting)
-
-    def _interrupts(self, first: Segment) -> bool:
-        """Whether the next begins at its own time in the middle of the one before, and that is still under way then."""
-        if first.motion.start is not Start.AT or state_at(self.arm, first, 0.0).joints.at_rest:
-            return False
-        number = self.tail.before.motion.number
-        begins = next((segment.start for segment in self.segments if segment.motion.number == number), None)
-        return begins is not None and begins < first.start < self.segments[-1].finish
 
     def _moving(self, resting: Problem, begin: float) -> Problem:
         """The same motion from a time at which what is planned is under way."""

@@ -170,7 +170,7 @@ def _blocks(timeline: Timeline, times: Floats) -> Iterator[tuple[RowPart, slice]
 def _joints(arm: RobotArm, table: BlockTable, places: Rows, s: Floats, out: Floats) -> None:
     """The joints (N, n) at `s` seconds (N,) into the segments at `places` (N,), in order of time, to `out`."""
     table.joints(places, s, out)
-    if table.any_straight:
+    if table.straight.any():
         for place, rows in _runs(places):
             if table.straight[place]:
                 out[rows] = _joints_on_line(arm, table.segment(place), s[rows])
@@ -228,6 +228,8 @@ def fill(found: PositionArrays, at: Flags, rows: Sequence[Position]) -> None:
 def _sampled(arm: RobotArm, timeline: Timeline, times: Floats, kind: type[Sampled]) -> Sampled:
     import numpy as np
 
+    from vrs_cli.kinematics import transform_batch as batch
+
     times, back = _sorted(times)
     n = arm.model.joint_count
     shapes = {"joints": (n,), "T_world_tool": (3, 4), "hand": (), "velocity": (n,), "acceleration": (n,)}
@@ -235,38 +237,23 @@ def _sampled(arm: RobotArm, timeline: Timeline, times: Floats, kind: type[Sample
     frames: dict[Frames, int] = {}
     which = np.zeros(len(times), dtype=np.intp)  # of these, at each time
     for block, rows in _blocks(timeline, times):
-        table, places = _fill(arm, block, rows, found)
+        q, (table, part) = found.joints[rows], block.table()
+        places, s = table.locate(times[rows], block.offset, part)
+        _joints(arm, table, places, s, q)
+        if isinstance(found, PositionArrays):
+            begun, rates = times[rows] >= table.starts[places] + block.offset, (found.velocity, found.acceleration)
+            moving = begun & (s < table.durations[places]) & ~table.resting[places]
+            _fill_rates(arm, table, places, s, moving, q, (rates[0][rows], rates[1][rows]))
+        found.hand[rows] = table.hand[places]
         numbers = [frames.setdefault(one, len(frames)) for one in table.frames]
         which[rows] = numbers[0] if len(numbers) == 1 else np.take(numbers, table.frame_number[places])
-    _fill_poses(arm, frames, which, found)
-    return found if back is None else kind(*(column[back] for column in structs.astuple(found)))
-
-
-def _fill(arm: RobotArm, block: RowPart, rows: slice, out: PlaceArrays) -> tuple[BlockTable, Rows]:
-    """Fill the rows of the sorted times that lie in one block, but for the poses: its table, and the places there."""
-    times, q = out.times[rows], out.joints[rows]
-    table, part = block.table()
-    places, s = table.locate(times, block.offset, part)
-    _joints(arm, table, places, s, q)
-    if isinstance(out, PositionArrays):
-        moving = (times >= table.starts[places] + block.offset) & (s < table.durations[places]) & ~table.resting[places]
-        _fill_rates(arm, table, places, s, moving, q, (out.velocity[rows], out.acceleration[rows]))
-    out.hand[rows] = table.hand[places]
-    return table, places
-
-
-def _fill_poses(arm: RobotArm, frames: dict[Frames, int], which: Rows, out: PlaceArrays) -> None:
-    """Fill in T_world_tool, many rows at once: `which` (N,) tells the number of the frames at each time."""
-    import numpy as np
-
-    from vrs_cli.kinematics import transform_batch as batch
-
-    for one, number in frames.items():
+    for one, number in frames.items():  # many poses at once
         T_world_robot, T_flange_tool = batch.stack([inverse(one.base), one.tool])
-        rows = np.flatnonzero(which == number)
-        for part in np.split(rows, range(POSES, len(rows), POSES)):
-            T_world_flange = batch.compose_batch(T_world_robot, arm.forward_batch(out.joints[part]))
-            out.T_world_tool[part] = batch.compose_batch(T_world_flange, T_flange_tool)
+        rows_of_frame = np.flatnonzero(which == number)
+        for chunk in np.split(rows_of_frame, range(POSES, len(rows_of_frame), POSES)):
+            T_world_flange = batch.compose_batch(T_world_robot, arm.forward_batch(found.joints[chunk]))
+            found.T_world_tool[chunk] = batch.compose_batch(T_world_flange, T_flange_tool)
+    return found if back is None else kind(*(column[back] for column in structs.astuple(found)))
 
 
 def _fill_rates(

@@ -186,16 +186,6 @@ class BlockTable(NamedTuple):
     def segment(self, place: int) -> Segment:
         return self.row[self.first + place]
 
-    @property
-    def any_straight(self) -> bool:
-        return bool(self.straight.any())
-
-    def edges(self, part: slice) -> Floats:
-        """When the segments of a part start and finish, (m, 2)."""
-        import numpy as np
-
-        return np.stack((self.starts[part], self.finishes[part]), axis=1)
-
     def locate(self, times: Floats, offset: float, part: slice) -> tuple[Rows, Floats]:
         """The segment of a part in force at each time (N,), and how long it has been so [s], at most its duration; the
         segments are `offset` [s] later than they say.

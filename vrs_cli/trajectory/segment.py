@@ -18,7 +18,7 @@ from typing import NamedTuple
 from msgspec import Struct
 
 from vrs_cli.kinematics.configuration import Configuration
-from vrs_cli.kinematics.jacobian import Demands
+from vrs_cli.kinematics.jacobian import Demands, Twist
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
 from vrs_cli.kinematics.transform import (
     Transform,
@@ -44,7 +44,6 @@ from vrs_cli.trajectory.polynomial import (
 )
 from vrs_cli.values.motion import Motion
 
-Twist = tuple[float, float, float, float, float, float]
 STILL: Vector = (0.0, 0.0, 0.0)
 
 _new = tuple.__new__
@@ -235,8 +234,14 @@ class CartesianPath(NamedTuple):
 
     def twist_rate(self, s: float) -> Twist:
         """Acceleration of the tool tip and angular acceleration [m/s2, rad/s2]."""
+        alpha = STILL
+        if len(self.turns) > 1:
+            alpha = self._spin_rates(s)[0]
+        elif self.turns:  # of one turn, as most paths have, it is along its axis
+            ((axis, angle),) = self.turns
+            alpha = added(STILL, scaled(rotate(self.orientation, axis), second_derivative(angle, s)))
         x, y, z = self.position
-        return (second_derivative(x, s), second_derivative(y, s), second_derivative(z, s), *self._spin_rate(s))
+        return (second_derivative(x, s), second_derivative(y, s), second_derivative(z, s), *alpha)
 
     def twist_rates(self, s: float) -> tuple[Twist, Twist]:
         """`twist_rate`, and the rate of that: jerk of the tool tip and angular jerk [m/s3, rad/s3]."""
@@ -246,15 +251,6 @@ class CartesianPath(NamedTuple):
             (second_derivative(x, s), second_derivative(y, s), second_derivative(z, s), *alpha),
             (third_derivative(x, s), third_derivative(y, s), third_derivative(z, s), *beta),
         )
-
-    def _spin_rate(self, s: float) -> Vector:
-        """Angular acceleration; that of one turn, as most paths have, is along its axis."""
-        if len(self.turns) > 1:
-            return self._spin_rates(s)[0]
-        if not self.turns:
-            return STILL
-        ((axis, angle),) = self.turns
-        return added(STILL, scaled(rotate(self.orientation, axis), second_derivative(angle, s)))
 
     def _spin_rates(self, s: float) -> tuple[Vector, Vector]:
         """Angular acceleration and jerk: each turn adds to what the turns before it carry along."""
