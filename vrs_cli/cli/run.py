@@ -353,7 +353,7 @@ class _Batch(Struct, frozen=True):
     def _ended(self, station: Station, terminal: BatchTerminal, result: RunResult) -> int:
         """Tell how the run ended, and write the files: what there is of the trajectory, also after an error."""
         from vrs_cli.cli.batch import fault_object, fault_text
-        from vrs_cli.engine.displacement import displacement_of
+        from vrs_cli.engine.book import displacement_of
         from vrs_cli.render.control import for_stream
         from vrs_cli.render.displaced import sentences
         from vrs_cli.values.replies import Message
@@ -367,7 +367,7 @@ class _Batch(Struct, frozen=True):
             terminal.show(Message(result.outcome.value))
         else:
             print(for_stream(fault_text(self.source.path, result.fault), sys.stderr), file=sys.stderr)
-        if not self.options.quiet and (displaced := displacement_of(station.engine.records())) is not None:
+        if not self.options.quiet and (displaced := displacement_of(station.engine.book.records())) is not None:
             for sentence in sentences(displaced):  # which motions begin at other times than the program asked
                 print(sentence, file=sys.stderr)
         try:

@@ -142,22 +142,9 @@ class _Stretch:
         self.lines = [breach for row in np.flatnonzero(self.straight) for breach in self._line(int(row))]
 
     def breaches(self) -> Iterator[Breach]:
+        """Find what is wrong, law by law."""
         yield from self.lines
-        yield from self._seams()
-        yield from self._ranges()
-        yield from self._rests()
-        yield from self._limits()
-
-    def at_the_end(self) -> Iterator[Breach]:
-        """After the last segment the robot stands; but a stream of targets may have ended at any time."""
-        rate = np.abs(self.end[1][-1:])
-        if self.segments[-1].motion.kind is not MotionKind.STEERED:
-            yield from self._tell(rate > RATE, rate, "joint {joint} moves with {size}/s at the end")
-
-    # --- laws ----------------------------------------------------------------------------------------------------
-
-    def _seams(self) -> Iterator[Breach]:
-        """From each segment to the next."""
+        # from each segment to the next
         jump = np.abs(self.begin[0][1:] - self.end[0][:-1])
         yield from self._tell(jump > PLACE, jump, "joint {joint} jumps by {size}", 1)
         touching = self.starts[1:, None] == self.starts[:-1, None] + self.durations[:-1]
@@ -166,19 +153,16 @@ class _Stretch:
         wrong = touching & (kick > RATE * np.maximum(1.0, fast))
         yield from self._tell(wrong, kick, "the velocity of joint {joint} jumps by {size}/s", 1)
         yield from self._tell(~touching & (fast > RATE), fast, "joint {joint} moves with {size}/s next to a gap", 1)
-
-    def _ranges(self) -> Iterator[Breach]:
+        # ranges
         low, high = self._extremes(0)
         beyond = np.maximum(np.array(self.model.lower) - low, high - np.array(self.model.upper))
         yield from self._tell(beyond > PLACE, beyond, "joint {joint} is {size} beyond its range")
-
-    def _rests(self) -> Iterator[Breach]:
+        # rests
         moved = np.abs(self.end[0] - self.begin[0])
         moved = np.maximum(moved, np.maximum(np.abs(self.begin[1]), np.abs(self.end[1])))
         wrong = self.resting & (moved > RATE)
         yield from self._tell(wrong, moved, "joint {joint} moves by {size} while the robot stands")
-
-    def _limits(self) -> Iterator[Breach]:
+        # limits
         moving = self.durations > 0.0
         for order, limits, where, what in (
             (1, self.model.max_velocity, moving, "moves with {size}/s, faster than it can"),
@@ -187,6 +171,12 @@ class _Stretch:
             low, high = self._extremes(order)
             most = np.maximum(high, -low)
             yield from self._tell(where & (most > np.array(limits) * (1.0 + EXCESS)), most, "joint {joint} " + what)
+
+    def at_the_end(self) -> Iterator[Breach]:
+        """After the last segment the robot stands; but a stream of targets may have ended at any time."""
+        rate = np.abs(self.end[1][-1:])
+        if self.segments[-1].motion.kind is not MotionKind.STEERED:
+            yield from self._tell(rate > RATE, rate, "joint {joint} moves with {size}/s at the end")
 
     def _tell(self, wrong: Flags, size: Floats, what: str, shift: int = 0) -> Iterator[Breach]:
         """A breach for each row (of n joints) that is wrong, of its worst joint. `shift` 1: each is of a seam."""

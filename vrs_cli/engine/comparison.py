@@ -31,10 +31,24 @@ Compared = Callable[[PlaceArrays], "Floats"]  # of what is compared, at each tim
 
 
 def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
-    """Compare two courses of events of one robot."""
+    """Compare two courses of events of one robot: how far apart the tool and the joints are at most, and which commands
+    both have once, in the order of a, then those of b alone.
+    """
+    import numpy as np
+
     since = first_difference(a.timeline, b.timeline)
-    tool, joints = _apart(arm, a.timeline, b.timeline, since)
-    return Comparison(_extent(arm, a), _extent(arm, b), tuple(_pairs(a, b)), since, tool, joints)
+    tool = joints = Apart(0.0, a.timeline.start)
+    if since is not None:
+        times = np.unique(np.concatenate((*(_sample_times(book.timeline, since) for book in (a, b)), [since])))
+        here = places_at(arm, a.timeline, times), places_at(arm, b.timeline, times)
+        tool = _greatest(arm, a.timeline, b.timeline, here, lambda at: at.T_world_tool[:, None, :, 3])
+        tool = structs.replace(tool, joint=0)
+        joints = _greatest(arm, a.timeline, b.timeline, here, lambda at: at.joints[:, :, None])
+    others = dict(zip(map(_identity, b.history.done), b.records(), strict=True))
+    rows = zip(a.history.done, a.records(), strict=True)
+    pairs = [Pair(record, others.pop(_identity(step), None)) for step, record in rows]
+    pairs += [Pair(None, record) for record in others.values()]
+    return Comparison(_extent(arm, a), _extent(arm, b), tuple(pairs), since, tool, joints)
 
 
 def first_difference(a: Timeline, b: Timeline) -> float | None:
@@ -101,18 +115,6 @@ def _sample_times(timeline: Timeline, since: float = 0.0) -> Floats:
 # --- how far apart ---------------------------------------------------------------------------------------------
 
 
-def _apart(arm: RobotArm, a: Timeline, b: Timeline, since: float | None) -> tuple[Apart, Apart]:
-    """The greatest distances of tool and joints from `since` on."""
-    import numpy as np
-
-    if since is None:
-        return Apart(0.0, a.start), Apart(0.0, a.start)
-    times = np.unique(np.concatenate((_sample_times(a, since), _sample_times(b, since), [since])))
-    here = places_at(arm, a, times), places_at(arm, b, times)
-    tool = _greatest(arm, a, b, here, lambda at: at.T_world_tool[:, None, :, 3])
-    return structs.replace(tool, joint=0), _greatest(arm, a, b, here, lambda at: at.joints[:, :, None])
-
-
 def _greatest(
     arm: RobotArm, a: Timeline, b: Timeline, here: tuple[PlaceArrays, PlaceArrays], compared: Compared
 ) -> Apart:
@@ -133,18 +135,6 @@ def _farthest(a: PlaceArrays, b: PlaceArrays, compared: Compared) -> tuple[Apart
     best = Apart(float(found[place].max()), float(times[place]), int(np.argmax(found[place])) + 1)
     near = times[max(place - 1, 0) : place + 2]
     return best, np.unique(np.concatenate((np.linspace(near[0], near[-1], CLOSER), [times[place]])))
-
-
-# --- the commands ----------------------------------------------------------------------------------------------
-
-
-def _pairs(a: Book, b: Book) -> Iterator[Pair]:
-    """Commands that both have once, in the order of a; then those of b alone."""
-    ours, theirs = a.records(), b.records()
-    others = dict(zip(map(_identity, b.history.done), theirs, strict=True))
-    for step, record in zip(a.history.done, ours, strict=True):
-        yield Pair(record, others.pop(_identity(step), None))
-    yield from (Pair(None, record) for record in others.values())
 
 
 def _identity(step: HistoryStep) -> tuple[object, ...]:

@@ -159,8 +159,13 @@ class Follower:
         """The next sample, at a time; next to where the joints will be about if that is worth a guess, which may lie
         beyond a fold of the arm. `soon`: by Newton's method or not at all, as the way is long.
         """
-        last = samples[-1]
-        sample = self._sample(path, s, _ahead(samples, s), soon=True) if self.arm.guesses else None
+        last, sample = samples[-1], None
+        if self.arm.guesses:
+            before = samples[-2] if len(samples) > 1 else last
+            h = s - last.s
+            bend = 0.5 * h / (last.s - before.s) if last.s > before.s else 0.0
+            rows = zip(last.joints, last.velocity, before.velocity, strict=True)
+            sample = self._sample(path, s, tuple([q + h * (v + bend * (v - w)) for q, v, w in rows]), soon=True)
         if sample is not None and (halves or self._close(last, sample)):
             return sample
         return None if soon else self._sample(path, s, last.joints)
@@ -370,16 +375,6 @@ class Follower:
         )
 
 
-def _ahead(samples: Sequence[Sample], s: float) -> Joints:
-    """Where the joints will be about then."""
-    last = samples[-1]
-    before = samples[-2] if len(samples) > 1 else last
-    h = s - last.s
-    bend = 0.5 * h / (last.s - before.s) if last.s > before.s else 0.0
-    rows = zip(last.joints, last.velocity, before.velocity, strict=True)
-    return tuple([q + h * (v + bend * (v - w)) for q, v, w in rows])
-
-
 def _overshoot(change: float, before: float, after: float) -> float:
     """By how much a joint goes beyond both ends of a short way [rad, m]. `before`, `after`: velocity by time there.
 
@@ -398,7 +393,12 @@ def seeds_of(samples: list[Sample], step: float) -> tuple[Joints, ...]:
         return samples[0].joints, samples[-1].joints
     ways = [max([abs(y - x) for x, y in zip(a.joints, b.joints, strict=True)]) for a, b in pairwise(samples)]
     travelled = list(accumulate(ways, initial=0.0))
-    count = 2 * max(int(travelled[-1] / step) + 1, ceil(0.5 * samples[-1].s / _shortest(samples, travelled)))
+    shortest, behind = samples[-1].s, 0  # in which they go by `NEXT_SEED`: they may be quick for a moment of a long way
+    for sample, way in zip(samples, travelled, strict=True):
+        while way - travelled[behind] >= NEXT_SEED:
+            shortest = min(shortest, sample.s - samples[behind].s)
+            behind += 1
+    count = 2 * max(int(travelled[-1] / step) + 1, ceil(0.5 * samples[-1].s / shortest))
     seeds = []
     at = 0
     for k in range(count + 1):
@@ -407,13 +407,3 @@ def seeds_of(samples: list[Sample], step: float) -> tuple[Joints, ...]:
             at += 1
         seeds.append(samples[at].joints)
     return tuple(seeds)
-
-
-def _shortest(samples: list[Sample], travelled: list[float]) -> float:
-    """The least time in which the joints go by `NEXT_SEED`: they may be quick for a moment of a long way."""
-    shortest, behind = samples[-1].s, 0
-    for sample, way in zip(samples, travelled, strict=True):
-        while way - travelled[behind] >= NEXT_SEED:
-            shortest = min(shortest, sample.s - samples[behind].s)
-            behind += 1
-    return shortest

@@ -283,7 +283,11 @@ class StretchLoad:
         load = self._acceleration(rates, SMALL_MARGIN)
         if load.acceleration < NEAR_LIMIT:
             return load
-        rates += (_peaks_between(a, b) for a, b in pairwise(moments))
+        for a, b in pairwise(moments):  # where the jerk is zero; 0 of other joints
+            half = 0.5 * (b.sample.s - a.sample.s)
+            rows = zip(a.acceleration, a.jerk, b.jerk, strict=True)
+            peaks = tuple([v + half * x * x / (x - y) if x * y < 0.0 else 0.0 for v, x, y in rows])
+            rates.append((a.sample.s, peaks))
         return self._acceleration(rates[:1], 1.0).worse(self._acceleration(rates[1:], SMALL_MARGIN))
 
     # --- jerk ---
@@ -380,10 +384,3 @@ def _first_peak(velocity: float, rate: float, mean: float, lasting: float) -> fl
     if rate * velocity > 0.0 and abs(rate) < 2.0 * abs(bend) and bend * velocity > 0.0:
         return velocity + rate * rate * lasting / (4.0 * bend)
     return velocity
-
-
-def _peaks_between(a: Moment, b: Moment) -> Rates:
-    """The joint accelerations where jerks that change their sign between two moments are zero; 0 of other joints."""
-    lasting = b.sample.s - a.sample.s
-    rows = zip(a.acceleration, a.jerk, b.jerk, strict=True)
-    return a.sample.s, tuple([v + 0.5 * lasting * x * x / (x - y) if x * y < 0.0 else 0.0 for v, x, y in rows])

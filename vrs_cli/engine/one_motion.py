@@ -55,7 +55,14 @@ def plan_directly(problem: Problem) -> tuple[Segment, ...]:
     state, motion, lasting = problem.here.joints, problem.motion, 0.0
     match motion.kind:
         case MotionKind.JOINT:
-            segments = _joint_segments(problem)
+            assert motion.goal is not None
+            limits, law = joint_limits(problem.arm, motion), LAWS[motion.profile]
+            try:
+                segments = law.joint_motion(state, motion.goal, limits, problem.begin, motion, motion.duration)
+            except NoTimes as no_times:
+                raise NoWay from no_times
+            if not (state.at_rest or stay_inside(segments, limits.lower, limits.upper)):
+                raise NoWay
         case MotionKind.STRAIGHT:
             segments = _line_segments(problem)
         case MotionKind.REST:
@@ -65,19 +72,6 @@ def plan_directly(problem: Problem) -> tuple[Segment, ...]:
         case MotionKind.STEERED:
             raise StreamIsOver("its targets came one by one, from the place where the arm was then", STREAM_STAYS)
     return segments or (rest(state.joints, lasting, problem.begin, motion),)
-
-
-def _joint_segments(problem: Problem) -> tuple[Segment, ...]:
-    state, motion = problem.here.joints, problem.motion
-    assert motion.goal is not None
-    limits, law = joint_limits(problem.arm, motion), LAWS[motion.profile]
-    try:
-        segments = law.joint_motion(state, motion.goal, limits, problem.begin, motion, motion.duration)
-    except NoTimes as no_times:
-        raise NoWay from no_times
-    if state.at_rest or stay_inside(segments, limits.lower, limits.upper):
-        return segments
-    raise NoWay
 
 
 def _line_segments(problem: Problem) -> tuple[Segment, ...]:

@@ -201,7 +201,11 @@ class _Line:
     def _from_rest(self) -> tuple[Segment, ...]:
         """From rest the line is slowed down by stretching its time as a whole: once, exactly, on the same path."""
         stretches = self._stretches(self.limits)
-        way = self._way()
+        pose, goal = self.state.pose, self.goal  # the line as a path, by the part of it that is done
+        axis, angle = axis_angle(compose(inverse(pose), goal))
+        x, y, z = ((a, b - a) for a, b in zip(position(pose), position(goal), strict=True))
+        turns = (Turn(axis, (0.0, angle)),) if angle else ()
+        way = CartesianPath((x, y, z), pose, turns, self.configuration, (self.joints.joints,), 1.0)
         try:
             found = survey(self.follower, way, 1.0)
             kinks = Kinks(self.follower, way, found.touches) if found.touches else None
@@ -227,14 +231,6 @@ class _Line:
         return self._segments(stretches, seeds)
 
     # --- the boundary of the reach ---
-
-    def _way(self) -> CartesianPath:
-        """The line from rest as a path, by the part of it that is done."""
-        pose, goal = self.state.pose, self.goal
-        axis, angle = axis_angle(compose(inverse(pose), goal))
-        line = tuple((a, b - a) for a, b in zip(position(pose), position(goal), strict=True))
-        turns = (Turn(axis, (0.0, angle)),) if angle else ()
-        return CartesianPath((line[0], line[1], line[2]), pose, turns, self.configuration, (self.joints.joints,), 1.0)
 
     def _in_parts(self, stops: list[Stop]) -> tuple[Segment, ...]:
         """The line as several, from rest to rest."""

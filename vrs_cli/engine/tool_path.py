@@ -95,7 +95,10 @@ def _block_lines(arm: RobotArm, block: RowPart, error: float) -> Iterator[ToolLi
 
 
 def _line(arm: RobotArm, segment: Segment, error: float) -> ToolLine:
-    tip, pieces = tip_of(arm, segment), _pieces(segment)
+    tip, pieces = tip_of(arm, segment), 1  # of equal time, in which the way is looked at
+    if isinstance(segment.path, JointPath):
+        way = sum(high - low for low, high in segment.path.extremes(segment.duration))
+        pieces = max(ceil(way / TURN), 1)
     ends = [(s, tip(s)) for s in (segment.duration * k / pieces for k in range(pieces + 1))]
     places = [ends[0], *(p for a, b in pairwise(ends) for p in _refined(tip, a, b, MARGIN * error, DEEPEST))]
     times, points = zip(*((segment.start + s, p) for s, p in places), strict=True)
@@ -112,19 +115,18 @@ def _joined(lines: Sequence[ToolLine], error: float) -> ToolLine:
 
 def _thinned(places: Sequence[Place], error: float) -> Iterator[Place]:
     """Those whose line is nowhere farther than `error` [m] from the others: from each one as far on as that goes."""
+
+    def near(some: Sequence[Place]) -> bool:
+        return all(distance_from_line(p, some[0][1], some[-1][1]) <= error for _, p in some[1:-1])
+
     first, last = 0, len(places) - 1
     yield places[0]
     while first < last:
         step = 1
-        while first + 2 * step <= last and _near(places[first : first + 2 * step + 1], error):
+        while first + 2 * step <= last and near(places[first : first + 2 * step + 1]):
             step *= 2
         first = min(first + step, last)
         yield places[first]
-
-
-def _near(places: Sequence[Place], error: float) -> bool:
-    a, b = places[0][1], places[-1][1]
-    return all(distance_from_line(p, a, b) <= error for _, p in places[1:-1])
 
 
 def tip_of(arm: RobotArm, segment: Segment) -> Tip:
@@ -135,14 +137,6 @@ def tip_of(arm: RobotArm, segment: Segment) -> Tip:
         return lambda s: moved_point(T_world_robot, moved_point(arm.forward(path.joints(s)), p_flange_tip))
     x, y, z = path.position
     return lambda s: moved_point(T_world_robot, (value(x, s), value(y, s), value(z, s)))
-
-
-def _pieces(segment: Segment) -> int:
-    """In how many parts of equal time the way is looked at."""
-    if not isinstance(segment.path, JointPath):
-        return 1
-    way = sum(high - low for low, high in segment.path.extremes(segment.duration))
-    return max(ceil(way / TURN), 1)
 
 
 def _refined(tip: Tip, a: Place, b: Place, error: float, depth: int) -> Iterator[Place]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from vrs_cli.engine.displacement import SAME_TIME
+from vrs_cli.engine.book import SAME_TIME
 from vrs_cli.values.numbers import count, seconds
 from vrs_cli.values.results import Displacement, Moved
 

@@ -263,15 +263,11 @@ class DeltaLog(Sequence[TimelineDelta]):
             assert isinstance(last, list)
             if len(last) < PART:
                 last.append(delta)
-            else:
-                self._begin(delta)
-
-    def _begin(self, delta: TimelineDelta) -> None:
-        """Begin another part, and make columns of the one that is old now."""
-        self._parts.append([delta])
-        old = len(self._parts) - 1 - YOUNG
-        if old >= 0 and isinstance(part := self._parts[old], list):
-            self._parts[old] = DeltaColumns(part)
+                continue
+            self._parts.append([delta])
+            old = len(self._parts) - 1 - YOUNG
+            if old >= 0 and isinstance(part := self._parts[old], list):
+                self._parts[old] = DeltaColumns(part)
 
     def __setitem__(self, index: int, delta: TimelineDelta) -> None:
         """Put another delta in the place of one of the last: `index` is -1 or -2."""

@@ -17,9 +17,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple, cast
 
-from vrs_cli.engine.book import Book
+from vrs_cli.engine.book import Book, displacement
 from vrs_cli.engine.branches import MAIN
-from vrs_cli.engine.displacement import displacement
 from vrs_cli.errors import CannotInterpret, UsageError, VrsError
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.dialogue import Dialogue, Said

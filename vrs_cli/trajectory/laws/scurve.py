@@ -118,16 +118,11 @@ class _ToolMotion(ToolMotion):
         times = (rise * ramp, max(lasting - 0.5 * (1.0 + rise) * ramp, 0.0), ramp)
         for k in range(*STRETCHES):
             change = Change(*(up_to_grid(duration * STRETCH**k) for duration in times))
-            if self._ends(change):
+            tip = self.state.velocity, self.acceleration, limits.acceleration * MARGIN, limits.jerk * MARGIN
+            spin = self.spin, self.spin_rate, limits.spin_acceleration * MARGIN, limits.spin_jerk * MARGIN
+            if keeps(change, *tip) and keeps(change, *spin):
                 return change
         return None
-
-    def _ends(self, change: Change) -> bool:
-        """Whether a change to rest keeps the limits."""
-        limits = self.limits
-        return keeps(
-            change, self.state.velocity, self.acceleration, limits.acceleration * MARGIN, limits.jerk * MARGIN
-        ) and keeps(change, self.spin, self.spin_rate, limits.spin_acceleration * MARGIN, limits.spin_jerk * MARGIN)
 
     def _demands(self, change: Change) -> Bounds:
         """Position and rotation together; the dying spin and the new turn share the angular limits."""
