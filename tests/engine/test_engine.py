@@ -529,7 +529,7 @@ def test_a_record_says_which_time_was_asked_for_and_when_a_motion_begins_and_end
     engine.perform(scheduled_move(A, 0.5))
     engine.perform(Move(B, False, text="MOVE b"))
     engine.perform(scheduled_move(TABLE, 60.0))
-    first, second, third = engine.records()
+    first, second, third = engine.book.records()
     assert [one.asked for one in (first, second, third)] == [0.5, None, 60.0]
     assert [one.displaced for one in (first, second, third)] == [False, False, False]
     assert first.executed == 0.5

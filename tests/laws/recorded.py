@@ -42,7 +42,7 @@ def lines(robot: str, seed: int) -> Iterator[str]:
     session = Unchecked(seed, load_robot(URDF / robot if robot.endswith(".urdf") else robot))
     engine = session.engine
     for _ in range(COMMANDS if robot in CLOSED else FEW):
-        chance, before = session.random.random(), len(engine.deltas)
+        chance, before = session.random.random(), len(engine.book.deltas)
         try:
             if chance < 0.15:
                 yield _why(engine, session.joints_target() if chance < 0.03 else session.pose_target(chance < 0.12))
@@ -56,12 +56,12 @@ def lines(robot: str, seed: int) -> Iterator[str]:
         except (MotionError, IllegalValue, UsageError) as error:
             yield f"refused: {error} {numbers(error.place or ())}"
             continue
-        yield _state(engine) if len(engine.deltas) > before else "no motion"
+        yield _state(engine) if len(engine.book.deltas) > before else "no motion"
     yield from (breach.what for breach in breaches(engine.arm, engine.timeline))  # there is none
 
 
 def _state(engine: Engine) -> str:
-    cut, end = min(engine.deltas[-1].cut, engine.end), engine.end
+    cut, end = min(engine.book.deltas[-1].cut, engine.end), engine.end
     rows = [numbers(engine.position(cut + part * (end - cut)).joints) for part in INSTANTS]
     return f"{len(engine.timeline)} segments, {numbers([end])} s | {' | '.join(rows)}"
 

@@ -161,11 +161,7 @@ class Follower:
         """
         last, sample = samples[-1], None
         if self.arm.guesses:
-            before = samples[-2] if len(samples) > 1 else last
-            h = s - last.s
-            bend = 0.5 * h / (last.s - before.s) if last.s > before.s else 0.0
-            rows = zip(last.joints, last.velocity, before.velocity, strict=True)
-            sample = self._sample(path, s, tuple([q + h * (v + bend * (v - w)) for q, v, w in rows]), soon=True)
+            sample = self._sample(path, s, _ahead(samples, s), soon=True)
         if sample is not None and (halves or self._close(last, sample)):
             return sample
         return None if soon else self._sample(path, s, last.joints)
@@ -373,6 +369,16 @@ class Follower:
             upper=model.upper[joint - 1],
             place=position(pose),
         )
+
+
+def _ahead(samples: Sequence[Sample], s: float) -> Joints:
+    """Where the joints will be about then."""
+    last = samples[-1]
+    before = samples[-2] if len(samples) > 1 else last
+    h = s - last.s
+    bend = 0.5 * h / (last.s - before.s) if last.s > before.s else 0.0
+    rows = zip(last.joints, last.velocity, before.velocity, strict=True)
+    return tuple([q + h * (v + bend * (v - w)) for q, v, w in rows])
 
 
 def _overshoot(change: float, before: float, after: float) -> float:
