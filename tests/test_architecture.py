@@ -69,7 +69,7 @@ LIVES_IN = {
     "msgspec": {*FLOORS[FLOORS.index("values") :]},  # but see `test_bytes_are_made_and_read_in_one_room`
     "filelock": {"files/lock.py"},
     "mcap": {"files/mcap_log.py"},
-    "shtab": {"cli/completion.py"},
+    "shtab": {"cli/settings.py"},
     "xacro": {"kinematics/urdf/macros.py"},
     "nats": {"net/nats.py"},
     "matplotlib": {"render"},
@@ -111,10 +111,10 @@ DEFERRED = (
     Deferred(("devices/serial_line.py",), ("termios", "tty", "fcntl"), "Windows has none"),
     Deferred(("files/lock.py",), ("filelock",), "most runs write nothing"),
     Deferred(("files/mcap_log.py",), ("mcap",), "mcap is an extra"),
-    Deferred(("cli/completion.py",), ("shtab",), "a wrong name of a shell is told without it"),
+    Deferred(("cli/settings.py",), ("shtab",), "a wrong name of a shell is told without it"),
     Deferred(("kinematics/urdf/macros.py",), ("xacro",), "xacro is an extra"),
     Deferred(("files/store.py",), ("vrs_cli.language.text.printer",), "most runs store no program"),
-    Deferred(("errors.py", "cli/fmt.py"), ("difflib",), "only mistakes need it"),
+    Deferred(("errors.py", "cli/check.py"), ("difflib",), "only mistakes need it"),
     Deferred(
         ("files/atomic.py", "files/disk.py", "files/folder.py"), ("tempfile", "shutil"), "most runs write nothing"
     ),

@@ -16,8 +16,8 @@ from typing import NamedTuple
 import pytest
 
 from tests.docs.examples import COPIED, PEOPLE, ROOT, blocks, typed_in
-from vrs_cli.cli.connect import once
 from vrs_cli.cli.main import run
+from vrs_cli.cli.remote import once
 from vrs_cli.repl import plain
 from vrs_cli.repl.place import Local
 

@@ -1,13 +1,16 @@
-"""`vrs check`: all that is wrong with program files, without running them."""
+"""Subcommands about program files that run nothing: `vrs check` and `vrs fmt`."""
 
 from __future__ import annotations
 
 import re
 import sys
 from argparse import ArgumentTypeError, Namespace
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from vrs_cli.cli.command_line import (
     CELL,
@@ -18,11 +21,12 @@ from vrs_cli.cli.command_line import (
     Parser,
     chosen_dialect,
     chosen_robot,
+    one_of,
     option,
 )
 from vrs_cli.cli.findings import FORMATS, Finding, mended
 from vrs_cli.cli.main import FAILED, OK, status_of
-from vrs_cli.cli.sources import has_errors, program_files, read_source, robot_of
+from vrs_cli.cli.sources import Source, has_errors, program_files, read_source, robot_of
 from vrs_cli.errors import FileError
 from vrs_cli.files.opening import stamp
 
@@ -30,6 +34,8 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.language.run.signals import Cell
     from vrs_cli.values.diagnostics import Diagnostic
+    from vrs_cli.values.dialect import Dialect
+
 
 LOOKED_EVERY = 0.25  # [s] at the files, with --watch
 
@@ -53,7 +59,7 @@ Exit status: 0 without errors (there may be warnings; with --strict there are no
 """
 
 
-def main(options: Namespace) -> int:
+def check(options: Namespace) -> int:
     """Print all diagnostics of all files."""
     if STANDARD_STREAM in options.files and (options.fix or options.watch):
         raise CommandLineError("--fix and --watch are for files, not for standard input", "name files")
@@ -63,7 +69,7 @@ def main(options: Namespace) -> int:
     return _check(options, model, cell)
 
 
-def parser(prog: str) -> Parser:
+def check_parser(prog: str) -> Parser:
     return Parser(
         prog,
         "Find all mistakes in program files. Nothing is run.",
@@ -163,3 +169,110 @@ def _state(named: Sequence[str]) -> object:
         return [(path, stamp(Path(path))) for path in program_files(named)]
     except FileError as error:
         return str(error)
+
+
+# --- vrs fmt --------------------------------------------------------------------------------------------------------
+
+
+FMT_EPILOG = """\
+A file with mistakes is left as it is. Formatting twice changes nothing more.
+
+  vrs fmt pick.v2
+  vrs fmt --write pick.v2 place.v2
+  vrs fmt --write cell              all program files in a folder, and below it
+  vrs fmt --diff pick.v2            what would change
+  vrs fmt --check pick.v2 || echo "run vrs fmt --write"
+"""
+
+
+class Formatted(Struct, frozen=True):
+    """A file and its canonical text; None where it has mistakes."""
+
+    source: Source
+    text: str | None
+
+    @property
+    def changed(self) -> bool:
+        return self.text is not None and self.text != self.source.text
+
+
+def fmt(options: Namespace) -> int:
+    """Print, rewrite or compare; returns 1 when a file has mistakes, or with --check or --diff would change."""
+    if options.write and STANDARD_STREAM in options.files:
+        raise CommandLineError("--write cannot change standard input", "leave --write out")
+    dialect = chosen_dialect(options)
+    formatted = [_formatted(source, dialect) for source in map(read_source, program_files(options.files))]
+    for one in formatted:
+        if one.text is None:
+            continue
+        if not (options.check or options.write or options.diff):
+            print(one.text, end="")
+        elif one.changed:
+            _tell(one, options)
+    compared = options.check or options.diff
+    wrong = any(one.text is None or (compared and one.changed) for one in formatted)
+    return FAILED if wrong else OK
+
+
+def _tell(one: Formatted, options: Namespace) -> None:
+    """A file that is not as it should be."""
+    path, text = one.source.path, one.text or ""
+    if options.diff:
+        _show(_difference(path, one.source.text, text))
+    elif options.check:
+        print(f"{path} would change")
+    else:
+        from vrs_cli.files.atomic import write_atomically
+
+        write_atomically(path, text)
+        print(f"{path} rewritten")
+
+
+def _difference(path: str, before: str, after: str) -> Iterable[str]:
+    """As `diff -u` tells it and `patch -p0` takes it."""
+    from difflib import unified_diff
+
+    for line in unified_diff(list(StringIO(before)), list(StringIO(after)), path, path):
+        yield line.rstrip("\n")
+        if not line.endswith("\n"):
+            yield "\\ No newline at end of file"
+
+
+def _show(lines: Iterable[str]) -> None:
+    """In colours on a terminal."""
+    if not sys.stdout.isatty():
+        print("\n".join(lines))
+        return
+    from vrs_cli.render.blocks import line
+    from vrs_cli.render.colours import Ink
+    from vrs_cli.render.console import TerminalRenderer, rich_text
+
+    console, inks = TerminalRenderer(sys.stdout).console, {"-": Ink.ERROR, "+": Ink.STRING, "@": Ink.INSTRUCTION}
+    for text in lines:
+        console.print(rich_text(line(text, inks.get(text[0], Ink.TEXT))), soft_wrap=True)
+
+
+def fmt_parser(prog: str) -> Parser:
+    return Parser(
+        prog,
+        "Print program files as canonical VAL-II text: one layout, comments kept.",
+        FMT_EPILOG,
+        option("files", metavar="FILE.v2", nargs="+", help="files, folders or patterns (- is standard input)"),
+        DIALECT,
+        one_of(
+            option("--write", action="store_true", help="rewrite the files in place"),
+            option("--check", action="store_true", help="change nothing; status 1 if a file would change"),
+            option("--diff", action="store_true", help="the same, and show what would change"),
+        ),
+    )
+
+
+def _formatted(source: Source, dialect: Dialect) -> Formatted:
+    """The canonical text; what stands in its way is told on standard error."""
+    from vrs_cli.language.analysis.structure import canonical_text
+
+    text = canonical_text(source.text, dialect)
+    if isinstance(text, str):
+        return Formatted(source, text)
+    print(source.shown(text), end="", file=sys.stderr)
+    return Formatted(source, None)

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import CommandLineError, Parser, option
 from vrs_cli.cli.connections import KINDS, LINE_OPTIONS, signal_comes
-from vrs_cli.cli.main import OK
 from vrs_cli.repl.interrupt import ENDINGS, Ended
 
 if TYPE_CHECKING:
@@ -31,15 +30,14 @@ Each connection has delays of its own, the same for the same seed and number. Ct
 """
 
 
-def main(options: Namespace) -> int:
+def delay(options: Namespace) -> None:
     """Serve until Ctrl-C."""
     number = asyncio.run(_serve(_proxy(options), options, partial(print, flush=True)))
     if number in ENDINGS:  # Ctrl-C is the way to stop it, any other signal ends the process
         raise Ended(number)
-    return OK
 
 
-def parser(prog: str) -> Parser:
+def delay_parser(prog: str) -> Parser:
     return Parser(
         prog,
         "Let a line between a client and a server be slow, uneven and lossy.",

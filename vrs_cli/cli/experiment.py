@@ -58,7 +58,7 @@ A row is the mean over all seeds. All of it happens in virtual time, and is the 
 """
 
 
-def main(options: Namespace) -> int:
+def experiment(options: Namespace) -> int:
     """Try all, and print tables; returns 1 where the flags are not what the logs say, or miss an error."""
     picture = options.plot if options.plot != STANDARD_STREAM else None
     if picture is not None:
@@ -78,7 +78,7 @@ def main(options: Namespace) -> int:
     return OK if all(row.sound for row in rows) else FAILED
 
 
-def parser(prog: str) -> Parser:
+def experiment_parser(prog: str) -> Parser:
     return Parser(
         prog,
         "Try what delays do to who commands a robot from afar.",

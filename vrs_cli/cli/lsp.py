@@ -16,7 +16,7 @@ How editors are told to start it: docs/editors.md.
 """
 
 
-def main(options: Namespace) -> int:
+def lsp(options: Namespace) -> None:
     """Serve one editor over standard input and output until it says goodbye."""
     if find_spec("pygls") is None:
         raise CommandLineError("the language server needs pygls, which is not installed", how_to_install("pygls"))
@@ -24,10 +24,9 @@ def main(options: Namespace) -> int:
 
     output = os.fdopen(os.dup(sys.stdout.fileno()), "wb")  # pygls closes what it writes to
     server(chosen_robot(options)).start_io(sys.stdin.buffer, output)
-    return 0
 
 
-def parser(prog: str) -> Parser:
+def lsp_parser(prog: str) -> Parser:
     return Parser(
         prog,
         "The VAL-II language server (LSP), over standard input and output.",

@@ -21,7 +21,9 @@ BROKEN_PIPE = 141  # 128 + SIGPIPE
 
 
 class Subcommand(NamedTuple):
-    """A row of the table of subcommands. `module` has `parser(prog)` and `main(options)`, which returns the status."""
+    """A row of the table of subcommands. For `where` the module has `where_parser(prog)` and `where(options)`, which
+    returns the status, or None where all went well.
+    """
 
     module: str
     arguments: str
@@ -30,27 +32,27 @@ class Subcommand(NamedTuple):
 
 SUBCOMMANDS: Mapping[str, Subcommand] = {
     "shell": Subcommand("shell", "[FILE.v2]", "the interactive shell (also plain vrs)"),
-    "config": Subcommand("config", "", "the settings of the shell, and the file that has them"),
-    "connect": Subcommand("connect", "URL", "the shell at a robot that is served"),
+    "config": Subcommand("settings", "", "the settings of the shell, and the file that has them"),
+    "connect": Subcommand("remote", "URL", "the shell at a robot that is served"),
     "run": Subcommand("run", "FILE.v2 [PROGRAM]", "load a file and execute a program of it"),
     "steer": Subcommand("steer", "FILE.csv", "follow a stream of targets, from a file or another program"),
     "check": Subcommand("check", "FILE.v2 ...", "find all mistakes in program files, without running them"),
-    "fmt": Subcommand("fmt", "FILE.v2 ...", "print or rewrite program files as canonical VAL-II text"),
+    "fmt": Subcommand("check", "FILE.v2 ...", "print or rewrite program files as canonical VAL-II text"),
     "robots": Subcommand("robots", "[NAME|FILE]", "the robots that there are, or all about one"),
-    "completion": Subcommand("completion", "SHELL", "what bash, zsh or fish need to complete vrs with the Tab key"),
+    "completion": Subcommand("settings", "SHELL", "what bash, zsh or fish need to complete vrs with the Tab key"),
     "lsp": Subcommand("lsp", "", "the language server, which editors start"),
-    "where": Subcommand("where", "T.vrst --at TIME ...", "where the robot is at any time of a saved trajectory"),
-    "verify": Subcommand("verify", "T.vrst", "whether a saved trajectory is whole, and one that the robot can do"),
-    "replay": Subcommand("replay", "T.vrst", "play a saved trajectory, with pause, rewind and seek"),
+    "where": Subcommand("recorded", "T.vrst --at TIME ...", "where the robot is at any time of a saved trajectory"),
+    "verify": Subcommand("recorded", "T.vrst", "whether a saved trajectory is whole, and one that the robot can do"),
+    "replay": Subcommand("recorded", "T.vrst", "play a saved trajectory, with pause, rewind and seek"),
     "delay": Subcommand("delay", "LISTEN TARGET", "a line with delays between a client and a server"),
     "experiment": Subcommand("experiment", "delays", "what delays do to commands, and to what is seen from afar"),
     "serve": Subcommand("serve", "", "serve robots to others over the network"),
-    "token": Subcommand("token", "NAME ... --file FILE", "make tokens for those who may enter a server"),
-    "put": Subcommand("transfer", "FILE URL", "put a file into the folder of a robot that is served"),
-    "get": Subcommand("transfer", "NAME URL", "get a file from there"),
+    "token": Subcommand("serve", "NAME ... --file FILE", "make tokens for those who may enter a server"),
+    "put": Subcommand("remote", "FILE URL", "put a file into the folder of a robot that is served"),
+    "get": Subcommand("remote", "NAME URL", "get a file from there"),
     "view": Subcommand("view", "[FILE.v2|T.vrst|URL]", "a robot in a browser: watch it, drive it, play it back"),
     "export": Subcommand(
-        "export", "T.vrst --to FORMAT", "write a saved trajectory for other programs: csv, npz, mcap, ..."
+        "recorded", "T.vrst --to FORMAT", "write a saved trajectory for other programs: csv, npz, mcap, ..."
     ),
 }
 
@@ -120,8 +122,9 @@ def _chosen(arguments: Sequence[str]) -> tuple[str, str, Sequence[str]]:
 
 def _subcommand(name: str, prog: str, arguments: Sequence[str]) -> int:
     module = import_module(f"vrs_cli.cli.{SUBCOMMANDS[name].module}")
-    status: int = module.main(module.parser(prog).parse(arguments))
-    return status
+    options = getattr(module, f"{name}_parser")(prog).parse(arguments)
+    status: int | None = getattr(module, name)(options)
+    return status or OK
 
 
 def _version() -> int:

@@ -24,17 +24,16 @@ With the name of one of them, or with a TOML or URDF file: its joints, its poses
 """
 
 
-def main(options: Namespace) -> int:
+def robots(options: Namespace) -> None:
     """Print the list, or one robot."""
     from vrs_cli.kinematics.forms import arm_for
     from vrs_cli.render.text import text_of
 
     shown = _list() if options.robot is None else _one(arm_for(chosen_robot(options)))
     print(text_of(shown), end="")
-    return 0
 
 
-def parser(prog: str) -> Parser:
+def robots_parser(prog: str) -> Parser:
     return Parser(
         prog,
         "The robots that are built in, or all about one robot.",

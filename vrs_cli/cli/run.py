@@ -75,7 +75,7 @@ standard error. Time is the robot's and passes as fast as it computes, unless --
 """
 
 
-def main(options: Namespace) -> int:
+def run(options: Namespace) -> int:
     """Load, check and execute; returns 1 when the file has errors or the program stopped with one."""
     named = _files(options)
     files = program_files(named)
@@ -162,7 +162,7 @@ LIMITS = group(  # of a run, and the fence of the system round it
 )
 
 
-def parser(prog: str) -> Parser:
+def run_parser(prog: str) -> Parser:
     return Parser(
         prog,
         "Load a VAL-II file and execute a program of it on the virtual robot.",

@@ -1,4 +1,4 @@
-"""`vrs serve`: robots that others hold over the network."""
+"""`vrs serve`: robots that others hold over the network; `vrs token`: who may enter such a server."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import argparse
 import ipaddress
 import sys
 from argparse import Namespace
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
+from contextlib import ExitStack
+from datetime import date, datetime
 from importlib.util import find_spec
 from math import inf
 from pathlib import Path
@@ -32,10 +33,6 @@ from vrs_cli.cli.main import OK
 from vrs_cli.errors import FileError
 from vrs_cli.extras import how_to_install
 
-# [s] after which a thread that computes lets another one go on; by default it is 5 ms, which a line of the prompt waits
-# for several times in a row where several threads work beside the robot
-SWITCHED = 0.001
-
 if TYPE_CHECKING:
     import ssl
     from collections.abc import Callable
@@ -45,6 +42,12 @@ if TYPE_CHECKING:
     from vrs_cli.net.hub import Hub
     from vrs_cli.net.limits import Allowance
     from vrs_cli.net.server import ListenAddress, Server
+
+
+# [s] after which a thread that computes lets another one go on; by default it is 5 ms, which a line of the prompt waits
+# for several times in a row where several threads work beside the robot
+SWITCHED = 0.001
+
 
 TURN = 0.0005  # [s] after which one thread lets the next one go on: with Python's 5 ms many who look delay each line
 LOCAL = ("localhost",)
@@ -70,31 +73,39 @@ Ctrl-C, or SIGTERM, ends it. See docs/serve.md and docs/security.md.
 """
 
 
-def main(options: Namespace) -> int:
+def serve(options: Namespace) -> int:
     """Serve until a signal says to end."""
     _check(options)
     import asyncio
+    import time
+    from tempfile import TemporaryDirectory
 
     from vrs_cli.language.text.collector import collect_in_small_parts
+    from vrs_cli.net.audit import Audit
     from vrs_cli.net.server import Server
     from vrs_cli.net.tokens import TokenFile
 
     collect_in_small_parts()
     sys.setswitchinterval(SWITCHED)
     tell = teller(options.prog)
-    with _audit(options, tell) as audit, _folder(options) as folder:
+    with ExitStack() as at_end:
+        path = options.audit or (options.journal and Path(options.journal) / "audit.jsonl")
+        audit = Audit(Path(path) if path else None, time.time, tell)
+        at_end.callback(audit.close)
+        if options.folder is not None:
+            folder = _made(Path(options.folder), "--folder")
+        else:
+            folder = Path(at_end.enter_context(TemporaryDirectory(prefix="vrs-")))
         named, tokens = (name for name, _ in options.robot), None
         if options.tokens is not None:
             tokens = TokenFile(Path(options.tokens), named, options.robots_per_token)
         server = Server(_place(options, tell), _allowance(options), audit, tokens, tell)
         hub = _hub(options, server, audit, folder, tell)
-        try:
-            _warm()
-            hub.open_all()
-            sys.setswitchinterval(TURN)
-            return asyncio.run(_served(options, server, hub, tell))
-        finally:
-            hub.close()
+        at_end.callback(hub.close)
+        _warm()
+        hub.open_all()
+        sys.setswitchinterval(TURN)
+        return asyncio.run(_served(options, server, hub, tell))
 
 
 async def _served(options: Namespace, server: Server, hub: Hub, tell: Callable[[str], None]) -> int:
@@ -139,7 +150,7 @@ def _named(options: Namespace, hub: Hub) -> str:
     return ", and ".join(said + own)
 
 
-def parser(prog: str) -> Parser:
+def serve_parser(prog: str) -> Parser:
     from vrs_cli.net.messages import PORT
 
     return Parser(
@@ -328,32 +339,6 @@ def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: C
     return Hub(robots, places, usual, audit, server.wake, tell, own=own, grants=server.grants, own_idle=idle)
 
 
-@contextmanager
-def _audit(options: Namespace, tell: Callable[[str], None]) -> Iterator[Audit]:
-    import time
-
-    from vrs_cli.net.audit import Audit
-
-    path = options.audit or (options.journal and Path(options.journal) / "audit.jsonl")
-    audit = Audit(Path(path) if path else None, time.time, tell)
-    try:
-        yield audit
-    finally:
-        audit.close()
-
-
-@contextmanager
-def _folder(options: Namespace) -> Iterator[Path]:
-    """Where the files of robots are."""
-    if options.folder is not None:
-        yield _made(Path(options.folder), "--folder")
-        return
-    from tempfile import TemporaryDirectory
-
-    with TemporaryDirectory(prefix="vrs-") as folder:
-        yield Path(folder)
-
-
 def _made(folder: Path, option: str) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -370,3 +355,58 @@ def _warm() -> None:
     session = Session(Notes())
     for line in WARM:
         session.perform(line)
+
+
+# --- vrs token ------------------------------------------------------------------------------------------------------
+
+
+TOKEN_EPILOG = """\
+The file holds hashes of tokens: what is printed here is told once. A server reads the file again when it changes.
+
+  vrs token ada bob carl --file class.toml
+  vrs token tom --file class.toml --role teacher
+  vrs token eve --file class.toml --role observer --robots cell1 --expires 2027-07-31
+  vrs token ada --file class.toml --revoke
+"""
+
+
+def token(options: Namespace) -> None:
+    """Print a line for each name: the name and its token."""
+    from vrs_cli.net.tokens import NAME_RULE, add_tokens, good_name, take_out
+
+    wrong = next((name for name in options.names if not good_name(name)), None)
+    if wrong is not None:
+        raise CommandLineError(f"{wrong!r} is no name", NAME_RULE)
+    path = Path(options.file)
+    if options.revoke:
+        take_out(path, options.names)
+        return
+    robots = None if options.robots is None else tuple(filter(None, options.robots.split(",")))
+    for name, token in add_tokens(path, options.names, options.role, robots, options.expires).items():
+        print(f"{name} {token}")
+
+
+def token_parser(prog: str) -> Parser:
+    roles = ("observer", "designer", "supervisor", "teacher")
+    return Parser(
+        prog,
+        "Make tokens, each for one who may enter a server (vrs serve --tokens FILE).",
+        TOKEN_EPILOG,
+        option("names", metavar="NAME", nargs="+", help="what others see; own robots are called so too"),
+        option("--file", metavar="FILE", required=True, help="the file of tokens, made if need be"),
+        option("--role", choices=roles, default="supervisor", help="what they may do (default: supervisor)"),
+        option("--robots", metavar="A,B", help="the shared robots that they may hold (default: all)"),
+        option("--expires", metavar="DAY", type=_day, help="until the end of that day, or an instant"),
+        option("--revoke", action="store_true", help="take the tokens of these names out of the file"),
+    )
+
+
+def _day(text: str) -> date:
+    try:
+        return date.fromisoformat(text)
+    except ValueError:
+        pass
+    try:
+        return datetime.fromisoformat(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no day (2027-07-31, or 2027-07-31T12:00:00)") from None

@@ -38,16 +38,16 @@ All subcommands: vrs --help
 """
 
 
-def main(options: Namespace) -> int:
+def shell(options: Namespace) -> int:
     """Hand over to the shell; returns its exit status."""
     outside = chosen_outside(options)
-    from vrs_cli.repl.shell import main as shell
+    from vrs_cli.repl.shell import main
 
     clock, dialect, cell = clock_of(options.realtime), chosen_dialect(options), options.cell
-    return shell(_robot(options), options.file, options.save, clock, outside, dialect, cell)
+    return main(_robot(options), options.file, options.save, clock, outside, dialect, cell)
 
 
-def parser(prog: str) -> Parser:
+def shell_parser(prog: str) -> Parser:
     return Parser(
         prog,
         "The interactive VAL-II shell of a virtual robot.",

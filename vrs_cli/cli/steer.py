@@ -57,12 +57,12 @@ A line that is no target is named and left out.
 """
 
 
-def main(options: Namespace) -> int:
+def steer(options: Namespace) -> int:
     """Follow a stream to its end; returns 1 when some of its lines were no targets, or out of reach."""
     return _Run(options, Outputs.of(options)).run()
 
 
-def parser(prog: str) -> Parser:
+def steer_parser(prog: str) -> Parser:
     from vrs_cli.kinematics.model import PROFILES
 
     return Parser(

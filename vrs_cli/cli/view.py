@@ -41,7 +41,7 @@ the robot again, + and - change the rate, Ctrl-X aborts what others have it do, 
 {TOKENS}"""
 
 
-def main(options: Namespace) -> int:
+def view(options: Namespace) -> int:
     """Watch until the user leaves."""
     if not options.terminal:
         from vrs_cli.cli.browser import show
@@ -61,7 +61,7 @@ def main(options: Namespace) -> int:
     return 0
 
 
-def parser(prog: str) -> Parser:
+def view_parser(prog: str) -> Parser:
     from vrs_cli.net.far_end import Ahead
     from vrs_cli.net.mirror import WINDOW
 

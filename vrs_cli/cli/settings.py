@@ -1,15 +1,53 @@
-"""`vrs completion`: what a shell needs to complete subcommands, options, files and names of robots."""
+"""What belongs to no robot: `vrs config` for the settings of the shell, `vrs completion` for other shells."""
 
 from __future__ import annotations
 
+import os
+import sys
 from argparse import Action, ArgumentParser, Namespace
 from importlib import import_module
 
 from vrs_cli.cli.command_line import Parser, option
-from vrs_cli.cli.main import OK, SUBCOMMANDS
+from vrs_cli.cli.main import FAILED, OK, SUBCOMMANDS
+
+CONFIG_EPILOG = """\
+What it prints can be the file itself. What is wrong in the file is told on standard error, and the status is 1.
+
+  vrs config
+  mkdir -p "$(dirname "$(vrs config --path)")" && vrs config > my.toml && mv my.toml "$(vrs config --path)"
+"""
+
+
+def config(options: Namespace) -> int:
+    """Print what holds."""
+    from vrs_cli.repl.config import config_path, read_config, shown
+
+    path = config_path(os.environ)
+    if options.path:
+        print(path)
+        return OK
+    config = read_config(os.environ)
+    print(f"# {path}{'' if path.exists() else ' (not there: these are the defaults)'}")
+    print(shown(config), end="")
+    for what in config.wrong:
+        print(f"{options.prog}: {what}", file=sys.stderr)
+    return FAILED if config.wrong else OK
+
+
+def config_parser(prog: str) -> Parser:
+    return Parser(
+        prog,
+        "The settings of the shell: keys, pager, suggestions, colours.",
+        CONFIG_EPILOG,
+        option("--path", action="store_true", help="print the name of the file alone"),
+    )
+
+
+# --- vrs completion -------------------------------------------------------------------------------------------------
+
 
 SHELLS = ("bash", "zsh", "fish")
-EPILOG = """\
+COMPLETION_EPILOG = """\
   eval "$(vrs completion bash)"                                      in ~/.bashrc
   vrs completion zsh > ~/.zfunc/_vrs                                 with ~/.zfunc in fpath
   vrs completion fish > ~/.config/fish/completions/vrs.fish
@@ -18,7 +56,7 @@ FILES = ("FILE", "OUT", ".v2", ".vrst", ".csv", ".html", ".svg")  # in what stan
 FOLDERS = ("FOLDER", "DIR")
 
 
-def main(options: Namespace) -> int:
+def completion(options: Namespace) -> None:
     """Print it, of one parser of the whole command line."""
     import shtab
 
@@ -26,19 +64,18 @@ def main(options: Namespace) -> int:
     whole.add_argument("--version", action="store_true", help="the version")
     subcommands = whole.add_subparsers()
     for name, row in SUBCOMMANDS.items():
-        own: Parser = import_module(f"vrs_cli.cli.{row.module}").parser(f"vrs {name}")
+        own: Parser = getattr(import_module(f"vrs_cli.cli.{row.module}"), f"{name}_parser")(f"vrs {name}")
         for action in own.arguments():
             _teach(action, shtab.FILE, shtab.DIRECTORY)
         subcommands.add_parser(name, help=row.summary, parents=[own], add_help=False)
     print(shtab.complete(whole, options.shell))
-    return OK
 
 
-def parser(prog: str) -> Parser:
+def completion_parser(prog: str) -> Parser:
     return Parser(
         prog,
         "Print what a shell needs to complete vrs with the Tab key.",
-        EPILOG,
+        COMPLETION_EPILOG,
         option("shell", choices=SHELLS, help="of which shell"),
     )
 

@@ -1,0 +1,256 @@
+"""Subcommands about saved trajectories: `vrs where`, `verify`, `replay` and `export`."""
+
+from __future__ import annotations
+
+import json
+import os
+from argparse import Namespace
+from collections.abc import Iterator, Mapping
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from vrs_cli.cli.command_line import DEFAULT_RATE, STANDARD_STREAM, CommandLineError, Parser, number, option, positive
+from vrs_cli.cli.main import FAILED, OK
+from vrs_cli.cli.outputs import OUTPUT_OPTIONS, Outputs, check_distinct, rate_option, write_export
+from vrs_cli.cli.sources import LENIENT, position_object, read_recording
+from vrs_cli.repl.shell import on_terminal
+
+if TYPE_CHECKING:
+    from vrs_cli.files.exports import Exporter
+    from vrs_cli.kinematics.arm import RobotArm
+    from vrs_cli.trajectory.timeline import Timeline
+    from vrs_cli.values.results import Position
+
+
+WHERE_EPILOG = """\
+Before the first motion, after the last and between motions the robot stands still.
+
+  vrs where pick.vrst --at 1.0 2.5
+  vrs where pick.vrst --at 2.5 --json
+"""
+
+
+def where(options: Namespace) -> None:
+    """Print where the robot is at the times asked for."""
+    recording = read_recording(options.prog, options.file, lenient=options.lenient)
+    from vrs_cli.engine.position import position_at
+    from vrs_cli.render.text import plain_text
+    from vrs_cli.values.replies import Whereabouts
+
+    units = recording.arm.model.units
+    positions = [position_at(recording.arm, recording.timeline, t) for t in options.at]
+    if options.json:
+        objects = [{"time": p.time, **position_object(p, units), "hand": p.hand, "moving": p.moving} for p in positions]
+        print("[\n" + ",\n".join(f"  {json.dumps(one)}" for one in objects) + "\n]")
+    else:
+        shown = (plain_text(Whereabouts(position, stamped=True, units=units)) for position in positions)
+        print("\n".join(shown), end="")
+
+
+def where_parser(prog: str) -> Parser:
+    return Parser(
+        prog,
+        "Where the robot of a saved trajectory is at any time: joints, tool and hand.",
+        WHERE_EPILOG,
+        option("file", metavar="T.vrst", help="a saved trajectory"),
+        option(
+            "--at", metavar="TIME", type=number, nargs="+", action="extend", required=True, help="times [s], any number"
+        ),
+        option("--json", action="store_true", help="a JSON list with an object for every time"),
+        LENIENT,
+    )
+
+
+# --- vrs verify -----------------------------------------------------------------------------------------------------
+
+
+VERIFY_EPILOG = """\
+Reading a file checks its form, checksums, continuity, the ranges of the joints, and their limits in joint space;
+this follows every straight line too, with its accelerations and jerks, and tells all that is wrong.
+Exit status 1 when something is.
+
+  vrs verify pick.vrst
+  vrs verify day.vrst --json
+"""
+
+
+def verify(options: Namespace) -> int:
+    """Tell what is wrong in a file, line by line, or that nothing is."""
+    recording = read_recording(options.prog, options.file, lenient=True, told=False)
+    from vrs_cli.engine.breaches import on_lines
+    from vrs_cli.files.soundness import in_lines
+    from vrs_cli.files.trajectory_file import MOST_FAULTS
+
+    along = in_lines(on_lines(recording.arm, recording.timeline), recording.timeline, recording.deltas, recording.lines)
+    wrong = [*recording.warnings, *map(str, islice(along, MOST_FAULTS))]
+    checksums = recording.checksum is not None
+    if options.json:
+        print(json.dumps({"sound": not wrong, "checksums": checksums, "faults": wrong}, indent=2))
+    else:
+        for what in wrong:
+            print(f"{options.file}, {what}")
+        held = f"{len(recording.deltas)} changes, {len(recording.timeline)} segments, {recording.timeline.end:.3f} s"
+        print(f"{held}{'' if checksums else ', no checksums'}: {'sound' if not wrong else 'not sound'}")
+    return FAILED if wrong else OK
+
+
+def verify_parser(prog: str) -> Parser:
+    return Parser(
+        prog,
+        "Whether a saved trajectory is whole, and one that the robot can do.",
+        VERIFY_EPILOG,
+        option("file", metavar="T.vrst", help="a saved trajectory"),
+        option("--json", action="store_true", help="print one JSON object: sound, checksums, faults"),
+    )
+
+
+# --- vrs replay -----------------------------------------------------------------------------------------------------
+
+
+DEFAULT_STEP = 0.1  # [s] between the rows of the table
+MOST_ROWS = 100_000
+
+REPLAY_EPILOG = """\
+Keys: space plays and pauses, left and right seek, r rewinds, + and - change the rate, q leaves.
+Without a terminal, or with --step, a table is printed; with --csv, --plot or --report only these are written.
+
+  vrs replay pick.vrst --speed 0.25
+  vrs replay pick.vrst --step 0.5
+  vrs replay pick.vrst --plot pick.svg
+"""
+
+
+def replay(options: Namespace) -> None:
+    """Play, print or write a saved trajectory."""
+    outputs = Outputs.of(options)
+    recording = read_recording(options.prog, options.file, lenient=options.lenient)
+
+    arm, timeline = recording.arm, recording.timeline
+    if outputs.any:
+        outputs.write(arm, timeline, options.file)
+    elif options.step is None and on_terminal():
+        from vrs_cli.repl.player import play
+
+        play(arm, timeline, options.speed)
+    else:
+        _print_table(arm, timeline, options.step or DEFAULT_STEP)
+
+
+def replay_parser(prog: str) -> Parser:
+    return Parser(
+        prog,
+        "Play a saved trajectory on the terminal.",
+        REPLAY_EPILOG,
+        option("file", metavar="T.vrst", help="a saved trajectory"),
+        option(
+            "--speed",
+            metavar="FACTOR",
+            type=positive,
+            default=1.0,
+            help="seconds of the trajectory in one second (default 1)",
+        ),
+        option(
+            "--step",
+            metavar="S",
+            type=positive,
+            help=f"print a table, a row every S seconds (default {DEFAULT_STEP:g})",
+        ),
+        *OUTPUT_OPTIONS,
+        LENIENT,
+    )
+
+
+def _print_table(arm: RobotArm, timeline: Timeline, step: float) -> None:
+    """Raises CommandLineError for a step that is too small for a table to be read."""
+    if (timeline.end - timeline.start) / step > MOST_ROWS:
+        raise CommandLineError(f"--step {step:g} makes too many rows", f"at most {MOST_ROWS}; --csv writes long tables")
+    from vrs_cli.render.text import plain_text
+    from vrs_cli.values.replies import WhereaboutsTable
+
+    print(plain_text(WhereaboutsTable(tuple(_rows(arm, timeline, step)), arm.model.units)), end="")
+
+
+def _rows(arm: RobotArm, timeline: Timeline, step: float) -> Iterator[Position]:
+    """From start to the exact end."""
+    from vrs_cli.engine.position import position_at
+    from vrs_cli.files.samples import sample_times
+
+    for times in sample_times(timeline, 1.0 / step):
+        for t in times.tolist():
+            yield position_at(arm, timeline, t)
+
+
+# --- vrs export -----------------------------------------------------------------------------------------------------
+
+
+EXPORT_EPILOG = """\
+{formats}
+
+Columns of csv: t [s], jt1 ... jtn [deg; mm where a joint slides], x, y, z [mm], o, a, t_angle [deg].
+html, png, gif and mp4 show the robot; a picture or a film is taken by the Chromium
+or Chrome of this machine.
+
+  vrs export pick.vrst --to csv -o pick.csv --rate 50
+  vrs export pick.vrst --to csv | head
+  vrs export day.vrst -o day.npz --rate 10
+  vrs export pick.vrst -o pick.html
+  vrs export pick.vrst -o pick.png --at 2.5
+"""
+
+
+def export(options: Namespace) -> None:
+    """Write a saved trajectory in another format."""
+    from vrs_cli.files.atomic import check_writable
+
+    exporter = _format(_formats(), options.to, options.output)
+    if exporter.of_moment and options.rate is not None:
+        raise CommandLineError(f"{exporter.name} is one moment and has no rate", "give --at TIME")
+    if options.at is not None and not exporter.of_moment:
+        raise CommandLineError(f"{exporter.name} is the whole trajectory", "--at TIME is for --to png")
+    if options.output != STANDARD_STREAM:
+        check_distinct((options.file, options.output))
+        check_writable(options.output)
+    exporter.check()
+    recording = read_recording(options.prog, options.file, lenient=options.lenient)
+
+    given = options.rate if options.at is None else options.at
+    if given is None:
+        given = exporter.usual(recording.timeline) if exporter.usual else DEFAULT_RATE
+    write_export(exporter, options.output, recording.arm, recording.timeline, given)
+
+
+def _formats() -> Mapping[str, Exporter]:
+    from vrs_cli.files.exports import EXPORTERS
+    from vrs_cli.view3d.pictures import PICTURES
+
+    return {**EXPORTERS, **PICTURES}
+
+
+def export_parser(prog: str) -> Parser:
+    rows = "\n".join(f"  {one.name:5} {one.summary}" for one in _formats().values())
+    return Parser(
+        prog,
+        "Write a saved trajectory in a format of other programs.",
+        EXPORT_EPILOG.format(formats=rows),
+        option("file", metavar="T.vrst", help="a saved trajectory"),
+        option("--to", metavar="FORMAT", help="one of these; default: by the ending of OUT"),
+        option(
+            "-o", "--output", metavar="OUT", default=STANDARD_STREAM, help="the file to write; default: standard output"
+        ),
+        rate_option(", or frames (html: 30; gif, mp4: 10)"),
+        option("--at", metavar="TIME", type=number, help="the moment of a png [s]; default: the end"),
+        LENIENT,
+    )
+
+
+def _format(formats: Mapping[str, Exporter], asked: str | None, output: str) -> Exporter:
+    """The format asked for, or the one that the file's ending says."""
+    if asked is not None:
+        if asked not in formats:
+            raise CommandLineError(f"unknown format {asked}", f"known: {', '.join(formats)}")
+        return formats[asked]
+    suffix = os.path.splitext(output)[1].lower()
+    for exporter in formats.values():
+        if exporter.suffix == suffix:
+            return exporter
+    raise CommandLineError("which format?", f"give --to {' or '.join(formats)}")
