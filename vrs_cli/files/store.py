@@ -9,9 +9,8 @@ from typing import NamedTuple
 from vrs_cli.files.layout import Layout
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.analysis.names import own_variables
-from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.memory import Memory
-from vrs_cli.language.run.variables import NamedValue, item_of
+from vrs_cli.language.run.variables import Item, NamedValue, item_of
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Entry, File, Program, Section
 from vrs_cli.language.words.instructions import INSTRUCTIONS

@@ -14,10 +14,9 @@ from vrs_cli.interfaces.station.loaded_file import variables_of
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.language.analysis.analyzer import analyze_among
-from vrs_cli.language.analysis.confusions import delays
 from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.analysis.structure import unreachable
-from vrs_cli.language.analysis.surroundings import Surroundings, names_given_in
+from vrs_cli.language.analysis.surroundings import Surroundings, delays, names_given_in
 from vrs_cli.language.run.constants import Constants
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Context
@@ -26,9 +25,8 @@ from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.signals import NO_CELL, Cell
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section
-from vrs_cli.language.text.makers import foreign_file, has_program
-from vrs_cli.language.text.parts import Part, Placed, parts_of, programs_of, repeated_programs
-from vrs_cli.language.text.source import JOINTS_HIGH, heeded
+from vrs_cli.language.text.parser import Part, Placed, parts_of, programs_of
+from vrs_cli.language.text.source import JOINTS_HIGH, foreign_file, has_program, heeded, repeated_programs
 from vrs_cli.language.words.values import precision_point
 from vrs_cli.values.diagnostics import Diagnostic, Severity, Span, ordered, warning
 from vrs_cli.values.dialect import Dialect
@@ -92,7 +90,7 @@ class Inspector:
         self._cell.fill(environment)
         found = [] if foreign is None else [foreign]
         found += [one for placed in parts for one in placed.found(placed.part.diagnostics)]
-        found += repeated_programs(parts)
+        found += repeated_programs((program, placed.above) for placed, program in programs_of(parts))
         for placed in parts:
             if isinstance(placed.part.node, Section):
                 variables, refused = variables_of(placed.part.node, environment.units)

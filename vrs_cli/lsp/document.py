@@ -27,7 +27,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.language.text.lexer import LABEL_HIGH
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, definitions
-from vrs_cli.language.text.parts import Part, Placed, parts_of, programs_of
+from vrs_cli.language.text.parser import Part, Placed, parts_of, programs_of
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.text.source import PROGRAM, SECTIONS
 from vrs_cli.language.words.instructions import INSTRUCTIONS, RESERVED, why_reserved

@@ -15,7 +15,7 @@ from vrs_cli.language.analysis.names import own_variables
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.language.text.meaning import FUNCTION_NAMES
-from vrs_cli.language.text.parts import Part
+from vrs_cli.language.text.parser import Part
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.word import Shape
 from vrs_cli.render.colours import Ink

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vrs_cli.language.run.cells import Cells, Item
+from vrs_cli.language.run.variables import Cells, Item
 from vrs_cli.language.words.values import Kind
 
 

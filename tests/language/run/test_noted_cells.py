@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrs_cli.language.run.cells import Cells, Item
+from vrs_cli.language.run.variables import Cells, Item
 from vrs_cli.language.words.values import Kind
 
 VALUES = st.dictionaries(st.sampled_from("abcd"), st.sampled_from([0.0, 1.0, 2.0]))

@@ -26,8 +26,8 @@ from vrs_cli.interfaces.monitor.timeline import check_tasks_stand
 from vrs_cli.interfaces.station.operands import Handler, operand, path_of, word
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.memory import StoredProgram
+from vrs_cli.language.run.variables import Item
 from vrs_cli.language.text.ast import Instruction, Program, Section
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.values.numbers import Value, count, seconds

@@ -13,7 +13,7 @@ from vrs_cli.interfaces.station.operands import Handler, own, real, sight
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.language.run.cells import Index, Reference, subscript
+from vrs_cli.language.run.variables import Index, Reference, subscript
 from vrs_cli.language.text.ast import Binary, Expression, Instruction, Unary, Variable
 from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
 from vrs_cli.language.text.printer import expression_text

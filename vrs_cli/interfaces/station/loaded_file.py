@@ -14,6 +14,7 @@ from vrs_cli.language.analysis.surroundings import Surroundings
 from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.run.variables import Variables
 from vrs_cli.language.text.ast import Entry, File, Program, Section
+from vrs_cli.language.text.collector import free_in_parts
 from vrs_cli.language.text.source import AXES, heeded
 from vrs_cli.language.words.values import rounding
 from vrs_cli.values.diagnostics import Diagnostic, error, first_error, warning
@@ -47,6 +48,7 @@ class LoadedFile(NamedTuple):
         lines = tuple(text.split("\n"))
         stored = tuple(StoredProgram(analyze_among(surroundings, program), lines) for program in programs.values())
         for one in stored:
+            free_in_parts(one.program, one.program.steps, lines)
             diagnostics += one.analysis.diagnostics
             diagnostics += () if vplus else program_beyond_val2(one.program)
         return cls(file, Layout.of(file), variables, stored, heeded(lines, diagnostics))

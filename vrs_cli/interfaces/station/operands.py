@@ -8,8 +8,8 @@ from pathlib import Path
 from vrs_cli.errors import NoProgramSpecified, TypeMismatch
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.prompt import WatchedExpression, evaluate
+from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.text.ast import BareWord, Call, Expression, Instruction, ProgramCall, Variable
 from vrs_cli.language.words.values import kind_of_value
 from vrs_cli.values.numbers import Value

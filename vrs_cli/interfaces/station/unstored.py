@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from weakref import WeakSet, ref
 
-from vrs_cli.language.run.cells import Item
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import StoredProgram
+from vrs_cli.language.run.variables import Item
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.printer import print_program
 from vrs_cli.language.words.values import Kind, kind_of_value

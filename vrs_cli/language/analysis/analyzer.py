@@ -23,13 +23,12 @@ from vrs_cli.errors import (
     UndefinedValue,
     UsageError,
 )
-from vrs_cli.language.analysis.confusions import confusions, first_assignment
 from vrs_cli.language.analysis.expressions import Expressions, miscounted
 from vrs_cli.language.analysis.lineage import beyond
 from vrs_cli.language.analysis.names import ANY_KIND, PLACE, REAL, STRING, declares, own_variables, with_article
 from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.analysis.structure import structure_of
-from vrs_cli.language.analysis.surroundings import Candidates, Surroundings
+from vrs_cli.language.analysis.surroundings import Candidates, Surroundings, confusions, first_assignment
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program, ProgramHeader, Statement
 from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP_JUMPS

@@ -34,7 +34,7 @@ from msgspec import Struct
 from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.compile import python_tree as tree
-from vrs_cli.language.compile.expressions import CELLS, Array, ExpressionCompiler, Library, VariablePlace
+from vrs_cli.language.compile.expressions import CELLS, Array, ExpressionCompiler, Library
 from vrs_cli.language.compile.lowering import (
     CaseBegin,
     CaseTest,
@@ -51,7 +51,7 @@ from vrs_cli.language.compile.lowering import (
     lower,
 )
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.collector import pause_collector
+from vrs_cli.language.text.collector import free_in_parts, pause_collector
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.values import Kind
@@ -83,9 +83,11 @@ class _ProgramCompiler(ExpressionCompiler):
         self._inner: int | None = None
 
     def variant(self, everywhere: bool) -> Variant:
-        leaders = self._leaders(everywhere)
+        ops = self._lowered.ops
+        targets = range(len(ops)) if everywhere else (op.target for op in ops if isinstance(op, Jumping))
+        leaders = sorted({0, *targets, *range(0, len(ops), OPS_A_FUNCTION)})
         self._numbers = numbers = {op: number for number, op in enumerate(leaders)}
-        cuts = [numbers[op] for op in range(0, len(self._lowered.ops), OPS_A_FUNCTION)]
+        cuts = [numbers[op] for op in range(0, len(ops), OPS_A_FUNCTION)]
         parts = [self._function(range(*cut), leaders) for cut in pairwise([*cuts, len(leaders)])]
         return Variant(parts[0] if len(parts) == 1 else _join(parts, cuts), tuple(self.arrays), numbers)
 
@@ -99,13 +101,6 @@ class _ProgramCompiler(ExpressionCompiler):
         body = [*body, tree.yield_(tree.constant(None))]  # never come to: a generator, also where nothing is a step
         rest = py.arg("_rest")  # the arrays of later parts
         return tree.made(py.FunctionDef("program", tree.parameters(names, rest=rest), body, [], None), self.namespace)
-
-    def _leaders(self, everywhere: bool) -> list[int]:
-        ops = self._lowered.ops
-        if everywhere:
-            return list(range(len(ops)))
-        targets = (op.target for op in ops if isinstance(op, Jumping))
-        return sorted({0, *targets, *range(0, len(ops), OPS_A_FUNCTION)})
 
     def _tree(self, blocks: list[list[py.stmt]], first: int) -> list[py.stmt]:
         if len(blocks) == 1:
@@ -159,7 +154,7 @@ class _ProgramCompiler(ExpressionCompiler):
 
     def _jump_if(self, op: JumpIf) -> list[py.stmt]:
         truth = self.truth(op.condition)
-        first = [] if op.first is None else self._perform_instruction(op.first)
+        first = [] if op.first is None else self._statement(op.first)
         return [*first, py.If(truth if op.when else tree.not_(truth), self._to(op.target), [])]
 
     # loops and cases
@@ -183,9 +178,9 @@ class _ProgramCompiler(ExpressionCompiler):
         known = _constant_step(statement)
         addend = tree.name(step) if known is None else tree.constant(known)
         sum_ = py.BinOp(self.value(statement.variable), py.Add(), addend)
-        place = self.place(statement.variable, Kind.REAL)
-        assert place.key is not None
-        target = py.Subscript(tree.name(place.cells), place.key, py.Store())
+        cells, _, key = self.place(statement.variable, Kind.REAL)
+        assert key is not None
+        target = py.Subscript(tree.name(cells), key, py.Store())
         return [
             py.Assign([py.Name("v", py.Store()), target], sum_),
             py.If(self._another_pass(statement, limit, step), self._to(op.target), []),
@@ -208,13 +203,10 @@ class _ProgramCompiler(ExpressionCompiler):
 
     # statements
 
-    def _perform(self, op: Perform) -> list[py.stmt]:
-        if isinstance(op.statement, ast.Assignment):
-            return self._assignment(op.statement)
-        return self._perform_instruction(op.statement)
-
-    def _perform_instruction(self, statement: ast.Instruction) -> list[py.stmt]:
-        """Carry out an instruction, after a BREAK if the table says so."""
+    def _statement(self, statement: ast.Assignment | ast.Instruction) -> list[py.stmt]:
+        """Carry out a statement, after a BREAK if the table says so."""
+        if isinstance(statement, ast.Assignment):
+            return self._assignment(statement)
         special = _SPECIAL.get(statement.word)
         statements = special(self, statement) if special else self._instruction(statement)
         if INSTRUCTIONS[statement.word].breaks:
@@ -233,22 +225,15 @@ class _ProgramCompiler(ExpressionCompiler):
 
     def _store(self, variable: ast.Variable, value: py.expr) -> list[py.stmt]:
         """Assign, unless the bare name exists as a location."""
-        place, first = self.place(variable, Kind.REAL), list[py.stmt]()
-        cells, key = tree.name(place.cells), place.key
+        (cells, other, key), first = self.place(variable, Kind.REAL), list[py.stmt]()
         if variable.indexes:
-            first, key = (
-                [tree.assign("i", tree.method(cells, "at", *map(self.value, variable.indexes)))],
-                tree.name("i"),
-            )
+            first.append(tree.assign("i", tree.method(tree.name(cells), "at", *map(self.value, variable.indexes))))
+            key = tree.name("i")
         assert key is not None
-        stored = py.Assign([py.Subscript(cells, key, py.Store())], value)
-        return [*first, *self._deny_other_kind(place, key), stored]
-
-    def _deny_other_kind(self, place: VariablePlace, key: py.expr) -> list[py.stmt]:
-        if place.other is None:
-            return []
-        clash = py.Expr(tree.method(tree.name(place.cells), "deny", key))
-        return [py.If(tree.compare(key, py.In(), tree.name(place.other)), [clash], [])]
+        if other is not None:
+            denied = py.Expr(tree.method(tree.name(cells), "deny", key))
+            first.append(py.If(tree.compare(key, py.In(), tree.name(other)), [denied], []))
+        return [*first, py.Assign([py.Subscript(tree.name(cells), key, py.Store())], value)]
 
     def _instruction(self, statement: ast.Instruction) -> list[py.stmt]:
         word = INSTRUCTIONS[statement.word]
@@ -266,16 +251,12 @@ class _ProgramCompiler(ExpressionCompiler):
                 tree.constant(statement.modifiers.always),
                 tree.constant(statement.modifiers.unit),
             )
-        handler = self._handler(statement.word)
+        if statement.word not in self.library.handlers:
+            raise ProgramNotExecutable(f"{statement.word} is not available in a program")
+        handler = f"h_{statement.word.replace('.', '__')}"
+        self.namespace[handler] = self.library.handlers[statement.word]
         carried_out = tree.call(handler, tree.name("X"), tree.call("Wording", *wording), *arguments)
         return [py.Expr(py.YieldFrom(py.BoolOp(py.Or(), [carried_out, tree.tuple_of(())])))]
-
-    def _handler(self, word: str) -> str:
-        if word not in self.library.handlers:
-            raise ProgramNotExecutable(f"{word} is not available in a program")
-        name = f"h_{word.replace('.', '__')}"
-        self.namespace[name] = self.library.handlers[word]
-        return name
 
     def _operand(self, word: str, expression: ast.Expression | None, row: Argument) -> py.expr:
         if isinstance(expression, ast.Variable) and (word == "PROMPT" or row.shape is Shape.UNIT):
@@ -327,7 +308,7 @@ def _constant_step(statement: ast.For) -> float | None:
 
 
 _OPERATIONS: dict[type, Callable[..., list[py.stmt]]] = {
-    Perform: _ProgramCompiler._perform,
+    Perform: lambda compiler, op: compiler._statement(op.statement),
     Jump: lambda compiler, op: compiler._to(op.target),
     JumpIf: _ProgramCompiler._jump_if,
     ForBegin: _ProgramCompiler._for_begin,
@@ -372,7 +353,7 @@ class Variant(Struct, frozen=True):
     numbers: Mapping[int, int]
 
 
-class Compiled(Struct, frozen=True, dict=True):
+class Compiled(Struct, frozen=True, dict=True, weakref=True):
     """A program ready to run. `spelling`: the names it uses, as it first spells them, by key. `array_parameters`: the
     keys of those that stand for whole arrays."""
 
@@ -428,23 +409,22 @@ def compile_program(library: Library, analysis: Analysis) -> Compiled:
             variant = compiler.variant(everywhere=False)
     except RecursionError:
         raise ProgramNotExecutable(analysis.program.name, "an expression is nested too deeply") from None
-    return Compiled(library, analysis, lowered, compiler.spelling, frozenset(compiler.array_parameters), variant)
-
-
-class CompiledExpression(Struct, frozen=True):
-    """A function that takes the context, the cells of each kind, the fields of each reference, and `arrays`."""
-
-    function: Callable[..., Any]
-    arrays: tuple[Array, ...]
+    names, arrays = compiler.spelling, frozenset(compiler.array_parameters)
+    compiled = Compiled(library, analysis, lowered, names, arrays, variant)
+    free_in_parts(compiled, lowered.ops)
+    return compiled
 
 
 def compile_expression(
     library: Library, make: Callable[[ExpressionCompiler], py.expr], kinds: Mapping[str, Kind], own: Sequence[str] = ()
-) -> CompiledExpression:
-    """What `make` says of an expression at the prompt. `kinds`: those of the bare names that have a value. `own`: the
-    keys of variables for which references are given."""
+) -> tuple[Callable[..., Any], tuple[Array, ...]]:
+    """Compile what `make` says of an expression at the prompt. `kinds`: those of the bare names that have a value.
+    `own`: the keys of variables for which references are given.
+
+    Return a function that takes the context, the cells of each kind, the fields of each reference, and these arrays.
+    """
     compiler = ExpressionCompiler(library, kinds, {key: number for number, key in enumerate(own)})
     value = make(compiler)
     names = ["X", *CELLS.values(), *compiler.bound(), *compiler.arrays.values()]
     definition = py.FunctionDef("value", tree.parameters(names), [py.Return(value)], [], None)
-    return CompiledExpression(tree.made(definition, compiler.namespace), tuple(compiler.arrays))
+    return tree.made(definition, compiler.namespace), tuple(compiler.arrays)

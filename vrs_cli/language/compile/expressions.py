@@ -55,20 +55,7 @@ class Library(Struct, frozen=True):
     handlers: Mapping[str, Callable[..., Any]]
 
 
-class VariablePlace(Struct, frozen=True):
-    """Where a variable is: the names of the Python variables with its cells, and those of the other kind a bare name
-    can have; its key in both, None for a whole array."""
-
-    cells: str
-    other: str | None
-    key: py.expr | None
-
-
-class Array(Struct, frozen=True):
-    """A Python variable that holds the cells of an array of the environment."""
-
-    key: str
-    kind: Kind
+Array = tuple[Kind, str]  # an array of the environment: its kind and its key
 
 
 class ExpressionCompiler:
@@ -106,17 +93,19 @@ class ExpressionCompiler:
 
     # variables
 
-    def place(self, variable: ast.Variable, kind: Kind | None = None) -> VariablePlace:
-        """Return where a variable lives. The program decides its kind, otherwise `kind`; the default is a real."""
+    def place(self, variable: ast.Variable, kind: Kind | None = None) -> tuple[str, str | None, py.expr | None]:
+        """Return where a variable lives: the names of the Python variables with its cells, and with those of the other
+        kind that a bare name can have; its key in both, None for a whole array.
+
+        The program decides its kind, otherwise `kind`; the default is a real.
+        """
         self.spelling.setdefault(variable.key, variable.sigil + variable.name)
         wanted = SIGIL_KINDS.get(variable.sigil) or self.kinds.get(variable.key) or kind or Kind.REAL
         real, location = self._cells(variable, Kind.REAL), self._cells(variable, Kind.LOCATION)
         key = self._key(variable)
-        if wanted is Kind.REAL:
-            return VariablePlace(real, location, key)
-        if wanted is Kind.LOCATION:
-            return VariablePlace(location, real, key)
-        return VariablePlace(self._cells(variable, wanted), None, key)
+        if wanted in (Kind.REAL, Kind.LOCATION):
+            return (real, location, key) if wanted is Kind.REAL else (location, real, key)
+        return self._cells(variable, wanted), None, key
 
     def _cells(self, variable: ast.Variable, kind: Kind) -> str:
         if variable.key in self.parameters:
@@ -125,7 +114,7 @@ class ExpressionCompiler:
             return f"{'q' if kind is Kind.LOCATION else 'p'}{self.parameters[variable.key]}"
         if variable.indexes is None or SIGIL_KINDS.get(variable.sigil, kind) is not kind:
             return CELLS[kind]
-        return self.arrays.setdefault(Array(variable.key, kind), f"{CELLS[kind]}{len(self.arrays)}")
+        return self.arrays.setdefault((kind, variable.key), f"{CELLS[kind]}{len(self.arrays)}")
 
     def _key(self, variable: ast.Variable) -> py.expr | None:
         if variable.indexes is None:
@@ -133,22 +122,21 @@ class ExpressionCompiler:
             return tree.constant(variable.key) if number is None else tree.name(f"k{number}")
         if variable.many:
             return None
-        indexes = [self._index(index) for index in variable.indexes]
+        indexes = [
+            tree.constant(whole(index.value))
+            if isinstance(index, ast.Number)
+            else tree.call("whole", self.value(index))
+            for index in variable.indexes
+        ]
         return indexes[0] if len(indexes) == 1 else tree.tuple_of(indexes)
-
-    def _index(self, index: ast.Expression) -> py.expr:
-        if isinstance(index, ast.Number):
-            return tree.constant(whole(index.value))
-        return tree.call("whole", self.value(index))
 
     def read(self, variable: ast.Variable, kind: Kind | None = None) -> py.expr:
         """Read the variable. An untyped bare name is looked up at run time."""
-        if kind is None and self.kind_of(variable) is None:
-            return tree.method(self.reference(variable), "value")
-        place = self.place(variable, kind)
-        if place.key is None:
-            return tree.method(self.reference(variable), "value")
-        return tree.item(place.cells, place.key)
+        if kind is not None or self.kind_of(variable) is not None:
+            cells, _, key = self.place(variable, kind)
+            if key is not None:
+                return tree.item(cells, key)
+        return tree.method(self.reference(variable), "value")
 
     def reference(self, variable: ast.Variable) -> py.expr:
         """Refer to the variable, so that it can be passed on or assigned."""
@@ -166,16 +154,17 @@ class ExpressionCompiler:
 
     def value(self, expression: ast.Expression, wanted: Kind = Kind.REAL) -> py.expr:
         """Return an expression for the value: a float, a str, a Transform or a tuple of joints."""
-        if isinstance(expression, ast.Number | ast.StringConstant):
-            return tree.constant(expression.value)
-        if isinstance(expression, ast.Variable):
-            return self.read(expression, wanted)
-        if isinstance(expression, ast.Unary):
-            return self._unary(expression)
-        if isinstance(expression, ast.Binary):
-            return self._binary(expression)
-        if isinstance(expression, ast.Call):
-            return self._call(expression)
+        match expression:
+            case ast.Number() | ast.StringConstant():
+                return tree.constant(expression.value)
+            case ast.Variable():
+                return self.read(expression, wanted)
+            case ast.Unary():
+                return self._unary(expression)
+            case ast.Binary():
+                return self._binary(expression)
+            case ast.Call():
+                return self._call(expression)
         raise ProgramNotExecutable(f"{expression} has no value")
 
     def truth(self, expression: ast.Expression) -> py.expr:
@@ -192,7 +181,7 @@ class ExpressionCompiler:
 
     def _unary(self, expression: ast.Unary) -> py.expr:
         if expression.operator == "NOT":
-            return self._as_value(self.truth(expression))
+            return self._truth_value(expression)
         operand = self.value(expression.operand)
         if expression.operator == "COM":
             return tree.call("complement", operand)
@@ -201,15 +190,15 @@ class ExpressionCompiler:
     def _binary(self, expression: ast.Binary) -> py.expr:
         operator = expression.operator
         if operator in _RELATIONS or operator in _LOGICAL:
-            return self._as_value(self.truth(expression))
+            return self._truth_value(expression)
         kind = self.kind_of(expression) or Kind.REAL
         left, right = self.value(expression.left, kind), self.value(expression.right, kind)
         if operator in _ARITHMETIC:
             return py.BinOp(left, _ARITHMETIC[operator](), right)
         return tree.call(_FUNCTIONS[operator], left, right)
 
-    def _as_value(self, truth: py.expr) -> py.expr:
-        return py.IfExp(truth, tree.constant(-1.0), tree.constant(0.0))
+    def _truth_value(self, expression: ast.Expression) -> py.expr:
+        return py.IfExp(self.truth(expression), tree.constant(-1.0), tree.constant(0.0))
 
     def comparison(self, left: py.expr, operator: str, right: py.expr, kind: Kind | None) -> py.expr:
         """Compare two values. The switch UPPER says how strings are compared."""
@@ -231,9 +220,10 @@ class ExpressionCompiler:
         arguments = self._arguments(function, call.arguments)
         if contextual is not None:
             arguments.insert(0, tree.name("X"))
-        self.namespace[_python_name(function)] = evaluate
+        name = f"f_{call.name.replace('$', 's_').replace('#', 'p_').replace('.', '__')}"
+        self.namespace[name] = evaluate
         self.reads = self.reads or call.name == "GETC"
-        return tree.call(_python_name(function), *arguments)
+        return tree.call(name, *arguments)
 
     def _arguments(self, function: Function, given: Sequence[ast.Expression | None]) -> list[py.expr]:
         """Return one expression for each argument of the table: None if it is left out, more if the last repeats."""
@@ -254,8 +244,10 @@ class ExpressionCompiler:
             return self.reference(expression)
         if argument.shape is Shape.ITEM:
             return self.item(expression)
-        if argument.shape is Shape.SETTING:
-            return self._word_or_value(expression)
+        if argument.shape is Shape.SETTING and isinstance(expression, ast.BareWord):
+            return tree.constant(expression.text.upper())
+        if argument.shape is Shape.SETTING and isinstance(expression, ast.Variable):
+            return tree.call("setting", tree.constant(expression.name), self.reference(expression))
         return self.in_range(expression, _WANTED.get(argument.shape, Kind.REAL))
 
     def in_range(self, expression: ast.Expression, wanted: Kind = Kind.REAL) -> py.expr:
@@ -278,14 +270,6 @@ class ExpressionCompiler:
             return self.global_of("k", expression)
         if isinstance(expression, ast.Variable):
             return self.read(expression)
-        return self.in_range(expression)
-
-    def _word_or_value(self, expression: ast.Expression) -> py.expr:
-        """Return the value of a parameter: a real, or a word (a name without a value)."""
-        if isinstance(expression, ast.BareWord):
-            return tree.constant(expression.text.upper())
-        if isinstance(expression, ast.Variable):
-            return tree.call("setting", tree.constant(expression.name), self.reference(expression))
         return self.in_range(expression)
 
     def definable(self, expression: ast.Expression) -> py.expr:
@@ -322,7 +306,3 @@ def word_of(expression: ast.Expression) -> str:
     """A bare word where the table asks for one, in upper case: a switch, a parameter."""
     text = expression.text if isinstance(expression, ast.BareWord) else getattr(expression, "name", "")
     return str(text).upper()
-
-
-def _python_name(function: Function) -> str:
-    return f"f_{function.name.replace('$', 's_').replace('#', 'p_').replace('.', '__')}"

@@ -16,7 +16,7 @@ from enum import Enum
 from msgspec import Struct
 
 from vrs_cli.errors import IllegalValue, VrsError
-from vrs_cli.language.run.cells import Reference
+from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.words.values import integer_between
 from vrs_cli.values.commands import Mode, Request, SetAlter, SetDuration, SetMode, SetSpeed, SpeedUnit
 from vrs_cli.values.results import ProgramFault

@@ -21,7 +21,6 @@ from vrs_cli.language.analysis.lineage import program_beyond_val2
 from vrs_cli.language.analysis.result import Own
 from vrs_cli.language.compile.compiler import Compiled, compile_expression, compile_program
 from vrs_cli.language.compile.expressions import CELLS, ExpressionCompiler, Library
-from vrs_cli.language.run.cells import NO_CELLS, Reference, new_variable
 from vrs_cli.language.run.effects import CallProgram, Event, Return, Wait
 from vrs_cli.language.run.memory import Context, Definable, Memory, StoredProgram, Wording, stamp_of
 from vrs_cli.language.run.operations import IN_CONTEXT, OF_VALUES, modulo, power
@@ -29,6 +28,7 @@ from vrs_cli.language.run.semantics.assignments import ASSIGNMENTS
 from vrs_cli.language.run.semantics.input_output import INPUT_OUTPUT
 from vrs_cli.language.run.semantics.motions import MOTIONS, SETTINGS
 from vrs_cli.language.run.semantics.tasks import SIGNALS, TASKS
+from vrs_cli.language.run.variables import NO_CELLS, Reference, new_variable
 from vrs_cli.language.text.ast import Variable
 from vrs_cli.language.words.values import (
     Kind,
@@ -122,13 +122,13 @@ def evaluator(
     make: Callable[[ExpressionCompiler], py.expr], kinds: Mapping[str, Kind], own: Sequence[str] = ()
 ) -> Callable[..., Any]:
     """Compile an expression to a function of the context, and of a reference for each of `own`."""
-    compiled = compile_expression(LIBRARY, make, kinds, own)
+    function, arrays = compile_expression(LIBRARY, make, kinds, own)
 
     def evaluate(context: Context, *references: Reference) -> Any:
         cells = context.environment.cells
-        arrays = (cells(array.kind, array.key) for array in compiled.arrays)
         try:
-            return compiled.function(context, *map(cells, CELLS), *chain.from_iterable(references), *arrays)
+            fields = chain.from_iterable(references)
+            return function(context, *map(cells, CELLS), *fields, *(cells(*array) for array in arrays))
         except ArithmeticError as error:
             raise overflow(error) from None
 
@@ -184,7 +184,7 @@ class Executable:
         """
         variant = self.compiled.variant(op)
         cells = context.environment.cells
-        arrays = (cells(array.kind, array.key) for array in variant.arrays)
+        arrays = (cells(*array) for array in variant.arrays)
         bound = chain.from_iterable(arguments)
         return variant.function(context, *map(cells, CELLS), slots, variant.numbers[op], *bound, *arrays)
 

@@ -1,4 +1,6 @@
-"""What functions and instructions work on (variables, signals, timers, programs), and the operands they are given."""
+"""What functions and instructions work on (the robot, the system, variables, signals, timers, programs), and
+the operands they are given.
+"""
 
 from __future__ import annotations
 
@@ -12,12 +14,12 @@ from vrs_cli.errors import IllegalValue, TypeMismatch, UndefinedName
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.language.analysis.result import Analysis
-from vrs_cli.language.run.cells import Reference, closest
 from vrs_cli.language.run.effects import Event, Reactions
 from vrs_cli.language.run.robot import RobotReadings, System
 from vrs_cli.language.run.signals import Signals
-from vrs_cli.language.run.variables import Variables
+from vrs_cli.language.run.variables import Reference, Variables, closest
 from vrs_cli.language.text.ast import Program
+from vrs_cli.language.text.collector import free_in_parts
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.values import integer_between, key_of, plain
 from vrs_cli.trajectory.instant import LATEST
@@ -95,6 +97,7 @@ class Memory(Variables):
     def store(self, analysis: Analysis, lines: tuple[str, ...] = ()) -> StoredProgram:
         """Keep a program, in the place of one of the same name. `lines`: those of its whole file."""
         stored = StoredProgram(analysis, lines)
+        free_in_parts(stored.program, stored.program.steps, lines)
         self.programs[analysis.program.key] = stored
         return stored
 

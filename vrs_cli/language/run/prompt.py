@@ -7,12 +7,12 @@ from operator import methodcaller
 
 from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.analysis.analyzer import analyze
-from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import Event, Halt, ProgramCompleted, TaskState
 from vrs_cli.language.run.environment import Environment, Executable, evaluator
 from vrs_cli.language.run.memory import Context, Definable, StoredProgram
 from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.runtime import Task
+from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Step, Variable
 from vrs_cli.language.words.values import Kind, kind_of_value

@@ -22,7 +22,6 @@ from itertools import islice
 from typing import cast
 
 from vrs_cli.errors import IllegalValue, LimitReached, LineMissing, StackOverflow, VrsError
-from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import (
     CYCLE_SETTINGS,
     OF_ERRORS,
@@ -53,6 +52,7 @@ from vrs_cli.language.run.environment import (
 from vrs_cli.language.run.memory import Context, StoredProgram
 from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.units import AwaitLine
+from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.text.ast import Statement
 from vrs_cli.language.words.values import key_of
 from vrs_cli.values.commands import Brake, Break

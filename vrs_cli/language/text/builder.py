@@ -82,9 +82,8 @@ def _variable(name: Token, indexes: tuple[Expression, ...] | None, span: Span) -
     text = name.text
     if text[0] == "%":
         raise refusal(NotAvailable, name.span, f"{text} is a belt", "there is no conveyor at this robot")
-    if text[0] in "#$":
-        return ast.Variable(text[1:], text[0], indexes, span=span)
-    return ast.Variable(text, "", indexes, span=span)
+    sigil = text[0] if text[0] in "#$" else ""
+    return ast.Variable(text[len(sigil) :], sigil, indexes, span=span)
 
 
 def _items(children: Sequence[Any], row: WordRow | None = None, places: int | None = None) -> Items:
@@ -284,7 +283,7 @@ class _Given(Struct):
     def _in_order(self) -> Items:
         """The arguments in the order of the table: those between commas, those with a leading word, the task."""
         row, items = self.row, self.arguments
-        if row.may_lack_group and not self.grouped and items:
+        if 0 < row.grouped < len(row.arguments) and not self.grouped and items:  # ACCEL (1) 50, or ACCEL 50
             items = [*[None] * row.grouped, *items]
         if self.led:
             plain = sum(not argument.lead for argument in row.arguments)
@@ -301,17 +300,15 @@ class _Given(Struct):
     def _refuse_beyond(self, items: Items, most: int, what: str) -> None:
         beyond = next((item for item in items[most:] if item is not None), None)
         if beyond is not None:
-            raise refusal(CannotInterpret, beyond.span, f"{self.row.name}: too many {what}", self._form())
+            detail, hint = f"{self.row.name}: too many {what}", f"the form is {self.row.form}"
+            raise refusal(CannotInterpret, beyond.span, detail, hint)
 
     def _refusal(self, token: Token) -> LineRefused:
-        row, hint = self.row, self._form()
+        row, hint = self.row, f"the form is {self.row.form}"
         instruction = INSTRUCTIONS.get(row.name, row)
         if token.type in _FIELDS and _FIELDS[token.type][0] in instruction.modifiers - row.modifiers:
             hint = f"DO {row.name} takes it: {instruction.form}"
         return refusal(CannotInterpret, token.span, f"{row.name} takes no {token.value} here", hint)
-
-    def _form(self) -> str:
-        return f"the form is {self.row.form}"
 
 
 # --- the rules -----------------------------------------------------------------------------------------------------
@@ -356,7 +353,11 @@ class Builder:
     @_by_name
     def entry(self, span: Span, variable: ast.Variable, *rest: Any) -> ast.Entry:
         pieces = [child.value for child in rest if isinstance(child, ast.StringConstant)]
-        numbers = tuple(_entry_number(child) for child in rest if _is(child, "NUMBER"))
+        tokens = [child for child in rest if _is(child, "NUMBER")]
+        numbers = tuple(value for token in tokens if (value := signed_number(token.text)) is not None)
+        if len(numbers) < len(tokens):
+            wrong = next(token for token in tokens if signed_number(token.text) is None)
+            raise refusal(InvalidNumber, wrong.span, wrong.text)
         return ast.Entry(variable, numbers, "".join(pieces) if pieces else None, span=span)
 
     def string(self, children: Children) -> ast.StringConstant:
@@ -389,15 +390,13 @@ class Builder:
         return ast.Goto(label_value(label.text, label.span), span=span)
 
     @_by_name
-    def if_goto(self, span: Span, _if: Token, condition: Expression, _goto: Token, label: Token) -> ast.IfGoto:
-        return ast.IfGoto(condition, label_value(label.text, label.span), span=span)
-
-    @_by_name
-    def if_then_label(self, span: Span, _if: Token, condition: Expression, _then: Token, label: Token) -> ast.IfGoto:
-        if not isinstance(condition, ast.Binary) or condition.grouped or condition.operator not in RELATIONS:
+    def if_goto(self, span: Span, _if: Token, condition: Expression, link: Token, label: Token) -> ast.IfGoto:
+        compares = isinstance(condition, ast.Binary) and not condition.grouped and condition.operator in RELATIONS
+        then = link.type == "THEN_LABEL"
+        if then and not compares:
             hint = "write IF condition GOTO label"
             raise refusal(IllegalExpression, condition.span, "IF ... THEN label compares two values", hint)
-        return ast.IfGoto(condition, label_value(label.text, label.span), span=span, then=True)
+        return ast.IfGoto(condition, label_value(label.text, label.span), then, span=span)
 
     @_by_name
     def value(self, span: Span, *children: Any) -> ast.Value:
@@ -532,13 +531,6 @@ def _check_by(name: str, given: Sequence[Any]) -> None:
 
 def _is(child: Any, type_: str) -> bool:
     return type(child) is Token and child.type == type_
-
-
-def _entry_number(token: Token) -> float:
-    value = signed_number(token.text)
-    if value is None:
-        raise refusal(InvalidNumber, token.span, token.text)
-    return value
 
 
 def _unary(sign: Token, operand: Expression) -> Expression:

@@ -1,12 +1,17 @@
-"""Python's cycle collector, out of the way while many values are made: it would walk them all again and again."""
+"""Give memory back without holding others: the cycle collector pauses, and long programs are freed in parts."""
 
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterator, Mapping
+import time
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from queue import SimpleQueue
+from threading import Thread
+from weakref import finalize
 
 COLLECT_AFTER, COLLECTIONS = 10_000, 5  # new values that are looked at together, and how often before they are old
+FREED_AT_ONCE = 10_000  # elements of a long sequence, which may be trees: about 5 ms
 
 
 @contextmanager
@@ -32,6 +37,28 @@ def collect_in_small_parts() -> None:
     """
     gc.set_threshold(COLLECT_AFTER, COLLECTIONS)
     gc.callbacks.append(_leave_alone)
+    Thread(target=_free, name="free", daemon=True).start()
+
+
+def free_in_parts(owner: object, *parts: Sequence[object]) -> None:
+    """In such a process: when `owner` is gone, free the elements of its long sequences a part at a time, in a thread of
+    its own. The interpreter would free them in one call, which holds all threads (85 ms for 180,000 steps).
+    """
+    if _leave_alone in gc.callbacks and any(len(part) > FREED_AT_ONCE for part in parts):
+        finalize(owner, _unused.put, parts).atexit = False
+
+
+_unused: SimpleQueue[tuple[Sequence[object], ...]] = SimpleQueue()
+
+
+def _free() -> None:
+    while True:
+        waiting = list(_unused.get())
+        while waiting:
+            rest = list(waiting.pop())
+            while rest:
+                del rest[-FREED_AT_ONCE:]
+                time.sleep(0.001)
 
 
 def _leave_alone(phase: str, info: Mapping[str, int]) -> None:

@@ -128,7 +128,8 @@ class _Complaint:
         head, last = self._head, self._last
         if head is None or last is None or head is last or head.type not in CONTROL:
             return None
-        links = CONTROL[head.type].links_wanted
+        row = CONTROL[head.type]
+        links = [word for word in row.links if f"[{word}" not in row.form]  # without STEP of FOR, which is optional
         relation = RELATIONS_OF_VAL.get(self._text.upper())
         if relation is not None:
             return self._say(IllegalExpression, self._token_or_end(), f"write {relation}", mend=relation)

@@ -1,4 +1,4 @@
-"""Text to syntax trees, by the one grammar of the language (grammar/val2.lark).
+"""Text to syntax trees, by the one grammar of the language (grammar/val2.lark): lines, files, and the parts of a file.
 
 What cannot be read is a diagnostic, never another exception: of a line (`LineRefused`), or of a file, where every line
 is read for itself and all findings come together.
@@ -7,24 +7,43 @@ is read for itself and all findings come together.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Container, Iterable
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from contextlib import suppress
-from copy import copy
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 from pathlib import Path
 from typing import Any, cast
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Entry, Expression, Number, ProgramHeader, Statement, Step, Variable
+from vrs_cli.language.text.ast import (
+    Entry,
+    Expression,
+    File,
+    Number,
+    Program,
+    ProgramHeader,
+    Section,
+    Statement,
+    Step,
+    Variable,
+)
 from vrs_cli.language.text.builder import Builder, ValBuilder, signed_number
 from vrs_cli.language.text.complaints import complaint
 from vrs_cli.language.text.lalr import DoesNotFit, token_parser
 from vrs_cli.language.text.lexer import Lexer, Token, label_value, patterns_of
-from vrs_cli.language.text.makers import foreign_file, has_program
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, resolve_line, variables_named_like_functions
-from vrs_cli.language.text.source import FileReader, dialect_in, header_end
+from vrs_cli.language.text.source import (
+    FileReader,
+    cut,
+    dialect_in,
+    end_of,
+    foreign_file,
+    has_program,
+    header_end,
+    lines_of,
+)
 from vrs_cli.language.words.instructions import OPERATOR_WORDS
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span
@@ -48,7 +67,7 @@ def parse_file(
     if foreign is not None and not has_program(text):
         return ast.File(()), (foreign,)
     own, wrong = dialect_in(text, dialect)
-    file, found = FileReader(_parser(own) if remembered else _forgetful(own), own).read(text)
+    file, found = FileReader(_parser(own), own, remembered=remembered).read(text)
     told = () if foreign is None else (foreign,)
     return file, (*told, *wrong, *found)
 
@@ -99,10 +118,10 @@ class LineParser:
         grammar = (grammar_dir() / GRAMMAR).read_text(encoding="utf-8")
         self._parser = token_parser(grammar, STARTS, builder or Builder())
         self._patterns = patterns_of(self._parser.terminals)
-        self.step: Callable[[str, int], Step] = lru_cache(maxsize=REMEMBERED)(self._step)
+        self.step: Callable[[str, int], Step] = lru_cache(maxsize=REMEMBERED)(self.new_step)
 
-    def _step(self, text: str, line: int) -> Step:
-        """Raises LineRefused."""
+    def new_step(self, text: str, line: int) -> Step:
+        """Read a step, and do not remember it. Raises LineRefused."""
         tokens = Lexer(self._patterns, text, line).step()
         label = tokens.pop(0) if tokens and tokens[0].type == "LABEL" else None
         comment = _pop_comment(tokens)
@@ -119,9 +138,8 @@ class LineParser:
             return None
         row = tokens[0].row
         statement: Statement = resolve_line(self._parse(tokens, "prompt"), names)
-        if isinstance(statement, ast.DoInstruction | ast.Show):
-            return statement
-        if row is not None and COMMANDS.get(row.name) is row:
+        is_command = row is not None and COMMANDS.get(row.name) is row
+        if is_command or isinstance(statement, ast.DoInstruction | ast.Show):
             return statement
         return ast.DoInstruction(statement, span=statement.span)
 
@@ -170,22 +188,15 @@ def _text(comment: Token | None) -> str | None:
     return None if comment is None else comment.value[1:]
 
 
+@cache
 def _parser(dialect: Dialect) -> LineParser:
-    return _parsers(dialect is Dialect.VPLUS)
+    """A parser by our order of operators for V+, by that of VAL-II for VAL-II and VAL."""
+    return LineParser() if dialect is Dialect.VPLUS else _val_parser()
 
 
 @cache
-def _forgetful(dialect: Dialect) -> LineParser:
-    """A parser that remembers no steps."""
-    parser = copy(_parser(dialect))
-    parser.step = parser._step
-    return parser
-
-
-@cache
-def _parsers(ours: bool) -> LineParser:
-    """Whether expressions group by our order of operators, or by that of VAL-II."""
-    return LineParser(None if ours else ValBuilder())
+def _val_parser() -> LineParser:
+    return LineParser(ValBuilder())
 
 
 # --- usual lines of a section of variables -------------------------------------------------------------------
@@ -208,17 +219,14 @@ def usual_entry(text: str, line: int) -> Entry | None:
         return None
     first, last = match.start("sigil") + 1, match.end("numbers") + 1
     named = match.end("name") + 1 if match["index"] is None else match.end("index") + 2
-    variable = Variable(match["name"], match["sigil"], _index(match, line), span=Span(line, first, named))
+    index: tuple[Expression, ...] | None = None
+    if (digits := match["index"]) is not None:
+        place = Span(line, match.start("index") + 1, match.end("index") + 1)
+        index = (Number(float(digits), digits, span=place),)
+    variable = Variable(match["name"], match["sigil"], index, span=Span(line, first, named))
     return Entry(
         variable, tuple(number for number in numbers if number is not None), None, span=Span(line, first, last)
     )
-
-
-def _index(match: re.Match[str], line: int) -> tuple[Expression, ...] | None:
-    digits = match["index"]
-    if digits is None:
-        return None
-    return (Number(float(digits), digits, span=Span(line, match.start("index") + 1, match.end("index") + 1)),)
 
 
 @cache
@@ -229,3 +237,71 @@ def _numbers() -> re.Pattern[str]:
 @cache
 def _usual() -> re.Pattern[str]:
     return re.compile(_USUAL)
+
+
+# --- the parts of a file -----------------------------------------------------------------------------------------
+
+
+class Part(Struct, frozen=True, eq=False, dict=True):
+    """A program or a section with all lines up to the next heading; or the lines before the first heading.
+
+    An editor changes one line, so few parts of a file: a part is read once. Its lines count from 1, so that a part
+    stays what it is when lines come or go above it. `last`: its `.END`, or the last line where that is missing.
+    """
+
+    lines: tuple[str, ...]
+    last: int
+    dialect: Dialect
+
+    @cached_property
+    def _read(self) -> tuple[File, tuple[Diagnostic, ...]]:
+        return parse_file("\n".join(self.lines), self.dialect, whole=False)
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """The lines that cannot be read."""
+        return self._read[1]
+
+    @cached_property
+    def node(self) -> Program | Section | None:
+        """None where there is no heading, or one that cannot be read."""
+        return next((part for part in self._read[0].parts if isinstance(part, Program | Section)), None)
+
+
+class Placed(Struct, frozen=True):
+    """A part in a file, below so many lines (`above`)."""
+
+    part: Part
+    above: int
+
+    def span(self, span: Span) -> Span:
+        """Translate a span of the part into one of the file."""
+        return Span(span.line + self.above, span.column, span.end)
+
+    def found(self, diagnostics: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
+        """Translate findings in the part into findings in the file."""
+        return (replace(one, span=self.span(one.span)) for one in diagnostics)
+
+
+Known = Mapping[tuple[str, ...], Part]
+
+
+def parts_of(text: str, known: Known, dialect: Dialect = Dialect.VPLUS) -> tuple[Placed, ...]:
+    """Cut a file into its parts. Parts that are `known` by their lines are taken from there. `dialect`: where the file
+    says none.
+    """
+    placed, above = list[Placed](), 0
+    own, _ = dialect_in(text, dialect)
+    for lines in cut(lines_of(text)):
+        texts, end = tuple(line.text for line in lines), end_of(lines)
+        part = known.get(texts)
+        if part is None or part.dialect is not own:
+            part = Part(texts, len(lines) if end is None else end + 1, own)
+        placed.append(Placed(part, above))
+        above += len(lines)
+    return tuple(placed)
+
+
+def programs_of(parts: Iterable[Placed]) -> Iterator[tuple[Placed, Program]]:
+    """The programs with their places."""
+    return ((placed, placed.part.node) for placed in parts if isinstance(placed.part.node, Program))

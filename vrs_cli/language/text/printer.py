@@ -33,7 +33,7 @@ def print_file(file: File) -> str:
 
 def print_program(program: Program) -> str:
     """A program from `.PROGRAM` to `.END`."""
-    return "".join(f"{line}\n" for line in _program_lines(program))
+    return print_file(File((program,)))
 
 
 def program_header(program: Program | ast.ProgramHeader) -> str:
@@ -302,15 +302,9 @@ def _binary(binary: ast.Binary) -> str:
 
 def _operation(binary: ast.Binary, sign: str) -> str:
     """Both operands with a sign between them, in parentheses where the tree would come out otherwise."""
-    rank, left = ORDER.infix[binary.operator], expression_text(binary.left)
-    shown = f"({left})" if _open_rank(binary.left) < rank else left
-    return f"{shown}{sign}{_right(binary.right, rank)}"
-
-
-def _right(operand: Expression, rank: int) -> str:
-    """The operand behind an operator of that rank."""
-    text = expression_text(operand)
-    return f"({text})" if _rank(operand) <= rank else text
+    rank, left, right = ORDER.infix[binary.operator], expression_text(binary.left), expression_text(binary.right)
+    before = f"({left})" if _open_rank(binary.left) < rank else left
+    return f"{before}{sign}({right})" if _rank(binary.right) <= rank else f"{before}{sign}{right}"
 
 
 def _rank(expression: Expression) -> int:
@@ -338,18 +332,9 @@ def _call(call: ast.Call) -> str:
     return f"{name}({_list_text(call.arguments)})"
 
 
-def _program_call(call: ast.ProgramCall) -> str:
-    name = call.name.lower()
-    return f"{name}({_list_text(call.arguments)})" if call.parenthesised else name
-
-
 def _format(item: ast.Format) -> str:
     decimals = "" if item.decimals is None else f".{item.decimals}"
     return f"/{item.code}{'' if item.width is None else item.width}{decimals}"
-
-
-def _word(word: ast.BareWord) -> str:
-    return f'"{word.text}"' if any(sign in word.text for sign in " \t,;=") else word.text
 
 
 _EXPRESSIONS: Mapping[type, Callable[[Any], str]] = {
@@ -359,8 +344,8 @@ _EXPRESSIONS: Mapping[type, Callable[[Any], str]] = {
     ast.Unary: _unary,
     ast.Binary: _binary,
     ast.Call: _call,
-    ast.ProgramCall: _program_call,
+    ast.ProgramCall: lambda call: call.name.lower() + f"({_list_text(call.arguments)})" * call.parenthesised,
     ast.Applied: lambda applied: f"{expression_text(applied.text)}({_list_text(applied.arguments)})",
     ast.Format: _format,
-    ast.BareWord: _word,
+    ast.BareWord: lambda word: f'"{word.text}"' if any(sign in word.text for sign in " \t,;=") else word.text,
 }

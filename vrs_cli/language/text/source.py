@@ -1,11 +1,13 @@
-"""A file as lines: which belong to programs and sections of variables, how old files are read, and which warnings its
-comments suppress: `; vrs: ignore V401, V056` ends a line, `; vrs: ignore-file V401` stands anywhere; no codes: all.
+"""A file as lines: which belong to programs and sections of variables, how old files are read, which files are in the
+language of another maker, and which warnings comments suppress: `; vrs: ignore V401, V056` ends a line,
+`; vrs: ignore-file V401` stands anywhere; no codes: all.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from functools import cache
 from itertools import pairwise
 from typing import Final, NamedTuple, Protocol
 
@@ -22,7 +24,6 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Program, ProgramHeader, Section, Step
 from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.words.foreign import FOREIGN_COMMENT, OWN_COMMENT
-from vrs_cli.language.words.values import key_of
 from vrs_cli.values.diagnostics import (
     Diagnostic,
     DiagnosticCollector,
@@ -61,6 +62,8 @@ class Parser(Protocol):
     """What reads a line of each kind. All raise LineRefused."""
 
     def step(self, text: str, line: int) -> Step: ...
+
+    def new_step(self, text: str, line: int) -> Step: ...
 
     def header(self, text: str, line: int, at: int) -> ProgramHeader: ...
 
@@ -132,18 +135,19 @@ def dialect_in(text: str, usual: Dialect) -> tuple[Dialect, tuple[Diagnostic, ..
 
 
 class FileReader(DiagnosticCollector):
-    """Reads a file line by line, and goes on after each mistake."""
+    """Reads a file line by line, and goes on after each mistake. `remembered`: its steps stay in memory."""
 
-    def __init__(self, parser: Parser, dialect: Dialect = Dialect.VPLUS) -> None:
+    def __init__(self, parser: Parser, dialect: Dialect = Dialect.VPLUS, *, remembered: bool = True) -> None:
         super().__init__()
         self._parser, self._dialect = parser, dialect
-        self._programs: set[str] = set()
+        self._read_step = parser.step if remembered else parser.new_step
         self._damaged = False  # there are characters that no text has
 
     def read(self, text: str) -> tuple[File, tuple[Diagnostic, ...]]:
-        """The file and everything that is wrong with its lines."""
+        """Return the file and everything that is wrong with its lines."""
         self._damaged = _BINARY.search(text.rstrip(DISK_END)) is not None
         file = File(tuple(part for lines in cut(lines_of(text)) if lines for part in self._parts(lines)))
+        self.diagnostics += repeated_programs((part, 0) for part in file.parts if isinstance(part, Program))
         return file, ordered(self.diagnostics)
 
     # --- parts ---
@@ -217,16 +221,10 @@ class FileReader(DiagnosticCollector):
         assert at is not None
         try:
             self._check_text(line)
-            header = self._parser.header(line.text, line.number, at)
+            return self._parser.header(line.text, line.number, at)
         except LineRefused as refused:
             self.diagnostics.append(refused.diagnostic)
             return None
-        key = key_of(header.name)
-        if key in self._programs:
-            detail = f"{header.name} is there twice in this file"
-            self.fault(ProgramExists, header.span, detail)
-        self._programs.add(key)
-        return header
 
     def _step(self, line: SourceLine, numbered: bool) -> Step:
         text = line.text
@@ -236,7 +234,7 @@ class FileReader(DiagnosticCollector):
             text = _STEP_NUMBER.sub(lambda match: " " * len(match[0]), text, count=1)
         try:
             self._check_text(line)
-            return self._parser.step(text, line.number)
+            return self._read_step(text, line.number)
         except LineRefused as refused:
             self.diagnostics.append(refused.diagnostic)
             return Step(None, BadLine(text.strip(), span=line.span), None, span=line.span)
@@ -254,7 +252,10 @@ class FileReader(DiagnosticCollector):
                 self._check_text(inner)
                 more = self._parser.numbers(inner.text) if goes_on else None
                 if more is not None:
-                    entries[-1] = _longer(entries[-1], *more)
+                    above, (numbers, comment) = entries[-1], more
+                    comments = [one for one in (above.comment, comment) if one is not None]
+                    shown = " ;".join(comments) if comments else None
+                    entries[-1] = replace(above, numbers=(*above.numbers, *numbers), comment=shown)
                     goes_on = len(entries[-1].numbers) < AXES
                     continue
                 entry = self._parser.entry(inner.text, inner.number)
@@ -292,10 +293,14 @@ class FileReader(DiagnosticCollector):
         return not wrong
 
 
-def _longer(entry: Entry, numbers: Sequence[float], comment: str | None) -> Entry:
-    """An entry with the numbers of the line below it, and its comment."""
-    comments = [one for one in (entry.comment, comment) if one is not None]
-    return replace(entry, numbers=(*entry.numbers, *numbers), comment=" ;".join(comments) if comments else None)
+def repeated_programs(programs: Iterable[tuple[Program, int]]) -> Iterator[Diagnostic]:
+    """Report each program whose name the file has already. Programs come with the number of lines above their part."""
+    names: set[str] = set()
+    for program, above in programs:
+        if program.key in names:
+            span = replace(program.span, line=program.span.line + above)
+            yield error(ProgramExists, span, f"{program.name} is there twice in this file")
+        names.add(program.key)
 
 
 def step_numbers(lines: Sequence[SourceLine]) -> bool:
@@ -337,3 +342,102 @@ def heeded(lines: Sequence[str], found: Iterable[Diagnostic]) -> tuple[Diagnosti
 def _suppressed(one: Diagnostic, unwanted: dict[int, set[str]]) -> bool:
     codes = unwanted.get(0, set()) | unwanted.get(one.span.line, set())
     return one.severity is Severity.WARNING and not codes.isdisjoint(("", one.label))
+
+
+WAY = "MOVE, MOVES, APPRO, WAIT SIG(n), SIGNAL and TYPE do it in VAL-II; a program begins with .PROGRAM name"
+
+
+class Maker(NamedTuple):
+    """A language: `sure`: lines that no VAL-II has; `likely`: lines of which a file in that language has many."""
+
+    title: str
+    sure: str
+    likely: str
+
+
+_MAKERS: tuple[Maker, ...] = (
+    Maker(
+        "Kawasaki AS",
+        r"\.(?:TRANS|JOINTS|INTER_PANEL_D|INTER_PANEL_TITLE|NETCONF)\b",
+        r"(?:JMOVE(?![^;\n]*,[^;\n]*,)|LMOVE|HMOVE|XMOVE|JAPPRO|LAPPRO|JDEPART|LDEPART|TWAIT|SWAIT|C1MOVE|C2MOVE)\b",
+    ),
+    Maker(
+        "KRL (KUKA)",
+        r"&(?:ACCESS|REL|PARAM|COMMENT)\b|;FOLD\b|BAS[ \t]*\([ \t]*#"
+        r"|(?:GLOBAL[ \t]+)?DEF(?:FCT|DAT)?[ \t]+\w+[ \t]*\([^)]*\)[ \t]*$",
+        r"(?:PTP|LIN|CIRC|SLIN|SPTP)[ \t]+(?:\{|X?\w+|\$)|ENDFOLD|DECL[ \t]+\w+|\$(?:VEL|ACC|BASE|TOOL|OUT)\b",
+    ),
+    Maker(
+        "RAPID (ABB)",
+        r"MODULE[ \t]+\w+(?:[ \t]*\(.*\))?[ \t]*$|PROC[ \t]+\w+[ \t]*\("
+        r"|(?:PERS|VAR|CONST|LOCAL PERS)[ \t]+(?:robtarget|jointtarget|tooldata|wobjdata|num|bool|speeddata)\b",
+        r"Move(?:J|L|C|AbsJ)[ \t]+|ENDPROC|ENDMODULE|(?:Set|Reset)[ \t]+\w+[ \t]*;|WaitTime[ \t]|TPWrite[ \t]",
+    ),
+    Maker(
+        "URScript (Universal Robots)",
+        r"(?:movej|movel|movep|movec|servoj|speedl)[ \t]*\(|set_(?:digital|standard_digital|tool_digital)_out[ \t]*\(",
+        r"def[ \t]+\w+[ \t]*\(.*\)[ \t]*:[ \t]*$|textmsg[ \t]*\(|sleep[ \t]*\(|set_tcp[ \t]*\(",
+    ),
+    Maker(
+        "Karel, or a teach pendant program (FANUC)",
+        r"/(?:PROG|MN|POS|ATTR|APPL)\b|[ \t]*\d*:[ \t]*[JLC][ \t]+P[ \t]*R?\[",
+        r"PROGRAM[ \t]+\w+[ \t]*$|BEGIN[ \t]*$|END[ \t]+\w+[ \t]*$|ROUTINE[ \t]+\w+|--"
+        r"|%(?:NOLOCKGROUP|COMMENT|ENVIRONMENT)",
+    ),
+)
+_WORD = "[A-Z][A-Z0-9_]+"
+_KAWASAKI = (*(f".{word}" for word in re.findall(_WORD, _MAKERS[0].sure)), *re.findall(_WORD, _MAKERS[0].likely))
+ENOUGH, SHARE = 2, 0.1  # likely lines: as many at least, and as large a part of all steps
+# lines that are no steps: blank ones, comments, headings, and values of variables
+_NO_STEP = r"(?im)^[ \t]*(?:;.*|\.[A-Z].*|#?[A-Z][\w.]*(?:\[[\d, ]*\])?(?:[ \t]+[-+.\d][\d.E+-]*)+[ \t]*)?\r?$"
+_OURS = r"(?im)^[ \t]*(?:\d+[ \t]+)?(?:MOVES?T?|APPROS?|DEPARTS?)[ \t]+(?!TO\b)[#\w]"  # motions that no other maker has
+
+
+def foreign_file(text: str) -> Diagnostic | None:
+    """Tell of a file that is in another language, judged by all of it, at its first tell-tale line; None for one that
+    may be VAL-II.
+
+    Kawasaki's programs begin with .PROGRAM as ours do, others do not.
+    """
+    makers = _MAKERS
+    if has_program(text):  # theirs alone, and it has one of these words
+        capitals = text.upper()
+        makers = _MAKERS[:1] if any(word in capitals for word in _KAWASAKI) else ()
+    for maker in makers:
+        sure, likely = _patterns(maker)
+        found = [match.start(1) for match in likely.finditer(text)]
+        proof = [match.start(1) for match in sure.finditer(text)]
+        if (proof or len(found) >= ENOUGH) and _prevails(text, len(found), len(proof)):
+            begin = min(found + proof)
+            line_begin, end = text.rfind("\n", 0, begin) + 1, text.find("\n", begin)
+            line = text[begin : len(text) if end < 0 else end].rstrip()
+            column = begin - line_begin + 1
+            span = Span(text.count("\n", 0, begin) + 1, column, column + max(len(line), 1))
+            return error(CannotInterpret, span, f"this file is in {maker.title}, not in VAL-II", WAY)
+    return None
+
+
+def has_program(text: str) -> bool:
+    """Whether a program begins with .PROGRAM."""
+    return _program().search(text) is not None
+
+
+def _prevails(text: str, likely: int, sure: int) -> bool:
+    """Whether so many lines of another language make out the file: our own motions are fewer, and of all steps such
+    lines are a part that shows, unless it has lines that prove it.
+    """
+    if len(re.findall(_OURS, text)) > likely + sure:
+        return False
+    steps = text.count("\n") + 1 - len(re.findall(_NO_STEP, text))
+    return sure > 0 or likely >= SHARE * steps
+
+
+@cache
+def _patterns(maker: Maker) -> tuple[re.Pattern[str], re.Pattern[str]]:
+    sure, likely = (re.compile(rf"(?im)^[ \t]*(?:\d+[ \t]+)?({one})") for one in (maker.sure, maker.likely))
+    return sure, likely
+
+
+@cache
+def _program() -> re.Pattern[str]:
+    return re.compile(r"(?im)^[ \t]*\.PROGRAM\b")

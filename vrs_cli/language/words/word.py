@@ -175,8 +175,9 @@ def read_form(text: str, shapes: tuple[Shape, ...] = ()) -> PrintedForm:
         if mark is None and piece["lead"]:
             lead = piece["lead"]
         elif mark is None:
-            name = piece["name"]
-            shape = shapes[len(operands)] if len(operands) < len(shapes) else _shape(name, grouped)
+            name, given = piece["name"], shapes[len(operands) : len(operands) + 1]
+            usual = Shape.GROUP if grouped else Shape.STRING if name[0] == "$" else Shape.REAL
+            shape = given[0] if given else SHAPES.get(name, usual)
             operands.append(Argument(name, shape, depth > 0, False, lead))
             lead = ""
         elif mark == "...":
@@ -186,21 +187,10 @@ def read_form(text: str, shapes: tuple[Shape, ...] = ()) -> PrintedForm:
         else:
             depth += {"[": 1, "]": -1}.get(mark, 0)
             grouped = mark == "(" or (grouped and mark != ")")
-    return _form(operands, before, modifiers)
-
-
-def _shape(name: str, grouped: bool) -> Shape:
-    """What an operand is by its name."""
-    usual = Shape.GROUP if grouped else Shape.STRING if name[0] == "$" else Shape.REAL
-    return SHAPES.get(name, usual)
-
-
-def _form(operands: list[Argument], before: int | None, modifiers: frozenset[str]) -> PrintedForm:
-    """`before`: how many operands stand before `=`. The number of a task comes last."""
     value = operands.pop() if before == len(operands) - 1 else None
     if before is not None and value is None:
         operands[before] = operands[before]._replace(lead="=")
-    if operands and operands[0].shape is Shape.TASK:
+    if operands and operands[0].shape is Shape.TASK:  # the number of a task comes last
         operands.append(operands.pop(0))
     return PrintedForm(tuple(operands), value, modifiers)
 
@@ -302,11 +292,6 @@ class Word(WordRow, frozen=True, eq=False, dict=True):
         return sum(argument.shape in GROUPED for argument in self.arguments)
 
     @cached_property
-    def may_lack_group(self) -> bool:
-        """Whether what stands without parentheses comes after them: ACCEL (1) 50, and ACCEL 50."""
-        return 0 < self.grouped < len(self.arguments)
-
-    @cached_property
     def tasked(self) -> bool:
         """Whether the number of a task may stand before its arguments; among them it is the last."""
         return bool(self.arguments) and self.arguments[-1].shape is Shape.TASK
@@ -323,11 +308,6 @@ class Control(Word, frozen=True, eq=False, dict=True):
     def links(self) -> tuple[str, ...]:
         """The words behind its operands: THEN and GOTO of IF."""
         return tuple(re.findall(r"[A-Z]+", self.form[len(self.name) :]))
-
-    @property
-    def links_wanted(self) -> tuple[str, ...]:
-        """Those of them one of which must be there: TO of FOR, not STEP."""
-        return tuple(word for word in self.links if f"[{word}" not in self.form)
 
 
 AnyRow = TypeVar("AnyRow", bound=WordRow)

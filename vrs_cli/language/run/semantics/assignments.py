@@ -9,9 +9,9 @@ from msgspec.structs import replace
 from vrs_cli.errors import TypeMismatch
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, inverse
-from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.memory import Context, Definable, Handler, Wording, transform
 from vrs_cli.language.run.operations import configuration_bits, configuration_of, element, frame, pack, shift
+from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.words.values import Kind, kind_of_value, numbers_of
 
 

@@ -9,7 +9,6 @@ from itertools import zip_longest
 from typing import cast
 
 from vrs_cli.errors import IllegalValue, InvalidNumber, TypeMismatch, UnitNotAttached, VrsError
-from vrs_cli.language.run.cells import Reference
 from vrs_cli.language.run.effects import Answers, AttachRobot, DetachRobot, Event, Prompt, Type
 from vrs_cli.language.run.formats import TypeItem, encode
 from vrs_cli.language.run.memory import Context, Handler, Wording
@@ -35,6 +34,7 @@ from vrs_cli.language.run.units import (
     checked_open,
     checked_unit,
 )
+from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.text.ast import Format
 from vrs_cli.language.words.values import Kind, integer_between, kind_of_value, read_number, storable, whole
 from vrs_cli.values.commands import Break
