@@ -53,6 +53,7 @@ NEAR = 1e-5  # [m] of a touch, where its place is found to a billionth by differ
 INSIDE = 1e-5  # [m] of the end of a line, where it is seen whether it is a tangent
 SLOPE = 1e-8  # [m] of a clearance [m2] by the way: less is a tangent
 NEWTON_STEPS = 3
+TOUCHING = 0.01  # [rad, m] a joint that changes by no more over a touch of a boundary does not jump there
 STRAIGHTENINGS = 2  # the second one for what rounding left
 
 
@@ -247,7 +248,9 @@ class Kinks:
         stops = []
         for touch in self.touches:
             if touch.begin > 0.0 and touch.end < 1.0:
-                self.follower.check_goes_on(self.path, touch.begin, touch.end, near)
+                changes = self.follower.changes(self.path, touch.begin, touch.end, near)
+                if max(changes) > TOUCHING:  # a joint jumps from one side of the boundary to the other
+                    raise self.follower.refuse_jump(self.path, touch.end, changes)
                 stops.append(self._stop(touch))
         return sorted(stops, key=lambda stop: stop.part)
 

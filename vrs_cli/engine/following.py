@@ -50,7 +50,6 @@ WAYS_ROUND = {  # by the singularity
     "wrist": "use MOVE there, or a via point with the tool tilted, so that joint 5 does not come to 0",
 }
 DRIVEN_ROUND = {"shoulder": (1,), "wrist": (4, 6)}  # the joints that a singularity turns far
-TOUCHING = 0.01  # [rad, m] a joint that changes by no more over a touch of a boundary does not jump there
 NEXT_SEED = 2.0  # [rad, m] from one seed to the next at most, also where a joint turns fast for a moment
 EDGE_STEPS = 12  # halvings of the way between two samples, to find where a line is no longer possible
 
@@ -218,22 +217,13 @@ class Follower:
             moved = 0.5 * (b.s - a.s) * max([abs(v + w) for v, w in zip(a.velocity, b.velocity, strict=True)])
             self._check_no_jump(a, b, path, min(JUMP, LEAST_JUMP + moved))
 
-    def check_goes_on(self, path: CartesianPath, before: float, after: float, near: Joints) -> None:
-        """Check that no joint jumps between two times on both sides of a boundary that the path touches.
-
-        Raises StraightLineSingular.
-        """
-        changes = self._changes(path, before, after, near)
-        if max(changes) > TOUCHING:
-            raise self._refuse_jump(path, after, changes)
-
     def refuse_kink(self, path: CartesianPath, at: float, inside: float, near: Joints) -> StraightLineSingular:
         """The refusal of a path that comes from a boundary, or to it, as a joint could not: faster and faster."""
-        changes = self._changes(path, at, inside, near)
+        changes = self.changes(path, at, inside, near)
         joint = changes.index(max(changes)) + 1
         return self.refuse(path, at, f"joint {joint} would have to change its speed in no time", joint)
 
-    def _changes(self, path: CartesianPath, before: float, after: float, near: Joints) -> list[float]:
+    def changes(self, path: CartesianPath, before: float, after: float, near: Joints) -> list[float]:
         """How far each joint is from one time to another."""
         a, b = (self.joints(path, s, near) for s in (before, after))
         return [abs(y - x) for x, y in zip(a or near, b or near, strict=True)]
@@ -250,7 +240,7 @@ class Follower:
         near, hint = self.place(path, s)
         return StraightLineSingular(f"near {near} {what}", hint or PASSED, joint=joint, place=position(path.pose(s)))
 
-    def _refuse_jump(self, path: CartesianPath, s: float, jumps: Sequence[float]) -> StraightLineSingular:
+    def refuse_jump(self, path: CartesianPath, s: float, jumps: Sequence[float]) -> StraightLineSingular:
         joint = jumps.index(max(jumps)) + 1
         far = self.arm.model.said(joint, max(jumps), 1)
         return self.refuse(path, s, f"joint {joint} would have to jump by {far}", joint)
@@ -265,7 +255,7 @@ class Follower:
         rows = zip(a.joints, b.joints, a.velocity, b.velocity, strict=True)
         jumps = [abs(q - p - half * (v + w)) for p, q, v, w in rows]
         if max(jumps) > most:
-            raise self._refuse_jump(path, b.s, jumps)
+            raise self.refuse_jump(path, b.s, jumps)
 
     def place(self, path: CartesianPath, s: float) -> tuple[str, str]:
         """Where the tool is at a time, with the singularity that it is close to, and the way round that ("": none)."""

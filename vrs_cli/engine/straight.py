@@ -104,7 +104,13 @@ def _segments_to(problem: Problem) -> tuple[Segment, ...]:
             except MotionError as error:
                 failure = failure or error
     assert failure is not None
-    _check_end(arm, joints, problem.motion, failure)
+    assert problem.motion.pose is not None
+    T_robot_flange = compose(problem.motion.pose, inverse(problem.motion.frames.tool))
+    if arm.beyond(T_robot_flange) if arm.hand is None else not any(arm.branches(T_robot_flange)):
+        try:  # no way round would help where the end of the line is out of reach
+            arm.holding(problem.motion.frames.tool).select(T_robot_flange, joints)
+        except LocationOutOfRange as beyond:
+            raise beyond.reworded(place=failure.place) from None
     begins = failure.place is None or dist(failure.place, position(state.pose)) < NEAR_START
     if state.at_rest and begins and _nearly_singular(arm, joints):
         as_ready = ", as READY is" if _nearly_singular(arm, arm.model.poses["ready"]) else ""
@@ -118,18 +124,6 @@ def _goal(problem: Problem, state: ToolState) -> Transform:
     if problem.arm.model.task.turns:
         return pose
     return at_position(state.pose, *position(pose))  # the tool turns as the joints have it, and no line asks for a turn
-
-
-def _check_end(arm: RobotArm, joints: Joints, motion: Motion, failure: MotionError) -> None:
-    """That the end of a line is in reach, wherever else it cannot be followed: no way round would help. Raises
-    LocationOutOfRange."""
-    assert motion.pose is not None
-    T_robot_flange = compose(motion.pose, inverse(motion.frames.tool))
-    if arm.beyond(T_robot_flange) if arm.hand is None else not any(arm.branches(T_robot_flange)):
-        try:
-            arm.holding(motion.frames.tool).select(T_robot_flange, joints)
-        except LocationOutOfRange as beyond:
-            raise beyond.reworded(place=failure.place) from None
 
 
 def _nearly_singular(arm: RobotArm, joints: Joints) -> bool:
@@ -166,6 +160,7 @@ class _Line:
         self.goal = straighten_wrist(self.follower, state.pose if stops else _goal(problem, state))
 
     def segments(self) -> tuple[Segment, ...]:
+        """Out of motion the line is planned again, with lower limits, until the joints can follow."""
         if self.state.at_rest:
             return self._from_rest()
         slowed, closely = 1.0, False
@@ -179,24 +174,20 @@ class _Line:
             load = _worst(loads)
             if load.slowing <= 1.0 + ROUNDING:
                 return self._segments(stretches, seeds)
-            slowed *= self._ease(stretches, loads)
+            blend, cruise, slow = (
+                _worst(load for stretch, load in zip(stretches, loads, strict=True) if stretch.phase is phase)
+                for phase in (Phase.BLEND, Phase.CRUISE, Phase.DECELERATE)
+            )  # less is asked of what asked too much: of the blend, of slowing down, or of the speed
+            by_velocity = _easing(max(blend.velocity, cruise.velocity, slow.velocity, sqrt(cruise.acceleration)))
+            by_acceleration, by_jerk = _easing(slow.acceleration), _easing(slow.jerk)
+            limits = self.limits.slowed(by_velocity, by_acceleration, by_jerk)
+            self.limits = limits.blended(_easing(blend.acceleration) / by_acceleration, _easing(blend.jerk) / by_jerk)
+            self.least *= by_velocity
+            slowed *= by_velocity
             if slowed > self.problem.slowest:
                 break
         self._marks_in_motion(stretches)  # which refuse it for what stands on the way
         raise self._too_singular(load)
-
-    def _ease(self, stretches: list[ToolStretch], loads: list[Load]) -> float:
-        """Ask less of what asked too much: of the blend, of slowing down, or of the speed; by how much of that."""
-        blend, cruise, slow = (
-            _worst(load for stretch, load in zip(stretches, loads, strict=True) if stretch.phase is phase)
-            for phase in (Phase.BLEND, Phase.CRUISE, Phase.DECELERATE)
-        )
-        by_velocity = _easing(max(blend.velocity, cruise.velocity, slow.velocity, sqrt(cruise.acceleration)))
-        by_acceleration, by_jerk = _easing(slow.acceleration), _easing(slow.jerk)
-        limits = self.limits.slowed(by_velocity, by_acceleration, by_jerk)
-        self.limits = limits.blended(_easing(blend.acceleration) / by_acceleration, _easing(blend.jerk) / by_jerk)
-        self.least *= by_velocity
-        return by_velocity
 
     def _from_rest(self) -> tuple[Segment, ...]:
         """From rest the line is slowed down by stretching its time as a whole: once, exactly, on the same path."""

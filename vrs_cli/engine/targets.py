@@ -80,8 +80,16 @@ def resolve(arm: RobotArm, settings: Settings, move: Move, frames: Frames, here:
         return pose
     else:
         joints = select(arm, settings, pose, frames, here)
-    if not settings.mode(Mode.OVERLAP):
-        _check_half_turns(arm.model, here, joints)
+    for joint, (at, to) in () if settings.mode(Mode.OVERLAP) else enumerate(zip(here, joints, strict=True), 1):
+        if abs(to - at) > HALF_TURN and not arm.model.units.slides(joint):
+            raise JointOutOfRange(
+                f"would turn by {degrees(to - at):.1f} deg, NOOVERLAP allows half a turn",
+                "say OVERLAP, or go there in two motions",
+                joint=joint,
+                value=to - at,
+                lower=-HALF_TURN,
+                upper=HALF_TURN,
+            )
     return joints
 
 
@@ -227,20 +235,6 @@ def check_joint_limits(model: RobotModel, joints: Joints) -> None:
     check_joint_count(model, joints)
     for joint in joints_outside(joints, model.lower, model.upper)[:1]:
         raise model.refuse_joint(joint, joints[joint - 1])
-
-
-def _check_half_turns(model: RobotModel, here: Joints, goal: Joints) -> None:
-    """NOOVERLAP: no joint may turn by more than half a turn."""
-    for joint, (at, to) in enumerate(zip(here, goal, strict=True), 1):
-        if abs(to - at) > HALF_TURN and not model.units.slides(joint):
-            raise JointOutOfRange(
-                f"would turn by {degrees(to - at):.1f} deg, NOOVERLAP allows half a turn",
-                "say OVERLAP, or go there in two motions",
-                joint=joint,
-                value=to - at,
-                lower=-HALF_TURN,
-                upper=HALF_TURN,
-            )
 
 
 class Speed(NamedTuple):

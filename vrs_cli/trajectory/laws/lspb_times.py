@@ -174,8 +174,10 @@ class Try(NamedTuple):
 
 def _shortest(tried: Callable[[float], Try], low: Try, best: Try, first_steps: int) -> float:
     """A blend time of (nearly) the least total time: the first possible one, then downhill from there."""
-    for _ in range(first_steps):
-        middle = tried(_between(low, best))
+    for _ in range(first_steps):  # where the room would begin if it grew evenly; the middle where that cannot be told
+        known = -inf < low.room < 0.0 and best.room < inf
+        part = min(max(low.room / (low.room - best.room), 0.1), 0.9) if known else 0.5
+        middle = tried(low.blend + part * (best.blend - low.blend))
         if middle.total < best.total:
             best = middle
         else:
@@ -188,13 +190,6 @@ def _shortest(tried: Callable[[float], Try], low: Try, best: Try, first_steps: i
         else:
             step *= 0.25
     return best.blend
-
-
-def _between(low: Try, best: Try) -> float:
-    """Where the room would begin if it grew evenly; the middle where that cannot be told."""
-    known = -inf < low.room < 0.0 and best.room < inf
-    part = min(max(low.room / (low.room - best.room), 0.1), 0.9) if known else 0.5
-    return low.blend + part * (best.blend - low.blend)
 
 
 def _most(demand: Demand, blend: float) -> float:
@@ -219,15 +214,6 @@ def _times_on_grid(demands: Demands, blend: float, least: float) -> Course:
             return times
 
 
-def _slow_enough(demand: Demand, blend: float, least: float) -> float:
-    """The u with which the whole, 1/u + (blend + slowing u) / 2, takes at least so long; inf where any does."""
-    rest = least - 0.5 * blend
-    square = rest * rest - 2.0 * demand.slowing
-    if rest <= 0.0 or square <= 0.0:
-        return inf
-    return 2.0 / (rest + sqrt(square))
-
-
 def _on_grid(demand: Demand, blend: float, least: float) -> Course | None:
     """The times for a blend time; None where none on the grid is inside the demand. Times are rounded up, so u down."""
     u = _most(demand, blend)
@@ -236,7 +222,11 @@ def _on_grid(demand: Demand, blend: float, least: float) -> Course | None:
     if u == inf:  # the blend itself ends at rest on the target
         return _course(blend, 0.0, 0.0)
     u = max(u / MARGIN, 0.5 * (demand.low + u))  # where rounding finds room on both sides
-    u = max(min(u, _slow_enough(demand, blend, least)), min(u, demand.low * (1.0 + ROOM * u)))
+    rest = least - 0.5 * blend
+    square = rest * rest - 2.0 * demand.slowing
+    # with this u, or any, the whole, 1/u + (blend + slowing u) / 2, takes at least so long
+    slow_enough = 2.0 / (rest + sqrt(square)) if rest > 0.0 and square > 0.0 else inf
+    u = max(min(u, slow_enough), min(u, demand.low * (1.0 + ROOM * u)))
     slow = up_to_grid(demand.slowing * u)
     times = _without_sliver(blend, up_to_grid(max(1.0 / u - 0.5 * (blend + slow), 0.0)), slow)
     return times if demand.low * times.reach <= 1.0 + SAME else None
