@@ -38,8 +38,8 @@ SAME_TIME = 5e-4  # [s] two times that are shown alike
 
 
 class WindowSize(Struct, frozen=True):
-    """How much stays in memory: commands and deltas of the last `changes`, and the last `segments`. `checkpoint`: after
-    so many changes the next one is due.
+    """How much of a book stays in memory: the commands and deltas of the last `changes`, and the last `segments`. After
+    every `checkpoint` changes the next checkpoint is due.
     """
 
     changes: int = 512
@@ -51,24 +51,24 @@ class Store(KeptDeltas, Protocol):
     """Storage for the past. What cannot be written stays in memory."""
 
     def keep_row(self, row: Row) -> RowStore | None:
-        """Write a row; None where that is not possible now."""
+        """Write a row and return where it is; None if it cannot be written now."""
 
     def keep_checkpoint(self, timeline: Timeline, commands: int, number: int) -> bool:
-        """Write where all rows of a timeline are; whether that was possible. `commands`: how many hold; `number`: of
-        the last motion.
+        """Write where all rows of a timeline are, and return whether that was possible. `commands`: how many are in
+        force; `number`: of the last motion.
         """
 
 
 class MemoryWindow:
-    """The end of one course of events, which is all of it that is in memory. `checkpoint`: the version of the last."""
+    """Keeps only the end of a book in memory. `checkpoint`: the timeline's version at the last checkpoint."""
 
     def __init__(self, store: Store, reach: WindowSize, checkpoint: int = 0) -> None:
         self.store, self.reach, self._checkpoint = store, reach, checkpoint
         self._first = 0  # the segments before the one with this number are away
 
     def let_go(self, timeline: Timeline, deltas: Sequence[TimelineDelta], commands: int, number: int) -> None:
-        """After these changes, which made the timeline what it is: let a part of what is old leave memory, and write a
-        checkpoint where one is due. `commands`, `number`: as for `Store.keep_checkpoint`.
+        """Let a part of the past leave memory after these changes, and write a checkpoint if one is due. `timeline`:
+        after the changes; `commands`, `number`: as for `Store.keep_checkpoint`.
         """
         self._first = min([self._first, *[max(delta.keep - SMALL - 1, 0) for delta in deltas]])  # neighbours may merge
         count = len(timeline)
@@ -81,8 +81,8 @@ class MemoryWindow:
             self._checkpoint = timeline.version
 
     def _write_rows(self, timeline: Timeline, *, due: bool) -> bool:
-        """Write rows that are old, and let these leave memory; where a checkpoint is `due`, write all. Whether all that
-        were to be written are.
+        """Write old rows, and let them leave memory; if a checkpoint is `due`, write all rows. Return whether all of
+        them are written.
         """
         written, old, away = 0, len(timeline) - self.reach.segments, True
         for index, _, leaf in timeline.parts(self._first):
@@ -106,7 +106,7 @@ class MemoryWindow:
 
 
 def whole(parts: Parts[R]) -> R:
-    """All of it, without a pause."""
+    """Do all parts of a work without a pause, and return its result."""
     while True:
         try:
             next(parts)
@@ -116,21 +116,23 @@ def whole(parts: Parts[R]) -> R:
 
 
 class JournalWriter(Protocol):
-    """Where every change is written down before it happens."""
+    """Writes every change down before it happens."""
 
     def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
-        """Raises FileError where it cannot be written, and must not happen then; never for what `happens` anyway."""
+        """Write deltas. Raises FileError if they cannot be written: then they must not happen. It raises nothing for
+        changes that happen anyway (`happens`).
+        """
 
     @property
     def unsettled(self) -> bool:
-        """Whether something is written that a power cut would lose: several changes are to go to the disk together."""
+        """Whether a power cut would lose something that is written: several changes go to the disk together."""
 
     def settle(self) -> None:
-        """All that is written is on the disk. Raises FileError."""
+        """Bring all that is written to the disk. Raises FileError."""
 
 
 def silent(_deltas: Sequence[TimelineDelta]) -> None:
-    """Nobody hears of a change."""
+    """Tell nobody of a change."""
 
 
 class Book:
@@ -159,12 +161,12 @@ class Book:
 
     @classmethod
     def at(cls, joints: Joints) -> Book:
-        """A book in which nothing has happened yet: the robot stands at these joints from time 0 on."""
+        """Make a book in which nothing has happened yet: the robot stands at these joints from time 0 on."""
         initial = Timeline([rest(joints, 0.0, 0.0, Motion(0, MotionKind.REST, Start.AT))])
         return cls(initial, initial)
 
     def copy(self) -> Book:
-        """The same course of events, to be gone on with apart: without a journal, and nobody listens."""
+        """Return a book with the same past, to continue separately: it has no journal, and nobody listens."""
         self.end_stream()
         return Book(self.initial, self.timeline, self.deltas, self.history.copy(), self.number)
 
@@ -172,11 +174,11 @@ class Book:
 
     @property
     def commands(self) -> int:
-        """How many motion commands hold."""
+        """The number of motion commands in force."""
         return self.history.commands
 
     def records(self) -> tuple[CommandRecord, ...]:
-        """The motion commands that hold and can be taken back, in the order in which they were issued."""
+        """Return the motion commands that are in force and can be taken back, in the order of issue."""
         return records(self.timeline, [step.delta for step in self.history.done])
 
     def all_records(self) -> Callable[[], tuple[CommandRecord, ...]]:
@@ -188,8 +190,8 @@ class Book:
     # --- changing the timeline ---
 
     def commit(self, steps: Sequence[HistoryStep], timeline: Timeline | None = None, *, happens: bool = False) -> None:
-        """New commands, planned one after the other, take place: all of them or, where that raises FileError, none.
-        What `happens` takes place in any case. `timeline`: what comes of them, where that is known.
+        """Make the changes of new commands, which were planned one after the other: all of them or, if that raises
+        FileError, none. Changes that `happens` are made in any case. `timeline`: the result, if it is known.
         """
         deltas = [step.delta for step in steps]
         wrong = self._change(deltas, timeline, happens=happens)
@@ -203,9 +205,9 @@ class Book:
             raise wrong
 
     def prolong(self, delta: TimelineDelta) -> None:
-        """One more target of the stream: the last command goes on. Raises FileError.
+        """Make the change of one more target of the stream, which belongs to the last command. Raises FileError.
 
-        Of the target before it `deltas` keeps only what the robot did.
+        Of the target before, `deltas` keeps only what the robot did.
         """
         self._change([delta], goes_on=True)
         if len(self.deltas) % PART != 1:  # where a part begins, both stay as they are written down
@@ -217,13 +219,13 @@ class Book:
         self.told([delta])
 
     def end_stream(self) -> None:
-        """No more targets: the motion is known as a whole, and UNDO takes it back as one change."""
+        """End the stream of targets: UNDO takes its motion back as one change."""
         if self.stream is not None:
             self.stream = None
             self.history.lengthen_last(self.timeline)
 
     def follow(self, other: Book) -> None:
-        """Become what another course of events has become, which has all that has happened here. Raises FileError."""
+        """Take over the changes of a book that began as a copy of this one. Raises FileError."""
         other.end_stream()
         deltas = other.deltas[len(self.deltas) :]
         self._change(deltas, other.timeline if self.window is None else other.timeline.in_rows(ROW))
@@ -233,8 +235,8 @@ class Book:
         self.told(deltas)
 
     def undo(self, count: int, clock: Callable[[], float]) -> Parts[float]:
-        """Take the last commands back, all of them or none; the clock [s] that was before them. `clock` tells the
-        present one. Raises UsageError where there are not so many, RequestRefused, FileError.
+        """Take the last commands back, all of them or none, and return the clock [s] before them. `clock` returns the
+        present time. Raises UsageError if there are not so many, RequestRefused, FileError.
         """
         self.end_stream()
         steps, version = self.history.last_done(count), self.timeline.version
@@ -250,7 +252,9 @@ class Book:
         return before
 
     def redo(self, count: int) -> Parts[float]:
-        """Do again what was taken back last, all or none; the clock [s] that was then. Raises as `undo` does."""
+        """Do again the commands that were taken back last, all of them or none, and return the clock [s] after them.
+        Raises as `undo` does.
+        """
         undone, version = self.history.last_undone(count), self.timeline.version
         again = enumerate(one.step.delta for one in undone)
         done_again = (delta._replace(version=version + number, cause=Cause.REDO) for number, delta in again)
@@ -269,7 +273,7 @@ class Book:
             self._let_go(())
 
     def _let_go(self, deltas: Sequence[TimelineDelta]) -> None:
-        """Let what has become too old with these changes leave memory."""
+        """Let leave memory what has become too old with these changes."""
         window = self.window
         if window is not None:
             old = len(self.deltas) - window.reach.changes
@@ -278,8 +282,8 @@ class Book:
             window.let_go(self.timeline, deltas, self.history.commands, self.number)
 
     def _planned(self, deltas: Iterable[TimelineDelta]) -> Parts[tuple[list[TimelineDelta], Timeline]]:
-        """Changes that come one after the other, and the timeline after them, which nobody has yet. Raises
-        RequestRefused where another change took place meanwhile.
+        """Apply changes one after the other to a timeline that nobody has yet, and return both. Raises RequestRefused
+        if another change took place meanwhile.
         """
         before = timeline = self.timeline
         planned: list[TimelineDelta] = []
@@ -292,7 +296,7 @@ class Book:
         return planned, timeline
 
     def check_same(self, before: Timeline) -> None:
-        """Raises RequestRefused where the timeline is another than before."""
+        """Raises RequestRefused if the timeline has changed since `before`."""
         if self.timeline is not before:
             raise RequestRefused("the robot was stopped before it was done", "give it again")
 
@@ -304,8 +308,8 @@ class Book:
         happens: bool = False,
         goes_on: bool = False,
     ) -> Exception | None:
-        """Write the changes down, then let them take place; `timeline`: what comes of them, where that is known. They
-        end the stream, unless it `goes_on` in them. What went wrong with the writing of what `happens` all the same.
+        """Write changes into the journal, then make them; `timeline`: the result, if it is known. They end the stream,
+        unless it `goes_on` in them. Return the error of the journal if the changes happen all the same (`happens`).
         """
         if timeline is None:
             timeline = reduce(Timeline.apply, deltas, self.timeline)
@@ -325,8 +329,9 @@ class Book:
 
 
 def displacement(book: Book, before: Timeline) -> Displacement | None:
-    """How the motions that were scheduled on the timeline `before`, or with a time stamp since then, have been moved;
-    None where none has been. Motions that UNDO took back are not counted as dropped.
+    """Return how motions have been moved that were scheduled on the timeline `before`, or with a time stamp since then.
+
+    None if none has been moved. Motions that UNDO took back are not counted as dropped.
     """
     changes = book.deltas[len(book.deltas) - (book.timeline.version - before.version) :]
     if not any(delta.drop or delta.shift for delta in changes):
@@ -364,7 +369,7 @@ def _sorted_out(moved: Sequence[Moved], *, more: bool = False) -> Displacement:
 
 
 def displacement_of(commands: Iterable[CommandRecord]) -> Displacement | None:
-    """How motions have been moved from the times that were asked for them; None where none has."""
+    """Return how motions have been moved from the times that were asked for them; None if none has."""
     timed = ((one, one.asked) for one in commands if one.asked is not None)
     moved = [
         Moved(one.text, asked, asked, None if one.end is None else one.executed)
@@ -375,7 +380,7 @@ def displacement_of(commands: Iterable[CommandRecord]) -> Displacement | None:
 
 
 def _begins(timeline: Timeline, since: float) -> Iterator[tuple[Motion, float]]:
-    """The motions that begin at `since` or later, and when."""
+    """Yield the motions that begin at `since` or later, and when each begins."""
     index = timeline.index_at(since)
     while index and timeline[index].start >= since:
         index -= 1

@@ -58,7 +58,7 @@ STRAIGHTENINGS = 2  # the second one for what rounding left
 
 
 class Touch(NamedTuple):
-    """A part of a path on which one clearance, the one of this place among the sizes, is at its boundary."""
+    """A part of a path on which one clearance is at its boundary; `which`: its place among the sizes."""
 
     begin: float
     end: float
@@ -66,9 +66,10 @@ class Touch(NamedTuple):
 
 
 class PathSurvey(Struct, frozen=True):
-    """What a path meets. `marks`: places around those where it passes close to a boundary, closer and closer.
+    """The result of searching a path. `marks`: times around those at which it passes close to a boundary, closer and
+    closer.
 
-    `beyond`: a place beyond the reach, if there is one; `endless`: a place where it could not be decided.
+    `beyond`: a time at which it is beyond the reach; `endless`: a time at which the search could not decide.
     """
 
     touches: tuple[Touch, ...] = ()
@@ -93,7 +94,7 @@ def _survey(arm: RobotArm, T_flange_tool: Transform, path: CartesianPath, lastin
 
 
 class _Search:
-    """One survey, from the beginning of the path to its end."""
+    """The search of one path, from its beginning to its end."""
 
     def __init__(
         self, arm: RobotArm, hand: Hand, T_tool_flange: Transform, path: CartesianPath, lasting: float
@@ -140,8 +141,8 @@ class _Search:
         return any(value < -edge for value, edge in zip(seen.sizes, self.arm.boundary.sizes, strict=True))
 
     def judged(self, a: Clearance, b: Clearance, h: float) -> tuple[bool, list[int]]:
-        """Whether each clearance is decided between two places: kept for certain, or on its boundary all the way; and
-        those that are on it.
+        """Return whether every clearance is decided between two looks (certainly kept, or on its boundary all the way),
+        and which clearances are on their boundary.
         """
         least = self.arm.least_clearance(a, b, self.pace, h)
         on_boundary = list[int]()
@@ -160,7 +161,7 @@ class _Search:
         return True, on_boundary
 
     def marks(self) -> tuple[float, ...]:
-        """Places around where a clearance is least, closer and closer to it."""
+        """Return times around each least clearance, closer and closer to it."""
         marks = set[float]()
         for k, close in enumerate(CLOSE):
             column = [inf, *(seen.sizes[k] for _, seen in self.seen), inf]
@@ -172,7 +173,7 @@ class _Search:
         return tuple(sorted(marks))
 
     def around(self, i: int) -> Iterator[float]:
-        """The place of one look, and others on both sides of it, nearer and nearer to it."""
+        """Yield the time of one look, and times on both sides of it, closer and closer to it."""
         s, step = self.seen[i][0], self.lasting
         nearest = min(abs(self.seen[k][0] - s) for k in (i - 1, i + 1) if 0 <= k < len(self.seen))
         if s in (0.0, self.lasting):
@@ -188,7 +189,7 @@ class _Search:
 
 
 def pace_of(path: CartesianPath, lasting: float, hand: Hand, T_tool_flange: Transform) -> HandPace:
-    """Upper bounds of how fast the hand moves and turns."""
+    """Return upper bounds of how fast the hand moves and turns."""
     x, y, z = hand.centre
     lever = rotate(T_tool_flange, (x, y, z))
     lever = lever[0] + T_tool_flange.px, lever[1] + T_tool_flange.py, lever[2] + T_tool_flange.pz
@@ -224,14 +225,16 @@ def _swing(turns: tuple[Turn, ...], lasting: float, v: Vector) -> tuple[float, f
 
 
 class Stop(Struct, frozen=True):
-    """Where a line has to stop on its way: after which part of it, and T_robot_tool, exactly on the boundary."""
+    """A place where a line has to stop on its way: after which part of it, and T_robot_tool, exactly on the
+    boundary.
+    """
 
     part: float
     pose: Transform
 
 
 class Kinks:
-    """The touches of one path, which comes from rest and goes to rest in a time of 1."""
+    """The touches of one path, which goes from rest to rest in a time of 1."""
 
     def __init__(self, follower: Follower, path: CartesianPath, touches: tuple[Touch, ...]) -> None:
         self.follower, self.path, self.touches = follower, path, touches
@@ -241,7 +244,7 @@ class Kinks:
         self.speed = pace.speed if pace.speed > ON_BOUNDARY else pace.tilt  # of a hand that stands, as [m] at 1 m
 
     def stops(self, near: Joints) -> list[Stop]:
-        """Where the line has to stop. Raises StraightLineSingular where it cannot be."""
+        """Return where the line has to stop. Raises StraightLineSingular if it cannot be followed."""
         for end in (0.0, 1.0):
             if any(end in touch[:2] for touch in self.touches):
                 self._check_tangent(end, near)
@@ -255,8 +258,9 @@ class Kinks:
         return sorted(stops, key=lambda stop: stop.part)
 
     def end_on_boundary(self) -> Transform:
-        """T_robot_tool at the end of the line, exactly on the boundary to which it is a tangent: a hair beside it, the
-        joints would change their direction in the last instant.
+        """Return T_robot_tool at the end of the line, moved exactly onto the boundary to which the line is a tangent.
+
+        Beside it, the joints would change their direction in the last instant.
         """
         goal = self.path.pose(1.0)
         for touch in self.touches:
@@ -265,7 +269,9 @@ class Kinks:
         return goal
 
     def _check_tangent(self, end: float, near: Joints) -> None:
-        """Check that a line from boundaries, or to them, is a tangent of each; samples show how the wrist turns."""
+        """Check that a line that begins or ends on boundaries is a tangent of each; samples show how the wrist
+        turns.
+        """
         if self.speed <= ON_BOUNDARY:
             return
         inward = (1.0 if end == 0.0 else -1.0) * min(INSIDE / self.speed, 0.5)
@@ -276,7 +282,7 @@ class Kinks:
                 raise self.follower.refuse_kink(self.path, end, end + inward, near)
 
     def _stop(self, touch: Touch) -> Stop:
-        """The place of the least clearance, by Newton's method on differences, moved onto the boundary."""
+        """Find the place of the least clearance by Newton's method on differences, and move it onto the boundary."""
         s, step = 0.5 * (touch.begin + touch.end), NEAR / self.speed
         for _ in range(NEWTON_STEPS):
             before, here, after = (self._size(touch.which, self.path.pose(s + side)) for side in (-step, 0.0, step))
@@ -286,7 +292,7 @@ class Kinks:
         return Stop(s, self._on_boundary(touch.which, self.path.pose(s)))
 
     def _on_boundary(self, which: int, pose: Transform) -> Transform:
-        """The pose moved along the gradient of a clearance to where that is 0: by no more than `ON_BOUNDARY`."""
+        """Move a pose along the gradient of a clearance to where it is 0: by no more than `ON_BOUNDARY`."""
         x, y, z = position(pose)
         off = self._size(which, pose)
         slope = []
@@ -306,9 +312,11 @@ class Kinks:
 
 
 def straighten_wrist(follower: Follower, goal: Transform) -> Transform:
-    """T_robot_tool at the end of a line: turned about the wrist's centre, by no more than `ON_BOUNDARY`, so that two
-    axes of the wrist which are one as nearly as that are one exactly. Otherwise the joints of the wrist would turn by
-    some of what the line passes beside the singular pose, in next to no time.
+    """Return T_robot_tool at the end of a line, turned so that two axes of the wrist that are nearly one are exactly
+    one.
+
+    The turn is about the wrist's centre, by no more than `ON_BOUNDARY`. Without it a line that passes beside the
+    singular pose would turn the joints of the wrist in next to no time.
     """
     hand = follower.arm.hand
     if hand is None:
@@ -329,5 +337,5 @@ def straighten_wrist(follower: Follower, goal: Transform) -> Transform:
 
 
 def _across(follower: Follower, flange: Transform) -> Vector:
-    """The cross product of the axes of the wrist."""
+    """Return the cross product of the axes of the wrist."""
     return follower.arm.clearance(flange, follower.configuration).across

@@ -27,18 +27,20 @@ MAIN = "main"
 
 
 class Fork(Struct, frozen=True):
-    """Where a branch left main: the timeline then, and the commands that held."""
+    """The timeline of main, and the commands in force, when a branch left main."""
 
     timeline: Timeline
     done: tuple[HistoryStep, ...]
 
     def leaves(self, main: Book) -> bool:
-        """Whether main is as it was then. What comes from a file left it before all that has happened on it."""
+        """Return whether main is as it was then. A branch from a file left main before anything happened on it."""
         return self.timeline is main.timeline if main.deltas else self.timeline == main.initial
 
 
 class _Branch(Struct):
-    """`fork` is None for main, `left` while the branch is the present one (the engine has it)."""
+    """A branch. `fork` is None for main; `left` is None while the branch is the present one (the engine has its
+    book).
+    """
 
     name: str
     fork: Fork | None
@@ -63,7 +65,7 @@ class Branches:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All names that are seen, main first."""
+        """The names of all branches that the present user sees, main first."""
         return (MAIN, *(branch.name for (who, _), branch in self._made.items() if who == self.who))
 
     @property
@@ -74,15 +76,17 @@ class Branches:
         return self._found(name) is not None
 
     def spelled(self, name: str) -> str:
-        """The name of a branch in the letters in which it was given first. Raises UsageError for an unknown name."""
+        """Return a branch's name as it was spelled first. Raises UsageError for an unknown name."""
         return self._named(name).name
 
     def book(self, name: str) -> Book:
-        """The book of a branch. Raises UsageError for an unknown name."""
+        """Return the book of a branch. Raises UsageError for an unknown name."""
         return self.left(name).book
 
     def left(self, name: str) -> Bookmark:
-        """Where a branch was left, or is now if it is the present one. Raises UsageError for an unknown name."""
+        """Return where a branch was left; of the present branch, where it is now. Raises UsageError for an unknown
+        name.
+        """
         return self._left(self._named(name))
 
     def _left(self, branch: _Branch) -> Bookmark:
@@ -103,7 +107,7 @@ class Branches:
     # --- changing over ---
 
     def make(self, name: str) -> None:
-        """Make a branch of the present course of events, and change over to it. Raises UsageError for a name in use."""
+        """Make a branch of the present course of events, and switch to it. Raises UsageError for a name in use."""
         self.engine.book.end_stream()  # its command changes there
         here = self.engine.bookmark()
         fork = self._present.fork or Fork(here.book.timeline, tuple(here.book.history.done))
@@ -121,7 +125,7 @@ class Branches:
         self._made[self._key(branch.name)] = branch
 
     def change_over(self, name: str) -> None:
-        """Make another branch the present one; the engine is as it was when that was left."""
+        """Switch to another branch: the engine goes on where that branch was left."""
         branch = self._named(name)
         if branch is not self._present:
             self._check_time()
@@ -134,8 +138,8 @@ class Branches:
         self._places[self.who] = branch
 
     def serve(self, who: Hashable, *, stay: bool = False) -> None:
-        """Somebody is served, on the branch where that one was last: main at first. `stay`: on the present one, which
-        something runs on.
+        """Switch to the branch where a user was last, main at first. `stay`: stay on the present branch, on which
+        something runs.
         """
         self.who = who
         place = self._places.get(who, self._main)
@@ -143,12 +147,12 @@ class Branches:
             self._change_over(place)
 
     def is_at(self, who: Hashable) -> bool:
-        """Whether the present branch is that of somebody."""
+        """Return whether a user is on the present branch."""
         return self._places.get(who, self._main) is self._present
 
     @contextmanager
     def own_in_place(self) -> Iterator[None]:
-        """While something runs on another branch, whoever is served looks at his own: nobody hears of it."""
+        """Put the present user's own branch in place for reading, while something runs on another; nobody is told."""
         there, place = self._present, self._places.get(self.who, self._main)
         there.left = self.engine.bookmark()
         self._put(place)
@@ -165,7 +169,7 @@ class Branches:
         self.engine.clock.set(mark.clock)
 
     def seen_by(self, who: Hashable) -> tuple[Timeline, float]:
-        """The timeline of the branch where somebody is, and how far time has come there [s]; in any thread."""
+        """Return the timeline of a user's branch, and how far time has come there [s]. Any thread may call it."""
         place, engine = self._places.get(who, self._main), self.engine
         while True:
             book, now = engine.book, engine.clock.reached
@@ -176,27 +180,30 @@ class Branches:
                 return book.timeline, now
 
     def forget(self, who: Hashable) -> None:
-        """Somebody has gone, and with that one what was tried."""
+        """Remove a user who has gone, with the user's branches."""
         if self._places.get(who) is self._present:
             self._change_over(self._main)
         self._made = {key: branch for key, branch in self._made.items() if key[0] != who}
         self._places.pop(who, None)
 
     def drop(self, name: str) -> None:
-        """Forget a branch; where it is the present one, change over to main. Raises UsageError as `droppable` does."""
+        """Remove a branch; if it is the present one, switch to main first. Raises UsageError as `droppable` does."""
         if self.droppable(name) == self.present:
             self.change_over(MAIN)
         del self._made[self._key(name)]
 
     def droppable(self, name: str) -> str:
-        """The name, spelled, of a branch that may be dropped. Raises UsageError for main and for an unknown name."""
+        """Return the spelled name of a branch that may be dropped.
+
+        Raises UsageError for main and for an unknown name.
+        """
         branch = self._named(name)
         if branch.fork is None:
             raise UsageError(f"{MAIN} cannot be deleted", "UNDO takes its commands back")
         return branch.name
 
     def _check_time(self) -> None:
-        """Raises UsageError where the engine's clock keeps real time: what has happened is on all branches."""
+        """Raises UsageError if the engine's clock keeps real time: then there is one course of events."""
         if self.engine.realtime:
             raise UsageError("time is real here, and there is one course of events", "try it in a shell of its own")
 
@@ -214,7 +221,7 @@ class Branches:
         return whole(self.merging(name))
 
     def merging(self, name: str) -> Parts[int]:
-        """`merge`, a part at a time. Raises RequestRefused, too, where the robot was stopped meanwhile."""
+        """Do `merge` a part at a time. Raises RequestRefused, too, if the robot was stopped meanwhile."""
         branch = self._named(name)
         if branch.fork is None:
             raise UsageError(f"{MAIN} cannot be merged into itself", "MERGE branch")
@@ -236,7 +243,9 @@ class Branches:
     def _planned_again(
         self, name: str, fork: Fork, main: Bookmark, left: Bookmark
     ) -> Parts[tuple[list[HistoryStep], Timeline, float]]:
-        """The commands of a branch, planned one after another on what main is now; main after them, and its clock."""
+        """Plan the commands of a branch one after another on main as it is now. Return them, main after them, and its
+        clock.
+        """
         begun, timeline = (main.book.timeline, left.book.timeline), main.book.timeline
         old, clock = fork.timeline, main.clock
         arm, slowest = self.engine.arm, main.settings.slowest
@@ -268,9 +277,9 @@ class Branches:
 
 
 def _when(delta: TimelineDelta, old: Timeline, new: Timeline) -> float:
-    """When a command of the old timeline begins on the new one [s]: at its own time, or after the last motion.
+    """Return when a command of the old timeline begins on the new one [s]: at its own time, or after the last motion.
 
-    `Start.AFTER` keeps its pause, `Start.BLEND` its place in the deceleration where there is one.
+    `Start.AFTER` keeps its pause, `Start.BLEND` its place in the deceleration if there is one.
     """
     start, last = delta.motion.start, new[-1]
     if start is Start.AT:

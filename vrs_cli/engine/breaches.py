@@ -40,14 +40,14 @@ FAR = 3.0  # [rad] of a joint from its seed: at half a turn another turn of it w
 
 
 class Breach(Struct, frozen=True):
-    """A law that is broken in a segment, counted from 0, or where that begins."""
+    """A broken law: the number of the segment, counted from 0, and what is wrong in it or where it begins."""
 
     index: int
     what: str
 
 
 def breaches(arm: RobotArm, timeline: Timeline) -> Iterator[Breach]:
-    """What is wrong with a timeline, in its order."""
+    """Yield what is wrong with a timeline, in its order."""
     rest, first, before = iter(timeline), 0, list[Segment]()
     while segments := list(islice(rest, MANY)):
         stretch = _Stretch(arm, [*before, *segments], first - len(before))
@@ -102,8 +102,8 @@ def _on_line(arm: RobotArm, index: int, segment: Segment, path: CartesianPath) -
 def _samples(
     follower: Follower, path: CartesianPath, lasting: float, steps: int, marks: Sequence[float]
 ) -> list[Sample]:
-    """Samples along a line, found as the planner finds them; where Newton's method does not get from one to the next,
-    from the stored joints, whose continuity is then for the proof. Raises MotionError where no joints lead there.
+    """Sample a line as the planner does. If Newton's method does not lead from one sample to the next, start from the
+    stored joints; whether these are continuous is then proved. Raises MotionError if no joints lead along the line.
     """
     try:
         return follower.samples(path, lasting, path.seeds[0], steps, None, marks)
@@ -121,7 +121,7 @@ def _samples(
 class _Stretch:
     """Neighbouring segments as arrays (m, n): joints, their velocity and acceleration where each begins and ends.
 
-    What the arm cannot follow is NaN there, which breaks no other law.
+    What the arm cannot follow is NaN, which breaks no other law.
     """
 
     def __init__(self, arm: RobotArm, segments: list[Segment], first: int) -> None:
@@ -142,7 +142,7 @@ class _Stretch:
         self.lines = [breach for row in np.flatnonzero(self.straight) for breach in self._line(int(row))]
 
     def breaches(self) -> Iterator[Breach]:
-        """Find what is wrong, law by law."""
+        """Yield what is wrong, law by law."""
         yield from self.lines
         # from each segment to the next
         jump = np.abs(self.begin[0][1:] - self.end[0][:-1])
@@ -173,13 +173,13 @@ class _Stretch:
             yield from self._tell(where & (most > np.array(limits) * (1.0 + EXCESS)), most, "joint {joint} " + what)
 
     def at_the_end(self) -> Iterator[Breach]:
-        """After the last segment the robot stands; but a stream of targets may have ended at any time."""
+        """Check that the robot stands after the last segment; only a stream of targets may end in motion."""
         rate = np.abs(self.end[1][-1:])
         if self.segments[-1].motion.kind is not MotionKind.STEERED:
             yield from self._tell(rate > RATE, rate, "joint {joint} moves with {size}/s at the end")
 
     def _tell(self, wrong: Flags, size: Floats, what: str, shift: int = 0) -> Iterator[Breach]:
-        """A breach for each row (of n joints) that is wrong, of its worst joint. `shift` 1: each is of a seam."""
+        """Yield a breach for each row (of n joints) that is wrong, about its worst joint. `shift` 1: rows are seams."""
         for row in np.flatnonzero(wrong.any(axis=1)).tolist():
             joint = int(np.where(wrong[row], size[row], 0.0).argmax()) + 1
             text = what.format(joint=joint, size=self.model.said(joint, float(size[row, joint - 1]), 4))
@@ -189,8 +189,8 @@ class _Stretch:
         return Breach(self.first + row, f"{what}, {self.starts[row]:.3f} s")
 
     def _extremes(self, order: int) -> tuple[Floats, Floats]:
-        """The least and the greatest joints (m, n), or of a derivative: at an end, or where they turn back; of a line
-        at an end.
+        """Return the least and the greatest joints (m, n), or of a derivative: at an end or where they turn back; of a
+        line at an end.
         """
         a, begin, end = self.orders[order], self.begin[order], self.end[order]
         low, high = np.minimum(begin, end), np.maximum(begin, end)
@@ -227,14 +227,14 @@ class _Stretch:
 
 
 def _derivative(a: Floats) -> Floats:
-    """Of polynomials (k, m, n), with as many coefficients: the last one is 0."""
+    """Differentiate polynomials (k, m, n); the last coefficient becomes 0."""
     derivative: Floats = np.zeros_like(a)
     derivative[:-1] = a[1:] * np.arange(1.0, len(a))[:, None, None]
     return derivative
 
 
 def _value(a: Floats, s: Floats) -> Floats:
-    """Polynomials (k, m, n) at times (m, n) or (m, 1)."""
+    """Evaluate polynomials (k, m, n) at times (m, n) or (m, 1)."""
     value: Floats = np.zeros_like(a[0])
     for row in a[::-1]:  # Horner
         value *= s
@@ -246,7 +246,7 @@ def _value(a: Floats, s: Floats) -> Floats:
 
 
 def _joints(arm: RobotArm, segment: Segment, path: CartesianPath, s: float, seed: Joints) -> Joints | None:
-    """The joints s seconds into a line; None where the arm does not reach it."""
+    """Return the joints s seconds into a line; None if the arm does not reach it."""
     flange = compose(path.pose(s), inverse(segment.motion.frames.tool))
     found = joints_on(arm.holding(segment.motion.frames.tool), path, s, flange, seed)
     if found is None and distance(arm.forward(seed), flange) <= PLACE:  # at the very edge of the reach
@@ -255,7 +255,7 @@ def _joints(arm: RobotArm, segment: Segment, path: CartesianPath, s: float, seed
 
 
 def _rates(arm: RobotArm, segment: Segment, path: CartesianPath, s: float, joints: Joints) -> Joints:
-    """The joints' velocity s seconds into a line; NaN where a singular pose has none."""
+    """Return the joints' velocity s seconds into a line; NaN in a singular pose."""
     twist = path.twist(s)
     if not any(twist):
         return (0.0,) * len(joints)
@@ -266,7 +266,7 @@ def _rates(arm: RobotArm, segment: Segment, path: CartesianPath, s: float, joint
 
 
 def _seeds_agree(arm: RobotArm, segment: Segment, path: CartesianPath) -> bool:
-    """Whether neighbouring seeds mean the same joints where the one takes over from the other."""
+    """Return whether neighbouring seeds lead to the same joints where one takes over from the other."""
     turns = [link.kind is JointKind.REVOLUTE for link in arm.model.links]
     for k, (seed, after) in enumerate(zip(path.seeds, path.seeds[1:], strict=False)):
         s = (k + 0.5) * path.seed_interval
@@ -281,7 +281,7 @@ def _seeds_agree(arm: RobotArm, segment: Segment, path: CartesianPath) -> bool:
 
 
 def _too_fast(arm: RobotArm, index: int, start: float, samples: Sequence[Sample]) -> Iterator[Breach]:
-    """The first joint that is too fast along a line, if one is."""
+    """Yield a breach for the first joint that is too fast along a line."""
     for sample in samples:
         for joint, (rate, most) in enumerate(zip(sample.velocity, arm.model.max_velocity, strict=True), 1):
             if abs(rate) > most * (1.0 + EXCESS):

@@ -46,7 +46,7 @@ class VirtualClock:
 
 
 class ClockFace(NamedTuple):
-    """What a clock shows at the time `wall` [s], and how it goes on from there."""
+    """The reading of a clock at the time `wall` [s], with its rate and whether it is paused."""
 
     now: float
     rate: float
@@ -83,20 +83,20 @@ class WallClock:
 
     @property
     def reached(self) -> float:
-        """How far the wall has come, on the time grid as all that happens."""
+        """How far the wall has come, rounded down to the time grid."""
         return self.read().now
 
     def read(self) -> ClockFace:
-        """All of it as it is at one instant, for other threads too."""
+        """Return the reading, rate and pause of one instant. Any thread may call it."""
         wall, since = self._wall(), self._since
         return ClockFace(max(self.now, down_to_grid(since.at(wall))), since.rate, since.paused, wall)
 
     def until(self, to: float) -> float:
-        """How long it takes on the wall until `to` [s]; without end while the clock stands."""
+        """Return how long it takes on the wall until `to` [s]; infinite while the clock is paused."""
         return inf if self.paused else (to - self._since.at(self._wall())) / self.rate
 
     def change(self, *, rate: float | None = None, paused: bool | None = None) -> None:
-        """Change the rate, begin a pause or end it, from this instant on."""
+        """Change the rate, or begin or end a pause, from this instant on."""
         wall, rate = self._wall(), self.rate if rate is None else rate
         self._since = ClockFace(self._since.at(wall), rate, self.paused if paused is None else paused, wall)
 

@@ -66,7 +66,7 @@ def first_difference(a: Timeline, b: Timeline) -> float | None:
 
 
 def _courses(blocks: Iterable[RowPart]) -> Iterator[Any]:
-    """What the robot does in each segment, without the command that asked for it: when it starts first, when it ends
+    """Yield what the robot does in each segment, without the command that asked for it: the start first, the finish
     last.
     """
     for block in blocks:
@@ -97,7 +97,7 @@ def _extent(arm: RobotArm, book: Book) -> Extent:
 
 
 def _sample_times(timeline: Timeline, since: float = 0.0) -> Floats:
-    """Times at all boundaries of moving segments and between them [s], in order, none twice."""
+    """Return the boundaries of moving segments and times between them [s], in order, each once."""
     import numpy as np
 
     tables = [(block.offset, *block.table()) for block in timeline.blocks(since, inf)]
@@ -126,7 +126,7 @@ def _greatest(
 
 
 def _farthest(a: PlaceArrays, b: PlaceArrays, compared: Compared) -> tuple[Apart, Floats]:
-    """The greatest distance at the times of both, and closer times around it."""
+    """Return the greatest distance at the times of both, and closer times around it."""
     import numpy as np
 
     times, found = a.times, np.linalg.norm(compared(a) - compared(b), axis=2)
@@ -138,6 +138,6 @@ def _farthest(a: PlaceArrays, b: PlaceArrays, compared: Compared) -> tuple[Apart
 
 
 def _identity(step: HistoryStep) -> tuple[object, ...]:
-    """What two steps have in common if they are one command: a branch has the commands from before it began."""
+    """Return what identifies a command: a branch repeats the commands from before it began."""
     motion = step.delta.motion
     return motion.number, motion.text, motion.kind, motion.goal, motion.pose

@@ -37,7 +37,7 @@ TOGETHER = 8  # ways that are halved at once, the finest first: where nothing go
 
 
 class Followed(Struct, frozen=True, dict=True):
-    """A stretch of a line, and what was sampled of it."""
+    """A stretch of a line, with its samples."""
 
     path: CartesianPath
     duration: float
@@ -55,15 +55,13 @@ class Followed(Struct, frozen=True, dict=True):
         return self._bent(self.path.position), *turns, self._bent([guide.value for guide in self.path.guides])
 
     def looked_at(self, path: CartesianPath) -> Floats:
-        """The times of the samples, and between any two seeds of a path, on both sides of the instant at which the one
-        takes over from the other.
-        """
+        """Return the times of the samples, and of both sides of each instant at which a path's next seed takes over."""
         halfway = (np.arange(len(path.seeds) - 1) + 0.5) * path.seed_interval
         beside = np.concatenate([halfway * (1.0 + side) for side in (-BESIDE, BESIDE)])
         return np.concatenate(([sample.s for sample in self.samples], beside[beside < self.duration]))
 
     def joints(self, s: Floats) -> Floats:
-        """At times (N,), by the cubics through the samples (N, n)."""
+        """Return the joints at times (N,), by the cubics through the samples (N, n)."""
         times, q, v = (np.array(column) for column in zip(*self.samples, strict=True))
         i = np.clip(np.searchsorted(times, s, side="right") - 1, 0, len(times) - 2)
         h = (times[i + 1] - times[i])[:, None]
@@ -80,7 +78,7 @@ class Followed(Struct, frozen=True, dict=True):
 
 
 class Gap(Struct, frozen=True):
-    """The way between two neighbouring samples."""
+    """The part of a stretch between two neighbouring samples."""
 
     of: Followed
     a: Sample
@@ -127,7 +125,7 @@ def check_continuous(
 
 
 def _gaps(follower: Follower, stretch: Followed) -> list[Gap]:
-    """All gaps but those next to a singular pose where the tool rests: the follower's samples are close there."""
+    """Return all gaps except those beside a singular pose in which the tool rests: the samples are close there."""
     begin, end = _proved_from_to(follower, stretch)
     rows = pairwise(stretch.samples)
     return [Gap(stretch, a, b) for a, b in rows if b.s > a.s and b.s > begin and a.s < end]
@@ -161,8 +159,9 @@ def _gaps_without_proof(
 
 
 def leading_seeds(follower: Follower, followed: Followed, seeds: tuple[Joints, ...]) -> tuple[Joints, ...]:
-    """Seeds from which Newton's method leads to the joints of a stretch, at all times that are nearest to each: those
-    that are given, or twice as many, and so on. Raises StraightLineSingular where none do.
+    """Return seeds from which Newton's method leads to the joints of a stretch at all times next to each.
+
+    These are the given seeds, or twice as many, and so on. Raises StraightLineSingular if none do.
     """
     continuation = follower.arm.continuation
     assert continuation is not None
@@ -179,8 +178,8 @@ def leading_seeds(follower: Follower, followed: Followed, seeds: tuple[Joints, .
 
 
 def misled_at(follower: Follower, path: CartesianPath, followed: Followed) -> Floats:
-    """The times at which Newton's first step from the seed leaves more than NEARER of the way to the joints of a
-    stretch: other joints may be found from there.
+    """Return the times at which Newton's first step from the seed leaves more than NEARER of the way to the joints of a
+    stretch: from there other joints may be found.
     """
     continuation, last = follower.arm.continuation, len(path.seeds) - 1
     assert continuation is not None

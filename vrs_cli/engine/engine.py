@@ -246,8 +246,10 @@ class Engine:
         return self._until(executed, program)
 
     def _alter(self, alter: Alter, issued: float | None) -> None:
-        """The motion under way, or a straight one from where the robot stands, goes to the displaced place from now on:
-        as a motion that is inserted now. Raises AlterNotOn, PowerOff, and as a motion does.
+        """Re-plan the current motion (at rest: a straight line) to the displaced target, starting now, as an inserted
+        motion.
+
+        Raises AlterNotOn, PowerOff, and as a motion does.
         """
         altered = self.settings.alter
         if altered is None:
@@ -272,7 +274,7 @@ class Engine:
             self._edit(motion, now, self.settings.inserts, issued)
 
     def _until(self, executed: float, program: bool) -> float:
-        """When the asker goes on: at the prompt when the robot stands, or at once where time is real."""
+        """Return when the asker goes on: at the prompt when the robot stands, or at once if time is real."""
         if program:
             return executed
         return self.now if self.realtime else self.end

@@ -146,7 +146,9 @@ def place_at(arm: RobotArm, timeline: Timeline, t: float) -> CutPlace:
 
 
 def _plan_new(timeline: Timeline, place: CutPlace, problem: Problem) -> tuple[CutPlace, tuple[Segment, ...]]:
-    """The segments of a motion out of what is under way, or once the arm stands; and where it cuts the timeline."""
+    """Plan a motion out of the motion under way, or after the arm has come to rest; return also where it cuts the
+    timeline.
+    """
     if problem.motion.start is Start.BLEND and place.interrupted is not None:
         corner, end = _next_rest(problem.arm, timeline, place.keep)
         new = plan_corner(problem, structs.replace(problem, here=corner.here, begin=end))
@@ -159,7 +161,7 @@ def _plan_new(timeline: Timeline, place: CutPlace, problem: Problem) -> tuple[Cu
 
 
 def _next_rest(arm: RobotArm, timeline: Timeline, keep: int) -> tuple[CutPlace, float]:
-    """The first place and time at which the robot stands after the first `keep` segments have begun."""
+    """Return the first place and time at which the robot stands after the first `keep` segments have begun."""
     while True:
         segment = timeline[keep - 1]
         if keep == len(timeline) or timeline[keep].start > segment.finish:
@@ -171,7 +173,7 @@ def _next_rest(arm: RobotArm, timeline: Timeline, keep: int) -> tuple[CutPlace, 
 
 
 class _Tail(Struct, frozen=True):
-    """All segments of a timeline from `index` on: `next` is the first of them, `before` the one before it."""
+    """The segments of a timeline from `index` on: `next` is the first of them, `before` the one before it."""
 
     old: Timeline
     index: int
@@ -183,7 +185,7 @@ class _Tail(Struct, frozen=True):
         return cls(old, index, old[index - 1], old[index] if index < len(old) else None)
 
     def after(self, motion: Motion | None) -> _Tail:
-        """The same without the segments that serve a motion, as far as they come first."""
+        """Return the tail without the segments of a motion that it begins with."""
         index, before, following = self.index, self.before, self.next
         while motion is not None and following is not None and following.motion.number == motion.number:
             index, before = index + 1, following
@@ -192,9 +194,7 @@ class _Tail(Struct, frozen=True):
 
 
 class _Edit(Struct, frozen=True, dict=True):
-    """A change of a timeline as far as it is planned: `segments` come after the cut, in place of the old ones before
-    the `tail`; that comes after them.
-    """
+    """A change of a timeline while it is planned: `segments` replace the old ones between the cut and the `tail`."""
 
     arm: RobotArm
     slowest: float
@@ -204,7 +204,7 @@ class _Edit(Struct, frozen=True, dict=True):
 
     @cached_property
     def place(self) -> Here:
-        """Where the robot stands once all that is planned is done."""
+        """The state in which the planned segments leave the robot, at rest."""
         return rest_after(self.arm, self.segments[-1])
 
     @property
@@ -216,14 +216,14 @@ class _Edit(Struct, frozen=True, dict=True):
         return not (before.at_rest and largest_change(self.place.joints.joints, before.joints) <= SAME_PLACE)
 
     def _begin(self, first: Segment) -> float:
-        """When the next motion, whose first segment this is, begins if it starts from rest [s]."""
+        """Return when the next motion, whose first segment is given, begins if it starts from rest [s]."""
         end = self.segments[-1].finish
         if first.motion.start is Start.AT or not (self.cut.interrupted or self.tail.index > self.cut.keep):
             return max(first.start, end)
         return end + first.start - self.tail.before.finish
 
     def delta(self, motion: Motion, issued: float, executed: float) -> TimelineDelta:
-        """The change as a whole, caused by a motion. The old segments that stay begin later."""
+        """Return the change as a delta that is caused by a motion."""
         following = self.tail.next
         return TimelineDelta(
             version=self.tail.old.version,
@@ -239,7 +239,7 @@ class _Edit(Struct, frozen=True, dict=True):
         )
 
     def with_the_next_planned_again(self) -> _Edit:
-        """The change with the next motion too, from its new place to its own target. Raises MotionError."""
+        """Plan the next motion again, from its new place to its own target. Raises MotionError."""
         first = self.tail.next
         assert first is not None
         tail = self.tail.after(first.motion)
@@ -272,7 +272,7 @@ class _Edit(Struct, frozen=True, dict=True):
         return plan_motion(resting)
 
     def _moving(self, resting: Problem, begin: float) -> Problem:
-        """The same motion from a time at which what is planned is under way."""
+        """Return the problem of the same motion at a time at which the planned segments are under way."""
         segments = self.segments
         segment = next((segment for segment in reversed(segments) if segment.start < begin), segments[0])
         here = state_at(self.arm, segment, min(begin - segment.start, segment.duration))

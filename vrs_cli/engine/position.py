@@ -63,13 +63,13 @@ Sampled = TypeVar("Sampled", bound=PlaceArrays)
 
 
 def joints_at(arm: RobotArm, timeline: Timeline, t: float) -> Joints:
-    """The joints at time t [rad]."""
+    """Return the joints at time t [rad]."""
     path, s = timeline.path_at(t)
     return path.joints(s) if isinstance(path, JointPath) else segment_joints(arm, *timeline.locate(t))
 
 
 def position_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
-    """The robot at time t [s]. In gaps, before the first segment and after the last it stands still.
+    """Return the robot's position at time t [s]. In gaps, before the first segment and after the last it stands still.
 
     On a boundary the velocity and acceleration are those of the segment that begins.
     """
@@ -83,12 +83,12 @@ def position_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
 
 
 def destination_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
-    """Where the motion that is under way at t [s] ends, or where the robot stands."""
+    """Return where the motion under way at t [s] ends, or where the robot stands."""
     return position_at(arm, timeline, finish_after(timeline, t))
 
 
 def finish_after(timeline: Timeline, t: float) -> float:
-    """When the motion that is under way at t [s] ends, or the last one has ended."""
+    """Return when the motion under way at t [s] ends, or when the last one has ended."""
     index = timeline.index_at(t)
     segment = timeline[index]
     number = segment.motion.number
@@ -98,12 +98,12 @@ def finish_after(timeline: Timeline, t: float) -> float:
 
 
 def world_pose(arm: RobotArm, frames: Frames, joints: Joints) -> Transform:
-    """T_world_tool of joints, with BASE and TOOL."""
+    """Return T_world_tool of joints, with BASE and TOOL."""
     return compose(inverse(frames.base), compose(arm.forward(joints), frames.tool))
 
 
 def _rates(arm: RobotArm, segment: Segment, s: float, joints: Joints) -> tuple[Joints, Joints]:
-    """Joint velocity and acceleration inside a segment; zero where a straight line begins or ends at rest."""
+    """Return joint velocity and acceleration inside a segment; zero where a straight line begins or ends at rest."""
     path = segment.path
     if isinstance(path, JointPath):
         return path.velocity(s), path.acceleration(s)
@@ -217,7 +217,7 @@ def positions_at(arm: RobotArm, timeline: Timeline, times: Floats) -> PositionAr
 
 
 def fill(found: PositionArrays, at: Flags, rows: Sequence[Position]) -> None:
-    """Put what was found one by one in the places that are named."""
+    """Store positions that were computed one by one in the rows `at`."""
     import numpy as np
 
     for name in ("joints", "velocity", "acceleration", "hand"):
@@ -259,7 +259,9 @@ def _sampled(arm: RobotArm, timeline: Timeline, times: Floats, kind: type[Sample
 def _fill_rates(
     arm: RobotArm, table: BlockTable, places: Rows, s: Floats, moving: Flags, q: Floats, out: tuple[Floats, Floats]
 ) -> None:
-    """Velocity and acceleration where the robot is moving; `places`, `s`, `moving` (N,), `q` and `out` (N, n)."""
+    """Compute velocity and acceleration where the robot is moving; `places`, `s`, `moving` (N,), `q` and `out` (N,
+    n).
+    """
     import numpy as np
 
     qd, qdd = out
@@ -277,8 +279,11 @@ def _fill_rates(
 
 
 def _rates_on_line(arm: RobotArm, segment: Segment, s: Floats, q: Floats) -> tuple[Floats, Floats, Flags]:
-    """Velocity and acceleration along a straight line (N, n), and those (N,) that `_rates` has to find: all of a line
-    with several turns; where joints are faster than they may be, a pose is nearly singular."""
+    """Return velocity and acceleration along a straight line (N, n), and which rows (N,) `_rates` has to compute one by
+    one.
+
+    These are all rows of a line with several turns, and rows whose joints are so fast that the pose is nearly singular.
+    """
     import numpy as np
 
     from vrs_cli.trajectory.path_batch import twists

@@ -35,7 +35,7 @@ SLOWEST = 20.0  # a line is slowed down at most so many times, unless PARAMETER 
 
 
 class _FreeTurn(NamedTuple):
-    """The axis a of a flange that turns about it as the joints have it, its rate a', w, and psi' [rad/s]."""
+    """The axis a of a flange whose turn about it is free, the axis' rate a', the path's w, and psi' [rad/s]."""
 
     axis: Vector
     axis_rate: Vector
@@ -126,7 +126,7 @@ def _asked_acceleration(turn: _FreeTurn, rate: Twist) -> Twist:
 
 
 class Here(Struct, frozen=True):
-    """Where the robot is and how it moves: the state from which a motion is planned.
+    """The state from which a motion is planned: where the robot is and how it moves.
 
     `tool` is T_robot_tool with its velocity, known when the robot is on a straight line, for the TOOL `T_flange_tool`.
     """
@@ -136,12 +136,12 @@ class Here(Struct, frozen=True):
     T_flange_tool: Transform | None = None
 
     def standing(self) -> Here:
-        """The same place, at rest."""
+        """Return the same place, at rest."""
         joints = JointState(self.joints.joints, (0.0,) * len(self.joints.joints))
         return Here(joints, self.tool and ToolState(self.tool.pose, STILL, STILL), self.T_flange_tool)
 
     def tool_state(self, arm: RobotArm, T_flange_tool: Transform) -> ToolState:
-        """The state of the tip of a tool; by the Jacobian when it is not known."""
+        """Return the state of the tip of a tool; computed by the Jacobian if it is not known."""
         if self.tool is not None and self.T_flange_tool == T_flange_tool:
             return self.tool
         q, qd = self.joints.joints, self.joints.velocity
@@ -156,9 +156,9 @@ class Here(Struct, frozen=True):
 
 
 def segment_joints(arm: RobotArm, segment: Segment, s: float) -> Joints:
-    """Joints at t_s + s of a segment [rad].
+    """Return the joints at t_s + s of a segment [rad].
 
-    Raises PathWithoutJoints where none lead to the pose: never for what was planned, for that was decided before.
+    Raises PathWithoutJoints if none lead to the pose. For segments that were planned here some always do.
     """
     path = segment.path
     if isinstance(path, JointPath):
@@ -195,7 +195,7 @@ def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
 
 
 def rest_after(arm: RobotArm, segment: Segment) -> Here:
-    """The place where a segment ends, at rest."""
+    """Return the place where a segment ends, at rest."""
     return state_at(arm, segment, segment.duration).standing()
 
 
@@ -219,12 +219,12 @@ class Problem(Struct, frozen=True):
 
 
 class NoWay(Exception):
-    """A motion has no way that begins with the velocities that there are."""
+    """A motion has no way that begins with the present velocities."""
 
 
 class NotInTime(Exception):
-    """A motion would end after the time that its problem names."""
+    """A motion would end after the problem's `latest`."""
 
 
 class NoRoomToStop(Exception):
-    """No way of braking keeps every joint in its range: the motion that is interrupted has to go on."""
+    """No way of braking keeps every joint in its range: the interrupted motion has to go on."""

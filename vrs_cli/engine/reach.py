@@ -61,15 +61,15 @@ class Standpoint(Struct, frozen=True):
         return self.arm.configuration(self.here)
 
     def tool(self, joints: Joints) -> Transform:
-        """T_robot_tool."""
+        """Return T_robot_tool of joints."""
         return compose(self.arm.forward(joints), self.frames.tool)
 
     def resolved(self, target: PoseTarget | JointTarget, straight: bool = False) -> Goal:
-        """Where a motion to a target goes. Raises as `targets.resolve` does."""
+        """Return where a motion to a target goes. Raises as `targets.resolve` does."""
         return resolve(self.arm, self.settings, Move(target, straight), self.frames, self.here, self.here)
 
     def line(self, pose: Transform, *, once: bool = True) -> Motion:
-        """MOVES to T_robot_tool, with the settings for the next motion, or with those for the ones after it."""
+        """Return the motion MOVES to T_robot_tool, with the settings for the next motion, or with those after it."""
         settings = self.settings
         duration = settings.duration.present if once else settings.duration.always
         speed = settings.speed.present if once else settings.speed.always
@@ -77,13 +77,13 @@ class Standpoint(Struct, frozen=True):
         return After(self.before, number, settings).motion(Start.AT, pose, fast, duration=duration)
 
     def planned(self, line: Motion) -> tuple[Segment, ...]:
-        """The segments of a line that begins here, at rest, at time 0. Raises MotionError."""
+        """Plan a line that begins here, at rest, at time 0. Raises MotionError."""
         still = JointState(self.here, (0.0,) * len(self.here))
         return plan_motion(Problem(self.arm, Here(still), line, 0.0, self.settings.slowest))
 
 
 def check_line(stand: Standpoint, end: Transform, *, reachable: bool) -> LineCheck:
-    """The straight line from here to T_robot_tool, as MOVES would plan it. `reachable`: MOVE goes to its end."""
+    """Check the straight line from here to T_robot_tool, as MOVES would plan it. `reachable`: MOVE goes to its end."""
     begin = stand.tool(stand.here)
     long = dist(position(begin), position(end))
     try:
@@ -99,7 +99,7 @@ def check_line(stand: Standpoint, end: Transform, *, reachable: bool) -> LineChe
 
 
 def _ways_out(stand: Standpoint, begin: Transform, end: Transform, *, reachable: bool) -> Iterator[WayOut]:
-    """What would do instead: another configuration for the whole line, a via point, a MOVE."""
+    """Yield what would do instead: another configuration for the whole line, a via point, a MOVE."""
     ways = filter(None, (other.words_beside((stand.configuration,)) for other in stand.arm.ways))
     found = [words for words in ways if _leads_as(stand, words, begin, end)]
     if found:
@@ -113,7 +113,7 @@ def _ways_out(stand: Standpoint, begin: Transform, end: Transform, *, reachable:
 
 
 def _leads_as(stand: Standpoint, words: Sequence[str], begin: Transform, end: Transform) -> bool:
-    """Whether the line is possible after some configuration words and a MOVE to where it begins."""
+    """Return whether the line is possible after some configuration words and a MOVE to where it begins."""
     settings = stand.settings
     for flag in stand.arm.words:
         if flag.name in words:
@@ -128,7 +128,7 @@ def _leads_as(stand: Standpoint, words: Sequence[str], begin: Transform, end: Tr
 
 
 def _beside(begin: Transform, end: Transform) -> Iterator[Transform]:
-    """Poses half-way, beside a line, the nearest first."""
+    """Yield poses half-way, beside a line, the nearest first."""
     way = subtracted(position(end), position(begin))
     axis, angle = axis_angle(compose(inverse(begin), end))
     half_turned, middle = compose(begin, rotation_about(axis, 0.5 * angle)), added(position(begin), scaled(way, 0.5))
@@ -138,7 +138,7 @@ def _beside(begin: Transform, end: Transform) -> Iterator[Transform]:
 
 
 def _leads_by(stand: Standpoint, via: Transform, end: Transform) -> bool:
-    """Whether a line to a via point, and another one from there, are possible."""
+    """Return whether a line to a via point, and another one from there, are possible."""
     near: Joints | None = stand.here
     arm, (way, *_) = stand.arm.holding(stand.frames.tool), stand.arm.line_ways(stand.here)
     for pose in (via, end):  # seen sooner than in a plan
@@ -156,7 +156,7 @@ def _leads_by(stand: Standpoint, via: Transform, end: Transform) -> bool:
 
 
 def _across(way: Vector) -> Sequence[Vector]:
-    """Directions across a way: up and down, to both sides."""
+    """Return directions across a line: up and down, and to both sides."""
     size = length(way)
     if size < NO_WAY:
         across: Sequence[Vector] = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
@@ -218,7 +218,7 @@ def _overruns(arm: RobotArm, joints: Joints) -> tuple[Overrun, ...]:
 def _chosen(
     stand: Standpoint, target: PoseTarget | JointTarget, options: Sequence[Option]
 ) -> tuple[Configuration | None, str]:
-    """What MOVE would take, and why."""
+    """Return the configuration that MOVE would take, and why."""
     try:
         joints = stand.resolved(target)
     except MotionError as error:
@@ -240,7 +240,7 @@ def _chosen(
 
 
 def _why_this_wrist(stand: Standpoint, chosen: Configuration, options: Sequence[Option]) -> Iterator[str]:
-    """Why this wrist and not the other."""
+    """Yield why MOVE takes this wrist and not the other."""
     if chosen.wrist is None:
         return
     both = [one for one in options if (one.configuration.arm, one.configuration.elbow) == (chosen.arm, chosen.elbow)]

@@ -64,7 +64,7 @@ class Setting(Struct, Generic[V], frozen=True):
         return Setting(value) if always else Setting(self.always, value)
 
     def after_motion(self) -> Setting[V]:
-        """The same without what was for one motion alone."""
+        """Return the setting without the value for one motion."""
         return self if self.once is None else Setting(self.always)
 
 
@@ -79,7 +79,9 @@ MODES_AT_START: Mapping[Mode, Setting[bool]] = {
 
 
 class Altered(Struct, frozen=True):
-    """The state of ALTER: `displacement` holds now; `nominal`: where the motion of that `number` would go without."""
+    """The state of ALTER: the present `displacement`, and where the motion of that `number` would go without it
+    (`nominal`).
+    """
 
     mode: AlterMode
     displacement: Transform = IDENTITY
@@ -94,7 +96,7 @@ class Altered(Struct, frozen=True):
         return replace(self, displacement=total)
 
     def place(self, T_world_tool: Transform) -> Transform:
-        """Where a tool goes that was to go there."""
+        """Return the displaced pose of a tool pose."""
         return self._moved(T_world_tool, self.displacement)
 
     def _moved(self, T: Transform, by: Transform) -> Transform:
@@ -130,7 +132,7 @@ class Settings(Struct, frozen=True):
         return self.modes[mode].present
 
     def switch(self, name: str) -> bool:
-        """Raises UsageError for an unknown name, as `parameter` does."""
+        """Return the state of a switch. Raises UsageError for an unknown name, as `parameter` does."""
         return self.switches.get(name_in(SWITCHES, IDLE_SWITCHES, name, "switch"), False)
 
     def parameter(self, name: str) -> float | str:
@@ -164,8 +166,8 @@ class Settings(Struct, frozen=True):
     # --- changing: a new value ---
 
     def after(self, change: SettingChange) -> Settings:
-        """The settings after an instruction. Raises IllegalValue for a value out of range, UsageError for an unknown
-        name.
+        """Return the settings after an instruction. Raises IllegalValue for a value out of range, UsageError for an
+        unknown name.
         """
         match change:
             case SetSpeed():
@@ -200,7 +202,9 @@ class Settings(Struct, frozen=True):
                 return replace(self, switches={**self.switches, name: change.on})
 
     def after_motion(self, target: Target) -> Settings:
-        """The settings once a motion has taken what was for it alone; one to joints ends the configuration words."""
+        """Return the settings without those of one motion, which it has used. A motion to joints also ends the
+        configuration words.
+        """
         said = NONE if isinstance(target, JointTarget | NamedTarget) else self.configuration
         settings: tuple[Setting[Any], ...] = (self.speed, self.duration, self.swivel, *self.modes.values())
         if self.hand is None and said is self.configuration and all(setting.once is None for setting in settings):

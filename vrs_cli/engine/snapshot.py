@@ -28,8 +28,9 @@ class Snapshot(Struct, frozen=True):
 
 
 def fitted(delta: TimelineDelta, timeline: Timeline, first: int) -> TimelineDelta | None:
-    """A delta of the whole timeline as one of what is known of it: `timeline`, from segment number `first` on. What is
-    behind a window stays left out; None for a change that reaches before it: a snapshot is due then.
+    """Fit a delta of the whole timeline to its known part, `timeline`, which begins with segment number `first`.
+
+    What is behind the known part is left out. None for a change that reaches before it: a new snapshot is needed then.
     """
     keep, count = delta.keep - first, len(timeline)
     if keep < 1:
@@ -40,8 +41,9 @@ def fitted(delta: TimelineDelta, timeline: Timeline, first: int) -> TimelineDelt
 
 
 class TimelineReplaced(Struct, frozen=True):
-    """Another timeline has taken the place of the one before, with these settings: what a subscriber begins with, and
-    hears of BRANCH, MERGE, LOAD of a trajectory. It holds the timeline itself; a snapshot is made by who sends it on.
+    """The event that another timeline has taken the place of the one before, with these settings: the first event of
+    every subscription, and that of BRANCH, MERGE and LOAD of a trajectory. It holds the timeline; who sends it on makes
+    the snapshot.
     """
 
     timeline: Timeline

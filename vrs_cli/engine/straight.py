@@ -79,9 +79,10 @@ def straight_segments(problem: Problem) -> tuple[Segment, ...]:
 
 
 def _turned_as_it_can_be(problem: Problem) -> Transform | None:
-    """The goal of an arm that turns its tool as nearly as it can, with the tool as its ranges let it be there: an even
-    turn to that may pass where the least turn on the way does not. None of other arms, and where the goal is in reach
-    as it is.
+    """Return the goal of an arm that turns its tool as nearly as it can, as its ranges let the tool be there.
+
+    An even turn to that goal may pass where the least turn on the way does not. None for other arms, and if the goal is
+    in reach as it is.
     """
     motion, tool = problem.motion, problem.motion.frames.tool
     steady = problem.arm.holding(tool).steady
@@ -119,7 +120,7 @@ def _segments_to(problem: Problem) -> tuple[Segment, ...]:
 
 
 def _goal(problem: Problem, state: ToolState) -> Transform:
-    """T_robot_tool at the end of a line."""
+    """Return T_robot_tool at the end of a line."""
     pose = problem.motion.pose or state.pose
     if problem.arm.model.task.turns:
         return pose
@@ -131,7 +132,7 @@ def _nearly_singular(arm: RobotArm, joints: Joints) -> bool:
 
 
 def tool_limits(arm: RobotArm, motion: Motion) -> ToolLimits:
-    """Nominal tool speed and acceleration, at the motion's fractions of them."""
+    """Return nominal tool speed and acceleration, at the motion's fractions of them."""
     model = arm.model
     return ToolLimits(
         model.linear_speed * motion.speed if motion.tip_speed is None else motion.tip_speed,
@@ -160,7 +161,9 @@ class _Line:
         self.goal = straighten_wrist(self.follower, state.pose if stops else _goal(problem, state))
 
     def segments(self) -> tuple[Segment, ...]:
-        """Out of motion the line is planned again, with lower limits, until the joints can follow."""
+        """Plan the segments. Out of motion the line is planned again, with lower limits, until the joints can
+        follow.
+        """
         if self.state.at_rest:
             return self._from_rest()
         slowed, closely = 1.0, False
@@ -190,7 +193,9 @@ class _Line:
         raise self._too_singular(load)
 
     def _from_rest(self) -> tuple[Segment, ...]:
-        """From rest the line is slowed down by stretching its time as a whole: once, exactly, on the same path."""
+        """Plan a line from rest. It is slowed down by stretching its time as a whole: once, exactly, on the same
+        path.
+        """
         stretches = self._stretches(self.limits)
         pose, goal = self.state.pose, self.goal  # the line as a path, by the part of it that is done
         axis, angle = axis_angle(compose(inverse(pose), goal))
@@ -224,7 +229,7 @@ class _Line:
     # --- the boundary of the reach ---
 
     def _in_parts(self, stops: list[Stop]) -> tuple[Segment, ...]:
-        """The line as several, from rest to rest."""
+        """Plan the line in several parts, each from rest to rest."""
         done, joints, pose, start = 0.0, self.joints.joints, self.state.pose, self.problem.begin
         still = (0.0,) * len(joints)
         segments: list[Segment] = []
@@ -239,8 +244,8 @@ class _Line:
         return tuple(segments)
 
     def _marks_in_motion(self, stretches: list[ToolStretch]) -> list[Marks]:
-        """The instants of each stretch that need a sample. Raises MotionError for what leaves the reach, or touches a
-        boundary.
+        """Return the instants of each stretch that need a sample. Raises MotionError if the line leaves the reach, or
+        touches a boundary.
         """
         marks = []
         for stretch in stretches:
@@ -254,7 +259,7 @@ class _Line:
         return marks
 
     def _instants(self, stretches: list[ToolStretch], parts: Marks) -> list[Marks]:
-        """The instants of each stretch at which so much of the line is done."""
+        """Return the instants of each stretch at which these parts of the line are done."""
         marks = []
         for stretch in stretches:
             lasting, instants = stretch.duration, list[float]()
@@ -269,7 +274,7 @@ class _Line:
         return marks
 
     def _done(self, stretch: ToolStretch, s: float) -> float:
-        """The part of the line that is done at an instant of a stretch."""
+        """Return the part of the line that is done at an instant of a stretch."""
         begin = position(self.state.pose)
         way = subtracted(position(self.goal), begin)
         square = dot(way, way)
@@ -280,7 +285,9 @@ class _Line:
         return value(stretch.turns[-1][1], s) / angle if stretch.turns and angle else 0.0
 
     def _stretches(self, limits: ToolLimits) -> list[ToolStretch]:
-        """Raises NotInTime, as what the joints ask for can only make it longer."""
+        """Return the stretches of the tool's motion within limits. Raises NotInTime: the joints can only make it
+        longer.
+        """
         try:
             if self.stops:
                 return self.law.straight_stop(self.state, limits)
@@ -295,7 +302,9 @@ class _Line:
         return stretches
 
     def _follow(self, stretches: list[ToolStretch], marks: Iterable[Marks] = ()) -> tuple[list[Seeds], list[Load]]:
-        """The joints of each stretch, and the greatest load on a joint in each. `marks`: instants that get a sample."""
+        """Return the joints of each stretch, and the greatest load on a joint in each. `marks`: instants that get a
+        sample.
+        """
         seeds, loads, followed, started = [], [], [], Joints()
         before: Sample | None = None
         for stretch, instants in zip(stretches, chain(marks, repeat(())), strict=False):
@@ -325,7 +334,9 @@ class _Line:
         return seeds, loads
 
     def _too_singular(self, load: Load) -> StraightLineSingular:
-        """The refusal of a line that would have to be slowed down too much: where, by which joint, what to do."""
+        """Return the refusal of a line that would have to be slowed down too much: where, by which joint, what to
+        do.
+        """
         assert load.at is not None
         path, s = load.at
         wanted = f"joint {load.joint} would have to move {load.slowing:.0f} times too fast"
@@ -347,7 +358,7 @@ class _Line:
 
 
 def line_stop(problem: Problem) -> tuple[Segment, ...]:
-    """To rest on the line that the tool moves on, whatever the speed of the motion. Raises MotionError."""
+    """Plan a stop on the line that the tool moves on, whatever the speed of the motion. Raises MotionError."""
     arm, motion = problem.arm, problem.motion
     problem = structs.replace(problem, slowest=SLOWEST)
     state = next(guided_states(problem, problem.tool, problem.tool.pose))
@@ -361,13 +372,15 @@ def _worst(loads: Iterable[Load]) -> Load:
 
 
 def _easing(load: float) -> float:
-    """By how much to slow down for a load: in motion the start stays as it is, so more than in proportion."""
+    """Return by how much to slow down for a load. Out of motion the start stays as it is, so it is more than in
+    proportion.
+    """
     return load * EAGER if load > 1.0 + ROUNDING else 1.0
 
 
 def guided_states(problem: Problem, state: ToolState, goal: Transform) -> Iterator[ToolState]:
-    """The state of the tool with guides to T_robot_tool `goal`, in the ways that there are, the one to try first
-    first; as it is where no joint is too many.
+    """Yield the tool's state with guides to T_robot_tool `goal`, one for each way of redundant joints, the best first;
+    the state itself if no joint is redundant.
     """
     arm = problem.arm
     if not arm.redundancy:
@@ -389,7 +402,7 @@ def guided_states(problem: Problem, state: ToolState, goal: Transform) -> Iterat
 
 
 def _poses(begin: Transform, goal: Transform, finer: int) -> Iterator[Transform]:
-    """Poses of a tool along a line, both ends among them."""
+    """Yield poses of a tool along a line, from its begin to its end."""
     axis, angle = axis_angle(compose(inverse(begin), goal))
     p, q = position(begin), position(goal)
     steps = finer * max(ceil(dist(p, q) / STEP), ceil(angle / TURN), FEWEST)
@@ -410,7 +423,9 @@ def _guides(state: JointState, walk: Walk) -> tuple[GuideState, ...]:
 
 
 def guide_limits(model: RobotModel, motion: Motion, state: ToolState, limits: ToolLimits) -> ToolLimits:
-    """The limits with those of guides, at the motion's fractions: what the joints can where nothing else moves them."""
+    """Return the limits with those of guides, at the motion's fractions: what the joints can if nothing else moves
+    them.
+    """
     if not state.guides:
         return limits
     speed, acceleration, jerk = (

@@ -94,7 +94,7 @@ def resolve(arm: RobotArm, settings: Settings, move: Move, frames: Frames, here:
 
 
 def _tool_pose(arm: RobotArm, move: Move, frames: Frames, destination: Joints) -> Transform | None:
-    """T_robot_tool of a target that is given as a pose; None where it is given by joints."""
+    """Return T_robot_tool of a target that is given as a pose; None if it is given by joints."""
     target = move.target
     if isinstance(target, PoseTarget):
         pose = compose(frames.base, target.T_world_tool)
@@ -107,7 +107,7 @@ def _tool_pose(arm: RobotArm, move: Move, frames: Frames, destination: Joints) -
 
 
 def check_near(T: Transform, what: str, refusal: type[VrsError] = IllegalValue) -> None:
-    """Raises a refusal of a place, a tool or a base that is farther than any cell: `what` with how far it is."""
+    """Raises `refusal` for a place, tool or base that is too far away; `what` is formatted with its distance."""
     away = hypot(*T[3::4])
     if not away <= FARTHEST:
         right = f"at most {FARTHEST * 1000.0:g} mm"
@@ -139,7 +139,7 @@ _AXES: tuple[Vector, ...] = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0
 
 
 def retarget(arm: RobotArm, motion: Motion, destination: Joints) -> Motion:
-    """The motion with the target that it has when the one before it ends at `destination`.
+    """Return the motion with the target that it has if the motion before it ends at `destination`.
 
     A joint-interpolated one keeps arm and elbow as they are there. Raises LocationOutOfRange, JointOutOfRange.
     """
@@ -162,7 +162,7 @@ def retarget(arm: RobotArm, motion: Motion, destination: Joints) -> Motion:
 def _relative_pose(
     arm: RobotArm, target: ToolOffsetTarget | AlignedTarget, destination: Joints, frames: Frames
 ) -> Transform:
-    """T_robot_tool."""
+    """Return T_robot_tool of a target that depends on the destination before it."""
     T_robot_destination = compose(arm.forward(destination), frames.tool)
     if isinstance(target, ToolOffsetTarget):
         return compose(T_robot_destination, target.T_destination_target)
@@ -170,7 +170,9 @@ def _relative_pose(
 
 
 def align(T: Transform) -> Transform:
-    """The pose at the same place, turned the shortest way until its Z lies along the nearest axis of the frame."""
+    """Return the pose at the same place, turned the shortest way until its Z lies along the nearest axis of the
+    frame.
+    """
     a = (T.ax, T.ay, T.az)
     nearest = max(_AXES, key=lambda axis: dot(a, axis))
     turn = cross(a, nearest)
@@ -184,7 +186,7 @@ def align(T: Transform) -> Transform:
 
 
 def select(arm: RobotArm, settings: Settings, T_robot_tool: Transform, frames: Frames, near: Joints) -> Joints:
-    """The joints of a pose, in the configuration that was asked for; under SINGLE no joint turns more than once."""
+    """Return the joints of a pose in the asked configuration; under SINGLE no joint turns more than once."""
     T_robot_flange, asked = compose(T_robot_tool, inverse(frames.tool)), settings.configuration
     arm.check_task(T_robot_flange, frames.base, frames.tool)
     if settings.mode(Mode.SINGLE):
@@ -238,7 +240,9 @@ def check_joint_limits(model: RobotModel, joints: Joints) -> None:
 
 
 class Speed(NamedTuple):
-    """Fractions of the nominal speed of a motion, and of that of turning on a line; `tip` [m/s] where it was given."""
+    """A motion's fraction of nominal speed, its `rotation` fraction on a line, and the `tip` speed [m/s] if one was
+    given.
+    """
 
     fraction: float
     tip: float | None = None
@@ -249,7 +253,7 @@ FULL = Speed(1.0)
 
 
 class After(Struct, frozen=True):
-    """What a motion follows: the motion that is `before` it on the timeline, its own number, and the settings."""
+    """What a new motion follows: the motion `before` it on the timeline, its own number, and the settings."""
 
     before: Motion
     number: int
@@ -267,7 +271,7 @@ class After(Struct, frozen=True):
         text: str = "",
         relative: RelativeTarget | None = None,
     ) -> Motion:
-        """A motion to joints or a pose, or standing still; hand, BASE and TOOL are as those of `before`."""
+        """Make a motion to joints or a pose, or a rest; hand, BASE and TOOL are by default those of `before`."""
         pose = goal if isinstance(goal, Transform) else None
         return Motion(
             number=self.number,
@@ -308,5 +312,5 @@ def program_speed(program: SetSpeed, settings: Settings, model: RobotModel) -> S
 
 
 def _limited(speed: float) -> float:
-    """A fraction of nominal speed: never above it, never so slow that it would be none."""
+    """Limit a fraction of nominal speed: not above 1, and not so slow that there is no motion."""
     return min(max(speed, SLOWEST), 1.0)

@@ -27,8 +27,8 @@ Place = tuple[float, Vector]  # a time [s], and where the tool tip is then
 
 
 class ToolLine(NamedTuple):
-    """What the tool tip does in one segment, or in many that were steered: points in the world [m], the tip is at each
-    at its time, `offset` [s] later than `times` say.
+    """The way of the tool tip in one segment, or in many that were steered: points in the world [m], with the times of
+    the tip there, which are `offset` [s] later than `times` say.
     """
 
     motion: Motion
@@ -46,18 +46,20 @@ class ToolLine(NamedTuple):
         return self.offset + self.times[-1]
 
     def passed(self, t: float) -> int:
-        """How many of its points the tip has left behind at a time [s]."""
+        """Return how many of its points the tip has left behind at a time [s]."""
         return sum(self.offset + time < t for time in self.times)
 
     def parted(self, t: float, tip: Vector) -> tuple[tuple[Vector, ...], tuple[Vector, ...]]:
-        """The points before a time [s] and those after it, both with the tip at that time."""
+        """Return the points before a time [s] and those after it, both with the tip at that time."""
         count = self.passed(t)
         return (*self.points[:count], tip), (tip, *self.points[count:])
 
 
 class ToolPath:
-    """The lines of one arm; no point of its way is farther than `error` [m] from them. What was found of a part of a
-    timeline is remembered as long as it is in sight: versions of a timeline share what has not changed.
+    """Computes the lines of one arm; no point of the tip's way is farther than `error` [m] from them.
+
+    The lines of a part of a timeline are remembered while it is in sight: versions of a timeline share what is
+    unchanged.
     """
 
     def __init__(self, arm: RobotArm, error: float) -> None:
@@ -65,7 +67,7 @@ class ToolPath:
         self._seen: dict[tuple[int, int, int], tuple[Row, tuple[ToolLine, ...]]] = {}  # a row kept has its own identity
 
     def lines(self, timeline: Timeline, begin: float, end: float) -> list[ToolLine]:
-        """Those that the tip draws between two times [s], and perhaps some beside them, in order."""
+        """Return the lines that the tip draws between two times [s], and perhaps some beside them, in order."""
         before, self._seen = self._seen, {}
         found = list[ToolLine]()
         for block in timeline.blocks(begin // WHOLE * WHOLE, -(-end // WHOLE) * WHOLE):
@@ -77,7 +79,7 @@ class ToolPath:
 
 
 def _block_lines(arm: RobotArm, block: RowPart, error: float) -> Iterator[ToolLine]:
-    """A line for each segment that moves; one for all that are steered without a pause."""
+    """Yield a line for each segment that moves; one for all segments that are steered without a pause."""
     steered = list[ToolLine]()
     for segment in block.row.between(block.first, block.last):
         if segment.phase is Phase.REST or segment.duration <= 0.0:
@@ -106,7 +108,7 @@ def _line(arm: RobotArm, segment: Segment, error: float) -> ToolLine:
 
 
 def _joined(lines: Sequence[ToolLine], error: float) -> ToolLine:
-    """Lines that follow each other as one, without the points that it does not need."""
+    """Join lines that follow each other, without the points that are not needed."""
     places = [place for line in lines for place in zip(line.times[:-1], line.points[:-1], strict=True)]
     places.append((lines[-1].times[-1], lines[-1].points[-1]))
     times, points = zip(*_thinned(places, 0.5 * error), strict=True)
@@ -114,7 +116,9 @@ def _joined(lines: Sequence[ToolLine], error: float) -> ToolLine:
 
 
 def _thinned(places: Sequence[Place], error: float) -> Iterator[Place]:
-    """Those whose line is nowhere farther than `error` [m] from the others: from each one as far on as that goes."""
+    """Yield only points that are needed: no left-out point is farther than `error` [m] from the line between its
+    neighbours.
+    """
 
     def near(some: Sequence[Place]) -> bool:
         return all(distance_from_line(p, some[0][1], some[-1][1]) <= error for _, p in some[1:-1])
@@ -130,7 +134,7 @@ def _thinned(places: Sequence[Place], error: float) -> Iterator[Place]:
 
 
 def tip_of(arm: RobotArm, segment: Segment) -> Tip:
-    """Where the tool tip is while a segment is in force."""
+    """Return a function from the time in a segment to the place of the tool tip."""
     path, frames = segment.path, segment.motion.frames
     T_world_robot, p_flange_tip = inverse(frames.base), position(frames.tool)
     if isinstance(path, JointPath):
@@ -140,7 +144,7 @@ def tip_of(arm: RobotArm, segment: Segment) -> Tip:
 
 
 def _refined(tip: Tip, a: Place, b: Place, error: float, depth: int) -> Iterator[Place]:
-    """The places behind `a` up to `b` that a line needs."""
+    """Yield the points after `a` up to `b` that a line needs."""
     (t0, p0), (t1, p1) = a, b
     probes = [tip(t0 + part * (t1 - t0)) for part in PROBES]
     if depth == 0 or max(distance_from_line(p, p0, p1) for p in probes) <= error:
@@ -152,7 +156,7 @@ def _refined(tip: Tip, a: Place, b: Place, error: float, depth: int) -> Iterator
 
 
 def distance_from_line(p: Vector, a: Vector, b: Vector) -> float:
-    """Of a point from the straight line that ends in a and b."""
+    """Return the distance of a point from the straight line between a and b."""
     along, there = subtracted(b, a), subtracted(p, a)
     square = dot(along, along)
     part = min(max(dot(there, along) / square, 0.0), 1.0) if square > 0.0 else 0.0
