@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from math import radians
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -312,3 +314,41 @@ def test_a_motion_that_came_meanwhile_counts_from_the_time_that_it_was_given() -
     found = displacement(engine.book, before)
     assert found is not None
     assert [(one.asked, round(one.later, 3)) for one in found.later] == [(4.0, 0.528)]
+
+
+class Length:
+    """A row of so many segments."""
+
+    def __init__(self, length: int) -> None:
+        self.length, self.closed = length, False
+
+    def __len__(self) -> int:
+        return self.length
+
+    def close(self) -> None:
+        self.closed = True
+
+
+class Rows:
+    """Rows one after the other, each whole."""
+
+    def __init__(self, rows: Sequence[Length]) -> None:
+        self.rows, self.version = rows, 0
+
+    def __len__(self) -> int:
+        return sum(map(len, self.rows))
+
+    def parts(self, _first: int) -> Iterator[tuple[int, None, Any]]:
+        index = 0
+        for row in self.rows:
+            yield index, None, SimpleNamespace(row=row, count=len(row))
+            index += len(row)
+
+
+def test_the_last_row_may_grow_to_a_full_one_and_those_before_it_to_half_of_one() -> None:
+    """So that no row becomes far longer by what comes next, nor by a smaller one that joins it."""
+    for last in (ROW - 1, ROW):
+        rows = [Length(ROW // 2 - 1), Length(ROW // 2), Length(last)]
+        window = MemoryWindow(Store(), WindowSize(changes=200, segments=10**6, checkpoint=10**6))
+        window.let_go(Rows(rows), (), 0, 0)  # type: ignore[arg-type]
+        assert [row.closed for row in rows] == [False, True, last == ROW]

@@ -60,3 +60,13 @@ def test_how_far_from_singular_is_a_part_of_the_most(name: str) -> None:
         assert all(0.0 <= part <= 1.0 for part in arm.singularity(q))
     bent = arm_for(replace(PUMA, links=(*PUMA.links[:4], Link(0.1, 0.0, pi / 2), PUMA.links[5])))
     assert all(0.0 <= part <= 1.0 for part in bent.singularity(PUMA.poses["ready"]))
+
+
+@pytest.mark.parametrize("robot", ["puma560", "cobra600", "so100", "planar3"])
+def test_another_configuration_is_spoken_of_where_there_is_one(robot: str) -> None:
+    arm = arm_for(load_robot(robot))
+    outside = tuple(high + 0.1 for high in arm.model.upper)
+    words = str(arm._joint_refusal(outside, ""))
+    assert ("no other configuration" in words) == (len(arm.ways) > 1)
+    assert "say LEFTY first" in str(arm._joint_refusal(outside, "say LEFTY first"))
+    assert "no other configuration" not in str(arm._joint_refusal(outside, "say LEFTY first"))
