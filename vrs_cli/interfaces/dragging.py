@@ -1,15 +1,14 @@
-"""The tool dragged by somebody who holds it at a screen: wherever it is pulled, the arm comes as near as it can.
+"""Dragging the tool at a screen: the user pulls it to any place, and the arm comes as near to that as it can.
 
-A wish is any pose. The joints that are to bring the tool there (the goal) change from wish to wish by what they do at
-full speed at most, so the arm never jumps:
+A wish is any pose. The goal (the joints that bring the tool there) changes from wish to wish by no more than the joints
+do at full speed, so the arm never jumps:
 
-- Where the pose is in reach, in the arm and elbow that the drag began with, the goal is exactly there, or on the way.
-- Where it is not, the goal slides downhill to the nearest pose that is (`kinematics/nearest.py`).
+- Where the pose is in reach, with the arm and elbow of the beginning, the goal is exactly there, or on the way.
+- Where it is not, the goal slides downhill to the nearest pose in reach (`kinematics/nearest.py`).
 - Where downhill leads no farther, but the pose is in reach another way round, the joints go that way.
 
 The wrist may pass through straight, from FLIP to NOFLIP, where that is nearer: no joint jumps there. The engine steers
-after the goal, inside all limits, and braking when no wish comes any more. What keeps the tool from the wish is said by
-`Hold`.
+to the goal, inside all limits, and brakes when no more wishes come. `Hold` says what keeps the tool from the wish.
 """
 
 from __future__ import annotations
@@ -55,9 +54,6 @@ DRAG = "DRAG"  # the text of its motion
 AT_REST = 1e-7  # [rad, m] beside its goal, where the arm may stay as it stands
 
 
-# --- what holds the tool ----------------------------------------------------------------------------------------------
-
-
 # --- from wishes to joints -------------------------------------------------------------------------------------------
 
 
@@ -66,7 +62,7 @@ class Range(NamedTuple):
     upper: Joints
 
     def around(self, q: Joints, below: Joints, above: Joints) -> Range:
-        """What of it is so far below q and above it, or what is nearest to that in it."""
+        """The part of the range so far below and above q, or below and above the place in the range nearest to q."""
         q = self.put(q)
         lower = self.put(tuple(x - step for x, step in zip(q, below, strict=True)))
         return Range(lower, self.put(tuple(x + step for x, step in zip(q, above, strict=True))))
@@ -79,8 +75,8 @@ class Range(NamedTuple):
 
 
 class JointPace(NamedTuple):
-    """Of the joints [rad, m]: how far `ahead` of them they go, so as to stop without going beyond, and by how much they
-    lag what they follow without being late.
+    """For each joint [rad, m]: how far `ahead` of it the goal may be, so that it can stop there, and by how much it may
+    `lag` the goal without being late.
     """
 
     ahead: Joints
@@ -88,14 +84,14 @@ class JointPace(NamedTuple):
 
     @classmethod
     def of(cls, velocity: Iterable[float], acceleration: Iterable[float]) -> JointPace:
-        """Of joints with these limits."""
+        """The pace of joints with these limits."""
         rows = list(zip(velocity, acceleration, strict=True))
         return cls(tuple(v * max(LAG, STOPPING * v / a) for v, a in rows), tuple(v * LAG for v, _ in rows))
 
 
 class Search:
-    """Of an arm without a closed form: joints that bring the tool to a wish another way round, all over the ranges, a
-    little with each wish: a robot has no time to search for long.
+    """Searches all over the ranges for joints that bring the tool to a wish another way round, for an arm without a
+    closed form. It searches a little with each wish: a robot has no time to search for long.
     """
 
     def __init__(self, model: RobotModel, within: Range) -> None:
@@ -105,14 +101,14 @@ class Search:
         self._at: Joints | None = None
 
     def go_on(self, aim: Aim, now: Joints) -> Joints | None:
-        """Downhill from where it has come to; where that leads nowhere, from somewhere else the next time."""
+        """Go downhill from where the search is; where that leads nowhere, begin at another place the next time."""
         nearest = aim.nearest(self._range.put(self._at or self._start(now)), *self._range)
         there = aim.miss(nearest.joints).within(*THERE)
         self._at = nearest.joints if nearest.gain > PROMISING and not there else None
         return nearest.joints if there else None
 
     def _start(self, now: Joints) -> Joints:
-        """Of some joints anywhere those that the arm comes to first."""
+        """Of some random joints those that the arm reaches first."""
         if not self._starts:
             some = islice(self._anywhere, SOME)
             self._starts = sorted(some, key=lambda q: _ticks(now, q, self._speeds), reverse=True)
@@ -120,8 +116,8 @@ class Search:
 
 
 class Pursuit:
-    """Joints that go after wishes, without a clock: `goal` are the last ones [rad, m], `steady` whether the tool is at
-    the wish there. `range`: where the arm stays the way it is, elbow and all.
+    """Follows wishes with joints, without a clock: `goal` are the last joints [rad, m], `steady` whether they bring the
+    tool to the wish. `range`: where the arm keeps its configuration.
     """
 
     def __init__(self, arm: RobotArm, q: Joints) -> None:
@@ -143,7 +139,7 @@ class Pursuit:
     def follow(
         self, T_base_flange: Transform, T_flange_tool: Transform, coming: Sequence[Joints], pace: JointPace
     ) -> Shortfall:
-        """One wish more. `coming`: where the joints are now, and where they come to if it is the last one."""
+        """Follow one more wish. `coming`: the present joints, and those that they come to if it is the last wish."""
         now, wish = coming[0], _possible(self.arm, T_base_flange)
         aim, box = Aim(self.arm, wish, T_flange_tool, self._side), self.range.around(now, *self._ahead(coming, pace))
         there = self._reached(wish) if self._closed else self._found_again(aim)
@@ -169,8 +165,9 @@ class Pursuit:
         return Shortfall(*aim.miss(now), tuple(self._holds(aim, nearest, there, now, pace)))
 
     def _ahead(self, coming: Sequence[Joints], pace: JointPace) -> tuple[Joints, Joints]:
-        """Below and above. Towards the axis of joint 1 no farther than to it, all joints together, so that they stop
-        before it from any speed; but a little, so that they can go along it. Where they would pass over: back.
+        """How far the goal may be below and above the joints. Towards the axis of joint 1 no farther than to that axis,
+        all joints together, so that they stop before it from any speed; but a little, so that they can go along it.
+        Where they would pass over it: back.
         """
         ahead = pace.ahead
         if self._side is None:
@@ -186,11 +183,11 @@ class Pursuit:
 
     @property
     def _way(self) -> Configuration:
-        """Arm and elbow as they are kept, the wrist as it is."""
+        """The configuration with the kept arm and elbow, and the present wrist."""
         return Configuration(self.kept.arm, self.kept.elbow, self.arm.configuration(self.goal).wrist)
 
     def _reached(self, wish: Transform) -> Joints | None:
-        """The joints of a pose, as the arm is; None where it is not in reach so."""
+        """The joints of a pose in the present configuration; None where it is not in reach so."""
         arm, goal, have, found = self.arm, self.goal, self._way, list[Joints]()
         straight = arm.singularity(goal).wrist
         for way in (have, have.flipped) if have.wrist is not None and straight < PASSING else (have,):
@@ -210,7 +207,7 @@ class Pursuit:
         return self._search.go_on(aim, now) if not self._finds_all and self._stalled > PATIENCE else None
 
     def _found_again(self, aim: Aim) -> Joints | None:
-        """The joints that were found so, for a wish that has moved since."""
+        """The joints that were found another way round, for a wish that has moved since."""
         if self._elsewhere is not None:
             q = aim.nearest(self.range.put(self._elsewhere), *self.range).joints
             self._elsewhere = q if aim.miss(q).within(*THERE) else None
@@ -220,7 +217,7 @@ class Pursuit:
 
     @staticmethod
     def _slowed(aim: Aim, now: Joints, late: list[float]) -> Shortfall:
-        """It is in reach; the joint that is latest keeps the tool from there."""
+        """The shortfall for a wish in reach: the joint that lags most keeps the tool from it."""
         return Shortfall(*aim.miss(now), (Hold(Limit.SPEED, late.index(max(late)) + 1),))
 
     def _holds(self, aim: Aim, nearest: Nearest, there: Joints | None, now: Joints, pace: JointPace) -> Iterator[Hold]:
@@ -267,7 +264,7 @@ def _possible(arm: RobotArm, T_base_flange: Transform) -> Transform:
 
 
 def _range_of(arm: RobotArm, q: Joints, kept: Configuration) -> Range:
-    """All of the joints' ranges but for the elbow, which stays on its side of stretched and folded flat."""
+    """The ranges of the joints, with the elbow on its present side of stretched and folded flat."""
     lower, upper = list(arm.model.lower), list(arm.model.upper)
     if arm.fold is not None:
         i, stretched = arm.fold
@@ -308,7 +305,7 @@ def _towards(a: Joints, b: Joints, box: Range) -> Joints:
 
 
 class Dragging:
-    """Feeds an engine with wishes for its tool. Letting go is no more wishes: the arm comes to rest by itself."""
+    """Feeds an engine with wishes for its tool. Without more wishes the arm comes to rest by itself."""
 
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
@@ -316,7 +313,7 @@ class Dragging:
         self._last: float | None = None
 
     def to(self, T_world_tool: Transform, issued: float | None = None) -> Shortfall:
-        """The tool is wished there from now on; `issued`: since when, where that was earlier. Raises PowerOff."""
+        """Take a wish for the tool; `issued`: when it was given, where that was earlier. Raises PowerOff."""
         engine, pursuit, frames = self.engine, self.pursuit, self.engine.frames
         now = engine.now
         since = TICK if self._last is None else now - self._last

@@ -170,7 +170,10 @@ class Actor:
                 self._look = False
                 self._go_on_all()
             elif self._beats_at <= self._driver.engine.clock.reached:
-                self._go_on_by_itself()
+                beat, self._beat, self._beats_at = self._beat, None, inf
+                assert beat is not None
+                if (again := beat()) is not None:
+                    self._beat, self._beats_at = beat, again
             elif (ready := self._ready) and not (time_goes_on and (self._time_first or self._line_runs())):
                 self._time_first = self._look = bool(self._running)
                 self._work(ready)
@@ -264,13 +267,6 @@ class Actor:
             self._inbox.wait(None)
         else:
             self._driver.engine.clock.wait(due)
-
-    def _go_on_by_itself(self) -> None:
-        beat, self._beat, self._beats_at = self._beat, None, inf
-        assert beat is not None
-        again = beat()
-        if again is not None:
-            self._beat, self._beats_at = beat, again
 
     def _happen(self) -> None:
         """Let time go on to what is due next, and the requests that have waited for it."""

@@ -33,15 +33,11 @@ from vrs_cli.values.prompt import Suggestion
 MOST = 500  # names of a kind that are offered: a menu is for reading
 
 
-def _no_variables(_kind: Kind) -> None:
-    """No variable is defined."""
-
-
 class DefinedNames(Struct, frozen=True):
     """The names that are defined, each with a short note. `variables`: those of a kind."""
 
     programs: Mapping[str, str] = field(default_factory=dict)
-    variables: Callable[[Kind], Mapping[str, str] | None] = _no_variables
+    variables: Callable[[Kind], Mapping[str, str] | None] = lambda _kind: None
     switches: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, str] = field(default_factory=dict)
     branches: Mapping[str, str] = field(default_factory=dict)
@@ -89,54 +85,19 @@ _GROUP = re.compile(r"\s*\([^()]*\)(?=\s)")
 _TARGET = re.compile(r"\s*(?:[#$]?[A-Za-z][\w.]*)\s*(?:\[[^\]]*\]\s*)?=(?!=)")
 _QUOTED = re.compile(r'"[^"]*"')
 _BY = re.compile(r"\bBY\b", re.IGNORECASE)
+_ASSIGNS = re.compile(r"(?<![=<>])=(?![=<>])")
 _NESTED = re.compile(r"[#$]?[A-Za-z][\w.]*$")
 
 
-class CursorPlace(Struct, frozen=True):
-    """The cursor among the arguments: the rest of the line after the word, and the name that begins at the cursor."""
-
-    before: str  # from after the first word, or its closed parenthesis, to the cursor, strings blanked
-    prefix: str  # the name that is being typed, maybe empty
-    first: int = 0  # how many arguments the closed parenthesis holds
-
-    @property
-    def index(self) -> int:
-        """The argument, from 0: how many commas outside parentheses stand before."""
-        return self.first + top_level(self.before).count(",")
-
-    @property
-    def after_equals(self) -> bool:
-        return re.search(r"(?<![=<>])=(?![=<>])", top_level(self.before)) is not None
-
-    @property
-    def operand_ended(self) -> bool:
-        """Whether a whole operand stands before the cursor, so that a connecting word may come."""
-        return _OPERAND_BEFORE.search(self.settled) is not None and not self.after_connecting
-
-    @property
-    def after_connecting(self) -> bool:
-        """Whether AT, FROM, an operator word or the like stands right before the cursor."""
-        return bool(self.settled.split()) and self.settled.upper().split()[-1] in _CONNECTING
-
-    @property
-    def settled(self) -> str:
-        """What is before the word under the cursor."""
-        return self.before[: len(self.before) - len(self.prefix)]
-
-    @property
-    def words(self) -> frozenset[str]:
-        """The words that stand there already."""
-        return frozenset(self.settled.upper().split())
-
-    def innermost(self) -> tuple[str, int] | None:
-        """The function whose parentheses are open at the cursor, and which argument of it this is."""
-        before = _BY.sub(",", self.before)
-        at = open_bracket(before, "([")
-        if at is None:
-            return None
-        found = _NESTED.search(before[:at].rstrip())
-        name = found.group().upper() if found and before[at] == "(" else ""
-        return name, top_level(before[at + 1 :]).count(",")
+def innermost(text: str) -> tuple[str, int] | None:
+    """The function whose parentheses are open at the cursor, and which argument of it this is."""
+    before = _BY.sub(",", text)
+    at = open_bracket(before, "([")
+    if at is None:
+        return None
+    found = _NESTED.search(before[:at].rstrip())
+    name = found.group().upper() if found and before[at] == "(" else ""
+    return name, top_level(before[at + 1 :]).count(",")
 
 
 def open_bracket(text: str, opening: str) -> int | None:
@@ -290,8 +251,7 @@ def _candidates(line: str, prefix: str, names: DefinedNames, in_program: bool) -
     if word.name == "DO" and not in_program:
         return _candidates(rest.lstrip(), prefix, names, True)
     group = _GROUP.match(rest) if word.grouped else None  # the closed parenthesis of READ and its like
-    place = CursorPlace(rest, prefix) if group is None else CursorPlace(rest[group.end() :], prefix, word.grouped)
-    return _inside(word, place, names)
+    return _inside(word, rest if group is None else rest[group.end() :], prefix, names, word.grouped if group else 0)
 
 
 def _beginnings(names: DefinedNames, in_program: bool) -> Candidates:
@@ -313,35 +273,43 @@ def _row_of(word: str, in_program: bool) -> Word | None:
     return rows[0] if len(rows) == 1 else None
 
 
-def _inside(word: Word, place: CursorPlace, names: DefinedNames) -> Candidates:
-    nested = place.innermost()
+def _inside(word: Word, before: str, prefix: str, names: DefinedNames, first: int) -> Candidates:
+    """The words that may stand among the arguments of a word. `before`: the line from the word, or from the closed
+    parenthesis that holds its `first` arguments, to the cursor, strings blanked; it ends with the name that is typed.
+    """
+    nested = innermost(before)
     if nested is not None:
         function = FUNCTIONS.get(nested[0])
         inner = _argument(function.arguments, nested[1]) if function else None
         return SHAPES.get(inner.shape, _nothing)(names) if inner else _reals(names)
     if word.name in WORDS:
         return WORDS[word.name](names)
-    if place.operand_ended:
-        return _connecting(word, place)
-    if place.after_connecting:
+    settled, level = before[: len(before) - len(prefix)], top_level(before)
+    there = settled.upper().split()
+    after_connecting = bool(there) and there[-1] in _CONNECTING
+    ended = _OPERAND_BEFORE.search(settled) is not None and not after_connecting  # a whole operand stands there
+    connecting = [row for row in _connecting(word, ended) if row[0] not in there]
+    if ended:
+        return connecting
+    if after_connecting:
         return _reals(names)
-    wanted = word.value if place.after_equals else _argument(word.arguments, place.index)
+    wanted = word.value if _ASSIGNS.search(level) else _argument(word.arguments, first + level.count(","))
     if wanted is None:
-        return _items(names) if word.name in CONTROL else _connecting(word, place)
+        return _items(names) if word.name in CONTROL else connecting
     offered = SHAPES.get(wanted.shape, _nothing)(names)
-    if place.settled.strip():
+    if settled.strip():
         return offered
     sorts = SORT_WORDS.items() if "SORT" in word.modifiers else ()
-    return (*sorts, *_connecting(word, place), *offered) if wanted.optional else (*sorts, *offered)
+    return (*sorts, *connecting, *offered) if wanted.optional else (*sorts, *offered)
 
 
-def _connecting(word: Word, place: CursorPlace) -> Candidates:
-    """The words that may stand between or after arguments, and do not yet."""
-    words = [(text, "") for text in word.links] if isinstance(word, Control) else []
-    words += [(argument.lead, argument.name) for argument in word.arguments if argument.lead]
-    if place.operand_ended or not word.required:
-        words += [row for modifier in sorted(word.modifiers) for row in MODIFIERS.get(modifier, {}).items()]
-    return [row for row in words if row[0] not in place.words]
+def _connecting(word: Word, operand_ended: bool) -> Iterator[tuple[str, str]]:
+    """The words that may stand between or after arguments."""
+    yield from ((text, "") for text in (word.links if isinstance(word, Control) else ()))
+    yield from ((argument.lead, argument.name) for argument in word.arguments if argument.lead)
+    if operand_ended or not word.required:
+        for modifier in sorted(word.modifiers):
+            yield from MODIFIERS.get(modifier, {}).items()
 
 
 def _argument(arguments: tuple[Argument, ...], index: int) -> Argument | None:

@@ -47,10 +47,10 @@ _NAME = re.compile(r"\s*\.\w+\s+([A-Za-z][\w.]*)")
 
 
 class Conversation:
-    """Somebody's lines into a session, and the program that is being typed, if one is. What is done is a talk, for
-    whoever drives; nothing that a user types raises an exception in it.
+    """The lines of one user, and the program that the user types, if any. Each method returns a dialogue for the actor;
+    nothing that a user types raises an exception in it.
 
-    `user_state`: of whoever types, where others hold the robot too (`Holder.submit` does talks there).
+    `user_state`: that of the user, where other users have the robot too (`Holder.submit` does dialogues with it).
     """
 
     def __init__(self, session: Session, user_state: UserState | None = None) -> None:
@@ -69,11 +69,11 @@ class Conversation:
         self.perform(self.lines(text))
 
     def perform(self, dialogue: Dialogue[None]) -> None:
-        """Drive a talk to its end at the terminal of the session. Whatever goes wrong is shown."""
+        """Drive a dialogue to its end at the terminal of the session. Errors are shown."""
         try:
             self.session.converse(dialogue)
         except BrokenPipeError:
-            raise  # whoever read us has gone
+            raise  # the reader of our output has gone
         except (Exception, KeyboardInterrupt) as error:
             self.session.terminal.show(self._told(error, ""))
 
@@ -99,14 +99,14 @@ class Conversation:
             what = f"{count(self._dropped, 'line')} of {refused} dropped: that program was refused"
             yield self._told(RequestRefused(what, ".END ends it"), "")
         if self._refused and self.user_state.attended and not more:
-            self.entry, self._refused = None, ""  # somebody is there, and knows that it was refused
+            self.entry, self._refused = None, ""  # the user knows that it was refused
 
     def load(self, path: str) -> Dialogue[None]:
         """The file named on the command line."""
         return self._guarded(load(self.session, Path(path)), "")
 
     def answer(self) -> Dialogue[None]:
-        """Put the questions that tasks have, which go on then."""
+        """Ask the questions of tasks, which go on then."""
         return self._guarded(self._answer(), "")
 
     def _answer(self) -> Dialogue[None]:
@@ -114,7 +114,7 @@ class Conversation:
         self.session.settle()
 
     def _guarded(self, dialogue: Dialogue[None], line: str) -> Dialogue[None]:
-        """Whatever goes wrong is said, and the next line may come."""
+        """Tell errors as replies, so that the next line may come."""
         try:
             yield from dialogue
         except BrokenPipeError:
@@ -123,7 +123,7 @@ class Conversation:
             yield self._told(error, line)
 
     def _told(self, error: BaseException, line: str) -> Reply:
-        """What is said of what went wrong with a line."""
+        """The reply for an error in a line."""
         if isinstance(error, VrsError):
             return refusal(error, line)
         if isinstance(error, KeyboardInterrupt):
@@ -175,7 +175,7 @@ class Conversation:
         self._refused = ""
 
     def _check_step(self, entry: ProgramEntry, line: str) -> None:
-        """Raises LineRefused for a line with a mistake that somebody types by itself: it is no step of the program."""
+        """Raises LineRefused for a line with a mistake that was typed by itself: it does not become a step."""
         mistake = mistake_in_entry(entry, line, self.session.environment.kinds())
         if mistake is not None:
             self._left_out += 1
@@ -205,7 +205,7 @@ class Conversation:
             self._check_may()
         except VrsError:
             if self.user_state.attended:
-                self.entry = entry  # the lease went to somebody else meanwhile, and may come back
+                self.entry = entry  # the lease went to another user meanwhile, and may come back
             raise
 
     def _check_may(self) -> None:
@@ -228,8 +228,8 @@ class Conversation:
             yield Message(f"Program {stored.name}: {steps}{ready}")
 
     def leave_entry(self, why: str = "") -> Dialogue[None]:
-        """Ctrl-C, or the end of the input: what was typed of a program is forgotten, and said to be. Somebody who is
-        there is asked first, if there is something to forget.
+        """Drop the program that is typed, and say so: at Ctrl-C, or at the end of the input. A user who is there is
+        asked first, if there is something to drop.
         """
         name, how = self._being_typed()
         if not name:
@@ -262,7 +262,7 @@ class Conversation:
     # --- from afar ---
 
     def act(self, act: UserAct[Any]) -> Dialogue[Any]:
-        """What is done that is no line. Raises UsageError for what no screen shows, VrsError."""
+        """Do what a user asks for without a line. Raises UsageError where no screen shows it, VrsError."""
         match act:
             case Attend():
                 yield from self.answer()
@@ -284,7 +284,7 @@ class Conversation:
         return self.user_state.on_screen
 
     def stop_program(self) -> Dialogue[None]:
-        """Ctrl-C on an empty line: the program of whoever types stops; its end is told when the arm stands."""
+        """Stop the user's program, at Ctrl-C on an empty line; its end is told when the arm stands."""
         track = self.session.tasks.get(ROBOT_PROGRAM)
         if track is None or not track.running:
             yield Message("Nothing to stop: EXIT leaves")
@@ -294,8 +294,8 @@ class Conversation:
             yield Message(f"{track.task.program} was started by somebody else: ABORT stops it")
 
     def interrupt(self, ticket: Ticket[Any]) -> None:
-        """Ctrl-C while the request of this ticket is waited for, from any thread: a program, or a line of the prompt,
-        comes to a stop of its own; all else is broken off.
+        """Interrupt the request of this ticket, at Ctrl-C, from any thread: a program, or a line of the prompt, comes
+        to a stop; all else is broken off.
         """
         if not self.session.interrupt(self.user_state):
             ticket.throw(KeyboardInterrupt())
@@ -329,7 +329,7 @@ class Conversation:
         return signature(text, program, at_prompt=not (steps or self.in_program))
 
     def status(self) -> PromptStatus:
-        """What the prompt and the toolbar show. For a desk of its own it is asked for as all else: `Holder.call`."""
+        """What the prompt and the toolbar show. Where other users have the robot too, ask for it by `Holder.call`."""
         session, engine = self.session, self.session.engine
         clock, now = engine.clock, engine.clock.reached
         position = engine.position(now)

@@ -1,4 +1,4 @@
-"""CLOCK: the clock that the robot follows, and what can be done to one on the wall."""
+"""CLOCK: show the clock that the robot follows; pause a clock of real time, let it go on, change its rate."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def clock(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def clock_report(station: Station) -> ClockReport:
-    """The clock as it is."""
+    """Tell the present clock."""
     time = station.engine.clock
     return ClockReport(time.now, time.rate if isinstance(time, WallClock) else None, time.paused)
 

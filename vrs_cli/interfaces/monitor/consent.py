@@ -1,4 +1,4 @@
-"""What is asked before something is lost: a program, a variable, a file."""
+"""Questions before something is lost: a program, a variable, a file."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vrs_cli.values.replies import Farewell, Message, Tone
 
 
 def agreed(station: Station, question: str) -> Dialogue[bool]:
-    """Whether something may be deleted: the user says so, or has said DISABLE INTERACTIVE. Otherwise that is told."""
+    """Ask whether something may be deleted; yes after DISABLE INTERACTIVE. Where it may not, the user is told."""
     answer = yield from confirmed(station, f"{question} Are you sure (Y/N)?")
     if answer is False:
         yield Message("Nothing is deleted")
@@ -24,7 +24,7 @@ def agreed(station: Station, question: str) -> Dialogue[bool]:
 
 
 def confirmed(station: Station, question: str) -> Dialogue[bool | None]:
-    """The answer; None where nobody gives one. After DISABLE INTERACTIVE yes, without a question."""
+    """Ask, and return the answer, None where there is none. After DISABLE INTERACTIVE yes, without a question."""
     if not station.robot.switch("INTERACTIVE"):
         return True
     answer = yield Confirmation(question)
@@ -32,8 +32,8 @@ def confirmed(station: Station, question: str) -> Dialogue[bool | None]:
 
 
 def leave(station: Station) -> Dialogue[None]:
-    """EXIT: Farewell, once the user knows what is not stored. At once where nobody is there, or
-    where the robot, with all that it has in memory, goes on for others.
+    """EXIT: say Farewell, once the user knows what is not stored; at once where no person is there, or where the robot
+    goes on for other users, with all that it has in memory.
     """
     if (
         station.user_state.attended
@@ -64,16 +64,17 @@ def listed(what: str, names: list[str]) -> str:
 
 
 def may_replace(station: Station, program: str) -> Dialogue[bool | None]:
-    """Whether a program of that name may be put in memory: none is there, or the user lets it go. None where nobody
-    says so."""
+    """Whether a program of that name may be put in memory: there is none, or the user agrees. None where nobody
+    answers."""
     if key_of(program) not in station.programs:
         return True
     return (yield from confirmed(station, f"Program {program} exists. Replace it (Y/N)?"))
 
 
 def may_write(station: Station, path: Path) -> Dialogue[None]:
-    """Raises FileExists where the user does not want a file overwritten, or nobody can be asked, FileError for the
-    journal of this session."""
+    """Ask before a file is overwritten. Raises FileExists where the user does not agree or nobody answers, FileError
+    for the journal of this session.
+    """
     journal = station.journal
     if journal is not None and path.exists() and journal.exists() and path.samefile(journal):
         raise FileError(f"{path} holds all of this session already, and is being written", "name another file")

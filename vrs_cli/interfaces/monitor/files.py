@@ -127,7 +127,7 @@ def _load_trajectory(station: Station, path: Path) -> Dialogue[None]:
 
 
 def _recording(station: Station, path: Path) -> Dialogue[Recording]:
-    """Read a trajectory file, with progress where somebody watches."""
+    """Read a trajectory file, and show the progress at the terminal."""
 
     def progress(share: float) -> None:
         station.terminal.progress(Reading(str(path), share))
@@ -241,19 +241,17 @@ def _cd(station: Station, it: Instruction) -> Dialogue[None]:
     if asked is None:
         station.change_folder(home)
     else:
-        path = _closed_path(station, word(asked)) if home.closed else station.folder.path(word(asked))
+        name, present = word(asked), station.folder.root
+        if not home.closed:
+            path = station.folder.path(name)
+        elif name.strip() == "..":  # not above the closed folder
+            path = present if present == home.root else present.parent
+        else:
+            path = home.root if name.strip() == "/" else station.folder.inside(name)
         if not path.is_dir():
-            raise FileError(f"{word(asked)} is no folder", "FDIRECTORY lists what there is")
+            raise FileError(f"{name} is no folder", "FDIRECTORY lists what there is")
         station.change_folder(structs.replace(home, root=Path(os.path.normpath(path))))
     yield from _pwd(station, it)
-
-
-def _closed_path(station: Station, name: str) -> Path:
-    """A folder below the present one; with `..` the one above, with `/` the closed folder itself."""
-    home, present = station.home.root, station.folder.root
-    if name.strip() == "..":
-        return present if present == home else present.parent
-    return home if name.strip() == "/" else station.folder.inside(name)
 
 
 def _pwd(station: Station, _it: Instruction) -> Dialogue[None]:

@@ -133,7 +133,8 @@ def _zero(station: Station, _it: Instruction) -> Dialogue[None]:
     station.environment.clear_variables()
     station.layout = Layout()
     station.last_program = None
-    station.tasks.forget_all()
+    for track in list(station.tasks):
+        station.tasks.forget(track.number)
 
 
 def _edit(station: Station, it: Instruction) -> Dialogue[None]:

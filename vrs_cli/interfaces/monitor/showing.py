@@ -1,4 +1,4 @@
-"""SHOW: the arm at a time, as points and lines in the world. Knows no terminal."""
+"""SHOW: the arm at a time, as points and lines in the world. This module knows no terminal."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ Lines = tuple[tuple[Vector, ...], ...]
 
 
 def pictured(arm: RobotArm, timeline: Timeline, t: float, stamped: bool = False) -> ArmPicture:
-    """The robot at time t [s], with the way that it has come and the one that it goes."""
+    """Picture the robot at time t [s], with its past and its planned way."""
     return Sight(arm).picture(timeline, t, stamped)
 
 
 class Sight:
-    """Pictures of one arm, one after the other: what stays is not found again."""
+    """Pictures of one arm, one after the other; it remembers what does not change between them."""
 
     def __init__(self, arm: RobotArm) -> None:
         self.arm, self._path = arm, ToolPath(arm, ERROR)
@@ -85,7 +85,7 @@ def _foot(T: Transform, p: Vector) -> Vector:
 
 
 def _seen(T: Transform, points: Sequence[Vector]) -> Iterator[Vector]:
-    """Points in another frame; of several that are one, the first."""
+    """Points in another frame; of consecutive points at one place only the first."""
     before: Vector | None = None
     for p in points:
         if before is None or dist(p, before) > SAME:

@@ -1,4 +1,6 @@
-"""What is: STATUS, signals, the time, the memory, help; and what is set: SPEED, signals, switches, parameters."""
+"""Commands that tell STATUS, signals, the time, the memory and help, and that set SPEED, signals, switches,
+parameters.
+"""
 
 from __future__ import annotations
 
@@ -146,7 +148,7 @@ def _help(_station: Station, it: Instruction) -> Iterable[Reply]:
 
 
 def _history(station: Station, it: Instruction) -> Iterable[Reply]:
-    """The lines that whoever asks has typed, without this one."""
+    """The lines that the user has typed, without this one."""
     typed = tuple(station.user_state.typed)[:-1]
     first = max(len(typed) - whole(real_or(station, it, 0, float(len(typed)))), 0)
     yield FileText(tuple(f"{number:5d}  {line}" for number, line in enumerate(typed, 1) if number > first))
@@ -159,7 +161,7 @@ def _speed(station: Station, it: Instruction) -> None:
 
 
 def _signal(station: Station, it: Instruction) -> None:
-    """As the instruction, and inputs too: at the prompt one stands at the cabinet."""
+    """SIGNAL, as the instruction; at the prompt it sets inputs too, as a user at the cabinet can."""
     signals = station.environment.signals
     numbers = [real(station, argument) for argument in it.arguments if argument is not None]
     for number in numbers:
@@ -175,7 +177,7 @@ _Tables = tuple[Mapping[str, Any], Mapping[str, Idle]]  # what there is, and wha
 def _table(
     title: str, tables: _Tables, value: Callable[[Settings, Any, str], str], station: Station, it: Instruction
 ) -> Dialogue[None]:
-    """SWITCH, PARAMETER: give one a value, or show those that are named, all when none is. Raises UsageError."""
+    """SWITCH, PARAMETER: give one a value, or show those that are named, or all. Raises UsageError."""
     if it.value is not None:
         yield from _set(tables[1], station, it)
         return
@@ -191,7 +193,7 @@ def _told(row: Switch | ParameterRow | Idle) -> str:
 
 
 def _set(idle: Mapping[str, Idle], station: Station, it: Instruction) -> Dialogue[None]:
-    """The same as in a program; what has no effect says so."""
+    """Set it as in a program, and tell where that has no effect."""
     yield from station.do(it)
     for argument in it.arguments:
         row = None if argument is None else idle_of(idle, word(argument))

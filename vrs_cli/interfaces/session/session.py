@@ -124,7 +124,13 @@ class Session(Station):
             )
         said, role = needed(statement)
         self.check_may(said, role)
-        yield from self._check(statement, read)
+        found = (*read.findings, *beyond_dialect(statement, self.dialect))
+        found += () if self.robot.switch("VPLUS") else tuple(beyond_val2(statement, at_prompt=True))
+        wrong = first_error(found)
+        if wrong is not None:
+            raise LineRefused(wrong)
+        if found:
+            yield DiagnosticsReport(tuple(Diagnosed(warning, read.line) for warning in found))
         if self.running or self.elsewhere:
             check_beside(statement, elsewhere=self.elsewhere)
         self._scheduled = self._schedules()
@@ -164,17 +170,6 @@ class Session(Station):
         if statement is None or isinstance(statement, ProgramHeader):
             return _Reading(line, statement, ())
         return _Reading(line, statement, check_line(statement, self.environment.kinds()))
-
-    def _check(self, statement: Statement, read: _Reading) -> Iterator[Reply]:
-        """Raises LineRefused for the first error; warnings are answered."""
-        found = read.findings
-        found += tuple(beyond_dialect(statement, self.dialect))
-        found += () if self.robot.switch("VPLUS") else tuple(beyond_val2(statement, at_prompt=True))
-        wrong = first_error(found)
-        if wrong is not None:
-            raise LineRefused(wrong)
-        if found:
-            yield DiagnosticsReport(tuple(Diagnosed(warning, read.line) for warning in found))
 
     def carry_out(self, statement: Statement) -> Dialogue[None]:
         """Do a monitor command by its handler, everything else as DO."""

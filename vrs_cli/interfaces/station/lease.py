@@ -29,7 +29,7 @@ class Requested(Spoken, frozen=True):
 
 
 class Lost(Spoken, frozen=True):
-    """`by` has taken the lease `of` somebody whose heartbeat did not come; that one is told."""
+    """`by` has taken the lease `of` a user whose heartbeat did not come; that user is told."""
 
     of: str
     by: str
@@ -53,16 +53,16 @@ class RobotLease(Struct, frozen=True):
         return bool(who) and who == self.holder
 
     def expired(self, now: float) -> bool:
-        """Whether another may take it."""
+        """Whether another user may take it."""
         return not self.holder or now > self.until
 
     def check(self, who: str) -> None:
-        """Raises LeaseHeld for somebody who does not drive."""
+        """Raises LeaseHeld for a user who does not drive."""
         if not self.drives(who):
             raise LeaseHeld(self._held(), "ask for the lease; in the shell: /ask")
 
     def acquire(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
-        """Drive, where nobody does or the time of who does has passed. Raises LeaseHeld."""
+        """Take the lease where nobody drives, or the time of its holder has passed. Raises LeaseHeld."""
         if self.drives(who):
             return self.beat(who, now), ()
         if not self.expired(now):
@@ -71,7 +71,7 @@ class RobotLease(Struct, frozen=True):
         return self._given(who, now), (*lost, Granted(who))
 
     def ask(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
-        """Say that one would like to drive: at once, where that is possible, otherwise the holder is told once."""
+        """Ask for the lease: take it at once, where that is possible, otherwise the holder is told once."""
         if self.expired(now) or self.drives(who):
             return self.acquire(who, now)
         if who in self.asking:
@@ -79,19 +79,19 @@ class RobotLease(Struct, frozen=True):
         return replace(self, asking=(*self.asking, who)), (Requested(self.holder, who),)
 
     def give(self, who: str, to: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
-        """The holder lets another drive, or nobody (`to` is empty). Raises LeaseHeld for somebody else."""
+        """Give the lease to another user, or to nobody (`to` is empty). Raises LeaseHeld where `who` does not drive."""
         self.check(who)
         if not to:
             return replace(self, holder="", until=now), ()
         return self._given(to, now), (Granted(to),)
 
     def beat(self, who: str, now: float) -> RobotLease:
-        """The holder is still there. Raises LeaseHeld for somebody else, as for who has lost it."""
+        """Prolong the lease: its holder is still there. Raises LeaseHeld where `who` does not drive, or has lost it."""
         self.check(who)
         return replace(self, until=max(now + self.length, self.until))
 
     def leave(self, who: str, now: float) -> tuple[RobotLease, tuple[Notice, ...]]:
-        """Somebody has gone: a holder gives the lease to who asked first."""
+        """Note that a user has gone: a holder gives the lease to the user who asked first."""
         asking = tuple(one for one in self.asking if one != who)
         left = replace(self, asking=asking)
         return left.give(who, asking[0] if asking else "", now) if self.drives(who) else (left, ())

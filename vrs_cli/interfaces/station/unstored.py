@@ -1,4 +1,4 @@
-"""What no file holds: programs and variables that were typed or changed since they were loaded or stored."""
+"""Programs and variables that no file holds: they were typed or changed since they were loaded or stored."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ def _nothing() -> None:
 
 
 def _kept(program: Program) -> Callable[[], Program | None]:
-    """Return what gives a program as a file has it; nothing for a long one that memory has otherwise by now."""
+    """Return a function that returns a program as a file has it; None for a long one that has been replaced."""
     return ref(program) if len(program.steps) > MAX_COMPARED_STEPS else lambda: program
 
 
 class Unstored:
-    """Compares what is in memory with what files have of it. What programs compute is theirs to compute again: it does
-    not count, unless somebody has changed it before.
+    """Compares the memory with what files have of it. Variables that programs change do not count, unless a user has
+    changed them before: the programs can compute them again.
 
-    Variables are looked at when they have changed, and only where the changes are asked for (`watch`).
+    Variables are compared when they have changed, and only after `watch`.
     """
 
     def __init__(self, environment: Environment) -> None:
@@ -72,7 +72,7 @@ class Unstored:
         return bool(self._news or self._changed)
 
     def news(self) -> set[Item]:
-        """The variables that have changed since this was asked for, also those that were deleted."""
+        """The variables that have changed since the last call, also those that were deleted."""
         self._look()
         news, self._news = self._news, set()
         return news
@@ -90,7 +90,7 @@ class Unstored:
         self._changed.clear()
 
     def _differs(self, key: str, stored: StoredProgram) -> bool:
-        """Whether a program is in memory otherwise than in a file."""
+        """Whether a program differs from that of a file."""
         if stored in self._different:
             return True
         of_file, now = self._programs.get(key, _nothing)(), stored.program
@@ -103,7 +103,7 @@ class Unstored:
     # --- what is noted ---
 
     def programs_stored(self, programs: Iterable[Program]) -> None:
-        """A file has these programs."""
+        """Note that a file has these programs."""
         there = self._environment.programs
         for program in programs:
             self._programs[program.key] = _kept(program)
@@ -116,7 +116,7 @@ class Unstored:
         self._programs = {key: of_file for key, of_file in self._programs.items() if key in there}
 
     def values_loaded(self, values: Mapping[Item, Value]) -> None:
-        """These variables have got these values from a file."""
+        """Note that these variables have got these values from a file."""
         noted = self._changed.intersection(values)
         self._version += bool(noted)
         self._news |= noted
@@ -125,24 +125,24 @@ class Unstored:
         self._values |= values
 
     def values_stored(self, values: Mapping[Item, Value]) -> None:
-        """A file has these variables with these values."""
+        """Note that a file has these variables with these values."""
         self._changed.update(item for item, value in values.items() if self._values.get(item) != value)
         self._changed |= self._items & values.keys()
         self._values |= values
 
     @property
     def of_program(self) -> bool:
-        """Whether what changes now is changed by a program."""
+        """Whether a program makes the present changes."""
         return self._before is not None
 
     def begin_run(self) -> None:
-        """A program runs: what it changes needs no storing, where it did not before."""
+        """Note that a program runs: what it changes needs no storing, unless it did before."""
         self._look()
         self._environment.note_changes(None)
         self._before = self._environment.values()
 
     def end_run(self) -> None:
-        """It has stopped, or somebody else changes something."""
+        """Note that the program has stopped, or that a user changes something beside it."""
         if self._before is None:
             return
         before, after, self._before = self._before, self._environment.values(), None

@@ -1,4 +1,4 @@
-"""What belongs to one who types: a robot has many desks, and one set of programs."""
+"""The state of one user of a robot: a robot has many users, and one set of programs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ R = TypeVar("R")
 
 
 class LineEditor(Protocol):
-    """An editor that is open: lines go to it, and it puts a program in memory."""
+    """An open editor, which takes lines and puts a program in memory."""
 
     @property
     def name(self) -> str: ...
@@ -29,14 +29,14 @@ class LineEditor(Protocol):
     def done(self) -> bool: ...
     @property
     def changed(self) -> bool:
-        """Whether something would be lost if it were left now."""
+        """Whether leaving it now would lose something."""
 
     @property
     def text(self) -> str:
         """The program as a file would hold it."""
 
     def take(self, line: str) -> Dialogue[tuple[Reply, ...]]:
-        """Do what a line says. Raises LineRefused, VrsError."""
+        """Carry out a line. Raises LineRefused, VrsError."""
 
     def mistake(self, line: str) -> Diagnostic | None:
         """What is wrong with a line that is not sent yet."""
@@ -47,18 +47,17 @@ MOST_TYPED = 1000  # lines that HISTORY knows
 
 @dataclass(eq=False)
 class UserState:
-    """`name` and `role` are those of who is at it. `attended`: a person is there, who can be asked. `lives`: whoever
-    types goes on while a program runs, and nobody waits for its end.
+    """`attended`: a person is there, who can be asked. `lives`: the user types on while a program runs, and does not
+    wait for its end.
 
-    `times`: how its times are those of the robot; `issued`: when the present line was given, as who is at it says, by
-    the robot's clock [s].
+    `times`: how the times of the user's clock are those of the robot; `issued`: when the present line was given, by the
+    robot's clock, as the user says [s].
 
-    `editor`: EDIT is open, and lines go to it; `last_edited` is its program, or that of the one before. `on_screen`:
+    `editor`: EDIT is open, and lines go to it; `last_edited` is its program, or that of the editor before. `on_screen`:
     the program of SEE, the arm of JOG, the recording of REPLAY, while it fills the screen. `drafted`: that program
-    while it is changed and not stored, as a file would hold it. `last_statement` is what a bare DO repeats,
-    `typed` are the lines so far,
-    `command_files` are those that are carried out, the innermost last. `interrupted`, by Ctrl-C or ABORT: what was to
-    come after the present line does not. `left`: whoever was at it has gone, and a program that was waited for goes on.
+    while it is changed and not stored, as a file would hold it. `last_statement` is what a bare DO repeats, `typed` are
+    the lines so far, `command_files` those that are carried out, the innermost last. `interrupted`, by Ctrl-C or ABORT:
+    the lines after the present one are dropped. `left`: the user has gone, and a program that was waited for goes on.
     """
 
     name: str = ""
@@ -78,7 +77,7 @@ class UserState:
     left: bool = False
 
     def show(self, it: object, question: OnScreen) -> Dialogue[bool]:
-        """Let something fill the screen until the user leaves it. Whether there is a screen for it."""
+        """Let something fill the screen until the user leaves it; False where the user has no such screen."""
         self.on_screen = it
         try:
             return (yield question) is not None
@@ -86,7 +85,7 @@ class UserState:
             self.on_screen = None
 
     def given(self, issued: float | None, dialogue: Dialogue[R]) -> Dialogue[R]:
-        """A talk about what was given at that time, by the robot's clock [s]."""
+        """A dialogue for a line that was given at that time, by the robot's clock [s]."""
         self.issued = issued
         try:
             return (yield from dialogue)

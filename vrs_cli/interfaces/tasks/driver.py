@@ -29,20 +29,24 @@ from vrs_cli.interfaces.tasks.limits import ATTENDED, GO_ON, Advice, Limits, Spe
 from vrs_cli.interfaces.tasks.performing import ACTS, Performer, TypedLines
 from vrs_cli.interfaces.tasks.readings import SystemReadings
 from vrs_cli.interfaces.tasks.tasks import (
+    ONWARD,
     PROMPT_LINE,
     ROBOT_PROGRAM,
     Aborted,
     Debugging,
+    Onward,
     Pending,
     PendingInput,
+    Stopped,
     Tasks,
     Track,
 )
 from vrs_cli.language.run.effects import Budget, Event, Failed
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.robot import RobotReadings
-from vrs_cli.language.run.runtime import BUDGET, Task
+from vrs_cli.language.run.runtime import BUDGET
 from vrs_cli.language.run.signals import NO_CELL, NO_INPUTS, Cell, Inputs, LivingCell
+from vrs_cli.language.words.values import key_of
 from vrs_cli.values.replies import Message, Tone
 from vrs_cli.values.results import RunOutcome, RunResult
 
@@ -525,7 +529,7 @@ class Driver:
         answer, track.answer = track.answer, None
         looked_at = track.stepping is not None or self.debugging.breakpoints or self.debugging.watches
         if (looked_at or self.engine.settings.switch("TRACE")) and not track.at_prompt:  # each step, before it is done
-            return self._asked_again(track, self.debugging.step(track.task, answer, track.stepping, self._trace))
+            return self._asked_again(track, self._step_by_step(track, answer))
         return self._asked_again(track, track.task.resume(answer, budget))
 
     def _thrown(self, track: Track, error: VrsError) -> Pending:
@@ -549,6 +553,21 @@ class Driver:
             track.instant, track.before = self.engine.now, track.task.steps_done
         return BUDGET - (track.task.steps_done - track.before)
 
-    def _trace(self, task: Task) -> None:
-        if self.engine.settings.switch("TRACE"):
-            self.terminal.type(f"{task.program} {task.step}: {task.source}", newline=True)
+    def _step_by_step(self, track: Track, answer: str | None) -> Event | Stopped | Onward:
+        """Do the present step of a task: what it asks for, or whether the program stops before the next step."""
+        task, stepping = track.task, track.stepping
+        if task.between:
+            if self.engine.settings.switch("TRACE"):
+                self.terminal.type(f"{task.program} {task.step}: {task.source}", newline=True)
+            if stepping is not None and not stepping.begun:
+                stepping.begun, stepping.depth = True, len(task.stack)
+        event = task.resume(answer, 1)
+        if not isinstance(event, Budget):
+            return event
+        changes = [change for watch in self.debugging.watches if (change := watch.changed())]
+        if changes:
+            return Stopped("WATCHED", "; ".join(changes))
+        if stepping is not None:
+            done = stepping.begun and not (stepping.over and len(task.stack) > stepping.depth)
+            return Stopped("STEPPED") if done else ONWARD
+        return Stopped("BREAKPOINT") if (key_of(task.program), task.step) in self.debugging.breakpoints else ONWARD

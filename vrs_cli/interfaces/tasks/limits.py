@@ -1,4 +1,4 @@
-"""When a run of a program is stopped that does not stop by itself."""
+"""Limits of a run: when a program that does not stop by itself is stopped."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ class Limits(Struct, frozen=True, kw_only=True):
 
 
 ATTENDED = Limits(max_time=86_400.0, max_steps=None, max_output=100_000_000, max_disk=1_000_000_000)
-"""Of one's own programs, where somebody can stop them: at a prompt, and in real time."""
+"""For a user's own programs, where the user can stop them: at a prompt, and in real time."""
 
 OWN = structs.replace(ATTENDED, max_steps=100_000_000)
-"""Of one's own program where nobody can stop it."""
+"""For a user's own program where nobody can stop it."""
 
 
 class Spent(Struct):

@@ -18,7 +18,6 @@ from vrs_cli.interfaces.tasks.holder_times import THE_ROBOTS, HolderTimes
 from vrs_cli.language.run.effects import (
     LAST_TASK,
     AttachRobot,
-    Budget,
     Event,
     Prompt,
     TaskState,
@@ -26,7 +25,6 @@ from vrs_cli.language.run.effects import (
     WaitEvent,
 )
 from vrs_cli.language.run.units import AwaitLine, ReadRecord, UnitEffect
-from vrs_cli.language.words.values import key_of
 from vrs_cli.values.commands import Request
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.questions import LineWanted
@@ -179,30 +177,10 @@ class Watch(Struct):
 
 
 class Debugging(Struct):
-    """Where programs stop: `breakpoints` are program keys and steps (from 1)."""
+    """Where programs stop: before steps (`breakpoints` are program keys and steps from 1), and when a value changes."""
 
     breakpoints: set[tuple[str, int]] = field(default_factory=set)
     watches: list[Watch] = field(default_factory=list)
-
-    def step(
-        self, task: Task, answer: str | None, stepping: Stepping | None, trace: Callable[[Task], None]
-    ) -> Event | Stopped | Onward:
-        """Do the present step: what it asks for, or whether the program stops before the next one. `trace` is told of
-        each step."""
-        if task.between:
-            trace(task)
-            if stepping is not None and not stepping.begun:
-                stepping.begun, stepping.depth = True, len(task.stack)
-        event = task.resume(answer, 1)
-        if not isinstance(event, Budget):
-            return event
-        changes = [change for watch in self.watches if (change := watch.changed())]
-        if changes:
-            return Stopped("WATCHED", "; ".join(changes))
-        if stepping is not None:
-            done = stepping.begun and not (stepping.over and len(task.stack) > stepping.depth)
-            return Stopped("STEPPED") if done else ONWARD
-        return Stopped("BREAKPOINT") if (key_of(task.program), task.step) in self.breakpoints else ONWARD
 
 
 # --- all tasks of a robot -------------------------------------------------------------------------------------------
@@ -351,10 +329,6 @@ class Tasks:
         track = self._tracks.pop(number, None)
         if track is not None and not track.running:
             track.task.close()
-
-    def forget_all(self) -> None:
-        for number in list(self._tracks):
-            self.forget(number)
 
     # --- the robot ---
 
