@@ -1,9 +1,9 @@
-"""What an arm did for a while, as a program that leads the tool along the same way.
+"""Make a program of what an arm did for a while: it leads the tool along the same way.
 
-The way is taken apart into joint-interpolated motions between precision points: as few as the tolerance allows, by how
-far the tool is from it and how it is turned there (Douglas and Peucker, "Algorithms for the reduction of the number of
-points required to represent a digitized line", 1973). The program rounds its corners, within the tolerance too. Before
-it is given it is carried out, in virtual time, and compared; where it misses the tolerance, it is made anew, finer.
+The way is divided into joint-interpolated motions between precision points: as few as the tolerance allows for the
+place and the orientation of the tool (Douglas and Peucker, "Algorithms for the reduction of the number of points
+required to represent a digitized line", 1973). The program rounds its corners, within the tolerance too. The program is
+carried out in virtual time and compared first; where it misses the tolerance, it is made anew, finer.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ Way = tuple[Joints, ...]  # where the joints were, one after the other
 
 
 def way_of(arm: RobotArm, timeline: Timeline, begin: float, end: float, tolerance: Tolerance) -> Way:
-    """From `begin` to `end` [s]; of what is next to each other, by the tolerance, one will do."""
+    """The way from `begin` to `end` [s]; of neighbouring points within the tolerance only one."""
     count, least = max(ceil((end - begin) / STEP), 1), tolerance.times(NEXT)
     found = [position_at(arm, timeline, begin + (end - begin) * k / count) for k in range(count + 1)]
     kept = [found[0]]
@@ -63,7 +63,7 @@ def way_of(arm: RobotArm, timeline: Timeline, begin: float, end: float, toleranc
 def recorded_program(
     arm: RobotArm, timeline: Timeline, begin: float, end: float, name: str, tolerance: Tolerance
 ) -> str:
-    """The text of a program that leads the tool along the way of that time [s].
+    """Return the text of a program that leads the tool along the way of that time [s].
 
     Raises UsageError where the arm stood.
     """
@@ -132,7 +132,7 @@ def _miss(a: Transform, b: Transform, tolerance: Tolerance) -> float:
 
 
 def _as_written(arm: RobotArm, q: Joints) -> Joints:
-    """As a program has them, in few decimals, inside the ranges."""
+    """Round joints to the decimals of a program, inside the ranges."""
     units, model = arm.model.units, arm.model
     rounded = units.read(tuple(round(x, DECIMALS) for x in units.shown(q)))
     return put_inside(rounded, model.lower, model.upper)
@@ -151,20 +151,16 @@ def _lines(arm: RobotArm, name: str, joints: Sequence[Joints], rounding: float) 
 def _kept(
     arm: RobotArm, T_flange_tool: Transform, way: Way, joints: Sequence[Joints], rounding: float, tolerance: Tolerance
 ) -> bool:
-    """Whether the program leads the tool along the way, nowhere else, and past all of it."""
-    done = _carried_out(arm, joints, rounding, tolerance)
-    tools = [compose(arm.forward(q), T_flange_tool) for q in done]
-    seen = [compose(arm.forward(q), T_flange_tool) for q in way]
-    return all(_covered(some, others, tolerance) for some, others in ((tools, seen), (seen, tools)))
-
-
-def _carried_out(arm: RobotArm, joints: Sequence[Joints], rounding: float, tolerance: Tolerance) -> Way:
+    """Carry out the program; whether it leads the tool along all of the way, and nowhere else."""
     engine = Engine(arm.model, start=joints[0])
     engine.perform(SetParameter("ROUNDING", 1000.0 * rounding), program=True)
     for q in joints[1:]:
         engine.perform(Move(JointTarget(q), straight=False), program=True)
     engine.perform(Break(), program=True)
-    return way_of(engine.arm, engine.timeline, 0.0, engine.end, tolerance)
+    done = way_of(engine.arm, engine.timeline, 0.0, engine.end, tolerance)
+    tools = [compose(arm.forward(q), T_flange_tool) for q in done]
+    seen = [compose(arm.forward(q), T_flange_tool) for q in way]
+    return all(_covered(some, others, tolerance) for some, others in ((tools, seen), (seen, tools)))
 
 
 def _covered(some: Sequence[Transform], others: Sequence[Transform], tolerance: Tolerance) -> bool:
@@ -180,7 +176,9 @@ def _covered(some: Sequence[Transform], others: Sequence[Transform], tolerance: 
 
 
 def _unlike(a: Transform, b: Transform, weight: float) -> float:
-    """The squared distance, and weighted that of the axes: in order as `_miss` where that is small, and quicker."""
+    """The squared distance, and weighted that of the axes: it orders as `_miss` does where that is small, and is
+    quicker.
+    """
     squares = [(x - y) * (x - y) for x, y in zip(a, b, strict=True)]
     away = squares[3] + squares[7] + squares[11]
     return away + 0.5 * weight * (sum(squares) - away)

@@ -1,8 +1,8 @@
-"""A stream of targets for a robot: joints or tool poses, each the latest word on where it is to be.
+"""A stream of targets for a robot: joints or tool poses, of which the latest counts.
 
 A target may have a time. In virtual time a stream of an hour takes a minute. In real time a target that comes early
-waits for its time on the clock, and one that comes late is followed from the present instant: its time still says how
-fast the targets move, and never what has happened.
+waits for its time on the clock, and a late one is followed from the present instant: its time still says how fast the
+targets move, but does not change the past.
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ SHORTEST, LONGEST = 0.001, 0.5  # [s] between targets of a stream: a longer time
 
 
 class TrackingError(Struct):
-    """How far the robot was from each target when that came: the farthest joint of a kind [rad, m], or in time [s]."""
+    """The distance of the robot from each target when that came: of the farthest joint of a kind [rad, m], or in time
+    [s].
+    """
 
     targets: int = 0
     squares: float = 0.0
@@ -38,8 +40,8 @@ class TrackingError(Struct):
 
 
 class Following(Struct):
-    """How well it goes: targets taken, those held at the end of a joint's range, how late they came [s], and the errors
-    of the joints that turn and of those that slide.
+    """How well the robot follows: targets taken, those held at the end of a joint's range, how late they came [s], and
+    the errors of the joints that turn and of those that slide.
     """
 
     targets: int = 0
@@ -58,7 +60,7 @@ class Following(Struct):
 
 
 class Steering:
-    """Feeds targets to an engine. Where joints are to be, and how fast that changes, follows from two targets."""
+    """Feeds targets to an engine, which follows the line through the last two of them."""
 
     def __init__(self, engine: Engine, *, speed: float = 1.0) -> None:
         self.engine, self.speed = engine, speed
@@ -66,43 +68,37 @@ class Steering:
         self._last: tuple[float, Joints] | None = None
 
     def to(self, target: Joints | Transform, t: float | None = None) -> None:
-        """Be there at time t [s], or now. A target outside the range of a joint is taken at its end.
+        """Go to a target at time t [s], or now. A target outside the range of a joint is taken at its end.
 
         Raises LocationOutOfRange and others for a pose that no configuration reaches; the robot follows the target
         before then until it stands.
         """
         engine = self.engine
         now = self._wait_for(t)
-        asked = engine.joints_for(target, self._near()) if isinstance(target, Transform) else target
-        goal = self._inside(asked)
+        where, model = engine.position().joints, engine.model
+        near = where if self._last is None else self._last[1]
+        asked = engine.joints_for(target, near) if isinstance(target, Transform) else target
+        goal = put_inside(asked, model.lower, model.upper)
         stamp = now if t is None else t
-        where = engine.position().joints
-        self.following.count(where, goal, engine.model.units, held=goal != asked, lag=max(now - stamp, 0.0))
+        self.following.count(where, goal, model.units, held=goal != asked, lag=max(now - stamp, 0.0))
         self._go(goal, stamp)
         self._last = stamp, goal
 
     def _wait_for(self, t: float | None) -> float:
-        """Until a time, which may have passed already; the present instant [s], never an earlier one."""
+        """Wait until a time, which may have passed already. Return the present instant [s]."""
         clock = self.engine.clock
         clock.advance(clock.reached if t is None else max(t, clock.reached))
         return clock.now
 
     def finish(self) -> None:
-        """No more targets: come to rest at the last one."""
+        """Come to rest at the last target: no more targets come."""
         self._wait_for(None)
         if self._last is not None:
             self.engine.redirect(self._last[1], speed=self.speed, text=f"{STEER} ends")
             self._last = None
 
-    def _near(self) -> Joints:
-        return self.engine.position().joints if self._last is None else self._last[1]
-
-    def _inside(self, joints: Joints) -> Joints:
-        model = self.engine.model
-        return put_inside(joints, model.lower, model.upper)
-
     def _go(self, goal: Joints, stamp: float) -> None:
-        """Chase a target that moves; go to the first one, and to one after a gap, which are not known to."""
+        """Chase a target that moves; go to the first one, and to one after a gap, whose motion is not known."""
         last = self._last
         since = stamp - last[0] if last is not None else 0.0
         if last is None or not 0.0 < since <= LONGEST:

@@ -33,7 +33,6 @@ from vrs_cli.interfaces.station.operands import Handler, operand, real, real_or,
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.run.effects import PROCESS_CONTROL
 from vrs_cli.language.run.semantics.motions import MODE_WORDS
-from vrs_cli.language.run.signals import Signals
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.language.words.values import plain, whole
@@ -109,13 +108,11 @@ def _io(station: Station, it: Instruction) -> Iterable[Reply]:
     if number is not None and number not in BANKS:
         raise IllegalValue(f"IO {number}", "0 inputs, 1 outputs, 2 internal signals")
     chosen = BANKS.values() if number is None else (BANKS[number],)
-    signals = station.environment.signals
-    yield SignalTable(tuple(_bank(signals, title, bank) for title, bank in chosen))
-
-
-def _bank(signals: Signals, title: str, bank: range) -> SignalBank:
-    names = {number: name for number, name in sorted(signals.names.items()) if number in bank}
-    return SignalBank(title, bank[0], signals.state(bank), names)
+    signals, rows = station.environment.signals, list[SignalBank]()
+    for title, bank in chosen:
+        names = {number: name for number, name in sorted(signals.names.items()) if number in bank}
+        rows.append(SignalBank(title, bank[0], signals.state(bank), names))
+    yield SignalTable(tuple(rows))
 
 
 def _id(station: Station, _it: Instruction) -> Iterable[Reply]:
