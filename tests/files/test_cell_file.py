@@ -99,7 +99,7 @@ def test_signals_are_shown_by_their_names() -> None:
     assert "3  feeder.go       on" in shown
     assert "4  camera.trigger  off" in shown
     made.perform("WATCH SIG(1003)")
-    assert made.debugging.watches[0].text == "SIG(1003) (1003 is part.there)"
+    assert made.tasks.watches[0].text == "SIG(1003) (1003 is part.there)"
 
 
 def test_what_the_cell_fills_has_a_value() -> None:

@@ -147,7 +147,7 @@ def _step(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def _bpt(station: Station, it: Instruction) -> Dialogue[None]:
-    debugging, asked, step = station.debugging, operand(it, 0), whole(real_or(station, it, 1, 0.0))
+    breakpoints, asked, step = station.tasks.breakpoints, operand(it, 0), whole(real_or(station, it, 1, 0.0))
     if asked is not None:
         stored = station.environment.program(word(asked))
         key, last = stored.program.key, len(stored.program.steps)
@@ -158,18 +158,18 @@ def _bpt(station: Station, it: Instruction) -> Dialogue[None]:
             found = station.environment.executable(stored).compiled.stand(step - 1)
             if found is None:
                 raise IllegalValue(f"step {step}", f"nothing is done there or after it in {stored.name}")
-            debugging.breakpoints.add((key, found + 1))  # the first step behind it at which something is done
+            breakpoints.add((key, found + 1))  # the first step behind it at which something is done
         else:
-            gone = {point for point in debugging.breakpoints if point[0] == key and step in (0, -point[1])}
-            debugging.breakpoints -= gone
-    for key, number in sorted(debugging.breakpoints):
+            gone = {point for point in breakpoints if point[0] == key and step in (0, -point[1])}
+            breakpoints -= gone
+    for key, number in sorted(breakpoints):
         yield Message(f"Breakpoint before step {number} of {key}")
-    if not debugging.breakpoints:
+    if not breakpoints:
         yield Message("No breakpoints")
 
 
 def _watch(station: Station, it: Instruction) -> Dialogue[None]:
-    watches, expression = station.debugging.watches, operand(it, 0)
+    watches, expression = station.tasks.watches, operand(it, 0)
     if expression is None:
         watches.clear()
         yield Message("Nothing is watched")

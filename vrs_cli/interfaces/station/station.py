@@ -130,7 +130,7 @@ class Station:
         self.limits, self.folder = limits, folder
         self.driver = Driver(self.engine, terminal, self.environment, self.robot, folder, outside, advice)
         self.actor = Actor(self.driver)
-        self.tasks, self.debugging = self.driver.tasks, self.driver.debugging
+        self.tasks = self.driver.tasks
         self.tasks.told = self._tell
         self._closing = finalize(self, self.driver.devices.close_all)
         self.engine.postponed.append(self._postponed)
@@ -431,7 +431,7 @@ class Station:
             return False
         (user_state or self.user_state).interrupted = True
         self.driver.interrupt()
-        return not self.driver.asks
+        return not self.driver.asking
 
     def abort(self) -> None:
         """Stop the program, and a line of the prompt; brake now and drop what is scheduled."""

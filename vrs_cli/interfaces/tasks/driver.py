@@ -27,13 +27,11 @@ from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.endless import UNTIMED, endless, in_vain
 from vrs_cli.interfaces.tasks.limits import ATTENDED, GO_ON, Advice, Limits, Spent, at_prompt
 from vrs_cli.interfaces.tasks.performing import ACTS, Performer, TypedLines
-from vrs_cli.interfaces.tasks.readings import SystemReadings
 from vrs_cli.interfaces.tasks.tasks import (
     ONWARD,
     PROMPT_LINE,
     ROBOT_PROGRAM,
     Aborted,
-    Debugging,
     Onward,
     Pending,
     PendingInput,
@@ -85,8 +83,8 @@ class Driver:
     `begin` says which task is waited for, `step` lets the next thing happen, `peek` tells when that is. `run` waits
     until a task has stopped; `settle` does what is due. `answers` tells whether the user who is served now gets a
     task's questions. `then` returns what comes after a task when its user waits no longer, None where the task is to
-    stop at once. `lags` tells whether the users who see what programs TYPE are behind. `asks`: a user has a question of
-    a task before them.
+    stop at once. `lags` tells whether the users who see what programs TYPE are behind. `asking`: the
+    numbers of the questions that users have before them.
     """
 
     def __init__(
@@ -104,7 +102,6 @@ class Driver:
         self.cell = NO_CELL
         self._living = LivingCell(NO_CELL)
         self._advice = advice
-        self.debugging = Debugging()
         self._transcript = TypedLines(engine, terminal, advice)
         self._written = Spent("max_disk", "write", advice)
         self.disk = Disk(folder, self._written.add, self._check_held)
@@ -120,13 +117,12 @@ class Driver:
         self._interrupted = False
         self._ended_by: LimitReached | None = None
         self._runs: list[_Run] = []  # the program, and a line of the prompt that is carried out beside it
-        self._put: set[int] = set()  # numbers of the questions that users have before them
-        self.asks = False
+        self.asking: set[int] = set()
         self.answers: Callable[[Track], bool] = lambda track: track.driven_by in (None, self.tasks.who)
         self.then: Callable[[Track], Callable[[RunResult], None] | None] = lambda _track: None
         self.lags: Callable[[], bool] = lambda: False
         environment.signals.listeners.append(self._follow)
-        environment.system = SystemReadings(engine, environment, self.tasks, self.devices)
+        environment.system = self.tasks
 
     @property
     def waited(self) -> Track | None:
@@ -306,8 +302,7 @@ class Driver:
         self._performer.asked = False
         while waiting := self.unasked():
             track, asked = waiting[0]
-            self._put.add(asked.number)
-            self.asks = True
+            self.asking.add(asked.number)
             try:
                 answer = yield asked.question
                 self.answer(asked.number, answer if isinstance(answer, str) else None)
@@ -318,17 +313,16 @@ class Driver:
             except KeyboardInterrupt:
                 self.abort(track.number)
             finally:
-                self._put.discard(asked.number)
-                self.asks = bool(self._put)
+                self.asking.discard(asked.number)
 
     def unasked(self) -> list[tuple[Track, PendingInput]]:
         """The questions for the user who is served now that no user has before them."""
-        return [one for one in self.questions() if one[1].number not in self._put and self.answers(one[0])]
+        return [one for one in self.questions() if one[1].number not in self.asking and self.answers(one[0])]
 
     @property
     def withdrawn(self) -> bool:
         """Whether a user has a question before them whose task no longer waits for the answer."""
-        return not self._put <= {asked.number for _, asked in self.questions()}
+        return not self.asking <= {asked.number for _, asked in self.questions()}
 
     # --- limits ---
 
@@ -527,7 +521,7 @@ class Driver:
             return Budget()
         track.asked = self.engine.now
         answer, track.answer = track.answer, None
-        looked_at = track.stepping is not None or self.debugging.breakpoints or self.debugging.watches
+        looked_at = track.stepping is not None or self.tasks.breakpoints or self.tasks.watches
         if (looked_at or self.engine.settings.switch("TRACE")) and not track.at_prompt:  # each step, before it is done
             return self._asked_again(track, self._step_by_step(track, answer))
         return self._asked_again(track, track.task.resume(answer, budget))
@@ -564,10 +558,10 @@ class Driver:
         event = task.resume(answer, 1)
         if not isinstance(event, Budget):
             return event
-        changes = [change for watch in self.debugging.watches if (change := watch.changed())]
+        changes = [change for watch in self.tasks.watches if (change := watch.changed())]
         if changes:
             return Stopped("WATCHED", "; ".join(changes))
         if stepping is not None:
             done = stepping.begun and not (stepping.over and len(task.stack) > stepping.depth)
             return Stopped("STEPPED") if done else ONWARD
-        return Stopped("BREAKPOINT") if (key_of(task.program), task.step) in self.debugging.breakpoints else ONWARD
+        return Stopped("BREAKPOINT") if (key_of(task.program), task.step) in self.tasks.breakpoints else ONWARD

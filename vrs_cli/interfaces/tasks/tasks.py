@@ -6,15 +6,18 @@ robot belongs to one task at a time: to task 0 when it starts, or to the one tha
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 from msgspec import Struct, field
 
-from vrs_cli.errors import RobotNotAttached, TaskActive, TaskNotActive, VrsError
+from vrs_cli.errors import IllegalValue, RobotNotAttached, TaskActive, TaskNotActive, VrsError
 from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.holder_times import THE_ROBOTS, HolderTimes
+from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.effects import (
     LAST_TASK,
     AttachRobot,
@@ -24,11 +27,15 @@ from vrs_cli.language.run.effects import (
     Wait,
     WaitEvent,
 )
+from vrs_cli.language.run.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
+from vrs_cli.language.run.robot import ROBOT_NUMBER, System
 from vrs_cli.language.run.units import AwaitLine, ReadRecord, UnitEffect
+from vrs_cli.language.words.values import key_of
 from vrs_cli.values.commands import Request
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.questions import LineWanted
 from vrs_cli.values.results import ProgramFault, RunOutcome, StoppedTask
+from vrs_cli.version import __version__
 
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
@@ -37,6 +44,16 @@ if TYPE_CHECKING:
 
 ROBOT_PROGRAM = 0
 PROMPT_LINE = -1  # the number of the task that a line of the prompt is
+
+RUN_STATES = {
+    TaskState.RUNNING: EXECUTING,
+    TaskState.PAUSED: PAUSED,
+    TaskState.FAILED: FAILED,
+    TaskState.HALTED: COMPLETED,
+    TaskState.ABORTED: ABORTED,
+    TaskState.COMPLETED: COMPLETED,
+}
+NOT_IN_MEMORY, NOT_EXECUTABLE, NOT_EXECUTING, RUNS, STOPPED = -1, -2, 0, 1, 2  # STATUS
 
 
 # --- what a task waits with, beside the events of its program -------------------------------------------------------
@@ -176,26 +193,24 @@ class Watch(Struct):
         return "" if self.last == before else f"{self.text} is {now}, was {was}"
 
 
-class Debugging(Struct):
-    """Where programs stop: before steps (`breakpoints` are program keys and steps from 1), and when a value changes."""
-
-    breakpoints: set[tuple[str, int]] = field(default_factory=set)
-    watches: list[Watch] = field(default_factory=list)
-
-
 # --- all tasks of a robot -------------------------------------------------------------------------------------------
 
 
-class Tasks:
+class Tasks(System):
     """The tasks that run or have stopped. `current` is the number of the task that does its steps now. `who`: the user
     who is served now, and drives what begins. `failed`: the tasks that stopped with an error while a user waited for
-    another task; `told` is called with each at once.
+    another task; `told` is called with each at once. `breakpoints`: programs stop before these steps (program keys, and
+    steps from 1), and when the value of one of the `watches` changes.
     """
 
     def __init__(self, engine: Engine, environment: Environment, devices: Devices) -> None:
         self.current = PROMPT_LINE
         self.who: object = None
         self.failed: list[StoppedTask] = []
+        self.breakpoints = set[tuple[str, int]]()
+        self.watches = list[Watch]()
+        self._latch: tuple[Transform, Joints] | None = None  # where the robot was when LATCH.SIGNAL came last
+        self._latched = False
         self.told: Callable[[StoppedTask], None] = lambda _beside: None
         self._engine, self._environment, self._devices = engine, environment, devices
         self._tracks: dict[int, Track] = {}
@@ -378,6 +393,9 @@ class Tasks:
 
     def _signal_changed(self, signal: int, on: bool) -> None:
         """Look now at the waits that a signal may end, and at reactions."""
+        if on and signal == self._engine.settings.parameters["LATCH.SIGNAL"]:
+            position = self._engine.position()
+            self._latch, self._latched = (position.T_world_tool, position.joints), True
         for track in self.running:
             track.task.reactions.changed(signal, on)
             if on and track.event_signal == signal:
@@ -400,3 +418,68 @@ class Tasks:
     def _run_signal(self, track: Track, *, running: bool) -> None:
         if track.run_signal is not None:
             self._environment.signals.write(track.run_signal if running else -track.run_signal)
+
+    # --- what programs may ask of the system ---
+
+    def latched(self) -> bool:
+        came, self._latched = self._latched, False
+        return came
+
+    def latch(self) -> tuple[Transform, Joints] | None:
+        return self._latch
+
+    def task(self) -> int:
+        return self.current
+
+    def priority(self) -> int:
+        track = self.get(self.current)
+        return 0 if track is None else track.task.reactions.priority
+
+    def run_state(self, task: int) -> int:
+        track = self.get(task)
+        return IDLE if track is None else RUN_STATES[track.task.state]
+
+    def event(self, task: int) -> bool:
+        track = self.get(task)
+        return track is not None and track.event
+
+    def robot_of(self, task: int) -> int:
+        track = self.get(task)
+        return ROBOT_NUMBER if track is not None and self.owns(track) else 0
+
+    def program_status(self, name: str) -> int:
+        stored = self._environment.programs.get(key_of(name.strip()))
+        if stored is None:
+            return NOT_IN_MEMORY
+        if not stored.analysis.executable:
+            return NOT_EXECUTABLE
+        track = self.uses(stored.name)
+        if track is None:
+            return NOT_EXECUTING
+        return RUNS if track.running else STOPPED
+
+    def identity(self, component: int) -> float:
+        digits = re.search(r"\d+", self._engine.model.name)
+        major, minor, *_ = __version__.split(".")
+        parts = {1: float(digits[0]) if digits else 0.0, 2: 0.0, 3: float(major) + float(minor) / 100.0}
+        if component not in parts:
+            raise IllegalValue(f"ID({component})", "1 model of the robot, 2 serial number, 3 version of the system")
+        return parts[component]
+
+    def unit_status(self, unit: int) -> int:
+        return self._devices.status(self.current, unit)
+
+    def record_length(self, unit: int) -> int:
+        return self._devices.length(self.current, unit)
+
+    def connection(self, unit: int) -> int | None:
+        return self._devices.connection(self.current, unit)
+
+    def begin_reading(self) -> None:
+        self._devices.begin_reading()
+
+    def put_back(self) -> None:
+        self._devices.put_back()
+
+    def character(self, unit: int, wait: bool) -> int:
+        return self._devices.character(self.current, unit, wait)
