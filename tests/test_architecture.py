@@ -123,7 +123,7 @@ DEFERRED = (
     Deferred(
         (
             *("kinematics", "trajectory", "engine", "files"),
-            *("interfaces/monitor/plotting.py", "interfaces/roles", "net/experiment.py", "render/plots.py"),
+            *("interfaces/monitor/plotting.py", "interfaces/roles", "render/plots.py"),
         ),
         ("numpy", "vrs_cli.kinematics.arrays"),
         "numpy takes longer to load than a short program runs, and one position needs none of it",

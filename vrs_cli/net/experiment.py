@@ -15,8 +15,9 @@ from itertools import count, pairwise
 from math import ceil
 from random import Random
 from statistics import fmean
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+import numpy as np
 from msgspec import Struct
 
 from vrs_cli.engine.clock import WallClock
@@ -25,10 +26,12 @@ from vrs_cli.engine.position import joints_at, joints_over
 from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.errors import TooLate
 from vrs_cli.interfaces.tasks.holder_times import HolderTimes
+from vrs_cli.kinematics.arrays import Flags as Flagged
+from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.net import messages
-from vrs_cli.net.delay_line import DelayLine, DelayWays
+from vrs_cli.net.delay_line import DelayWays
 from vrs_cli.net.flags import Flags, FlagWindow, merged
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.playout import Playout
@@ -39,14 +42,6 @@ from vrs_cli.values.commands import Move, SetParameter, Stamp
 from vrs_cli.values.motion import JointTarget
 from vrs_cli.wire.codec import Encoding, Frame, Reader, encode
 from vrs_cli.wire.records import Form, Motions, delta_of, delta_record
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from vrs_cli.kinematics.arrays import Floats
-
-    Flagged = NDArray[np.bool_]
 
 FIRST = 1.0  # [s] the first command
 SHORTEST_PAUSE, LONGEST_PAUSE = 0.3, 1.5  # [s] between two commands
@@ -150,8 +145,6 @@ class _Course:
     """The robot, its operator, and the line between them. `_now` is the time on the wall of both."""
 
     def __init__(self, trial: Trial) -> None:
-        import numpy as np
-
         self.trial, self._now = trial, 0.0
         self._forward, self._backward = trial.ways.lines("commands")
         self._queue: list[tuple[float, int, Callable[[], None]]] = []
@@ -162,7 +155,8 @@ class _Course:
 
         self.robot = Engine(trial.robot, clock=WallClock(lambda: self._now, lambda _seconds: None))
         self.robot.perform(SetParameter("CAUSALITY", trial.policy))
-        self.robot.postponed.append(self._postpone)
+        self.postponed: list[Postponement] = []
+        self.robot.postponed.append(self.postponed.append)
         self._told = self.robot.events.subscribe()
         self._told.take()
         self._form = Form.of(self.robot.arm)
@@ -174,10 +168,11 @@ class _Course:
         self.flags = Flags()
         self.changes: list[Change] = []
         self.arrivals: list[float] = []  # the viewer's log: since when it knows each of them [s]
-        self.commands = self.aborted = self.postponed = 0
+        self.commands = self.aborted = 0
 
         self.looks = np.arange(0.0, trial.seconds, 1.0 / trial.rate)
-        self.arrived = _arrivals(trial.ways.lines("frames")[1], self.looks)  # of frames that are sent at the same times
+        back = trial.ways.lines("frames")[1]
+        self.arrived = np.array([back.arrival(t) for t in self.looks.tolist()])  # of frames sent at the same times
         self.buffer = ceil(_buffer(self.looks, self.arrived) * trial.rate)  # frames that wait
         seen = Strategy.DELTAS, Strategy.AHEAD, Strategy.PREVIEW
         shape = len(self.looks), trial.robot.joint_count
@@ -235,9 +230,6 @@ class _Course:
         frames = [encode(change, Encoding.MSGPACK) for change in changes]
         self._at(self._backward.arrival(self._now), lambda: self._hear(number, version, frames))
 
-    def _postpone(self, _it: Postponement) -> None:
-        self.postponed += 1
-
     def _refused(self, number: int) -> None:
         self._look()
         self.preview.refused(number)
@@ -277,16 +269,12 @@ class _Course:
 
     def _joints(self, timeline: Timeline, times: Floats) -> Floats:
         """The joints (N, n) at times (N,): one by one, which is faster for a few looks at each of many timelines."""
-        import numpy as np
-
         arm = self.robot.arm
         return np.array([joints_at(arm, timeline, t) for t in times.tolist()])
 
     # --- what came of it ---
 
     def outcome(self) -> TrialOutcome:
-        import numpy as np
-
         was = partial(joints_over, self.robot.arm, self.robot.timeline)  # the past has stayed, to the bit
         now, ahead = self._placed(was(self.looks)), self._placed(was(self.looks + self.ahead))
         deltas = self._placed(self._seen[Strategy.DELTAS])
@@ -305,7 +293,7 @@ class _Course:
         return TrialOutcome(
             self.commands,
             self.aborted,
-            self.postponed,
+            len(self.postponed),
             float(flagged.mean()),
             float(self._unconfirmed.mean()),
             (self.sync.round_trip(0.5), self.sync.round_trip(0.95)),
@@ -316,22 +304,16 @@ class _Course:
 
     def _flagged(self) -> Flagged:
         """At which looks something wrong was seen, as the flags say."""
-        import numpy as np
-
         borders = [border for window in self.flags.windows for border in (window.begin, window.end)]
         inside: Flagged = np.searchsorted(borders, self.looks, side="right") % 2 == 1
         return inside
 
     def _placed(self, joints: Floats) -> Floats:
         """Joints (N, n) [rad; m], with the place of the tool in three more columns [m]."""
-        import numpy as np
-
         return np.hstack([joints, self.robot.arm.forward_batch(joints)[:, :, 3]])
 
     def _error(self, seen: Floats, was: Floats) -> Error:
         """How far what `_placed` gives is from each other: all zero where there is nothing."""
-        import numpy as np
-
         if not len(seen):
             return Error(0.0, 0.0, 0.0, 0.0)
         kinds, apart = self.trial.robot.units.kinds, seen - was
@@ -356,12 +338,6 @@ def _measured(ways: DelayWays) -> TimeSync:
         t1 = forward.arrival(t0)
         sync.heard(t0, t1, t1, backward.arrival(t1))
     return sync
-
-
-def _arrivals(line: DelayLine, sent: Floats) -> Floats:
-    import numpy as np
-
-    return np.array([line.arrival(t) for t in sent.tolist()])
 
 
 def _buffer(sent: Floats, arrived: Floats) -> float:
