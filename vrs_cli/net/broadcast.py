@@ -246,14 +246,13 @@ class Broadcast:
         has jumped.
         """
         shared = self._shared.get((rate, ahead))
-        if shared is None or self._behind_robot(shared.viewer) > 1.0 / rate:
+        timeline, wall, now = self._watched.timeline, self._wall(), self._watched.now + ahead
+        if (
+            shared is None
+            or shared.viewer.playback.look(wall, timeline.start, timeline.end, now).behind(wall) > 1.0 / rate
+        ):
             shared = self._shared[rate, ahead] = self._channel(rate, ahead)
         return shared
-
-    def _behind_robot(self, viewer: Viewer) -> float:
-        """How far what it would show now lies behind where the robot is [s]."""
-        timeline, wall, now = self._watched.timeline, self._wall(), self._watched.now + viewer.ahead
-        return viewer.playback.look(wall, timeline.start, timeline.end, now).behind(wall)
 
     def _own(self, listener: Listener, channel: Channel) -> Channel:
         """Samples for one who goes on alone from where all others of its channel are."""
@@ -372,8 +371,9 @@ class Broadcast:
         while listening is not None and number < stream.number:
             packet = stream.after(number, listening, place)
             if packet is None:
-                packets, alone = self._instead(number, listening, form), True
-                number, packet = stream.number, packets.pop()
+                missed = 0 if number == NOTHING else stream.missed(number)  # changes that are forgotten
+                packets = [Letter(lambda _full, count=missed: messages.Missed(count)).packet(form)] if missed else []  # type: ignore[misc]
+                number, packet, alone = stream.number, stream.snapshot(listening, self._watched.now), True
             elif packets and size + len(packet.data) > MOST_WAITING:
                 return Parcel(tuple(packets), number, news, place, alone, whole=False)
             else:
@@ -385,9 +385,3 @@ class Broadcast:
                 news = last
                 packets.append(letter.packet(form))
         return Parcel(tuple(packets), number, news, place, alone, whole=True)
-
-    def _instead(self, number: int, listening: Listening, form: MessageForm) -> list[Packet]:
-        """In place of changes that are forgotten: how many these are, and a snapshot."""
-        missed = 0 if number == NOTHING else self.stream.missed(number)
-        told = [Letter(lambda _full: messages.Missed(missed)).packet(form)] if missed else []
-        return [*told, self.stream.snapshot(listening, self._watched.now)]

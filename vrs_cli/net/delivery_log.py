@@ -54,16 +54,6 @@ class DeliveryLog:
 
     def tell(self, message: Numbered, now: float) -> None:
         """Send a message, now or when the connection is resumed."""
-        self._note(message)
-        self.seq += 1
-        frame = encode(replace(message, seq=self.seq), self.encoding)
-        self._told.append((now, frame))
-        self._size += len(frame) + BESIDE
-        self._trim(now if self._since is None else self._since)
-        if self.put is not None:
-            self.put(frame)
-
-    def _note(self, message: Numbered) -> None:
         match message:
             case Done(id) if id in self.waiting:
                 self.waiting.remove(id)
@@ -72,6 +62,15 @@ class DeliveryLog:
                 self.questions[number] = message
             case Withdrawn(number):
                 self.questions.pop(number, None)
+        self.seq += 1
+        frame = encode(replace(message, seq=self.seq), self.encoding)
+        self._told.append((now, frame))
+        self._size += len(frame) + BESIDE
+        earliest = (now if self._since is None else self._since) - self.bounds.seconds
+        while self._told and (self._told[0][0] < earliest or self._size > self.bounds.told):
+            self._size -= len(self._told.popleft()[1]) + BESIDE
+        if self.put is not None:
+            self.put(frame)
 
     def _end(self, done: Done) -> None:
         """Remember how a command has ended, in short."""
@@ -81,11 +80,6 @@ class DeliveryLog:
             oldest = next(iter(self.ended))
             del self.ended[oldest]
             self._forgotten = max(self._forgotten, oldest)
-
-    def _trim(self, now: float) -> None:
-        told, earliest = self._told, now - self.bounds.seconds
-        while told and (told[0][0] < earliest or self._size > self.bounds.told):
-            self._size -= len(told.popleft()[1]) + BESIDE
 
     def since(self, seq: int) -> list[Frame] | None:
         """Return the frames after that number; None if they are not all remembered."""

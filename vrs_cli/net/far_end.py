@@ -168,7 +168,7 @@ class FarEnd:
 
     def send(self, message: messages.ClientMessage) -> None:
         """Raises RequestRefused where there is no connection: what is not sent now is never sent."""
-        if isinstance(message, messages.Command | messages.Answer) and not _takes_long(message):
+        if isinstance(message, messages.Command | messages.Answer) and not _holds_file(message):
             message = structs.replace(message, until=self._until)
         if not self.open:
             raise self.no_connection
@@ -452,8 +452,8 @@ class FarEnd:
         self._outlets.pop(id, self._spread)(message)
 
 
-def _takes_long(message: messages.ClientMessage) -> bool:
-    """Whether it holds a file, which is on its way for as long as its length takes."""
+def _holds_file(message: messages.ClientMessage) -> bool:
+    """Whether a message holds a file: it is on its way for as long as its length takes."""
     return isinstance(message, messages.Put) or (isinstance(message, messages.At) and isinstance(message.act, Define))
 
 

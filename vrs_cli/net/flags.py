@@ -19,10 +19,6 @@ class FlagWindow(NamedTuple):
     begin: float
     end: float
 
-    @property
-    def length(self) -> float:
-        return self.end - self.begin
-
 
 class Flags:
     """What was shown of these times was wrong. `ahead`: a viewer shows so much more than the present [s]."""
@@ -36,7 +32,7 @@ class Flags:
         wrong was shown, None where nothing was.
         """
         window = FlagWindow(max(cut, applied), at + self.ahead)
-        if window.length <= 0.0:
+        if window.end <= window.begin:
             return None
         self._put(window)
         return window

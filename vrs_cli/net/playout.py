@@ -41,7 +41,11 @@ class Playout(Generic[T]):
 
     def put(self, sent: float, value: T, arrived: float) -> None:
         """What was sent at that time has arrived [s], in the order of sending."""
-        self._measure(arrived - sent)
+        transit = arrived - sent
+        self._transits.append(transit)
+        insort(self._ordered, transit)
+        if len(self._transits) > self.window:
+            del self._ordered[bisect_left(self._ordered, self._transits.popleft())]
         self._waiting.append((sent, value))
 
     def take(self, now: float) -> T | None:
@@ -54,9 +58,3 @@ class Playout(Generic[T]):
         while self._waiting and self._waiting[0][0] <= self._shown_at:
             self._shown = self._waiting.popleft()[1]
         return self._shown
-
-    def _measure(self, transit: float) -> None:
-        self._transits.append(transit)
-        insort(self._ordered, transit)
-        if len(self._transits) > self.window:
-            del self._ordered[bisect_left(self._ordered, self._transits.popleft())]

@@ -35,14 +35,10 @@ class SocketSink:
         """A frame is made once for all: `websockets.broadcast` makes it anew for each connection."""
         if self._protocol.state is OPEN and not self._transport.is_closing():
             for packet in packets:
-                packet.frame = packet.frame or frame_of(packet)
+                if not packet.frame:  # RFC 6455, 5.2
+                    frame = Frame(OP_TEXT if packet.text else OP_BINARY, packet.data)
+                    packet.frame = frame.serialize(mask=False, extensions=[] if packet.place is None else [_Deflated()])
             self._transport.write(b"".join([packet.frame for packet in packets]))
-
-
-def frame_of(packet: Packet) -> bytes:
-    """A packet as the frame of a server (RFC 6455, 5.2)."""
-    frame = Frame(OP_TEXT if packet.text else OP_BINARY, packet.data)
-    return frame.serialize(mask=False, extensions=[] if packet.place is None else [_Deflated()])
 
 
 class _Deflated(Extension):

@@ -233,18 +233,14 @@ class Stream:
 
     def snapshot(self, listening: Listening, now: float) -> Packet:
         """All up to now, in place of what was before: in the window before `now` [s], and after it."""
-        found = self._snapshots.get(listening)
+        window, found = listening.window, self._snapshots.get(listening)
         if found is None:
-            found = self._snapshots[listening] = self._snapshot(listening, now)
+            first = 0 if window is None else self.timeline.index_at(now - window)
+            found = self._last_part(first, len(self.timeline), listening.form)[1]
+            found = self._snapshots[listening] = DeflateContext().deflated(found) if listening.deflates else found
         if listening.deflates:
             self._contexts.pop(listening.form, None)
         return found
-
-    def _snapshot(self, listening: Listening, now: float) -> Packet:
-        window, count = listening.window, len(self.timeline)
-        first = 0 if window is None else self.timeline.index_at(now - window)
-        packet = self._last_part(first, count, listening.form)[1]
-        return DeflateContext().deflated(packet) if listening.deflates else packet
 
     def part(self, begin: float, end: float | None = None) -> TimelinePart:
         """The timeline from `begin` to `end` [s]; where that is too much, its last part."""
@@ -264,14 +260,11 @@ class Stream:
         while True:
             snapshot = Snapshot(self.timeline.version, segments, self.settings, first)
             record = snapshot_record(snapshot)
-            packet = Letter(partial(self._replaced_by, record)).packet(form)
+            packet = Letter(lambda _full, it=record: messages.Replaced(it, number=self.number)).packet(form)  # type: ignore[misc]
             if len(packet.data) <= SNAPSHOT_BYTES or len(segments) <= 1:
                 return TimelinePart(snapshot, record), packet
             half = len(segments) // 2
             first, segments = first + half, segments[half:]
-
-    def _replaced_by(self, record: SnapshotRecord, _full: bool) -> messages.Replaced:
-        return messages.Replaced(record, number=self.number)
 
 
 def _follows(timeline: Timeline, delta: TimelineDelta) -> bool:

@@ -79,10 +79,6 @@ def digest_of(token: str) -> bytes:
     return hashlib.sha256(token.encode("utf-8", "surrogatepass")).digest()
 
 
-def new_token() -> str:
-    return secrets.token_urlsafe(BYTES)
-
-
 class Tokens(Struct, frozen=True):
     """All grants of a server."""
 
@@ -241,12 +237,15 @@ def add_tokens(
 ) -> dict[str, str]:
     """Make tokens that are alike, and add their hashes to a file, which is made if need be; the tokens by name, which
     nobody can tell later. Raises FileError, FileDamaged, and UsageError for a name that is there already."""
-    made, before, known = {name: new_token() for name in names}, "", set[str]()
+    made, before, known = {name: secrets.token_urlsafe(BYTES) for name in names}, "", set[str]()
     if path.exists():
         known = {grant.name for grant in read_tokens(path).grants}
         before = path.read_text(encoding="utf-8").rstrip("\n")
     else:
-        _make_private(path)
+        try:
+            os.close(os.open(path, os.O_WRONLY | os.O_CREAT, 0o600))  # for nobody else to read
+        except OSError as error:
+            raise FileError(f"{path} cannot be written: {error.strerror}", "name another place") from None
     if taken := sorted(known & made.keys()):
         raise UsageError(
             f"{path} has a token of {taken[0]} already", "take it out of the file first: it is revoked then"
@@ -277,10 +276,3 @@ def take_out(path: Path, names: Iterable[str]) -> None:
     head, *tables = _TABLE.split(path.read_text(encoding="utf-8"))
     kept = [table for table in tables if not gone & {row["name"] for row in tomllib.loads(table)["token"]}]
     write_atomically(path, head + "".join(kept))
-
-
-def _make_private(path: Path) -> None:
-    try:
-        os.close(os.open(path, os.O_WRONLY | os.O_CREAT, 0o600))
-    except OSError as error:
-        raise FileError(f"{path} cannot be written: {error.strerror}", "name another place") from None
