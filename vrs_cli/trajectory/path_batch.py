@@ -43,7 +43,7 @@ def _derivatives(a: Polynomial, s: Floats) -> list[Floats]:
 
 
 def guide_values(path: CartesianPath, s: Floats) -> Floats:
-    """What the guides of a path ask at times (N,): (N, r)."""
+    """Return the values of a path's guides at times (N,): (N, r)."""
     values = np.empty((len(s), len(path.guides)))
     for r, guide in enumerate(path.guides):
         values[:, r] = polyval(s, guide.value)

@@ -80,7 +80,7 @@ def parabola(p0: float, v0: float, v1: float, duration: float) -> Polynomial:
 
 
 def zeros(a: Polynomial, lasting: float) -> list[float]:
-    """The times between 0 and `lasting` at which p(t) is zero, in order; of three or more that are one, one."""
+    """Return the times between 0 and `lasting` at which p(t) is zero, in order; an odd multiple zero once."""
     if len(a) <= 3:
         c0, c1, c2 = (*a, 0.0, 0.0)[:3]
         return sorted([t for t in turns(c0, c1, 2.0 * c2) if 0.0 < t < lasting])

@@ -64,7 +64,7 @@ Node = Leaf | Branch
 
 
 class OffsetNode(NamedTuple):
-    """A node whose times are all `offset` later than it says [s]."""
+    """A node and the `offset` [s] that is added to all its times."""
 
     offset: float
     node: Node
@@ -74,7 +74,7 @@ class OffsetNode(NamedTuple):
 
 
 class RowPart(NamedTuple):
-    """Segments of a row from `first` to before `last`, no more than BLOCK, at times `offset` later [s]."""
+    """Segments of a row from `first` to before `last`, at most BLOCK of them; `offset` [s] is added to their times."""
 
     offset: float
     row: Row
@@ -86,12 +86,12 @@ class RowPart(NamedTuple):
         return self.offset + self.row.starts[self.first]
 
     def times(self) -> tuple[array[float], array[float]]:
-        """When the segments start and when they finish [s]."""
+        """Return when the segments start and when they finish [s]."""
         part = slice(self.first, self.last)
         return later(self.row.starts[part], self.offset), later(self.row.finishes[part], self.offset)
 
     def table(self) -> tuple[BlockTable, slice]:
-        """The table that the block is in, and the part of it that the block is."""
+        """Return the table that the block is in, and which part of it the block is."""
         number, first = divmod(self.first, BLOCK)
         part = slice(first, first + self.last - self.first)
         table = self.row.tables.get(number)
@@ -104,37 +104,37 @@ class RowPart(NamedTuple):
 
 
 def _leaf(row: Row) -> Leaf:
-    """All of a row as a leaf."""
+    """Make a leaf of all of a row."""
     count = len(row)
     return Leaf(row, 0, count, row.starts[0], row.finishes[count - 1])
 
 
 def _part(leaf: Leaf, first: int, last: int) -> Leaf:
-    """The segments of a leaf from `first` to before `last`."""
+    """Make a leaf of the segments of a leaf from `first` to before `last`."""
     row, first, last = leaf.row, leaf.first + first, leaf.first + last
     return Leaf(row, first, last, row.starts[first], row.finishes[last - 1])
 
 
 def _copy(leaf: Leaf, count: int) -> Row:
-    """A row of the first segments of a leaf."""
+    """Copy the first segments of a leaf into a new row."""
     row = Row()
     row.take(leaf.row, leaf.first, leaf.first + count, 0.0)
     return row
 
 
 def _grown(leaf: Leaf) -> Leaf:
-    """A leaf with all that its row has got since."""
+    """Make a leaf that also has what its row has got since."""
     row, last = leaf.row, len(leaf.row)
     return Leaf(row, leaf.first, last, leaf.begin, row.finishes[last - 1])
 
 
 def _ends_row(node: Node) -> bool:
-    """Whether what is put behind a leaf may go into its row."""
+    """Return whether a leaf ends a row that may still grow."""
     return isinstance(node, Leaf) and not node.row.closed and node.last == len(node.row)
 
 
 def _branch(children: Sequence[OffsetNode]) -> OffsetNode:
-    """A branch over nodes of one height."""
+    """Make a branch over nodes of one height."""
     nodes = tuple([node for _, node in children])
     begins = array("d", [offset + node.begin for offset, node in children])
     counts = array("q", accumulate([node.count for node in nodes], initial=0))
@@ -143,14 +143,14 @@ def _branch(children: Sequence[OffsetNode]) -> OffsetNode:
 
 
 def _branches(children: Sequence[OffsetNode]) -> list[OffsetNode]:
-    """As few branches as hold the children, about as many in each."""
+    """Make as few branches as hold the children, with about as many children in each."""
     pieces = -(-len(children) // FAN)
     cuts = [len(children) * piece // pieces for piece in range(pieces + 1)] if pieces else []
     return [_branch(children[first:last]) for first, last in pairwise(cuts)]
 
 
 def root(level: list[OffsetNode]) -> OffsetNode | None:
-    """One node over nodes of the same height in time order, no higher than it must be; None over none."""
+    """Make one node over nodes of the same height in time order, no higher than it must be; None over none."""
     while len(level) > 1:
         level = _branches(level)
     if not level:
@@ -162,7 +162,7 @@ def root(level: list[OffsetNode]) -> OffsetNode | None:
 
 
 def rope_of(segments: Sequence[Segment]) -> OffsetNode | None:
-    """A rope of segments in time order; None of none."""
+    """Make a rope of segments in time order; None of none."""
     return OffsetNode(0.0, _leaf(Row(segments))) if segments else None
 
 
@@ -184,7 +184,7 @@ def _parts(held: OffsetNode, before: int, index: int) -> Iterator[tuple[int, flo
 
 
 def in_rows(held: OffsetNode, most: int) -> OffsetNode:
-    """The same rope, of which no row in memory is longer than `most` segments."""
+    """Return the same rope, in which no row in memory is longer than `most` segments."""
     pieces: list[OffsetNode] = []
     for _, offset, leaf in parts(held):
         if leaf.row.away or len(leaf.row) <= most:
@@ -205,7 +205,9 @@ _EDITING = Lock()  # two threads that go on from one version must not both put s
 
 
 def splice(held: OffsetNode, first: int, last: int, new: Sequence[Segment], shift: float) -> OffsetNode | None:
-    """`new` in place of the segments from index `first` to before `last`; all after them later by `shift` [s]."""
+    """Put `new` in place of the segments from index `first` to before `last`, and shift all after them by `shift`
+    [s].
+    """
     with _EDITING:
         return root(_splice(held, 0.0, first, last, new, shift))
 
@@ -213,7 +215,9 @@ def splice(held: OffsetNode, first: int, last: int, new: Sequence[Segment], shif
 def _splice(
     held: OffsetNode, base: float, first: int, last: int, new: Sequence[Segment], shift: float
 ) -> list[OffsetNode]:
-    """Nodes of the same height; none where nothing is left. `base` is what the offset of `held` counts from."""
+    """Splice a node; return nodes of the same height, none if nothing is left. `base`: what the offset of `held` counts
+    from.
+    """
     offset, node = held
     if first == 0 and last >= node.count and not new:
         return []
@@ -240,9 +244,10 @@ def _splice(
 
 
 def _patch(node: Branch, first: int, last: int, middle: list[OffsetNode], shift: float) -> Branch:
-    """A branch with `middle` in place of the children from `first` to before `last`, those after it later by `shift`.
+    """Make a branch with `middle` in place of the children from `first` to before `last`, those after it shifted by
+    `shift`.
 
-    What every edit does on every level: nothing is counted anew that stays.
+    Every edit does this on every level, so what stays is not counted again.
     """
     counts = node.counts[:first]
     counts.extend(accumulate([part.node.count for part in middle], initial=node.counts[first]))
@@ -262,7 +267,7 @@ def _child(node: Branch, place: int) -> OffsetNode:
 
 
 def _children(node: Branch, first: int, last: int, shift: float = 0.0) -> list[OffsetNode]:
-    """Those from `first` to before `last`, later by `shift`."""
+    """Return the children from `first` to before `last`, shifted by `shift`."""
     row = zip(node.begins[first:last], node.nodes[first:last], strict=True)
     return [OffsetNode(begin - child.begin + shift, child) for begin, child in row]
 
@@ -270,7 +275,7 @@ def _children(node: Branch, first: int, last: int, shift: float = 0.0) -> list[O
 def _splice_leaf(
     offset: float, leaf: Leaf, base: float, first: int, last: int, new: Sequence[Segment], shift: float
 ) -> list[OffsetNode]:
-    """What is before and after new segments stays where it is."""
+    """Splice a leaf; what is before and after the new segments stays in its row."""
     count = leaf.count
     new = list(_shifted(new, -(base + offset)))
     if last < count:
@@ -281,7 +286,7 @@ def _splice_leaf(
 
 
 def _replace_end(leaf: Leaf, first: int, new: Sequence[Segment]) -> list[Leaf]:
-    """`new` in place of all segments of a leaf from `first` on."""
+    """Put `new` in place of all segments of a leaf from `first` on."""
     if not new:
         return [_part(leaf, 0, first)]
     if not first:
@@ -304,8 +309,9 @@ def _shifted(segments: Iterable[Segment], shift: float) -> Iterator[Segment]:
 
 
 def _merge_sparse(row: list[OffsetNode]) -> list[OffsetNode]:
-    """A row of nodes in which sparse ones have joined the neighbour before them, where that has room, and a small leaf
-    the row of the one before it, where more is to come behind it.
+    """Join sparse nodes with the neighbour before them if that has room.
+
+    A small leaf joins the row of the leaf before it if more follows behind it.
     """
     made: list[OffsetNode] = []
     for place, held in enumerate(row):
@@ -327,7 +333,7 @@ def _is_sparse(node: Node) -> bool:
 
 
 def _merge_neighbours(left: OffsetNode, right: OffsetNode) -> list[OffsetNode]:
-    """Two neighbours of one height as one node, if that can hold both."""
+    """Make one node of two neighbours of one height, if it can hold both."""
     a, b = left.node, right.node
     if isinstance(a, Branch) and isinstance(b, Branch):
         if (len(a.nodes) + len(b.nodes)) * MENDED > FAN:
@@ -354,8 +360,8 @@ def _take(row: Row, held: OffsetNode, offset: float) -> None:
 
 
 def locate(held: OffsetNode, t: float) -> tuple[float, Row, int]:
-    """The last segment that begins by time t, the first one before all: its row and place there, and by how much its
-    times are later than it says [s].
+    """Find the last segment that begins by time t, or the first one: return the offset [s] of its times, its row, and
+    its place there.
     """
     offset, node = held
     while node.__class__ is Branch:  # not isinstance: g is read more often than anything else
@@ -407,7 +413,7 @@ def leaves(held: OffsetNode, first: float, last: float) -> Iterator[tuple[float,
 
 
 def blocks(held: OffsetNode, first: float, last: float) -> Iterator[RowPart]:
-    """What is in force at some time from `first` to `last`, in order, in blocks."""
+    """Yield the blocks that are in force at some time from `first` to `last`, in order."""
     for offset, leaf in leaves(held, first, last):
         row = leaf.row
         low = bisect_right(row.starts, first - offset, leaf.first + 1, leaf.last) - 1

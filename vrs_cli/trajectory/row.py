@@ -58,14 +58,14 @@ class Row(Sequence[Segment]):
 
     @classmethod
     def kept_at(cls, kept: RowStore, count: int) -> Row:
-        """A row of so many segments that is written down, and not in memory."""
+        """Make a row of so many segments that is written down, and not in memory."""
         row = cls()
         row.closed, row.kept, row._count = True, kept, count
         row.put_away()
         return row
 
     def close(self) -> None:
-        """Let it grow no more; its paths are packed."""
+        """Let the row grow no more, and pack its paths."""
         self.closed = True
         self.pack(len(self))
 
@@ -77,7 +77,7 @@ class Row(Sequence[Segment]):
             delattr(self, column)
 
     def __getattr__(self, name: str) -> Any:
-        """A column that is not in memory."""
+        """Read a column that is not in memory."""
         if name not in COLUMNS or self.kept is None:
             raise AttributeError(name)
         return getattr(self.kept.read(), name)
@@ -124,7 +124,7 @@ class Row(Sequence[Segment]):
         )
 
     def take(self, other: Row, first: int, last: int, shift: float) -> None:
-        """Put segments of another row behind, from `first` to before `last`, later by `shift` [s]."""
+        """Append segments of another row, from `first` to before `last`, shifted by `shift` [s]."""
         self._put(
             later(other.starts[first:last], shift),
             later(other.finishes[first:last], shift),
@@ -141,7 +141,9 @@ class Row(Sequence[Segment]):
         phases: bytes | bytearray,
         motions: list[Motion],
     ) -> None:
-        """In the place of what Ctrl-C may have left of columns that were growing: the last tells how long they are."""
+        """Append columns. Ctrl-C may have interrupted an earlier append: `motions`, which grow last, tell the
+        length.
+        """
         count = len(self.motions)
         self.starts[count:] = starts
         self.finishes[count:] = finishes
@@ -203,7 +205,7 @@ class BlockTable(NamedTuple):
         return places, np.maximum(s, 0.0, out=s)
 
     def joints(self, places: Rows, s: Floats, out: Floats) -> None:
-        """Joints (N, n), s seconds (N,) into the segments at `places` (N,), to `out`."""
+        """Store in `out` the joints (N, n), s seconds (N,) into the segments at `places` (N,)."""
         t = s[:, None]
         out[:] = self.coefficients[-1].take(places, axis=0)
         for power in self.coefficients[-2::-1]:  # Horner
@@ -211,7 +213,7 @@ class BlockTable(NamedTuple):
             out += power.take(places, axis=0)
 
     def rates(self, places: Rows, s: Floats) -> tuple[Floats, Floats]:
-        """Velocity and acceleration (N, n), s seconds (N,) into the segments at `places` (N,)."""
+        """Return velocity and acceleration (N, n), s seconds (N,) into the segments at `places` (N,)."""
         import numpy as np
 
         t = s[:, None]

@@ -78,7 +78,7 @@ class JointPath(Struct, eq=False, gc=False):
         self._length, self._rows = self.doubles()
 
     def doubles(self) -> tuple[int, bytes]:
-        """How many coefficients a polynomial has, and those of one joint after the other."""
+        """Return how many coefficients a polynomial has, and the coefficients of one joint after the other."""
         rows = self._rows
         if isinstance(rows, bytes):
             return self._length, rows
@@ -159,7 +159,7 @@ class JointPath(Struct, eq=False, gc=False):
 
 @cache
 def _rows_of(length: int) -> Callable[[bytes], Iterator[Polynomial]]:
-    """What reads the polynomials of so many coefficients from doubles."""
+    """Return a function that reads polynomials of so many coefficients from doubles."""
     return struct.Struct(f"{length}d").iter_unpack
 
 
@@ -175,8 +175,9 @@ class Turn(NamedTuple):
 
 
 class Guide(NamedTuple):
-    """What makes definite how joints follow a path that are more than it takes: the sum of all of them, each by its
-    weight, is `value` [rad]. One weight of 1 among zeros is a joint that moves so.
+    """Determines how redundant joints follow a path: the weighted sum of all joints is `value` [rad].
+
+    A weight of 1 among zeros is a joint that moves so.
     """
 
     weights: Joints
@@ -200,7 +201,7 @@ class CartesianPath(NamedTuple):
     guides: tuple[Guide, ...] = ()
 
     def demands(self, s: float, order: int = 0) -> Demands:
-        """What the guides ask of the joints at t_s + s, or of their derivatives."""
+        """Return what the guides ask of the joints at t_s + s, or of their derivatives."""
         return tuple([(guide.weights, derived(guide.value, s, order)) for guide in self.guides])
 
     def seed(self, s: float) -> Joints:
@@ -274,7 +275,7 @@ class CartesianPath(NamedTuple):
 def _places(
     x: Polynomial, y: Polynomial, z: Polynomial
 ) -> Callable[[float], tuple[float, float, float, float, float, float]]:
-    """Place and velocity along each axis by the time: x, x', y, y', z, z'."""
+    """Return a function from the time to place and velocity along each axis: x, x', y, y', z, z'."""
     if max(len(x), len(y), len(z)) > 3:
         return lambda s: (*value_and_rate(x, s), *value_and_rate(y, s), *value_and_rate(z, s))
     (x0, x1, x2), (y0, y1, y2), (z0, z1, z2) = [(*a, 0.0, 0.0)[:3] for a in (x, y, z)]  # by far the most frequent
@@ -293,7 +294,7 @@ def _places(
 
 
 def _orientations(R: Transform, turns: tuple[Turn, ...]) -> Callable[[float], tuple[Transform, Vector]]:
-    """The orientation, whose position does not count, and the angular velocity, by the time."""
+    """Return a function from the time to the orientation, whose position does not count, and the angular velocity."""
     if not turns:
         return lambda _: (R, STILL)
     (axis, angle), *later = turns
@@ -354,7 +355,7 @@ def rest(joints: Joints, duration: float, start: float, motion: Motion) -> Segme
 
 
 def stops_on_the_way(segments: Iterable[Segment]) -> Iterator[Segment]:
-    """The segments at whose end a straight line comes to rest, to go on from there."""
+    """Yield the segments at whose end a straight line comes to rest and goes on from there."""
     for a, b in pairwise(segments):
         if a.motion.number == b.motion.number and (a.phase, b.phase) == (Phase.DECELERATE, Phase.ACCELERATE):
             yield a
@@ -375,7 +376,7 @@ class ToolStretch(NamedTuple):
 
 
 def segments_of(start: float, motion: Motion, stretches: Iterator[tuple[float, Phase, Path]]) -> tuple[Segment, ...]:
-    """Segments one after the other from `start`; those of no duration are left out."""
+    """Make segments one after the other from `start`; those of no duration are left out."""
     segments = []
     for duration, phase, path in stretches:
         if duration > 0.0:

@@ -113,7 +113,7 @@ class Timeline:
         return row[place], _since(row, place, offset, t)
 
     def path_at(self, t: float) -> tuple[Path, float]:
-        """The path of that segment, and the same time."""
+        """Return the path of the segment in force at t, and the time since its start."""
         offset, row, place = rope.locate(self._rope, t)
         return row.paths[place], _since(row, place, offset, t)
 
@@ -125,7 +125,10 @@ class Timeline:
 
     @classmethod
     def of_parts(cls, parts: Iterable[OffsetNode], version: int) -> Timeline:
-        """The timeline whose rope has these leaves, each with the offset of its times. Raises ValueError for none."""
+        """Make the timeline whose rope has these leaves, each with the offset of its times.
+
+        Raises ValueError for none.
+        """
         made = rope.root(list(parts))
         if made is None:
             raise ValueError("a timeline has at least one segment")
@@ -163,7 +166,9 @@ class Timeline:
         return self._made(made, self.version + 1)
 
     def inverse(self, delta: TimelineDelta) -> TimelineDelta:
-        """The delta that takes `delta` back: self is the timeline before it, the result fits the one after it."""
+        """Return the delta that takes `delta` back: self is the timeline before it, the result fits the timeline after
+        it.
+        """
         kept_whole = delta.keep
         if kept_whole and self[kept_whole - 1].finish > delta.cut:
             kept_whole -= 1  # the truncated segment is given back whole
@@ -182,7 +187,9 @@ class Timeline:
 
 
 def _since(row: Row, place: int, offset: float, t: float) -> float:
-    """How long a segment of a row, `offset` later than that says, has been in force at t [s], at most its duration."""
+    """Return how long a segment of a row has been in force at t [s], at most its duration; `offset`: added to its
+    times.
+    """
     start = row.starts[place]
     since = t - (offset + start)  # that sum is exact: whatever the offsets are, g is the same to the bit
     if since < 0.0:
@@ -199,9 +206,9 @@ class KeptDeltas(Protocol):
 
 
 class DeltaLog(Sequence[TimelineDelta]):
-    """Deltas in order, in parts of PART, the last one of fewer.
+    """Deltas in order, in parts of PART, the last part with fewer.
 
-    A part takes the place of another in one step, so that Ctrl-C leaves the same deltas.
+    A part is replaced in one step, so that Ctrl-C leaves the same deltas.
     """
 
     def __init__(self, deltas: Iterable[TimelineDelta] = ()) -> None:
@@ -211,7 +218,7 @@ class DeltaLog(Sequence[TimelineDelta]):
 
     @classmethod
     def after(cls, kept: KeptDeltas, parts: int, deltas: Iterable[TimelineDelta]) -> DeltaLog:
-        """So many parts that are written down, and the deltas after them."""
+        """Make a log of so many parts that are written down, and the deltas after them."""
         log = cls()
         log._parts, log._away = [*(AwayDeltas(kept, number) for number in range(parts)), []], parts
         log.extend(deltas)
@@ -225,7 +232,7 @@ class DeltaLog(Sequence[TimelineDelta]):
         return again
 
     def put_away(self, number: int, kept: KeptDeltas) -> None:
-        """Let the parts wholly before delta `number` leave memory, but for the last two, which are as they came."""
+        """Let the parts wholly before delta `number` leave memory, except the last two."""
         last = min(number // PART, len(self._parts) - YOUNG)
         for place in range(self._away, last):
             self._parts[place] = AwayDeltas(kept, place)
@@ -270,7 +277,7 @@ class DeltaLog(Sequence[TimelineDelta]):
                 self._parts[old] = DeltaColumns(part)
 
     def __setitem__(self, index: int, delta: TimelineDelta) -> None:
-        """Put another delta in the place of one of the last: `index` is -1 or -2."""
+        """Replace one of the last two deltas: `index` is -1 or -2."""
         at = self._place(index)
         part = self._parts[at // PART]
         assert isinstance(part, list)
@@ -278,7 +285,7 @@ class DeltaLog(Sequence[TimelineDelta]):
 
 
 class DeltaColumns:
-    """Deltas of versions that follow each other; the segments of one go from its `_firsts` to that of the next."""
+    """Deltas of consecutive versions as columns; `_firsts` tells where the segments of each delta begin."""
 
     __slots__ = (  # `_rest`: `drop` and `shift`; None where they are 0, as in steering
         *("_version", "_causes", "_which", "_issued", "_executed", "_cut", "_keep", "_rest"),
@@ -349,5 +356,5 @@ class AwayDeltas:
 
 
 def _as(known: array[float], column: array[float]) -> array[float]:
-    """A column of numbers, as in steering, that often is one that is known."""
+    """Return the known column if it is equal: in steering the columns often are."""
     return known if column == known else column

@@ -40,15 +40,17 @@ class Blend(NamedTuple):
         return 0.5 * self.lasts
 
     def ahead(self, way: float, v0: float, a0: float) -> float:  # noqa: ARG002 (the acceleration jumps)
-        """What the velocity after the change has to make of a way; the state at the start makes the rest."""
+        """Return the part of a way that the velocity after the change has to make; the state at the start makes the
+        rest.
+        """
         return way - 0.5 * v0 * self.lasts
 
     def to_rest(self, v0: float, a0: float) -> float:  # noqa: ARG002
-        """The way of a change to rest."""
+        """Return the way of a change to rest."""
         return 0.5 * v0 * self.lasts
 
     def polynomials(self, p: float, v0: float, a0: float, v1: float) -> list[Polynomial]:  # noqa: ARG002
-        """The change from v0 to v1 from position p on: a polynomial for each of its times."""
+        """Return the change from v0 to v1 from position p on: a polynomial for each stretch."""
         return [parabola(p, v0, v1, self.lasts)]
 
 
@@ -83,11 +85,11 @@ class Change(NamedTuple):
         return self.ways[1] / self.reach
 
     def level(self, v0: float, a0: float, v1: float) -> float:
-        """A, the acceleration that is held."""
+        """Return A, the acceleration that is held."""
         return (v1 - v0 - 0.5 * self.rise * a0) / self.reach
 
     def ahead(self, way: float, v0: float, a0: float) -> float:
-        """E of the formula in `scurve_times`."""
+        """Return E of the formula in `scurve_times`."""
         by_start, _ = self.ways
         carried = v0 + 0.5 * self.rise * a0
         return way - v0 * self.lasts - a0 * by_start + self.lag * carried
@@ -97,13 +99,13 @@ class Change(NamedTuple):
         return v0 * self.lasts + a0 * by_start + self.level(v0, a0, 0.0) * by_level
 
     def pieces(self, v0: float, a0: float, v1: float) -> Pieces:
-        """The change from v0 to v1, piece by piece."""
+        """Return the change from v0 to v1 as pieces of constant jerk."""
         level = self.level(v0, a0, v1) if self.rise else a0
         rates = (level - a0) / (self.rise or 1.0), 0.0, -level / self.fall
         return tuple((duration, rate) for duration, rate in zip(self, rates, strict=True) if duration)
 
     def polynomials(self, p: float, v0: float, a0: float, v1: float) -> list[Polynomial]:
-        """The change from v0 to v1 from position p on, a polynomial for each of its times that lasts."""
+        """Return the change from v0 to v1 from position p on: a polynomial for each of its times that lasts."""
         level = self.level(v0, a0, v1)
         polynomials: list[Polynomial] = []
         a, v = a0, v0
@@ -147,14 +149,14 @@ class Course(NamedTuple):
         return not self.cruise and not self.slow.lasts
 
     def stretches(self, first: Phase) -> list[tuple[float, Phase]]:
-        """The duration and the phase of each stretch; `first`: of the change."""
+        """Return the duration and the phase of each stretch; `first`: the phase of the change."""
         cruise = [(self.cruise, Phase.CRUISE)] if self.cruise else []
         slowing = [(duration, Phase.DECELERATE) for duration in self.slow.durations]
         return [(duration, first) for duration in self.change.durations] + cruise + slowing
 
     def polynomials(self, p: float, v0: float, a0: float, v1: float, after: float | None = None) -> list[Polynomial]:
-        """A way from position p at cruise velocity v1: a polynomial for each stretch. `after`: where the change ends,
-        if that is known.
+        """Return a way from position p at cruise velocity v1: a polynomial for each stretch. `after`: where the change
+        ends, if that is known.
         """
         rows = self.change.polynomials(p, v0, a0, v1)
         p = value(rows[-1], self.change.durations[-1]) if after is None else after
@@ -167,7 +169,7 @@ class Course(NamedTuple):
 def joint_stretches(
     course: Course, joints: Joints, velocity: Joints, cruising: Sequence[float], first: Phase
 ) -> Iterator[tuple[float, Phase, Path]]:
-    """The stretches of joints that go on from their velocities to these cruise velocities, and come to rest."""
+    """Yield the stretches of joints that go on from their velocities to these cruise velocities, and come to rest."""
     rows = zip(joints, velocity, cruising, strict=True)
     ways = [course.polynomials(q, v, 0.0, v1) for q, v, v1 in rows]
     for (duration, phase), *path in zip(course.stretches(first), *ways, strict=True):
@@ -189,21 +191,21 @@ class ToolMotion:
         self.displacement = subtracted(position(target), position(state.pose))
 
     def orientation_after(self, change: VelocityChange) -> Transform:
-        """The orientation reached while the present spin dies."""
+        """Return the orientation reached while the present spin dies."""
         R = self.state.pose
         for axis, rate, acceleration in self.dying:
             R = compose(R, rotation_about(axis, change.to_rest(rate, acceleration)))
         return R
 
     def turn(self, change: VelocityChange) -> tuple[Vector, float]:
-        """Axis and angle of the turn that is left after the spin has died."""
+        """Return axis and angle of the turn that is left after the spin has died."""
         return axis_angle(compose(inverse(self.orientation_after(change)), self.target))
 
     def turned(self, change: VelocityChange, spin: float) -> float | None:
-        """The angle of a turn when the change to this spin ends; None: as its polynomials say."""
+        """Return the angle of a turn when the change to this spin ends; None: the value of its polynomials."""
 
     def stretches(self, course: Course) -> Iterator[ToolStretch]:
-        """The stretches of the line; of no course there are none."""
+        """Yield the stretches of the line; none if the course has no length."""
         reach, state, change = course.reach, self.state, course.change
         if reach <= 0.0:
             return

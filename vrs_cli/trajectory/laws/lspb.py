@@ -64,7 +64,7 @@ def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, lea
 
 
 def straight_stop(state: ToolState, limits: ToolLimits) -> list[ToolStretch]:
-    """The tool to rest as soon as it can, on the line that it moves on."""
+    """Return the stretches that bring the tool to rest as soon as possible, on the line that it moves on."""
     line = _ToolMotion(state, state.pose, limits)
     blend = up_to_grid(max(length(state.velocity) / limits.acceleration, line.spin / limits.spin_acceleration))
     stop = Course(Blend(blend), 0.0, Blend(0.0))
@@ -82,7 +82,7 @@ class _ToolMotion(ToolMotion):
         return 0.5 * spin * change.lasts
 
     def course(self, least: float) -> Course:
-        """The shortest times within the limits."""
+        """Return the shortest times within the limits."""
         limits, state = self.limits, self.state
         if state.at_rest:
             _, angle = self.turn(Blend(0.0))
@@ -98,7 +98,9 @@ class _ToolMotion(ToolMotion):
         return search(self._demands, shortest, guess, least, FIRST_STEPS)
 
     def _demands(self, blend: float) -> Demand:
-        """Position and rotation together; the dying spin and the new turn share the angular acceleration."""
+        """Return the bounds of position and rotation together; the dying spin and the new turn share the angular
+        acceleration.
+        """
         low, high, slowing = vector_demands(self.displacement, self.state.velocity, self.limits, blend)
         _, angle = self.turn(Blend(blend))
         if angle > NEGLIGIBLE:
@@ -112,13 +114,13 @@ class _ToolMotion(ToolMotion):
 
 
 def joint_stops(state: JointState, limits: JointLimits, start: float, motion: Motion) -> Iterator[tuple[Segment, ...]]:
-    """The ways to rest: all joints together, or each as fast as it can."""
+    """Yield the ways to rest: all joints together, then each as fast as it can."""
     yield joint_stop(state, limits, start, motion)
     yield joint_stop_each(state, limits, start, motion)
 
 
 def joint_stop(state: JointState, limits: JointLimits, start: float, motion: Motion) -> tuple[Segment, ...]:
-    """Every joint to rest together, along the present direction."""
+    """Bring all joints to rest together, along the present direction."""
     blend = max(_stopping_times(state, limits))
     pairs = zip(state.joints, state.velocity, strict=True)
     path = JointPath(tuple(parabola(q, v, 0.0, blend) if blend else (q,) for q, v in pairs))
@@ -130,10 +132,10 @@ def _stopping_times(state: JointState, limits: JointLimits) -> list[float]:
 
 
 def joint_stop_each(state: JointState, limits: JointLimits, start: float, motion: Motion) -> tuple[Segment, ...]:
-    """Every joint to rest as fast as it can, each in its own time.
+    """Bring every joint to rest as fast as it can, each in its own time.
 
-    No joint goes farther than it would have to go anyway, so this stays inside joint limits wherever the motion that is
-    interrupted would have.
+    No joint goes farther than it would have to go anyway. So this stays inside joint limits if the interrupted motion
+    would have.
     """
     stops = _stopping_times(state, limits)
     q, v = list(state.joints), list(state.velocity)
@@ -166,8 +168,8 @@ def steer(
     motion: Motion,
     _coming: Coming,
 ) -> tuple[Segment, ...]:
-    """A tick [s] towards the target, on the time grid, then coasting and braking to rest; braking at once, at the
-    `hardest`, where the motion before has left no room for a whole tick.
+    """Plan a tick [s] towards the target, on the time grid, then coasting and braking to rest. If the motion before has
+    left no room for a whole tick, brake at once, at the `hardest` limits.
     """
     rows = zip(
         state.joints,
@@ -193,8 +195,8 @@ def steer(
 def steered(
     state: JointState, v1: Joints, limits: JointLimits, tick: float, start: float, motion: Motion
 ) -> tuple[Segment, ...]:
-    """A tick in which the joints come to the velocities v1, then coasting, and braking to rest: all joints together
-    where there is room for that, each in its own time where not.
+    """Plan a tick in which the joints come to the velocities v1, then coasting, and braking to rest: all joints
+    together if there is room for that, else each in its own time.
     """
     path = JointPath(tuple(map(parabola, state.joints, state.velocity, v1, (tick,) * len(v1))))
     stretches: list[tuple[float, Phase, Path]] = [(tick, Phase.BLEND, path)]
@@ -214,7 +216,7 @@ def steered(
 
 
 def steering_of(segments: Sequence[Segment]) -> Joints | None:
-    """The velocities with which `steered` made the segments, if it did."""
+    """Return the velocities with which `steered` made the segments; None if it did not."""
     path = segments[0].path
     if segments[0].phase is not Phase.BLEND or not isinstance(path, JointPath):
         return None
@@ -227,7 +229,7 @@ def steering_of(segments: Sequence[Segment]) -> Joints | None:
 def _next_velocity(
     q: float, v: float, p: float, w: float, v_max: float, a_max: float, low: float, high: float, tick: float
 ) -> float:
-    """The velocity of a joint at the end of the tick."""
+    """Return the velocity of a joint at the end of the tick."""
     response = RESPONSE * tick
     error = p - q
     closing = copysign(min(abs(error) / (2.0 * response), sqrt(a_max * abs(error))), error)

@@ -45,7 +45,7 @@ class Component(NamedTuple):
 
 
 class Demand(NamedTuple):
-    """What a blend time asks: u lies in [low, high]; `slowing` is max |v1| / (u a), so that slow = slowing u."""
+    """The bounds of a blend time: u lies in [low, high]; `slowing` is max |v1| / (u a), so that slow = slowing u."""
 
     low: float
     high: float
@@ -56,7 +56,7 @@ Demands = Callable[[float], Demand]
 
 
 def from_rest(components: Sequence[Component], least: float = 0.0) -> Course:
-    """The times of a motion from rest; `least`: the least total time [s]."""
+    """Return the times of a motion from rest; `least`: the least total time [s]."""
     by_velocity = by_acceleration = 0.0
     for part in components:
         distance = abs(part.displacement)
@@ -72,19 +72,19 @@ def from_rest(components: Sequence[Component], least: float = 0.0) -> Course:
 
 
 def _without_sliver(blend: float, cruise: float, slow: float) -> Course:
-    """A cruise of next to no time is left out: slowing down takes twice that time longer, S stays the same."""
+    """Leave out a cruise of next to no time: slowing down takes twice that time longer, S stays the same."""
     return _course(blend, cruise, slow) if cruise > SLIVER else _course(blend, 0.0, slow + 2.0 * cruise)
 
 
 def from_motion(components: Sequence[Component], least: float = 0.0) -> Course:
-    """The times of a motion of scalar components that starts at their velocities."""
+    """Return the times of a motion of scalar components that starts at their velocities."""
     shortest = max(max(abs(part.velocity) - part.max_velocity, 0.0) / part.max_acceleration for part in components)
     guess = max(abs(part.velocity) / part.max_acceleration for part in components)
     return search(scalar_demands(components), shortest, guess, least)
 
 
 def scalar_demands(components: Sequence[Component]) -> Demands:
-    """The bounds on u of components that each have their own limits."""
+    """Return a function from the blend time to the bounds on u of components that each have their own limits."""
     parts = tuple((c.displacement, 0.5 * c.velocity, c.max_velocity, c.max_acceleration) for c in components)
 
     def demands(blend: float) -> Demand:

@@ -61,7 +61,7 @@ class Bounds(NamedTuple):
 
 
 def quintic(p: float, part: Part, lasting: float) -> Polynomial:
-    """From position p, with the velocity and acceleration of a part, to rest at the end of its way."""
+    """Return the polynomial from position p, with a part's velocity and acceleration, to rest at the end of its way."""
     way, v, a = part
     v, a = v * lasting, a * lasting * lasting
     c3, c4, c5 = 10.0 * way - 6.0 * v - 1.5 * a, -15.0 * way + 8.0 * v + 1.5 * a, 6.0 * way - 3.0 * v - 0.5 * a
@@ -71,7 +71,7 @@ def quintic(p: float, part: Part, lasting: float) -> Polynomial:
 
 
 def from_rest(ways: Sequence[tuple[float, Bounds]], least: float) -> float:
-    """The time in which all ways from rest to rest keep their bounds [s]; 0 where there is none to go."""
+    """Return the time [s] in which all ways from rest to rest keep their bounds; 0 if all ways are 0."""
     if max(abs(way) for way, _ in ways) <= NEGLIGIBLE:
         return 0.0
     times = [
@@ -82,7 +82,7 @@ def from_rest(ways: Sequence[tuple[float, Bounds]], least: float) -> float:
 
 
 def from_motion(keeps: Callable[[float], bool], shortest: float) -> float:
-    """The least time found that keeps all bounds [s]; `shortest`: none shorter is asked for. Raises NoTimes."""
+    """Return the least time [s] found that keeps all bounds, not below `shortest`. Raises NoTimes."""
     short = long = max(shortest, SHORTEST)
     for _ in range(TRIES):
         if keeps(long):
@@ -97,7 +97,7 @@ def from_motion(keeps: Callable[[float], bool], shortest: float) -> float:
 
 
 def _on_grid(lasting: float) -> float:
-    """A time of two halves that are both on the grid."""
+    """Round a time up so that both halves of it are on the grid."""
     return 2.0 * up_to_grid(0.5 * lasting * MARGIN)
 
 
@@ -137,7 +137,7 @@ def joint_motion(
 
 
 def _joint_bounds(part: Part, velocity: float, acceleration: float, jerk: float, peak: float) -> Bounds:
-    """The limits, or what a joint that begins above them has: its velocity with what its acceleration adds to it."""
+    """Return the limits of a joint, raised to the velocity that it has, with what its acceleration adds to it."""
     _, v, a = part
     coming = abs(v) + (0.5 * a * a / jerk if a * v > 0.0 else 0.0)
     fastest = max(velocity, min(coming, peak), abs(v))
@@ -185,7 +185,7 @@ def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, lea
 
 
 def _tip_parts(state: ToolState, way: Vector) -> list[Part]:
-    """The way of the tip along the line, and its velocity and acceleration along it and across."""
+    """Return the tip's way along the line, and its velocity and acceleration along it and across."""
     size = length(way)
     along = scaled(way, 1.0 / size) if size > NEGLIGIBLE else (1.0, 0.0, 0.0)
     beside = subtracted(state.velocity, scaled(along, dot(state.velocity, along)))
@@ -233,7 +233,7 @@ def _group_keeps(
 
 
 def _turns(state: ToolState, target: Transform, time: float) -> list[tuple[Vector, Polynomial]]:
-    """The turns of a motion: the present spin dies, and one from rest to rest makes up for what is left."""
+    """Return the turns of a motion: the present spin dies, and one from rest to rest makes up for what is left."""
     spin, spin_rate = rotated_back(state.pose, state.spin), rotated_back(state.pose, state.spin_rate)
     turns, turned = list[tuple[Vector, Polynomial]](), state.pose
     for axis, rate, change in spin_turns(spin, spin_rate):

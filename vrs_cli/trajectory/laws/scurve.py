@@ -67,7 +67,9 @@ def straight_motion(state: ToolState, target: Transform, limits: ToolLimits, lea
 
 
 def straight_stop(state: ToolState, limits: ToolLimits) -> list[ToolStretch]:
-    """The tool to rest about as soon as it can, on the line that it moves on. Raises NoTimes."""
+    """Return the stretches that bring the tool to rest about as soon as possible, on the line that it moves on. Raises
+    NoTimes.
+    """
     line = _ToolMotion(state, state.pose, limits)
     stretches = line.stretches(Course(line.stop(), 0.0, NONE))
     return [stretch._replace(phase=Phase.DECELERATE) for stretch in stretches]
@@ -104,14 +106,16 @@ class _ToolMotion(ToolMotion):
         return search(self._demands, guess, settling, least)
 
     def stop(self) -> Change:
-        """The shortest times found in which velocity and spin end, with their accelerations. Raises NoTimes."""
+        """Return the shortest times found in which velocity and spin end, with their accelerations. Raises NoTimes."""
         found = [change for rise in RISES if (change := self._stop(rise)) is not None]
         if not found:
             raise NoTimes("no change of velocity within the limits ends at rest")
         return min(found, key=lambda change: change.lasts)
 
     def _stop(self, rise: float) -> Change | None:
-        """Times of a stop whose first ramp is a part of the last one: that a tool which slows down already is quick."""
+        """Return the times of a stop whose first ramp is this part of the last one; None if none is found. A tool that
+        slows down already needs a short first ramp.
+        """
         limits = self.limits
         ramp = max(limits.acceleration / limits.jerk, limits.spin_acceleration / limits.spin_jerk)
         lasting = max(length(self.state.velocity) / limits.acceleration, length(self.spin) / limits.spin_acceleration)
@@ -125,7 +129,9 @@ class _ToolMotion(ToolMotion):
         return None
 
     def _demands(self, change: Change) -> Bounds:
-        """Position and rotation together; the dying spin and the new turn share the angular limits."""
+        """Return the bounds of position and rotation together; the dying spin and the new turn share the angular
+        limits.
+        """
         _, angle = self.turn(change)
         return both(
             vector_bounds(self.displacement, self.state.velocity, self.acceleration, self.limits, change),
@@ -134,7 +140,7 @@ class _ToolMotion(ToolMotion):
 
 
 def spin_turns(spin: Vector, spin_rate: Vector) -> Iterator[tuple[Vector, float, float]]:
-    """The turns by which a spin dies: axis, speed and acceleration at the start."""
+    """Yield the turns by which a spin dies: axis, speed and acceleration at the start."""
     size = length(spin)
     axis = scaled(spin, 1.0 / size) if size > NEGLIGIBLE else (0.0, 0.0, 0.0)
     along = dot(spin_rate, axis)

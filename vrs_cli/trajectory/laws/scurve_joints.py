@@ -39,7 +39,7 @@ _new = tuple.__new__
 
 
 class Joint(NamedTuple):
-    """What is to go, the state now, and the limits of one joint."""
+    """One joint: the way to go, the present velocity and acceleration, and the limits."""
 
     way: float
     velocity: float
@@ -67,7 +67,7 @@ class Phases(NamedTuple):
 
 
 def together(joints: Sequence[Joint], least: float = 0.0) -> tuple[float, list[Phases]]:
-    """How long it takes until all joints arrive, `least` [s] or as little more as they can, and the phases of each.
+    """Return how long it takes until all joints arrive, at least `least` [s], and the phases of each.
 
     A joint has the instants of the slowest one if it can, which makes fewer segments. Raises NoTimes.
     """
@@ -89,7 +89,7 @@ def together(joints: Sequence[Joint], least: float = 0.0) -> tuple[float, list[P
 
 
 def _likely_time(joint: Joint) -> float:
-    """About how long a joint takes alone [s]: it stops, and goes on from there."""
+    """Estimate how long a joint takes alone [s]: it stops, and goes on from there."""
     way, v, _, v_max, a_max, jerk = joint
     stop = abs(v) / a_max
     left = abs(way - 0.5 * v * stop)
@@ -101,7 +101,7 @@ def _likely_time(joint: Joint) -> float:
 
 
 def phases(joint: Joint, v1: float, a_max: float) -> Phases:
-    """The quickest changes to velocity v1 and from there to rest, with accelerations up to a_max."""
+    """Return the quickest changes to velocity v1 and from there to rest, with accelerations up to a_max."""
     _, v0, a0, _, _, jerk = joint
     dv, a, sign = v0 - v1, a0, -1.0
     if dv + 0.5 * a * abs(a) / jerk < 0.0:  # it has to become faster than its acceleration makes it
@@ -131,7 +131,7 @@ def phases(joint: Joint, v1: float, a_max: float) -> Phases:
 
 
 def _arriving(joint: Joint, whole: float) -> Phases | float:
-    """The phases with which a joint arrives in a given time [s]; where it cannot, the next time in which it can."""
+    """Return the phases with which a joint arrives in a given time [s]; if it cannot, the next time in which it can."""
     found = _in_two(joint, whole, joint.max_velocity)
     if _arrives(joint, found, whole):
         return found
@@ -156,7 +156,7 @@ def _arrives(joint: Joint, found: Phases, whole: float) -> bool:
 
 
 def _in_two(joint: Joint, whole: float, fastest: float) -> Phases:
-    """The phases, with a velocity up to `fastest`, that have the right way in a given time [s], or nearly."""
+    """Return phases, with a velocity up to `fastest`, that have (nearly) the right way in a given time [s]."""
     way, _, _, _, a_max, _ = joint
     found = phases(joint, 0.0, a_max)
     sign = 1.0 if way > found.way else -1.0
@@ -188,7 +188,7 @@ def _in_two(joint: Joint, whole: float, fastest: float) -> Phases:
 
 
 def _soonest_in_two(joint: Joint) -> tuple[float, Phases]:
-    """In which time a joint arrives soonest so [s], and with which phases."""
+    """Return the shortest time [s] in which a joint arrives with two changes, and the phases."""
     way, v, a, v_max, a_max, jerk = joint
     stop = phases(joint, 0.0, a_max)
     left = way - stop.way
@@ -206,7 +206,7 @@ def _soonest_in_two(joint: Joint) -> tuple[float, Phases]:
 
 
 def _root(f: Callable[[float], float], low: float, high: float) -> float:
-    """Where f, which is not above 0 at `low` and not below it at `high`, is 0 (regula falsi, Illinois)."""
+    """Return the zero of f, which is not above 0 at `low` and not below 0 at `high` (regula falsi, Illinois)."""
     below, above, side = f(low), f(high), 0
     x = low
     for _ in range(STEPS):
@@ -224,7 +224,7 @@ def _root(f: Callable[[float], float], low: float, high: float) -> float:
 
 
 def _past(joint: Joint, v1: float) -> float:
-    """How far a joint goes past its target when it changes to velocity v1 and then slows down at once."""
+    """Return how far a joint goes past its target if it changes to velocity v1 and then slows down at once."""
     return phases(joint, v1, joint.max_acceleration).way - joint.way
 
 
@@ -232,8 +232,9 @@ def _past(joint: Joint, v1: float) -> float:
 
 
 def _in_one(joint: Joint, whole: float, otherwise: float, quick: Phases) -> Phases | float:
-    """The phases of one change that lasts so long [s]; else its least time, if that is less than `otherwise`, which is
-    how long the joint takes with the phases `quick`.
+    """Return the phases of one change that lasts `whole` [s]; else its least time, or `otherwise` if that is less.
+
+    `otherwise`: how long the joint takes with the phases `quick`.
     """
     weak = _weakest(joint, otherwise, quick)
     if not weak:
@@ -252,7 +253,9 @@ def _in_one(joint: Joint, whole: float, otherwise: float, quick: Phases) -> Phas
 
 
 def _weakest(joint: Joint, otherwise: float, quick: Phases) -> float:
-    """The deceleration with which the quickest stop ends on the target; 0 where it is not sooner than `otherwise`."""
+    """Return the deceleration with which the quickest stop ends on the target; 0 if that is not sooner than
+    `otherwise`.
+    """
     way, v, a, _, a_max, jerk = joint
     sign = 1.0 if quick.cruising > 0.0 else -1.0
     if sign * (v + 0.5 * a * abs(a) / jerk) <= abs(quick.cruising):  # it need not brake on its way there
@@ -286,7 +289,7 @@ def _change(joint: Joint, level: float) -> Phases:
 
 
 def _at_pace(joint: Joint, pace: Phases, whole: float) -> Phases | None:
-    """The phases of a joint at the instants of another one; None where they do not keep its limits."""
+    """Return the phases of a joint at the instants of another one; None if they do not keep its limits."""
     way, v0, a0, v_max, a_max, jerk = joint
     rise, hold, fall, _, _, ramp, keep, lasts, _ = pace
     reach, held, slowing = 0.5 * rise + hold + 0.5 * fall, ramp + keep, 2.0 * ramp + keep
@@ -314,7 +317,7 @@ def _at_pace(joint: Joint, pace: Phases, whole: float) -> Phases | None:
 def stretches(
     state: JointState, goal: Joints, limits: JointLimits, least: float = 0.0
 ) -> Iterator[tuple[float, Phase, Path]]:
-    """The stretches of a motion to rest at `goal`, which lasts at least so long [s]. Raises NoTimes."""
+    """Yield the stretches of a motion to rest at `goal`, which lasts at least `least` [s]. Raises NoTimes."""
     joints = [
         Joint(to - q, v, a, v_max, a_max, jerk)
         for q, v, a, to, v_max, a_max, jerk in zip(
@@ -339,7 +342,7 @@ def stretches(
 
 
 def _rows(q: float, goal: float, joint: Joint, found: Phases, whole: float) -> Iterator[Row]:
-    """The cubics of a joint; the second change ends on the goal, whatever rounding has left."""
+    """Yield the cubics of a joint; the second change ends exactly on the goal."""
     rise, hold, fall, level, v1, ramp, keep, _, _ = found
     _, v, a, _, _, _ = joint
     t = 0.0

@@ -42,7 +42,7 @@ SHORTEST = 1e-10  # [s] of a piece: a shorter one changes nothing
 
 
 def stop(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
-    """The quickest way to velocity and acceleration zero: (duration, jerk) piece by piece."""
+    """Return the quickest way to velocity and acceleration zero, in pieces (duration, jerk)."""
     left = v + 0.5 * a * abs(a) / jerk  # the velocity once the acceleration is gone
     if abs(left) <= NEGLIGIBLE:
         return ((abs(a) / jerk, copysign(jerk, -a)),) if a else ()
@@ -56,7 +56,9 @@ def stop(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
 
 
 def turning_back(v: float, a: float, acceleration: float, jerk: float) -> Pieces:
-    """The pieces that bring the velocity to zero soonest, whatever the acceleration is then: nothing goes less far."""
+    """Return the pieces that bring the velocity to zero soonest, whatever the acceleration is then: the shortest
+    way.
+    """
     sign = copysign(1.0, v)
     v, a = v * sign, a * sign
     ramp = max((a + acceleration) / jerk, 0.0)
@@ -68,7 +70,7 @@ def turning_back(v: float, a: float, acceleration: float, jerk: float) -> Pieces
 
 
 def farthest(q: float, v: float, a: float, pieces: Pieces) -> tuple[float, float]:
-    """The least and the greatest position on a way of pieces of constant jerk."""
+    """Return the least and the greatest position on a way of pieces of constant jerk."""
     places = [q]
     for duration, jerk in pieces:
         places += [q + s * (v + s * (0.5 * a + s * jerk / 6.0)) for s in turns(v, a, jerk) if 0.0 < s < duration]
@@ -78,7 +80,7 @@ def farthest(q: float, v: float, a: float, pieces: Pieces) -> tuple[float, float
 
 
 def state_after(q: float, v: float, a: float, s: float, jerk: float) -> tuple[float, float, float]:
-    """The state s seconds later."""
+    """Return the state s seconds later."""
     return q + s * (v + s * (0.5 * a + s * jerk / 6.0)), v + s * (a + 0.5 * s * jerk), a + s * jerk
 
 
@@ -86,16 +88,18 @@ def state_after(q: float, v: float, a: float, s: float, jerk: float) -> tuple[fl
 
 
 def joint_stops(state: JointState, limits: JointLimits, start: float, motion: Motion) -> Iterator[tuple[Segment, ...]]:
-    """The ways to rest: at limited jerk; at constant acceleration, which needs less room, where it jumps anyway."""
+    """Yield the ways to rest: at limited jerk; if the acceleration may jump, also at constant acceleration, which needs
+    less room.
+    """
     yield joint_stop(state, limits, start, motion)
     if not state.acceleration:
         yield from stops_at_constant_acceleration(state, limits, start, motion._replace(profile=Profile.LSPB))
 
 
 def joint_stop(state: JointState, limits: JointLimits, start: float, motion: Motion) -> tuple[Segment, ...]:
-    """Every joint to rest as fast as it can, each in its own time.
+    """Bring every joint to rest as fast as it can, each in its own time.
 
-    One that would leave its range so is turned back: the motion that is interrupted would have done so too, or it would
+    A joint that would leave its range so is turned back: the interrupted motion would have turned back too, or it would
     not have been planned.
     """
     rows = zip(
@@ -128,13 +132,13 @@ def _pieces_to_rest(
 def joint_pieces(
     state: JointState, pieces: Sequence[Pieces], slows: float = 0.0
 ) -> Iterator[tuple[float, Phase, Path]]:
-    """Joints that each go through pieces of their own to rest, as `common_stretches`."""
+    """Yield the stretches of joints that each go through pieces of their own to rest, as `common_stretches` does."""
     rows = zip(state.joints, state.velocity, state.present_acceleration, pieces, strict=True)
     return common_stretches([list(rows_through(*row)) for row in rows], slows)
 
 
 def rows_through(q: float, v: float, a: float, pieces: Pieces) -> Iterator[Row]:
-    """The cubics of a joint that goes through pieces to rest."""
+    """Yield the cubics of a joint that goes through pieces to rest."""
     t = 0.0
     for duration, jerk in pieces:
         yield round(t * TICKS_PER_SECOND), t, q, v, 0.5 * a, jerk / 6.0
@@ -144,8 +148,8 @@ def rows_through(q: float, v: float, a: float, pieces: Pieces) -> Iterator[Row]:
 
 
 def common_stretches(ways: Sequence[Sequence[Row]], slows: float) -> Iterator[tuple[float, Phase, JointPath]]:
-    """Joints that each have rows of their own: a stretch from each of their instants to the next. What begins before
-    `slows` [s] is no slowing down yet.
+    """Yield a stretch from each instant of any joint's rows to the next. What begins before `slows` [s] does not slow
+    down yet.
     """
     instants = sorted({row[0] for way in ways for row in way})
     paths, slowing = zip(*[_column(way, instants) for way in ways], strict=True), round(slows * TICKS_PER_SECOND)
@@ -154,7 +158,7 @@ def common_stretches(ways: Sequence[Sequence[Row]], slows: float) -> Iterator[tu
 
 
 def _column(way: Sequence[Row], instants: Sequence[int]) -> list[tuple[float, float, float, float]]:
-    """The cubics of one joint from each instant to the next."""
+    """Return the cubics of one joint from each instant to the next."""
     column, rest = [], iter(way)
     (_, t, q, v, h, c), after = next(rest), next(rest, None)
     for instant in instants[:-1]:
@@ -196,10 +200,9 @@ def steer(
     motion: Motion,
     coming: Coming,
 ) -> tuple[Segment, ...]:
-    """A tick [s] towards the target, on the time grid, then a stop.
+    """Plan a tick [s] towards the target, on the time grid, then a stop.
 
-    `coming`: what each joint was to do from now on, where that is cubics; nothing is returned where that would be
-    needed, and is not.
+    `coming`: what each joint was to do from now on, if that is cubics. Returns nothing if that is needed and not known.
     """
     joints = _joints(state, target, limits)
     jerks = [_jerk(one, tick) for one in joints]
@@ -219,13 +222,13 @@ def steer(
 def steered(
     state: JointState, jerks: Joints, limits: JointLimits, tick: float, start: float, motion: Motion
 ) -> tuple[Segment, ...]:
-    """A tick with these jerks, then a stop."""
+    """Plan a tick with these jerks, then a stop."""
     joints = _joints(state, Target(state.joints, state.velocity), limits)
     return segments_of(start, motion, _tick_and_stop(state, list(zip(joints, jerks, strict=True)), tick))
 
 
 def steering_of(segments: Sequence[Segment]) -> Joints | None:
-    """The jerks with which `steered` made the segments, if it did."""
+    """Return the jerks with which `steered` made the segments; None if it did not."""
     chase, *after = (segment.path.coefficients for segment in segments if isinstance(segment.path, JointPath))
     if segments[0].phase is not Phase.BLEND or len(chase[0]) != CUBIC + 1:
         return None
@@ -235,7 +238,10 @@ def steering_of(segments: Sequence[Segment]) -> Joints | None:
 
 
 def _jerk_of(row: Polynomial, then: Polynomial, tick: float) -> float | None:
-    """The jerk of a joint in a tick, to the bit; `then`: what it does after it. Two numbers may have one sixth."""
+    """Return the jerk of a joint in a tick, to the bit; `then`: what it does after it.
+
+    Two numbers may have one sixth.
+    """
     q, v, half, sixth = row
     near = 6.0 * sixth
     for jerk in (near, nextafter(near, inf), nextafter(near, -inf)):
@@ -270,7 +276,7 @@ def _joints(state: JointState, target: Target, limits: JointLimits) -> list[Join
 
 
 def _jerk(one: Joint, tick: float) -> float | None:
-    """The jerk of a tick, as near to what the joint wants as its limits allow; None where no jerk keeps them."""
+    """Return the jerk of a tick, as near to what the joint wants as its limits allow; None if no jerk keeps them."""
     least = min(max(-one.j_max, (-one.a_max - one.a) / tick), one.j_max)
     most = max(min(one.j_max, (one.a_max - one.a) / tick), -one.j_max)
     jerk = min(max((_wanted_acceleration(one, tick) - one.a) / tick, least), most)
@@ -290,7 +296,7 @@ def _jerk(one: Joint, tick: float) -> float | None:
 
 
 def _wanted_acceleration(one: Joint, tick: float) -> float:
-    """The acceleration at the end of the tick."""
+    """Return the acceleration that a joint wants at the end of the tick."""
     error = one.p - one.q
     closing = min(abs(error) / (RESPONSE * tick), _brakable(abs(error), EASY * one.a_max, EASY * one.j_max))
     wanted = min(max(one.w + copysign(closing, error), -one.v_max), one.v_max)
@@ -329,7 +335,7 @@ def _beyond(one: Joint, jerk: float, tick: float) -> int:
 
 
 def _bound(one: Joint, v: float, a: float) -> float:
-    """What the velocity may become: the one asked for, or more where the acceleration has it come so far anyway."""
+    """Return the greatest velocity allowed: the one asked for, or more if the acceleration leads there anyway."""
     coming = v + 0.5 * a * a / (KEPT * one.j_max) if a > 0.0 else v
     return max(min(max(one.v_max, coming), one.peak), v)
 
@@ -340,20 +346,21 @@ def _bound(one: Joint, v: float, a: float) -> float:
 def _tick_and_stop(
     state: JointState, steady: Sequence[tuple[Joint, float]], tick: float
 ) -> Iterator[tuple[float, Phase, Path]]:
-    """A tick with the jerk of each joint, then all to rest together where there is room for that, else each alone."""
+    """Plan a tick with the jerk of each joint, then a stop: all together if there is room for that, else each alone."""
     together = _together(steady, tick)
     return iter(together) if together else joint_pieces(state, [_pieces(*one, tick) for one in steady], tick)
 
 
 def _pieces(one: Joint, jerk: float, tick: float) -> Pieces:
-    """What a joint does alone: the tick, and a stop."""
+    """Return what a joint does alone: the tick, and a stop."""
     _, v1, a1 = state_after(one.q, one.v, one.a, tick, jerk)
     return (tick, jerk), *stop(v1, a1, KEPT * one.a_max, KEPT * one.j_max)
 
 
 def _together(steady: Sequence[tuple[Joint, float]], tick: float) -> list[tuple[float, Phase, Path]]:
-    """The tick, then all joints lose their accelerations, coast, and come to rest together; nothing where there is no
-    room for that."""
+    """Plan the tick, then all joints lose their accelerations, coast, and come to rest together. Returns nothing if
+    there is no room for that.
+    """
     joints = [one for one, _ in steady]
     after = [state_after(one.q, one.v, one.a, tick, jerk) for one, jerk in steady]
     chase = JointPath(tuple([(one.q, one.v, 0.5 * one.a, jerk / 6.0) for one, jerk in steady]))
@@ -377,14 +384,14 @@ def _together(steady: Sequence[tuple[Joint, float]], tick: float) -> list[tuple[
 
 
 def _slowing(joints: Sequence[Joint], velocities: Sequence[float]) -> Change:
-    """The times in which joints with these velocities come to rest together."""
+    """Return the times in which joints with these velocities come to rest together."""
     by_acceleration = max(abs(v) / one.a_max for one, v in zip(joints, velocities, strict=True))
     by_jerk = max(abs(v) / one.j_max for one, v in zip(joints, velocities, strict=True))
     return ramps(by_acceleration / KEPT, by_jerk / KEPT)
 
 
 def _has_room(one: Joint, here: tuple[float, float, float], v1: float, coasting: float, change: Change) -> bool:
-    """Whether a joint may coast so after the tick, to the velocity v1, and stop."""
+    """Return whether a joint may coast after the tick, to the velocity v1, and stop."""
     q, v, a = here
     if not -_bound(one, -one.v, -one.a) <= v1 <= _bound(one, one.v, one.a):
         return False

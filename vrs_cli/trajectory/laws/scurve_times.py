@@ -39,7 +39,7 @@ HALVINGS = 50
 
 
 class Bounds(NamedTuple):
-    """What a change asks: u in [low, high]; the greatest |v1| / (u a) and |v1| / (u j), for slowing down."""
+    """The bounds of a change: u in [low, high]; the greatest |v1| / (u a) and |v1| / (u j), for slowing down."""
 
     low: float
     high: float
@@ -101,7 +101,7 @@ def ramps(by_acceleration: float, by_jerk: float) -> Change:
 
 
 def _without_sliver(change: Change, cruise: float, slow: Change) -> Course:
-    """A cruise of next to no time is left out: the ramps of slowing down take that time longer."""
+    """Leave out a cruise of next to no time: the ramps of slowing down take that time longer."""
     if cruise > SLIVER:
         return Course(change, cruise, slow)
     return Course(change, 0.0, Change(slow.rise + cruise, slow.hold, slow.fall + cruise) if slow.lasts else slow)
@@ -177,7 +177,7 @@ def vector_bounds(
 
 
 def keeps(change: Change, velocity: Vector, at: Vector, acceleration: float, jerk: float) -> bool:
-    """Whether a change from a velocity and an acceleration `at` the start to rest is within limits."""
+    """Return whether a change to rest from a velocity and an acceleration `at` the start is within limits."""
     level = scaled(added(velocity, scaled(at, 0.5 * change.rise)), -1.0 / change.reach)
     most = min(acceleration, jerk * change.fall)
     return length(level) <= most and length(subtracted(level, at)) <= jerk * change.rise
@@ -213,7 +213,7 @@ def turn_bounds(angle: float, change: Change, spin: Vector, spin_rate: Vector, l
 
 
 def both(a: Bounds, b: Bounds) -> Bounds:
-    """What two parts ask together."""
+    """Return the bounds of two parts together."""
     return Bounds(
         max(a.low, b.low),
         min(a.high, b.high),
@@ -257,7 +257,7 @@ def _quickest(bounds: Bounds) -> float | None:
 
 
 def _possible(total: Callable[[Change], float], guess: Change, shortest: float) -> Change:
-    """A change that is possible: about the guess, then ever longer ones, with long ramps or with the shortest rise."""
+    """Return a change that is possible: the guess, then ever longer ones, with long ramps or with the shortest rise."""
     change = guess
     for _ in range(DOUBLINGS):
         for rise in (change.rise, max(1.02 * shortest, 1e-3), 2.0 * guess.fall):
@@ -273,7 +273,9 @@ _DIRECTIONS = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (-1, 1, -1), (1, -1, 
 
 
 def _downhill(total: Callable[[Change], float], start: Change, shortest: float) -> Change:
-    """From a possible change downhill to (nearly) the least total time: steps in each direction, ever smaller."""
+    """Go from a possible change downhill to (nearly) the least total time, with ever smaller steps in each
+    direction.
+    """
     best, best_total, tries = start, total(start), 0
     step = FIRST_STEP * max(start.lasts, 0.05)
     while step > LAST_STEP * max(best.lasts, 0.05) and tries < MOST_TRIES:
