@@ -18,9 +18,9 @@ from vrs_cli.cli.command_line import (
     ROBOT,
     STANDARD_STREAM,
     CommandLineError,
-    Parser,
     chosen_dialect,
     chosen_robot,
+    command,
     one_of,
     option,
 )
@@ -39,7 +39,29 @@ if TYPE_CHECKING:
 
 LOOKED_EVERY = 0.25  # [s] at the files, with --watch
 
-EPILOG = """\
+
+def check(options: Namespace) -> int:
+    """Print all diagnostics of all files."""
+    if STANDARD_STREAM in options.files and (options.fix or options.watch):
+        raise CommandLineError("--fix and --watch are for files, not for standard input", "name files")
+    model, cell = chosen_robot(options), _chosen_cell(options)
+    if options.watch:
+        return _watch(options, model, cell)
+    return _check(options, model, cell)
+
+
+def _codes(text: str) -> tuple[str, ...]:
+    """V401,V05: codes, or how they begin."""
+    codes = tuple(code.strip().upper() for code in text.split(","))
+    wrong = next((code for code in codes if not re.fullmatch("V[0-9]{0,4}", code)), None)
+    if wrong is not None:
+        raise ArgumentTypeError(f"{wrong!r} is no code, as V401 and V05 are")
+    return codes
+
+
+check_parser = command(
+    "Find all mistakes in program files. Nothing is run.",
+    """\
 Codes are V and digits; the first of these stand for all that begin so. Errors are always told: a program
 with one does not run. A comment at the end of a line does without its warnings, one anywhere without those of
 the file:
@@ -56,35 +78,18 @@ Exit status: 0 without errors (there may be warnings; with --strict there are no
   vrs check pick.v2 --cell c.toml   what the cell fills has a value
   vrs check pick.v2 --watch         again whenever a file changes, until Ctrl-C
   vrs check cell --format github    annotations of a GitHub workflow
-"""
-
-
-def check(options: Namespace) -> int:
-    """Print all diagnostics of all files."""
-    if STANDARD_STREAM in options.files and (options.fix or options.watch):
-        raise CommandLineError("--fix and --watch are for files, not for standard input", "name files")
-    model, cell = chosen_robot(options), _chosen_cell(options)
-    if options.watch:
-        return _watch(options, model, cell)
-    return _check(options, model, cell)
-
-
-def check_parser(prog: str) -> Parser:
-    return Parser(
-        prog,
-        "Find all mistakes in program files. Nothing is run.",
-        EPILOG,
-        option("files", metavar="FILE.v2", nargs="+", help="files, folders or patterns (- is standard input)"),
-        option("--format", choices=tuple(FORMATS), default="text", help="text (default), json or github"),
-        option("--select", metavar="CODES", type=_codes, default=("V",), help="warnings to tell: V401,V05"),
-        option("--ignore", metavar="CODES", type=_codes, default=(), help="warnings not to tell"),
-        option("--strict", action="store_true", help="status 1 for warnings too"),
-        option("--fix", action="store_true", help="rewrite what can surely be mended, and tell the rest"),
-        option("--watch", action="store_true", help="check again whenever a file changes"),
-        *ROBOT,
-        DIALECT,
-        CELL,
-    )
+""",
+    option("files", metavar="FILE.v2", nargs="+", help="files, folders or patterns (- is standard input)"),
+    option("--format", choices=tuple(FORMATS), default="text", help="text (default), json or github"),
+    option("--select", metavar="CODES", type=_codes, default=("V",), help="warnings to tell: V401,V05"),
+    option("--ignore", metavar="CODES", type=_codes, default=(), help="warnings not to tell"),
+    option("--strict", action="store_true", help="status 1 for warnings too"),
+    option("--fix", action="store_true", help="rewrite what can surely be mended, and tell the rest"),
+    option("--watch", action="store_true", help="check again whenever a file changes"),
+    *ROBOT,
+    DIALECT,
+    CELL,
+)
 
 
 def _chosen_cell(options: Namespace) -> Cell:
@@ -96,15 +101,6 @@ def _chosen_cell(options: Namespace) -> Cell:
     from vrs_cli.files.cell_file import read_cell
 
     return read_cell(options.cell)
-
-
-def _codes(text: str) -> tuple[str, ...]:
-    """V401,V05: codes, or how they begin."""
-    codes = tuple(code.strip().upper() for code in text.split(","))
-    wrong = next((code for code in codes if not re.fullmatch("V[0-9]{0,4}", code)), None)
-    if wrong is not None:
-        raise ArgumentTypeError(f"{wrong!r} is no code, as V401 and V05 are")
-    return codes
 
 
 def _check(options: Namespace, model: RobotModel, cell: Cell) -> int:
@@ -174,17 +170,6 @@ def _state(named: Sequence[str]) -> object:
 # --- vrs fmt --------------------------------------------------------------------------------------------------------
 
 
-FMT_EPILOG = """\
-A file with mistakes is left as it is. Formatting twice changes nothing more.
-
-  vrs fmt pick.v2
-  vrs fmt --write pick.v2 place.v2
-  vrs fmt --write cell              all program files in a folder, and below it
-  vrs fmt --diff pick.v2            what would change
-  vrs fmt --check pick.v2 || echo "run vrs fmt --write"
-"""
-
-
 class Formatted(Struct, frozen=True):
     """A file and its canonical text; None where it has mistakes."""
 
@@ -252,19 +237,25 @@ def _show(lines: Iterable[str]) -> None:
         console.print(rich_text(line(text, inks.get(text[0], Ink.TEXT))), soft_wrap=True)
 
 
-def fmt_parser(prog: str) -> Parser:
-    return Parser(
-        prog,
-        "Print program files as canonical VAL-II text: one layout, comments kept.",
-        FMT_EPILOG,
-        option("files", metavar="FILE.v2", nargs="+", help="files, folders or patterns (- is standard input)"),
-        DIALECT,
-        one_of(
-            option("--write", action="store_true", help="rewrite the files in place"),
-            option("--check", action="store_true", help="change nothing; status 1 if a file would change"),
-            option("--diff", action="store_true", help="the same, and show what would change"),
-        ),
-    )
+fmt_parser = command(
+    "Print program files as canonical VAL-II text: one layout, comments kept.",
+    """\
+A file with mistakes is left as it is. Formatting twice changes nothing more.
+
+  vrs fmt pick.v2
+  vrs fmt --write pick.v2 place.v2
+  vrs fmt --write cell              all program files in a folder, and below it
+  vrs fmt --diff pick.v2            what would change
+  vrs fmt --check pick.v2 || echo "run vrs fmt --write"
+""",
+    option("files", metavar="FILE.v2", nargs="+", help="files, folders or patterns (- is standard input)"),
+    DIALECT,
+    one_of(
+        option("--write", action="store_true", help="rewrite the files in place"),
+        option("--check", action="store_true", help="change nothing; status 1 if a file would change"),
+        option("--diff", action="store_true", help="the same, and show what would change"),
+    ),
+)
 
 
 def _formatted(source: Source, dialect: Dialect) -> Formatted:

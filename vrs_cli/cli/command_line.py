@@ -119,6 +119,11 @@ def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
     return suggestion(word, known, f"see {prog} --help")
 
 
+def command(description: str, epilog: str, *options: AddOption) -> Callable[[str], Parser]:
+    """What makes the parser of a subcommand, for a program of that name."""
+    return lambda prog: Parser(prog, description, epilog, *options)
+
+
 CHOICES = (  # which arm of a URDF file, and what counts of its locations
     option("--base", metavar="LINK", help="of a URDF file: the link that the arm stands on"),
     option("--tip", metavar="LINK", help="of a URDF file: the link that the arm moves, its flange"),

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import CommandLineError, Parser, option
+from vrs_cli.cli.command_line import CommandLineError, command, option
 from vrs_cli.cli.connections import KINDS, LINE_OPTIONS, signal_comes
 from vrs_cli.repl.interrupt import ENDINGS, Ended
 
@@ -19,34 +19,12 @@ if TYPE_CHECKING:
 LOOPBACK = "127.0.0.1"
 LAST_PORT = 65535
 
-EPILOG = f"""\
-Whoever connects to LISTEN is connected to TARGET; both are HOST:PORT, or a PORT of this machine (0: one that is free).
-Each connection has delays of its own, the same for the same seed and number. Ctrl-C ends it.
-
-{KINDS}
-  vrs serve --port 7000
-  vrs delay 7001 7000 --forward "gamma 200ms 80ms" --backward "gamma 200ms 80ms" --loss 1%
-  vrs connect ws://127.0.0.1:7001
-"""
-
 
 def delay(options: Namespace) -> None:
     """Serve until Ctrl-C."""
     number = asyncio.run(_serve(_proxy(options), options, partial(print, flush=True)))
     if number in ENDINGS:  # Ctrl-C is the way to stop it, any other signal ends the process
         raise Ended(number)
-
-
-def delay_parser(prog: str) -> Parser:
-    return Parser(
-        prog,
-        "Let a line between a client and a server be slow, uneven and lossy.",
-        EPILOG,
-        option("listen", metavar="LISTEN", type=_address, help="where clients connect"),
-        option("target", metavar="TARGET", type=_address, help="the server"),
-        *LINE_OPTIONS,
-        option("--quiet", action="store_true", help="tell of no connections"),
-    )
 
 
 def _address(text: str) -> Endpoint:
@@ -57,6 +35,24 @@ def _address(text: str) -> Endpoint:
     if not (port.isascii() and port.isdigit() and int(port) <= LAST_PORT) or "/" in host:
         raise argparse.ArgumentTypeError(f"{text!r} is no address, as {LOOPBACK}:7000 or 7000")
     return Endpoint(host.strip("[]") or LOOPBACK, int(port))
+
+
+delay_parser = command(
+    "Let a line between a client and a server be slow, uneven and lossy.",
+    f"""\
+Whoever connects to LISTEN is connected to TARGET; both are HOST:PORT, or a PORT of this machine (0: one that is free).
+Each connection has delays of its own, the same for the same seed and number. Ctrl-C ends it.
+
+{KINDS}
+  vrs serve --port 7000
+  vrs delay 7001 7000 --forward "gamma 200ms 80ms" --backward "gamma 200ms 80ms" --loss 1%
+  vrs connect ws://127.0.0.1:7001
+""",
+    option("listen", metavar="LISTEN", type=_address, help="where clients connect"),
+    option("target", metavar="TARGET", type=_address, help="the server"),
+    *LINE_OPTIONS,
+    option("--quiet", action="store_true", help="tell of no connections"),
+)
 
 
 def _proxy(options: Namespace) -> DelayProxy:

@@ -22,8 +22,8 @@ from vrs_cli.cli.command_line import (
     ROBOT,
     STANDARD_STREAM,
     CommandLineError,
-    Parser,
     chosen_robot,
+    command,
     option,
     positive,
     size,
@@ -40,22 +40,6 @@ LEADS = (0.0, 0.2, 0.4, 0.6, 0.8)  # [s]
 POLICIES = ("ABORT", "POSTPONE")
 USUAL_DELAY, USUAL_JITTER = 0.2, 0.08  # [s]
 CHARTED = {"predicted": "p", "deltas": "d", "ahead": "a", "preview": "w"}  # plain frames are off by far more
-
-EPILOG = f"""\
-An operator commands a motion every second or so, each for LEAD seconds after it is issued. Somebody far away sees it
-  frames     by positions that are shown as they come
-  predicted  by positions D_b ahead, shown when their time has come
-  deltas     by the timeline, at the present
-  ahead      by the timeline, D_f later: where the robot will be when a command of now arrives
-  preview    the same, with the commands that are on their way
-A row is the mean over all seeds. All of it happens in virtual time, and is the same for the same seeds.
-
-{KINDS}
-  vrs experiment delays
-  vrs experiment delays --delay 50ms 200ms --jitter 0 80ms --lead 0.4 --policy ABORT
-  vrs experiment delays --forward "trace up.txt" --backward "bursty 50ms 400ms 5s 500ms" --loss 1%
-  vrs experiment delays --plot delays.svg
-"""
 
 
 def experiment(options: Namespace) -> int:
@@ -78,49 +62,6 @@ def experiment(options: Namespace) -> int:
     return OK if all(row.sound for row in rows) else FAILED
 
 
-def experiment_parser(prog: str) -> Parser:
-    return Parser(
-        prog,
-        "Try what delays do to who commands a robot from afar.",
-        EPILOG,
-        option("what", metavar="delays", choices=("delays",), help="the experiment"),
-        option(
-            "--delay", metavar="T", type=duration, nargs="+", help="mean delays, gamma distributed (default: 200ms)"
-        ),
-        option("--jitter", metavar="T", type=duration, nargs="+", help="their standard deviations (default: 80ms)"),
-        *LINE_OPTIONS,
-        option(
-            "--lead",
-            metavar="T",
-            type=duration,
-            nargs="+",
-            default=LEADS,
-            help="when commands begin, counted from their issue (default: 0 to 0.8 s)",
-        ),
-        option(
-            "--policy",
-            type=str.upper,
-            choices=POLICIES,
-            nargs="+",
-            default=POLICIES,
-            help="what becomes of late commands (default: ABORT and POSTPONE)",
-        ),
-        option("--seeds", metavar="N", type=size, default=20, help="trials a row (default: 20)"),
-        option("--seconds", metavar="T", type=seconds, default=200.0, help="how long each is (default: 200)"),
-        option("--rate", metavar="HZ", type=rate, default=25.0, help="looks a second (default: 25)"),
-        *ROBOT,
-        option("--jobs", metavar="N", type=size, help="processes (default: one for each core)"),
-        option(
-            "--plot",
-            metavar="OUT.svg|png|pdf",
-            nargs="?",
-            const=STANDARD_STREAM,
-            help="draw curves over the lead: into a file, or in letters",
-        ),
-        option("--json", action="store_true", help="print one JSON object and nothing else"),
-    )
-
-
 def _within(least: float, most: float, unit: str, text: str) -> float:
     """A number of a unit."""
     value = positive(text)
@@ -130,7 +71,62 @@ def _within(least: float, most: float, unit: str, text: str) -> float:
 
 
 seconds = partial(_within, 5.0, 1e4, "s")  # of a trial
+
+
 rate = partial(_within, 1.0, 200.0, "Hz")  # of looks
+
+
+experiment_parser = command(
+    "Try what delays do to who commands a robot from afar.",
+    f"""\
+An operator commands a motion every second or so, each for LEAD seconds after it is issued. Somebody far away sees it
+  frames     by positions that are shown as they come
+  predicted  by positions D_b ahead, shown when their time has come
+  deltas     by the timeline, at the present
+  ahead      by the timeline, D_f later: where the robot will be when a command of now arrives
+  preview    the same, with the commands that are on their way
+A row is the mean over all seeds. All of it happens in virtual time, and is the same for the same seeds.
+
+{KINDS}
+  vrs experiment delays
+  vrs experiment delays --delay 50ms 200ms --jitter 0 80ms --lead 0.4 --policy ABORT
+  vrs experiment delays --forward "trace up.txt" --backward "bursty 50ms 400ms 5s 500ms" --loss 1%
+  vrs experiment delays --plot delays.svg
+""",
+    option("what", metavar="delays", choices=("delays",), help="the experiment"),
+    option("--delay", metavar="T", type=duration, nargs="+", help="mean delays, gamma distributed (default: 200ms)"),
+    option("--jitter", metavar="T", type=duration, nargs="+", help="their standard deviations (default: 80ms)"),
+    *LINE_OPTIONS,
+    option(
+        "--lead",
+        metavar="T",
+        type=duration,
+        nargs="+",
+        default=LEADS,
+        help="when commands begin, counted from their issue (default: 0 to 0.8 s)",
+    ),
+    option(
+        "--policy",
+        type=str.upper,
+        choices=POLICIES,
+        nargs="+",
+        default=POLICIES,
+        help="what becomes of late commands (default: ABORT and POSTPONE)",
+    ),
+    option("--seeds", metavar="N", type=size, default=20, help="trials a row (default: 20)"),
+    option("--seconds", metavar="T", type=seconds, default=200.0, help="how long each is (default: 200)"),
+    option("--rate", metavar="HZ", type=rate, default=25.0, help="looks a second (default: 25)"),
+    *ROBOT,
+    option("--jobs", metavar="N", type=size, help="processes (default: one for each core)"),
+    option(
+        "--plot",
+        metavar="OUT.svg|png|pdf",
+        nargs="?",
+        const=STANDARD_STREAM,
+        help="draw curves over the lead: into a file, or in letters",
+    ),
+    option("--json", action="store_true", help="print one JSON object and nothing else"),
+)
 
 
 # --- what is tried -----------------------------------------------------------------------------------------------

@@ -7,13 +7,8 @@ import sys
 from argparse import Namespace
 from importlib.util import find_spec
 
-from vrs_cli.cli.command_line import ROBOT, CommandLineError, Parser, chosen_robot, option
+from vrs_cli.cli.command_line import ROBOT, CommandLineError, chosen_robot, command, option
 from vrs_cli.extras import how_to_install
-
-EPILOG = """\
-Diagnostics while you type, completion, help under the pointer, go to definition, outline, formatting.
-How editors are told to start it: docs/editors.md.
-"""
 
 
 def lsp(options: Namespace) -> None:
@@ -26,11 +21,12 @@ def lsp(options: Namespace) -> None:
     server(chosen_robot(options)).start_io(sys.stdin.buffer, output)
 
 
-def lsp_parser(prog: str) -> Parser:
-    return Parser(
-        prog,
-        "The VAL-II language server (LSP), over standard input and output.",
-        EPILOG,
-        option("--stdio", action="store_true", help="the only way it speaks; some editors say so"),
-        *ROBOT,
-    )
+lsp_parser = command(
+    "The VAL-II language server (LSP), over standard input and output.",
+    """\
+Diagnostics while you type, completion, help under the pointer, go to definition, outline, formatting.
+How editors are told to start it: docs/editors.md.
+""",
+    option("--stdio", action="store_true", help="the only way it speaks; some editors say so"),
+    *ROBOT,
+)

@@ -9,7 +9,16 @@ from collections.abc import Iterator, Mapping
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import DEFAULT_RATE, STANDARD_STREAM, CommandLineError, Parser, number, option, positive
+from vrs_cli.cli.command_line import (
+    DEFAULT_RATE,
+    STANDARD_STREAM,
+    CommandLineError,
+    Parser,
+    command,
+    number,
+    option,
+    positive,
+)
 from vrs_cli.cli.main import FAILED, OK
 from vrs_cli.cli.outputs import OUTPUT_OPTIONS, Outputs, check_distinct, rate_option, write_export
 from vrs_cli.cli.sources import LENIENT, position_object, read_recording
@@ -20,14 +29,6 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.arm import RobotArm
     from vrs_cli.trajectory.timeline import Timeline
     from vrs_cli.values.results import Position
-
-
-WHERE_EPILOG = """\
-Before the first motion, after the last and between motions the robot stands still.
-
-  vrs where pick.vrst --at 1.0 2.5
-  vrs where pick.vrst --at 2.5 --json
-"""
 
 
 def where(options: Namespace) -> None:
@@ -47,31 +48,24 @@ def where(options: Namespace) -> None:
         print("\n".join(shown), end="")
 
 
-def where_parser(prog: str) -> Parser:
-    return Parser(
-        prog,
-        "Where the robot of a saved trajectory is at any time: joints, tool and hand.",
-        WHERE_EPILOG,
-        option("file", metavar="T.vrst", help="a saved trajectory"),
-        option(
-            "--at", metavar="TIME", type=number, nargs="+", action="extend", required=True, help="times [s], any number"
-        ),
-        option("--json", action="store_true", help="a JSON list with an object for every time"),
-        LENIENT,
-    )
+where_parser = command(
+    "Where the robot of a saved trajectory is at any time: joints, tool and hand.",
+    """\
+Before the first motion, after the last and between motions the robot stands still.
+
+  vrs where pick.vrst --at 1.0 2.5
+  vrs where pick.vrst --at 2.5 --json
+""",
+    option("file", metavar="T.vrst", help="a saved trajectory"),
+    option(
+        "--at", metavar="TIME", type=number, nargs="+", action="extend", required=True, help="times [s], any number"
+    ),
+    option("--json", action="store_true", help="a JSON list with an object for every time"),
+    LENIENT,
+)
 
 
 # --- vrs verify -----------------------------------------------------------------------------------------------------
-
-
-VERIFY_EPILOG = """\
-Reading a file checks its form, checksums, continuity, the ranges of the joints, and their limits in joint space;
-this follows every straight line too, with its accelerations and jerks, and tells all that is wrong.
-Exit status 1 when something is.
-
-  vrs verify pick.vrst
-  vrs verify day.vrst --json
-"""
 
 
 def verify(options: Namespace) -> int:
@@ -94,14 +88,19 @@ def verify(options: Namespace) -> int:
     return FAILED if wrong else OK
 
 
-def verify_parser(prog: str) -> Parser:
-    return Parser(
-        prog,
-        "Whether a saved trajectory is whole, and one that the robot can do.",
-        VERIFY_EPILOG,
-        option("file", metavar="T.vrst", help="a saved trajectory"),
-        option("--json", action="store_true", help="print one JSON object: sound, checksums, faults"),
-    )
+verify_parser = command(
+    "Whether a saved trajectory is whole, and one that the robot can do.",
+    """\
+Reading a file checks its form, checksums, continuity, the ranges of the joints, and their limits in joint space;
+this follows every straight line too, with its accelerations and jerks, and tells all that is wrong.
+Exit status 1 when something is.
+
+  vrs verify pick.vrst
+  vrs verify day.vrst --json
+""",
+    option("file", metavar="T.vrst", help="a saved trajectory"),
+    option("--json", action="store_true", help="print one JSON object: sound, checksums, faults"),
+)
 
 
 # --- vrs replay -----------------------------------------------------------------------------------------------------
@@ -109,15 +108,6 @@ def verify_parser(prog: str) -> Parser:
 
 DEFAULT_STEP = 0.1  # [s] between the rows of the table
 MOST_ROWS = 100_000
-
-REPLAY_EPILOG = """\
-Keys: space plays and pauses, left and right seek, r rewinds, + and - change the rate, q leaves.
-Without a terminal, or with --step, a table is printed; with --csv, --plot or --report only these are written.
-
-  vrs replay pick.vrst --speed 0.25
-  vrs replay pick.vrst --step 0.5
-  vrs replay pick.vrst --plot pick.svg
-"""
 
 
 def replay(options: Namespace) -> None:
@@ -136,28 +126,33 @@ def replay(options: Namespace) -> None:
         _print_table(arm, timeline, options.step or DEFAULT_STEP)
 
 
-def replay_parser(prog: str) -> Parser:
-    return Parser(
-        prog,
-        "Play a saved trajectory on the terminal.",
-        REPLAY_EPILOG,
-        option("file", metavar="T.vrst", help="a saved trajectory"),
-        option(
-            "--speed",
-            metavar="FACTOR",
-            type=positive,
-            default=1.0,
-            help="seconds of the trajectory in one second (default 1)",
-        ),
-        option(
-            "--step",
-            metavar="S",
-            type=positive,
-            help=f"print a table, a row every S seconds (default {DEFAULT_STEP:g})",
-        ),
-        *OUTPUT_OPTIONS,
-        LENIENT,
-    )
+replay_parser = command(
+    "Play a saved trajectory on the terminal.",
+    """\
+Keys: space plays and pauses, left and right seek, r rewinds, + and - change the rate, q leaves.
+Without a terminal, or with --step, a table is printed; with --csv, --plot or --report only these are written.
+
+  vrs replay pick.vrst --speed 0.25
+  vrs replay pick.vrst --step 0.5
+  vrs replay pick.vrst --plot pick.svg
+""",
+    option("file", metavar="T.vrst", help="a saved trajectory"),
+    option(
+        "--speed",
+        metavar="FACTOR",
+        type=positive,
+        default=1.0,
+        help="seconds of the trajectory in one second (default 1)",
+    ),
+    option(
+        "--step",
+        metavar="S",
+        type=positive,
+        help=f"print a table, a row every S seconds (default {DEFAULT_STEP:g})",
+    ),
+    *OUTPUT_OPTIONS,
+    LENIENT,
+)
 
 
 def _print_table(arm: RobotArm, timeline: Timeline, step: float) -> None:

@@ -8,22 +8,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import STANDARD_STREAM, Parser, option
+from vrs_cli.cli.command_line import STANDARD_STREAM, command, option
 from vrs_cli.cli.connections import EPILOG, URL, ask_once, client_of, duration
 from vrs_cli.errors import FileExists
 
 if TYPE_CHECKING:
     pass
-
-
-EXAMPLES = """\
-  vrs connect ws://127.0.0.1/robots/cell1
-  echo WHERE | vrs connect ws://127.0.0.1/robots/cell1
-
-LOAD and STORE are about the files of the robot: vrs put and vrs get take files
-there and back. What concerns the connection is told on stderr.
-
-"""
 
 
 def connect(options: Namespace) -> int:
@@ -44,20 +34,26 @@ def connect(options: Namespace) -> int:
         port.close()
 
 
-def connect_parser(prog: str) -> Parser:
-    return Parser(
-        prog,
-        "The VAL-II shell at a robot that is served.",
-        EXAMPLES + EPILOG,
-        *URL,
-        option(
-            "--behind",
-            metavar="T",
-            type=duration,
-            default=0.0,
-            help="a motion AT t begins T after t: what takes no longer to arrive is not too late",
-        ),
-    )
+connect_parser = command(
+    "The VAL-II shell at a robot that is served.",
+    """\
+  vrs connect ws://127.0.0.1/robots/cell1
+  echo WHERE | vrs connect ws://127.0.0.1/robots/cell1
+
+LOAD and STORE are about the files of the robot: vrs put and vrs get take files
+there and back. What concerns the connection is told on stderr.
+
+"""
+    + EPILOG,
+    *URL,
+    option(
+        "--behind",
+        metavar="T",
+        type=duration,
+        default=0.0,
+        help="a motion AT t begins T after t: what takes no longer to arrive is not too late",
+    ),
+)
 
 
 def once(told: Callable[[str], None]) -> Callable[[str], None]:
@@ -76,40 +72,34 @@ def once(told: Callable[[str], None]) -> Callable[[str], None]:
 # --- vrs transfer ---------------------------------------------------------------------------------------------------
 
 
-PUT = """\
+put_parser = command(
+    "Put a file into the folder of a robot that is served.",
+    """\
   vrs put pick.v2 ws://127.0.0.1/robots/cell1
   vrs put pick.v2 ws://127.0.0.1 --as best.v2 --replace
 
 """
-GET = """\
+    + EPILOG,
+    option("file", metavar="FILE", type=Path, help="a program file, a trajectory, any other"),
+    option("--as", dest="called", metavar="NAME", help="how it is called there (default: as here)"),
+    option("--replace", action="store_true", help="a file of that name there is overwritten"),
+    *URL,
+)
+
+
+get_parser = command(
+    "Get a file from the folder of a robot that is served.",
+    """\
   vrs get demo.vrst ws://127.0.0.1/robots/cell1
   vrs get pick.v2 ws://127.0.0.1 -o - | vrs check -
 
 """
-
-
-def put_parser(prog: str) -> Parser:
-    return Parser(
-        prog,
-        "Put a file into the folder of a robot that is served.",
-        PUT + EPILOG,
-        option("file", metavar="FILE", type=Path, help="a program file, a trajectory, any other"),
-        option("--as", dest="called", metavar="NAME", help="how it is called there (default: as here)"),
-        option("--replace", action="store_true", help="a file of that name there is overwritten"),
-        *URL,
-    )
-
-
-def get_parser(prog: str) -> Parser:
-    return Parser(
-        prog,
-        "Get a file from the folder of a robot that is served.",
-        GET + EPILOG,
-        option("file", metavar="NAME", help="the file there"),
-        option("-o", "--output", metavar="FILE", help="where to write it; - for standard output"),
-        option("--replace", action="store_true", help="a file of that name here is overwritten"),
-        *URL,
-    )
+    + EPILOG,
+    option("file", metavar="NAME", help="the file there"),
+    option("-o", "--output", metavar="FILE", help="where to write it; - for standard output"),
+    option("--replace", action="store_true", help="a file of that name here is overwritten"),
+    *URL,
+)
 
 
 def put(options: Namespace) -> None:

@@ -6,22 +6,12 @@ from argparse import Namespace
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vrs_cli.cli.command_line import CHOICES, Parser, chosen_robot, option
+from vrs_cli.cli.command_line import CHOICES, chosen_robot, command, option
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arm import RobotArm
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.render.blocks import Block
-
-
-EPILOG = """\
-With the name of one of them, or with a TOML or URDF file: its joints, its poses, and how its locations are solved.
-
-  vrs robots
-  vrs robots cobra600
-  vrs robots arm.urdf
-  vrs robots two_arms.urdf --tip left_tool
-"""
 
 
 def robots(options: Namespace) -> None:
@@ -33,14 +23,19 @@ def robots(options: Namespace) -> None:
     print(text_of(shown), end="")
 
 
-def robots_parser(prog: str) -> Parser:
-    return Parser(
-        prog,
-        "The robots that are built in, or all about one robot.",
-        EPILOG,
-        option("robot", metavar="NAME|FILE", nargs="?", help="a robot's name, or its TOML or URDF file"),
-        *CHOICES,
-    )
+robots_parser = command(
+    "The robots that are built in, or all about one robot.",
+    """\
+With the name of one of them, or with a TOML or URDF file: its joints, its poses, and how its locations are solved.
+
+  vrs robots
+  vrs robots cobra600
+  vrs robots arm.urdf
+  vrs robots two_arms.urdf --tip left_tool
+""",
+    option("robot", metavar="NAME|FILE", nargs="?", help="a robot's name, or its TOML or URDF file"),
+    *CHOICES,
+)
 
 
 def _list() -> Iterator[Block]:

@@ -23,10 +23,10 @@ from vrs_cli.cli.command_line import (
     ROBOT,
     STANDARD_STREAM,
     CommandLineError,
-    Parser,
     chosen_dialect,
     chosen_robot,
     clock_of,
+    command,
     group,
     option,
     positive,
@@ -56,23 +56,6 @@ FENCE: Mapping[str, float] = {  # round a program that nobody watches, where the
     "max_memory": 4_000_000_000,  # of address space, of which numpy takes some for each core
 }
 MOST_TOLD = 20  # diagnostics of a file that is not executed
-
-EPILOG = """\
-What a program TYPEs goes to standard output as it happens, errors go to standard error; PROMPT reads
-standard input. With --json, or --csv -, the result stands alone on standard output and all else goes to
-standard error. Time is the robot's and passes as fast as it computes, unless --realtime is given.
-
-  vrs run pick.v2
-  vrs run cell                      all program files in a folder, each within limits, and a summary
-  vrs run cell --keep written       the same; what each wrote is in written/NAME
-  vrs run cell.v2 load.part --cycles 5 --save cell.vrst
-  vrs run cell.v2 --signals cell.csv --max-time 60
-  vrs run pick.v2 --csv pick.csv --rate 50 --plot pick.svg
-  vrs run pick.v2 --report pick.html
-  vrs run pick.v2 --json | jq .duration_s
-  vrs run theirs.v2 --sandbox box
-  vrs run driver.v2 --allow-net --record-units peers.jsonl
-"""
 
 
 def run(options: Namespace) -> int:
@@ -162,41 +145,54 @@ LIMITS = group(  # of a run, and the fence of the system round it
 )
 
 
-def run_parser(prog: str) -> Parser:
-    return Parser(
-        prog,
-        "Load a VAL-II file and execute a program of it on the virtual robot.",
-        EPILOG,
-        option(
-            "files",
-            metavar="FILE.v2",
-            nargs="+",
-            help="a program file (- is standard input), and the name of its program (default: the first); "
-            "or files, folders",
-        ),
-        option("--cycles", metavar="N", type=_cycles, default=1, help="how often; negative: without end"),
-        *ROBOT,
-        DIALECT,
-        CELL,
-        LIMITS,
-        option(
-            "--sandbox",
-            metavar="FOLDER",
-            help="for programs of somebody else: their files are here alone (of several files: each in FOLDER/NAME)",
-        ),
-        option(
-            "--keep",
-            metavar="FOLDER",
-            help="keep what each of several files wrote, in FOLDER/NAME (else it is removed)",
-        ),
-        option("--signals", metavar="FILE", help="when input signals change: lines of time, signal, state"),
-        REALTIME,
-        OUTSIDE,
-        option("--save", metavar="T.vrst", help="save the trajectory, motion by motion"),
-        *OUTPUT_OPTIONS,
-        option("--json", action="store_true", help="print one JSON object"),
-        option("--quiet", action="store_true", help="print only what the program TYPEs"),
-    )
+run_parser = command(
+    "Load a VAL-II file and execute a program of it on the virtual robot.",
+    """\
+What a program TYPEs goes to standard output as it happens, errors go to standard error; PROMPT reads
+standard input. With --json, or --csv -, the result stands alone on standard output and all else goes to
+standard error. Time is the robot's and passes as fast as it computes, unless --realtime is given.
+
+  vrs run pick.v2
+  vrs run cell                      all program files in a folder, each within limits, and a summary
+  vrs run cell --keep written       the same; what each wrote is in written/NAME
+  vrs run cell.v2 load.part --cycles 5 --save cell.vrst
+  vrs run cell.v2 --signals cell.csv --max-time 60
+  vrs run pick.v2 --csv pick.csv --rate 50 --plot pick.svg
+  vrs run pick.v2 --report pick.html
+  vrs run pick.v2 --json | jq .duration_s
+  vrs run theirs.v2 --sandbox box
+  vrs run driver.v2 --allow-net --record-units peers.jsonl
+""",
+    option(
+        "files",
+        metavar="FILE.v2",
+        nargs="+",
+        help="a program file (- is standard input), and the name of its program (default: the first); "
+        "or files, folders",
+    ),
+    option("--cycles", metavar="N", type=_cycles, default=1, help="how often; negative: without end"),
+    *ROBOT,
+    DIALECT,
+    CELL,
+    LIMITS,
+    option(
+        "--sandbox",
+        metavar="FOLDER",
+        help="for programs of somebody else: their files are here alone (of several files: each in FOLDER/NAME)",
+    ),
+    option(
+        "--keep",
+        metavar="FOLDER",
+        help="keep what each of several files wrote, in FOLDER/NAME (else it is removed)",
+    ),
+    option("--signals", metavar="FILE", help="when input signals change: lines of time, signal, state"),
+    REALTIME,
+    OUTSIDE,
+    option("--save", metavar="T.vrst", help="save the trajectory, motion by motion"),
+    *OUTPUT_OPTIONS,
+    option("--json", action="store_true", help="print one JSON object"),
+    option("--quiet", action="store_true", help="print only what the program TYPEs"),
+)
 
 
 def _fence_in(options: Namespace) -> None:

@@ -7,15 +7,8 @@ import sys
 from argparse import Action, ArgumentParser, Namespace
 from importlib import import_module
 
-from vrs_cli.cli.command_line import Parser, option
+from vrs_cli.cli.command_line import Parser, command, option
 from vrs_cli.cli.main import FAILED, OK, SUBCOMMANDS
-
-CONFIG_EPILOG = """\
-What it prints can be the file itself. What is wrong in the file is told on standard error, and the status is 1.
-
-  vrs config
-  mkdir -p "$(dirname "$(vrs config --path)")" && vrs config > my.toml && mv my.toml "$(vrs config --path)"
-"""
 
 
 def config(options: Namespace) -> int:
@@ -34,24 +27,22 @@ def config(options: Namespace) -> int:
     return FAILED if config.wrong else OK
 
 
-def config_parser(prog: str) -> Parser:
-    return Parser(
-        prog,
-        "The settings of the shell: keys, pager, suggestions, colours.",
-        CONFIG_EPILOG,
-        option("--path", action="store_true", help="print the name of the file alone"),
-    )
+config_parser = command(
+    "The settings of the shell: keys, pager, suggestions, colours.",
+    """\
+What it prints can be the file itself. What is wrong in the file is told on standard error, and the status is 1.
+
+  vrs config
+  mkdir -p "$(dirname "$(vrs config --path)")" && vrs config > my.toml && mv my.toml "$(vrs config --path)"
+""",
+    option("--path", action="store_true", help="print the name of the file alone"),
+)
 
 
 # --- vrs completion -------------------------------------------------------------------------------------------------
 
 
 SHELLS = ("bash", "zsh", "fish")
-COMPLETION_EPILOG = """\
-  eval "$(vrs completion bash)"                                      in ~/.bashrc
-  vrs completion zsh > ~/.zfunc/_vrs                                 with ~/.zfunc in fpath
-  vrs completion fish > ~/.config/fish/completions/vrs.fish
-"""
 FILES = ("FILE", "OUT", ".v2", ".vrst", ".csv", ".html", ".svg")  # in what stands for an argument
 FOLDERS = ("FOLDER", "DIR")
 
@@ -71,13 +62,15 @@ def completion(options: Namespace) -> None:
     print(shtab.complete(whole, options.shell))
 
 
-def completion_parser(prog: str) -> Parser:
-    return Parser(
-        prog,
-        "Print what a shell needs to complete vrs with the Tab key.",
-        COMPLETION_EPILOG,
-        option("shell", choices=SHELLS, help="of which shell"),
-    )
+completion_parser = command(
+    "Print what a shell needs to complete vrs with the Tab key.",
+    """\
+  eval "$(vrs completion bash)"                                      in ~/.bashrc
+  vrs completion zsh > ~/.zfunc/_vrs                                 with ~/.zfunc in fpath
+  vrs completion fish > ~/.config/fish/completions/vrs.fish
+""",
+    option("shell", choices=SHELLS, help="of which shell"),
+)
 
 
 def _teach(action: Action, file: object, folder: object) -> None:

@@ -11,10 +11,10 @@ from vrs_cli.cli.command_line import (
     REALTIME,
     ROBOT,
     CommandLineError,
-    Parser,
     chosen_dialect,
     chosen_robot,
     clock_of,
+    command,
     option,
 )
 from vrs_cli.cli.outside import OUTSIDE, chosen_outside
@@ -23,19 +23,6 @@ from vrs_cli.errors import FileError
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
-
-EPILOG = """\
-Without a terminal on standard input its lines are executed one after another:
-
-  echo WHERE | vrs
-
-With --realtime the arm moves while you type:
-
-  vrs --realtime
-  vrs --realtime 0.25 pick.v2
-
-All subcommands: vrs --help
-"""
 
 
 def shell(options: Namespace) -> int:
@@ -47,19 +34,28 @@ def shell(options: Namespace) -> int:
     return main(_robot(options), options.file, options.save, clock, outside, dialect, cell)
 
 
-def shell_parser(prog: str) -> Parser:
-    return Parser(
-        prog,
-        "The interactive VAL-II shell of a virtual robot.",
-        EPILOG,
-        option("file", metavar="FILE.v2", nargs="?", help="a program file to load first"),
-        option("--save", metavar="T.vrst", help="record every motion in a file; go on with it if it is there already"),
-        *ROBOT,
-        DIALECT,
-        CELL,
-        REALTIME,
-        OUTSIDE,
-    )
+shell_parser = command(
+    "The interactive VAL-II shell of a virtual robot.",
+    """\
+Without a terminal on standard input its lines are executed one after another:
+
+  echo WHERE | vrs
+
+With --realtime the arm moves while you type:
+
+  vrs --realtime
+  vrs --realtime 0.25 pick.v2
+
+All subcommands: vrs --help
+""",
+    option("file", metavar="FILE.v2", nargs="?", help="a program file to load first"),
+    option("--save", metavar="T.vrst", help="record every motion in a file; go on with it if it is there already"),
+    *ROBOT,
+    DIALECT,
+    CELL,
+    REALTIME,
+    OUTSIDE,
+)
 
 
 def _robot(options: Namespace) -> RobotModel | None:
