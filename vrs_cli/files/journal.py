@@ -430,8 +430,7 @@ def keep_journal(
         found, goes_on = it.resumed, None
         if found is not None:
             check_robot(it.path, found.model, engine)
-            resumed = Book(Timeline(found.initial), found.timeline, found.deltas, found.history, found.number)
-            goes_on = Bookmark(resumed, engine.settings, found.timeline.end)
+            goes_on = Bookmark(found.book, engine.settings, found.book.timeline.end)
         elif it.recording is not None:
             goes_on = bookmark_of(it.path, it.recording, engine)
         book = engine.book if goes_on is None else goes_on.book

@@ -122,8 +122,8 @@ class _Counted:
 
 def _states(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[LogMessage]:
     n = arm.model.joint_count
-    joint_state = _Stamped("", joint_names(arm), ("I", n), numbers=f"{n}dI4x{n}dI")
-    tool = _Stamped("world", numbers="7d")
+    joint_state = _stamped("", joint_names(arm), ("I", n), numbers=f"{n}dI4x{n}dI")
+    tool = _stamped("world", numbers="7d")
     for times in sample_times(timeline, rate):
         here = positions_at(arm, timeline, times)
         rows = zip(
@@ -139,20 +139,14 @@ def _states(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[LogMessa
             yield LogMessage(ns, "/tool", tool(ns, *place, *orientation))
 
 
-class _Stamped:
-    """Messages in CDR that differ in their time and in `numbers`, which come last: as `cdr` makes them, but the rest is
-    made once.
+def _stamped(*fields: Field, numbers: str) -> Callable[..., bytes]:
+    """What makes messages in CDR that differ in their time [ns] and in `numbers`, which come last: as `cdr` does, but
+    the rest is made once.
     """
-
-    def __init__(self, *fields: Field, numbers: str) -> None:
-        head = cdr(_stamp(0), *fields)
-        at = len(CDR_HEAD) + _STAMP.size
-        self._between = head[at:] + bytes(-(len(head) - len(CDR_HEAD)) % struct.calcsize("d"))
-        self._numbers = struct.Struct(f"<{numbers}")
-
-    def __call__(self, nanoseconds: int, *numbers: float) -> bytes:
-        stamp = _STAMP.pack(*divmod(nanoseconds, NANOSECONDS))
-        return CDR_HEAD + stamp + self._between + self._numbers.pack(*numbers)
+    head = cdr(_stamp(0), *fields)
+    between = head[len(CDR_HEAD) + _STAMP.size :] + bytes(-(len(head) - len(CDR_HEAD)) % struct.calcsize("d"))
+    pack = struct.Struct(f"<{numbers}").pack
+    return lambda ns, *values: CDR_HEAD + _STAMP.pack(*divmod(ns, NANOSECONDS)) + between + pack(*values)
 
 
 def _commands(timeline: Timeline) -> Iterator[LogMessage]:

@@ -12,6 +12,7 @@ from typing import NamedTuple, TypeVar
 
 from msgspec import Struct
 
+from vrs_cli.engine.book import Book
 from vrs_cli.engine.history import History
 from vrs_cli.errors import FileError, VrsError
 from vrs_cli.files.growing import GrowingFile
@@ -21,7 +22,6 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.trajectory.rope import Leaf, OffsetNode
 from vrs_cli.trajectory.row import Row
-from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import PART, DeltaLog, Timeline, TimelineDelta
 from vrs_cli.wire.lines import (
     CHECKPOINT,
@@ -151,16 +151,12 @@ def _checksums(file: GrowingFile, place: int) -> Checksums:
 
 
 class Resumed(Struct, frozen=True):
-    """A course of events as its journal has it. `number`: of the last motion. `size`: the bytes of whole lines;
+    """A course of events as its journal has it. `size`: the bytes of whole lines;
     `checksum`: of the last. `version`: of the checkpoint that it was read from.
     """
 
     model: RobotModel
-    initial: tuple[Segment, ...]
-    timeline: Timeline
-    deltas: DeltaLog
-    history: History
-    number: int
+    book: Book
     past: Past
     size: int
     checksum: int | None
@@ -228,11 +224,13 @@ def _resumed(file: GrowingFile, place: int, record: CheckpointRecord) -> Resumed
     timeline = Timeline.of_parts(_parts(record, past), record.checkpoint)
     return Resumed(
         model=model,
-        initial=segments_of(header.initial, Motions(), None, form),
-        timeline=loaded_forward(history, timeline, new, record.number),
-        deltas=DeltaLog.after(past, parts, [*known, *new]),
-        history=history,
-        number=max([record.number, *(delta.motion.number for delta in new)]),
+        book=Book(
+            Timeline(segments_of(header.initial, Motions(), None, form)),
+            loaded_forward(history, timeline, new, record.number),
+            DeltaLog.after(past, parts, [*known, *new]),
+            history,
+            max([record.number, *(delta.motion.number for delta in new)]),
+        ),
         past=past,
         size=size,
         checksum=_checksums(file, size).last,

@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 from typing import BinaryIO
@@ -113,12 +112,19 @@ def read_trajectory(
     been read, from 0 to 1.
     """
     file = Path(path)
-    with _reading(file, within) as stream:
-        lines = _Lines(stream, progress)
-        reader = _Reader(file, lines.first(file), lenient)
-        for number, line in enumerate(lines, 2):
-            if not reader.take(number, line, lines.whole - len(line)):
-                break
+    try:
+        with within.open_to_read(file) as stream:
+            lines = _Lines(stream, progress)
+            reader = _Reader(file, lines.first(file), lenient)
+            for number, line in enumerate(lines, 2):
+                if not reader.take(number, line, lines.whole - len(line)):
+                    break
+    except FileNotFoundError:
+        raise NonexistentFile(str(path), GUIDE) from None
+    except IsADirectoryError:
+        raise FileError(f"{path} is a folder", "name a trajectory file") from None
+    except OSError as error:
+        raise unreadable(file, error) from error
     return reader.recording(lines)
 
 
@@ -196,19 +202,6 @@ class _Reader:
             places=tuple(self._places),
             laws=self._laws,
         )
-
-
-@contextmanager
-def _reading(path: Path, within: Folder) -> Iterator[BinaryIO]:
-    try:
-        with within.open_to_read(path) as stream:
-            yield stream
-    except FileNotFoundError:
-        raise NonexistentFile(str(path), GUIDE) from None
-    except IsADirectoryError:
-        raise FileError(f"{path} is a folder", "name a trajectory file") from None
-    except OSError as error:
-        raise unreadable(path, error) from error
 
 
 class _Lines:
