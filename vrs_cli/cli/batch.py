@@ -7,30 +7,24 @@ import sys
 from argparse import Namespace
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple, TextIO
+from typing import Any, NamedTuple, TextIO
 
 from msgspec import Struct
 
 from vrs_cli.cli.command_line import CommandLineError
 from vrs_cli.cli.main import OK, status_of
 from vrs_cli.cli.sources import position_object
+from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import EndOfInput, VrsError
-from vrs_cli.interfaces.dialogue import Running
+from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.render.control import for_stream
+from vrs_cli.render.progress import RunProgress
 from vrs_cli.trajectory.instant import shown
-from vrs_cli.values.diagnostics import Severity
+from vrs_cli.values.diagnostics import Diagnostic, Severity
 from vrs_cli.values.numbers import count
-from vrs_cli.values.questions import LineWanted
-
-if TYPE_CHECKING:
-    from vrs_cli.engine.engine import Engine
-    from vrs_cli.interfaces.dialogue import Reading
-    from vrs_cli.render.progress import RunProgress
-    from vrs_cli.values.diagnostics import Diagnostic
-    from vrs_cli.values.questions import Answer, Question
-    from vrs_cli.values.replies import Reply
-    from vrs_cli.values.results import ProgramFault, RunResult
-
+from vrs_cli.values.questions import Answer, LineWanted, Question
+from vrs_cli.values.replies import Reply
+from vrs_cli.values.results import ProgramFault, RunResult
 
 Object = dict[str, Any]
 ALONE = ("save", "csv", "plot", "report", "record_units")  # options that name one file, of one run

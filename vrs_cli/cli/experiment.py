@@ -32,9 +32,11 @@ from vrs_cli.cli.connections import KINDS, LINE_OPTIONS, duration
 from vrs_cli.cli.main import FAILED, OK
 
 if TYPE_CHECKING:
+    from vrs_cli.kinematics.arrays import Floats
     from vrs_cli.net.delay_line import Delays
     from vrs_cli.net.experiment import Error, Trial, TrialOutcome
     from vrs_cli.render.blocks import Block, Grid
+    from vrs_cli.render.plots import Curves
 
 LEADS = (0.0, 0.2, 0.4, 0.6, 0.8)  # [s]
 POLICIES = ("ABORT", "POSTPONE")
@@ -288,22 +290,16 @@ def _errors(of: Callable[[Error], float], row: ExperimentRow) -> tuple[str, ...]
 # --- what is drawn -----------------------------------------------------------------------------------------------
 
 
-class Drawing(Struct, frozen=True):
-    """Mean errors [deg] of some strategies over the lead [s], for one policy and one line."""
+def _drawings(rows: Sequence[ExperimentRow]) -> Iterator[Curves]:
+    """Mean errors [deg] of some strategies over the lead [s], for each policy and line, where the robot moved."""
+    from vrs_cli.render.plots import Curves
 
-    title: str
-    leads: tuple[float, ...]
-    curves: dict[str, tuple[float, ...]]
-
-
-def _drawings(rows: Sequence[ExperimentRow]) -> Iterator[Drawing]:
-    """One for each policy and line, of the leads at which the robot moved."""
     for (name, policy), group in groupby(rows, lambda row: (row.delays, row.trial.policy)):
         some = sorted((row for row in group if row.moved), key=lambda row: row.trial.lead)
         errors = [{strategy.value: error.degrees for strategy, error in row.outcome.errors.items()} for row in some]
-        curves = {strategy: tuple(each[strategy] for each in errors) for strategy in CHARTED}
+        columns = [[each[strategy] for each in errors] for strategy in CHARTED]
         if len(some) > 1:
-            yield Drawing(f"{policy}, {name}", tuple(row.trial.lead for row in some), curves)
+            yield Curves(f"{policy}, {name}", tuple(CHARTED), columns, [row.trial.lead for row in some])
 
 
 def _charts(rows: Sequence[ExperimentRow]) -> Iterator[Block]:
@@ -312,17 +308,17 @@ def _charts(rows: Sequence[ExperimentRow]) -> Iterator[Block]:
     from vrs_cli.values.replies import Curve, Plot
 
     for one in _drawings(rows):
-        first, last = one.leads[0], one.leads[-1]
+        first, last = one.along[0], one.along[-1]
         even = tuple(first + (last - first) * k / (WIDTH - 1) for k in range(WIDTH))
         curves = (
-            Curve(name, CHARTED[name], tuple(_between(one.leads, values, lead) for lead in even))
-            for name, values in one.curves.items()
+            Curve(name, CHARTED[name], tuple(_between(one.along, values, lead) for lead in even))
+            for name, values in zip(one.names, one.columns, strict=True)
         )
         yield line()
         yield from chart(Plot(f"Mean error over the lead, {one.title}", "deg", even, tuple(curves)), PIPE)
 
 
-def _between(at: Sequence[float], values: Sequence[float], x: float) -> float:
+def _between(at: Sequence[float] | Floats, values: Sequence[float] | Floats, x: float) -> float:
     """The value at x, between its neighbours."""
     right = min(max(bisect_right(at, x), 1), len(at) - 1)
     part = (x - at[right - 1]) / (at[right] - at[right - 1])
@@ -331,12 +327,12 @@ def _between(at: Sequence[float], values: Sequence[float], x: float) -> float:
 
 def _draw(path: str, rows: Sequence[ExperimentRow]) -> None:
     """Raises UsageError where there are not two leads at which the robot moved, FileError."""
-    from vrs_cli.render.plots import Curves, plot_panels
+    from vrs_cli.render.plots import plot_panels
 
     drawings = list(_drawings(rows))
     if not drawings:
         raise CommandLineError("a curve needs two leads at which the robot moves", "--lead 0.2 0.4 0.6")
-    panels = [Curves(f"{one.title} [deg]", tuple(one.curves), one.curves.values(), one.leads) for one in drawings]
+    panels = [one._replace(title=f"{one.title} [deg]") for one in drawings]
     plot_panels(path, "lead [s]", panels, "Mean error of what is seen")
 
 

@@ -159,11 +159,20 @@ class _Run:
 
     def run(self) -> int:
         """Follow, and tell how it went, whatever ended it; the exit status."""
+        from vrs_cli.files.target_file import read_targets
         from vrs_cli.repl.interrupt import Stoppable
 
         model, stop = chosen_robot(self.options), Stoppable(lambda: True)
         with _lines(self.options.file) as lines:
-            targets = self._targets(lines, model)
+            targets = read_targets(
+                lines,
+                model.joint_count,
+                self.source,
+                relative=self.options.relative or self.options.realtime is not None,
+                live=self.live,
+                units=model.units,
+                wrong=self._skip,
+            )
             steering = self._begin(model, first := self._first(targets))
             with self.progress, stop:
                 failed = self._recorded(steering, chain((first,), targets), stop)
@@ -171,20 +180,6 @@ class _Run:
         self.outputs.write(steering.engine.arm, steering.engine.timeline, self.options.file)
         stop.end()
         return FAILED if failed or self.unreached or self.skipped else OK
-
-    def _targets(self, lines: Iterable[str], model: RobotModel) -> Iterator[TimedTarget]:
-        from vrs_cli.files.target_file import read_targets
-
-        relative = self.options.relative or self.options.realtime is not None
-        return read_targets(
-            lines,
-            model.joint_count,
-            self.source,
-            relative=relative,
-            live=self.live,
-            units=model.units,
-            wrong=self._skip,
-        )
 
     def _first(self, targets: Iterator[TimedTarget]) -> TimedTarget:
         """Raises CommandLineError, or FileDamaged for a stream with nothing but wrong lines."""

@@ -9,11 +9,12 @@ from itertools import pairwise
 from math import ceil
 from shutil import copyfileobj
 from tempfile import TemporaryFile
-from typing import IO, TYPE_CHECKING, BinaryIO, NamedTuple
+from typing import IO, BinaryIO, NamedTuple
 from zipfile import ZipFile
 
 import numpy as np
 from msgspec import Struct
+from numpy.typing import NDArray
 
 from vrs_cli.engine.position import (
     PlaceArrays,
@@ -27,17 +28,12 @@ from vrs_cli.files.atomic import atomically
 from vrs_cli.files.mcap_log import check_mcap, write_mcap
 from vrs_cli.files.samples import CHUNK, NANOSECONDS, joint_names, nanoseconds, sample_times
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.transform_batch import to_oat_batch
 from vrs_cli.trajectory.polynomial import Polynomial
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Segment
 from vrs_cli.trajectory.timeline import Timeline
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from vrs_cli.kinematics.arrays import Flags, Floats
-
 
 DECIMALS = 9  # of degrees and millimetres
 STANDARD_OUTPUT = "-"

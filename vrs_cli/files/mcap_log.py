@@ -10,7 +10,7 @@ import struct
 from collections.abc import Callable, Iterator
 from heapq import merge
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
@@ -19,12 +19,9 @@ from vrs_cli.errors import UsageError
 from vrs_cli.extras import how_to_install
 from vrs_cli.files.samples import NANOSECONDS, joint_names, nanoseconds, sample_times
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.version import __version__
-
-if TYPE_CHECKING:
-    from vrs_cli.kinematics.arrays import Floats
-
 
 INFO = 20  # the level of rcl_interfaces/Log
 CDR_HEAD = b"\x00\x01\x00\x00"

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import ceil
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.trajectory.timeline import Timeline
-
-if TYPE_CHECKING:
-    from vrs_cli.kinematics.arrays import Floats
-
 
 CHUNK = 4096  # rows that are in memory at a time
 NANOSECONDS = 1_000_000_000  # in a second

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from enum import IntEnum
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from vrs_cli.kinematics.transform import Vector, along, position
 from vrs_cli.render.blocks import Page, Piece, TextLine
@@ -13,9 +13,7 @@ from vrs_cli.render.canvas import FINE, PLAIN, Canvas, Cell, Dot
 from vrs_cli.render.chart import round_step
 from vrs_cli.render.colours import Ink
 from vrs_cli.values.numbers import fixed, seconds
-
-if TYPE_CHECKING:
-    from vrs_cli.values.replies import ArmPicture
+from vrs_cli.values.replies import ArmPicture
 
 WIDTH, HEIGHT = 80, 21  # columns and rows of all, where a page has no end
 WORDS = 3  # rows of text above and below the drawing

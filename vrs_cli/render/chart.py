@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import ceil, floor, log10
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from vrs_cli.render.blocks import Page, Piece, TextLine, line
 from vrs_cli.render.canvas import FINE, PLAIN, Canvas
 from vrs_cli.render.colours import CURVES, Ink
 from vrs_cli.values.numbers import fixed
-
-if TYPE_CHECKING:
-    from vrs_cli.values.replies import Curve, Plot
+from vrs_cli.values.replies import Curve, Plot
 
 HEIGHT = 16  # lines of the drawing, unless the page is lower
 WIDTH = 64  # its columns, unless the page is narrower

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, TextIO
+from typing import TextIO
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -15,9 +15,7 @@ from vrs_cli.render.blocks import Block, Grid, Page, TextLine, grid_lines, split
 from vrs_cli.render.colours import COLOURS, Ink, Palette, rich_style
 from vrs_cli.render.control import visible
 from vrs_cli.render.layout import blocks
-
-if TYPE_CHECKING:
-    from vrs_cli.values.replies import Reply
+from vrs_cli.values.replies import Reply
 
 ROWS = 200  # of a table that grows with time: more than anyone reads on a terminal
 BELOW = 8  # rows of a screen that the next prompt takes: it has a toolbar and room for a menu

@@ -106,11 +106,9 @@ class PlaybackBar:
 
     async def _slide(self, event: viser.GuiEvent[Any]) -> None:
         """The user has moved the slider. Read at once: it follows time."""
-        self._window.doing(lambda: self._seek(float(event.target.value)))(event)
-
-    def _seek(self, t: float) -> None:
+        t = float(event.target.value)
         self._moved_at = self._window.wall()
-        self._window.change(lambda playback, wall: playback.seek(t, wall))
+        self._window.doing(lambda: self._window.change(lambda playback, wall: playback.seek(t, wall)))(event)
 
     # --- what the user sees ---
 

@@ -29,10 +29,6 @@ BESIDE = 0.004  # [m, rad] of a link: one that stands nearer is not seen either,
 COINCIDE = 0.02  # [rad, m] of a joint: a ghost that stands nearer would only tint the arm
 
 
-def coincides(a: Position, b: Position) -> bool:
-    return max(abs(x - y) for x, y in zip(a.joints, b.joints, strict=True)) < COINCIDE
-
-
 class Ghost:
     """One arm that is seen through. It is made when it is first seen."""
 
@@ -53,7 +49,7 @@ class Ghost:
         """Stand there, or hide where the arm is there too; whether it is seen. Which of its links coincide with those
         of the arm is looked at only where other things are read.
         """
-        if coincides(at, shown.position):
+        if max(abs(x - y) for x, y in zip(at.joints, shown.position.joints, strict=True)) < COINCIDE:
             self.hide()
             return False
         if self._figure is None:

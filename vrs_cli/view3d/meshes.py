@@ -153,11 +153,6 @@ def _facets(low: Points, high: Points) -> Mesh:
     return Mesh(corners.reshape(-1, 3), np.concatenate(faces).astype(np.uint32))
 
 
-def _smooth(low: Points, high: Points) -> Mesh:
-    """A band between two outlines that is round along them."""
-    return Mesh(np.concatenate([low, high]), _band(0, len(low), len(low), len(high)))
-
-
 def _lid(outline: Points) -> Mesh:
     """A convex flat face."""
     k = np.arange(1, len(outline) - 1, dtype=np.uint32)
@@ -171,9 +166,12 @@ def _slab(body: Slab) -> Mesh:
         _outline(body, length, inset, side, end)
         for inset, side, end in ((bevel, -1, 0.0), (0.0, -1, bevel), (0.0, 1, bevel), (bevel, 1, 0.0))
     ]
-    bands = [_smooth(low, high) for low, high in pairwise(outlines)]
-    slab = joined([_lid(outlines[0][::-1]), *bands, _lid(outlines[-1])])
-    return moved(slab, _along(body.start, body.end, body.across))
+    bands = [  # each is round along its two outlines
+        Mesh(np.concatenate([low, high]), _band(0, len(low), len(low), len(high))) for low, high in pairwise(outlines)
+    ]
+    x = unit(subtracted(body.end, body.start))
+    z = unit(along(body.across, x, -dot(body.across, x)))  # as near to `across` as can be
+    return moved(joined([_lid(outlines[0][::-1]), *bands, _lid(outlines[-1])]), frame(x, z, body.start))
 
 
 def _outline(body: Slab, length: float, inset: float, side: int, lower: float) -> Points:
@@ -199,12 +197,6 @@ def _upright(start: Vector, end: Vector) -> Transform:
     """z from start to end."""
     z = unit(subtracted(end, start))
     return frame(any_normal(z), z, start)
-
-
-def _along(start: Vector, end: Vector, across: Vector) -> Transform:
-    """x from start to end, z as near to `across` as can be."""
-    x = unit(subtracted(end, start))
-    return frame(x, unit(along(across, x, -dot(across, x))), start)
 
 
 # --- meshes out of files, as URDF files name them: STL, OBJ and DAE, read by trimesh --------------------------------

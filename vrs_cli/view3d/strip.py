@@ -143,14 +143,10 @@ def _commands(segments: tuple[Segment, ...], span: TimeSpan, width: float) -> It
         last = at
         yield f'<rect x="{at:.3f}%" width="1" height="{HEIGHT + 4}"/>'
         after = begins[i + 1][0] if i + 1 < len(begins) else 100.0
-        yield _text(at, text, int((after - at) * width / 100.0 / LETTER) - 1)
-
-
-def _text(at: float, text: str, room: int) -> str:
-    if room < min(LEAST_TEXT, len(text)):
-        return ""
-    shown = text if len(text) <= room else text[: room - 1] + "…"
-    return f'<text x="{at:.3f}%" dx="3" y="{HEIGHT + TEXT + 2}">{escape(shown)}</text>'
+        room = int((after - at) * width / 100.0 / LETTER) - 1
+        if room >= min(LEAST_TEXT, len(text)):
+            shown = text if len(text) <= room else text[: room - 1] + "…"
+            yield f'<text x="{at:.3f}%" dx="3" y="{HEIGHT + TEXT + 2}">{escape(shown)}</text>'
 
 
 def _box(begin: float, end: float, fill: str) -> str:
