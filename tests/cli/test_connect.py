@@ -136,7 +136,7 @@ def test_ten_megabytes_that_a_program_types_all_come(tmp_path: Path) -> None:
 def test_the_server_may_go_and_what_was_on_its_way_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("vrs_cli.repl.remote_front_end.COMING_BACK", 0.1)
+    monkeypatch.setattr("vrs_cli.repl.front_end.COMING_BACK", 0.1)
     with served(tmp_path, "one") as (process, address):
 
         def lines() -> Iterator[str]:

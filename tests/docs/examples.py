@@ -37,12 +37,12 @@ from typing import Protocol
 
 from tests.docs.people import People
 from tests.engine.wall import ManualWall
+from tests.repl.afar import local_front_end
 from vrs_cli.__main__ import main
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.interfaces.dialogue import Terminal
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.repl.front_end import FrontEnd
-from vrs_cli.repl.local_front_end import LocalFrontEnd
 from vrs_cli.repl.terminal import PlainTerminal
 from vrs_cli.values.diagnostics import Severity
 
@@ -164,7 +164,7 @@ class Prompted(Protocol):
 class Reader:
     """Somebody who does what a page says, in a folder of their own."""
 
-    def __init__(self, folder: Path, seated: Prompted = LocalFrontEnd) -> None:
+    def __init__(self, folder: Path, seated: Prompted = local_front_end) -> None:
         self.folder, self._seated = folder, seated
         self.status = 0
         self.printed = io.StringIO()

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from tests.net.serving import serving
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.socket_port import SocketPort
-from vrs_cli.repl.remote_front_end import RemoteFrontEnd
+from vrs_cli.repl.place import Remote
 from vrs_cli.repl.terminal import PlainTerminal
 
 
@@ -28,8 +28,8 @@ class Person:
         self.seen = io.StringIO()
         hello = replace(hello_of(name=name), attended=True)
         connection = SocketPort(Client(address, hello, told=self._told))
-        self.front_end = RemoteFrontEnd(Terminal(self.seen, iter(())), connection, self._told)
-        self.front_end.begin()
+        self.front_end = Remote(connection, self._told).front_end(Terminal(self.seen, iter(())))
+        self.front_end.opening()
 
     def _told(self, text: str) -> None:
         self.seen.write(f"vrs connect: {text}\n")
@@ -40,7 +40,7 @@ class Person:
         self.front_end.keep_up()
 
     def leave(self) -> None:
-        self.front_end.end()
+        self.front_end.closing()
 
 
 class People:

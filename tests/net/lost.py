@@ -39,7 +39,7 @@ from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.far_end import HELD_UP, QUIET
 from vrs_cli.net.messages import Done, Refused, Request, ServerMessage
 from vrs_cli.net.socket_port import SocketPort
-from vrs_cli.repl.remote_front_end import RemoteFrontEnd
+from vrs_cli.repl.place import Remote
 from vrs_cli.repl.terminal import PlainTerminal
 from vrs_cli.view3d.panel_front_end import PanelFrontEnd
 from vrs_cli.view3d.transcript import PanelTranscript
@@ -165,7 +165,7 @@ class Typist(Author):
         self._far = SocketPort(Client(url, hello_of(attended=True)))
         self._sink = StringIO()
         self._terminal = _Person(self._sink, ())
-        self._front_end = RemoteFrontEnd(self._terminal, self._far, self._said.append)
+        self._front_end = Remote(self._far, self._said.append).front_end(self._terminal)
         self._keys: deque[Line] = deque()
 
     def work(self) -> None:

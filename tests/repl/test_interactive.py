@@ -19,17 +19,18 @@ from prompt_toolkit.input import PipeInput, create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from tests.engine.wall import ManualWall
+from tests.repl.afar import session_of
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.values import Kind
 from vrs_cli.render.colours import Ink, toolkit_style
 from vrs_cli.repl import interactive
+from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.repl.history import recovery_folder
 from vrs_cli.repl.interactive import FromHistory, Shell, ValCompleter
 from vrs_cli.repl.interrupt import stoppable
 from vrs_cli.repl.lexer import ValLexer
-from vrs_cli.repl.local_front_end import LocalFrontEnd
 from vrs_cli.repl.place import Local
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.replies import Message
@@ -63,14 +64,12 @@ def run(*keys: str, file: str | None = None, clock: RobotClock | None = None) ->
     return shell
 
 
-def front_end(shell: Shell) -> LocalFrontEnd:
-    found = shell.backstage.wait().front_end
-    assert isinstance(found, LocalFrontEnd)
-    return found
+def front_end(shell: Shell) -> FrontEnd:
+    return shell.backstage.wait().front_end
 
 
 def session(shell: Shell) -> Session:
-    return front_end(shell).session
+    return session_of(front_end(shell))
 
 
 def lines(*texts: str) -> str:

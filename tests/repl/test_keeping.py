@@ -10,11 +10,13 @@ import pytest
 from tests.interfaces.monitor.people import Person
 from vrs_cli.files.recovery import files_in, left
 from vrs_cli.interfaces.conversation.conversation import Conversation
+from vrs_cli.interfaces.dialogue import at_once
 from vrs_cli.interfaces.editor.lines import named_program
 from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.repl.keeping import Keeper
+from vrs_cli.values.acts import ReadDraft
 
 
 class Shell:
@@ -23,7 +25,7 @@ class Shell:
     def __init__(self, folder: Path, *, sure: bool = True, robot: str = "puma560") -> None:
         self.terminal = Person(sure=sure)
         self.conversation = Conversation(Session(self.terminal, load_robot(robot)))
-        self.keeper = Keeper(self.conversation, folder)
+        self.keeper = Keeper(self.conversation, folder, self.terminal)
 
     def take(self, *lines: str) -> None:
         for line in lines:
@@ -115,12 +117,12 @@ def test_a_program_that_is_being_edited_comes_back_as_it_was_last(folder: Path) 
 def test_a_program_on_the_screen_comes_back_as_its_lines_were_left(folder: Path) -> None:
     shell = Shell(folder)
     draft = ScreenDraft(shell.conversation.session, named_program("p"))
-    draft.note(".PROGRAM p()\n    x = 1\n    MOVEE", stored=False)
+    at_once(draft.do(ReadDraft(".PROGRAM p()\n    x = 1\n    MOVEE")))
     shell.take("")
     shell.kill()
     again = recovered(folder)
     assert [len(one.program.steps) for one in again.conversation.session.environment.programs.values()] == [2]
-    draft.note("", stored=True)
+    at_once(draft.do(ReadDraft(draft.text)))
     assert shell.conversation.unfinished == ""
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from vrs_cli.repl.local_front_end import LocalFrontEnd
+from tests.repl.afar import local_front_end
 from vrs_cli.repl.terminal import PlainTerminal
 
 LINES = (".PROGRAM p", 'TYPE "<hallo>", /S', "TYPE $CHR(27)", ".END", "EXECUTE", "MOVE nowhere", "HISTORY 2")
@@ -17,7 +17,7 @@ LINES = (".PROGRAM p", 'TYPE "<hallo>", /S', "TYPE $CHR(27)", ".END", "EXECUTE",
 def logged(path: Path, *lines: str) -> str:
     """What the file has after these lines, and what the shell has said."""
     said = StringIO()
-    front_end = LocalFrontEnd(PlainTerminal(said, []))
+    front_end = local_front_end(PlainTerminal(said, []))
     for line in (f"LOG {path}", *(lines or LINES), "LOG", "WHERE"):
         front_end.take(line)
     assert f"{path} is complete" in said.getvalue()
@@ -66,5 +66,5 @@ def test_a_transcript_as_a_cast(tmp_path: Path) -> None:
 )
 def test_what_cannot_be_logged(line: str, said: str) -> None:
     stream = StringIO()
-    LocalFrontEnd(PlainTerminal(stream, [])).take(line)
+    local_front_end(PlainTerminal(stream, [])).take(line)
     assert said in stream.getvalue()

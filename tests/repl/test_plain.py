@@ -235,7 +235,7 @@ def test_a_task_that_ends_with_the_shell_is_told() -> None:
 
 
 def test_an_endless_program_on_a_pipe_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vrs_cli.repl.local_front_end.OWN", Limits(max_steps=1000))
+    monkeypatch.setattr("vrs_cli.repl.local_robot.OWN", Limits(max_steps=1000))
     status, written = pipe(".PROGRAM ever", "10 GOTO 10", ".END", "EXECUTE ever")
     assert status == 1
     assert "still running after 1000 steps" in written[1]

@@ -24,10 +24,10 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.net import messages
 from vrs_cli.repl import plain
-from vrs_cli.repl.front_end import KEEPING_UP, RESTING
+from vrs_cli.repl.connection import WORDS
+from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.repl.interactive import Shell
-from vrs_cli.repl.place import Afar, Local, Place
-from vrs_cli.repl.remote_front_end import WORDS, RemoteFrontEnd
+from vrs_cli.repl.place import KEEPING_UP, RESTING, Local, Place, Remote
 from vrs_cli.repl.terminal import PlainTerminal
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.questions import Answer, Question
@@ -46,15 +46,13 @@ def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     return iter(())
 
 
-class Soon(Afar):
+class Soon(Remote):
     """A line on which every answer comes at once: keys that are typed ahead come to the same in every run."""
 
-    @property
-    def afar(self) -> bool:
-        return False
+    remote = False
 
 
-def afar(line: Line, told: Callable[[str], None] = lambda _text: None) -> Afar:
+def afar(line: Line, told: Callable[[str], None] = lambda _text: None) -> Remote:
     return Soon(line, told)
 
 
@@ -212,8 +210,8 @@ def test_completion_and_status_come_over_the_line() -> None:
     line = Line(attended=True)
     terminal = PlainTerminal(StringIO(), iter(()))
     terminal.attended = True
-    front_end = RemoteFrontEnd(terminal, line, lambda _text: None)
-    front_end.begin()
+    front_end = Remote(line, lambda _text: None).front_end(terminal)
+    front_end.opening()
     assert front_end.status().prompt == "."
     front_end.take("SET pallet = TRANS(500,150,-100,90,90,0)")
     (found,) = front_end.suggestions("MOVE pa", False)
@@ -225,7 +223,7 @@ def test_completion_and_status_come_over_the_line() -> None:
 def test_the_clock_of_the_toolbar_does_not_go_back(monkeypatch: pytest.MonkeyPatch) -> None:
     """A status that was long on its way tells an earlier time; one of a clock that stands is believed."""
     wall = ManualWall()
-    monkeypatch.setattr("vrs_cli.repl.remote_front_end.time.monotonic", lambda: wall.seconds)
+    monkeypatch.setattr("tests.repl.afar.time.monotonic", lambda: wall.seconds)
     line = Line(attended=True, clock=wall.clock())
     front_end, _ = attended(line, [], [])
     early = line.conversation.status()
@@ -253,7 +251,7 @@ def test_in_real_time_a_program_runs_on_beside_the_prompt_and_asks() -> None:
     line = Line(attended=True, clock=wall.clock())
     sink = StringIO()
     terminal = PlainTerminal(sink, iter(["5\n"]))
-    front_end = RemoteFrontEnd(terminal, line, lambda _text: None)
+    front_end = Remote(line, lambda _text: None).front_end(terminal)
     front_end.take('.PROGRAM ask\nWAIT.EVENT , 2\nPROMPT "n? ", n\nTYPE n\n.END\nEXECUTE ask')
     assert (front_end.status().prompt, front_end.status().running, front_end.status().asked) == ("*", True, "")
     wall.seconds += 3.0
@@ -269,25 +267,25 @@ def test_in_real_time_a_program_runs_on_beside_the_prompt_and_asks() -> None:
     ]
 
 
-def attended(line: Line, answers: list[str], told: list[str]) -> tuple[RemoteFrontEnd, StringIO]:
+def attended(line: Line, answers: list[str], told: list[str]) -> tuple[FrontEnd, StringIO]:
     """A seat whose user answers so."""
     sink = StringIO()
     terminal = PlainTerminal(sink, iter(answers))
     terminal.attended = True
-    return RemoteFrontEnd(terminal, line, told.append), sink
+    return Remote(line, told.append).front_end(terminal), sink
 
 
 def test_who_is_alone_with_a_robot_is_not_told_how_it_is_shared() -> None:
     line, told = Line(attended=True), list[str]()
-    attended(line, [], told)[0].begin()
+    attended(line, [], told)[0].opening()
     assert told == [WORDS]
     line.one_user = True
-    attended(line, [], told)[0].begin()
+    attended(line, [], told)[0].opening()
     assert told == [WORDS]
 
 
 def test_a_long_paste_goes_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vrs_cli.repl.remote_front_end.LONGEST", 20)
+    monkeypatch.setattr("vrs_cli.repl.front_end.MAX_CHARS", 20)
     line = Line(attended=True)
     front_end, sink = attended(line, [], [])
     front_end.take(".PROGRAM p\n" + "x = 1\n" * 20 + ".END\na = 2\nLISTR a\n")
@@ -314,7 +312,7 @@ def test_a_question_does_not_outlive_its_server() -> None:
                 seen.append(front_end.withdrawn)
             return super().ask(question)
 
-    front_end = RemoteFrontEnd(Thinking(StringIO(), iter(["N\n"])), line, lambda _text: None)
+    front_end = Remote(line, lambda _text: None).front_end(Thinking(StringIO(), iter(["N\n"])))
     front_end.take("a = 1\nZERO")
     assert seen == [False, True]
 

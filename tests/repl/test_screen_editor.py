@@ -9,12 +9,15 @@ from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from tests.interfaces.terminals import RecordingTerminal
+from tests.repl.afar import front_end_at, page_of
 from vrs_cli.errors import ProgramExists, UsageError
-from vrs_cli.interfaces.conversation.conversation import Conversation
+from vrs_cli.interfaces.dialogue import at_once
 from vrs_cli.interfaces.editor.lines import named_program
 from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.repl.front_end import DraftPage
 from vrs_cli.repl.screen_editor import UNSAVED, ScreenEditor
+from vrs_cli.values.acts import KeepDraft
 from vrs_cli.values.diagnostics import LineRefused
 from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.questions import Answer, Editing, Question
@@ -36,7 +39,8 @@ def see(session: Session, keys: str, name: str = "p", step: int = 1, *, vi: bool
     """The editor after the keys; they must leave it."""
     with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
         pipe.send_text(keys)
-        editor = ScreenEditor(ScreenDraft(session, named_program(name), step), Conversation(session), vi=vi)
+        front_end = front_end_at(session)
+        editor = ScreenEditor(page_of(front_end, name, step), front_end, vi=vi)
         editor.run()
     return editor
 
@@ -50,9 +54,9 @@ def test_what_is_typed_is_noted_line_by_line_until_it_is_stored() -> None:
     noted: list[str] = []
     with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
         pipe.send_text(f"move part{ENTER}ready{ENTER}{SAVE}{QUIT}")
-        draft = ScreenDraft(session, named_program("p"), 1)
-        draft.noted = lambda: noted.append(session.user_state.drafted)
-        ScreenEditor(draft, Conversation(session)).run()
+        front_end = front_end_at(session)
+        front_end.after = lambda: noted.append(session.user_state.drafted)
+        ScreenEditor(page_of(front_end, "p"), front_end).run()
     assert ".PROGRAM p()\n    MOVE part\n    \n.END\n" in noted
     assert ".PROGRAM p()\n    MOVE part\n    READY\n    \n.END\n" in noted
     assert (noted[-1], session.user_state.drafted) == ("", "")
@@ -155,7 +159,7 @@ def test_the_heading_can_be_changed_but_not_to_another_program() -> None:
     see(session, f"{UP}{END}\x7f\x7f\x7fq{SAVE}{QUIT}{QUIT}")
     assert session.environment.program("q") is before
     with pytest.raises(ProgramExists, match="q"):
-        ScreenDraft(session, named_program("p")).save(".PROGRAM q()\n    READY")
+        at_once(ScreenDraft(session, named_program("p")).do(KeepDraft(".PROGRAM q()\n    READY")))
     editor = see(session, f"{UP}{END}\x7f\x7f\x7fnew(a){SAVE}{QUIT}")
     assert editor.message == "Program new: 1 step"
     assert "new" in session.environment.programs
@@ -170,7 +174,7 @@ def test_a_text_without_a_heading_is_not_stored() -> None:
     see(session, f"{UP}{HOME}x{SAVE}{QUIT}{QUIT}")
     assert session.environment.programs == {}
     with pytest.raises(LineRefused, match="the first line names the program"):
-        ScreenDraft(session, named_program("p")).save("READY")
+        at_once(ScreenDraft(session, named_program("p")).do(KeepDraft("READY")))
 
 
 class Screen(RecordingTerminal):
@@ -191,7 +195,8 @@ class Screen(RecordingTerminal):
         assert isinstance(draft, ScreenDraft)
         with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
             pipe.send_text(self.keys)
-            ScreenEditor(draft, Conversation(self.session)).run()
+            front_end = front_end_at(self.session)
+            ScreenEditor(DraftPage(question, front_end), front_end).run()
         return True
 
 

@@ -14,10 +14,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.repl.afar import remote_front_end
+from tests.repl.afar import local_front_end, remote_front_end
 from vrs_cli.interfaces.dialogue import Terminal
 from vrs_cli.repl.front_end import FrontEnd
-from vrs_cli.repl.local_front_end import LocalFrontEnd
 from vrs_cli.repl.terminal import PlainTerminal
 
 SESSIONS = Path(__file__).parent / "sessions"
@@ -62,7 +61,7 @@ def exchanges(path: Path) -> Iterator[Exchange]:
         yield present
 
 
-@pytest.mark.parametrize("seated", [LocalFrontEnd, remote_front_end])
+@pytest.mark.parametrize("seated", [local_front_end, remote_front_end])
 @pytest.mark.parametrize("path", sorted(SESSIONS.glob("*.txt")), ids=lambda path: path.stem)
 def test_session(
     path: Path, seated: Callable[[Terminal], FrontEnd], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -162,12 +162,12 @@ def _with_shell(options: argparse.Namespace, stack: ExitStack) -> int:
     hosted = _hosted(options, stack, model)
     _open(options, stack, door, hosted.hold_for_browser)
     from vrs_cli.net.socket_port import SocketPort
-    from vrs_cli.repl.place import Afar
+    from vrs_cli.repl.place import Remote
     from vrs_cli.repl.shell import at, on_terminal
 
     connection = SocketPort(hosted.client(attended=on_terminal()))
     stack.callback(connection.close)
-    status = at(Afar(connection, teller(options.prog)))
+    status = at(Remote(connection, teller(options.prog)))
     if not on_terminal():
         asyncio.run(signal_comes())
     return status

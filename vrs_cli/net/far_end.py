@@ -25,6 +25,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.net import messages
 from vrs_cli.net.flags import Flags
+from vrs_cli.net.last_status import LastStatus
 from vrs_cli.net.messages import Done, Request, ServerMessage
 from vrs_cli.net.mirror import WINDOW, ClockReading, Mirror, parting
 from vrs_cli.net.preview import Preview, Wishes, changing
@@ -82,7 +83,7 @@ class FarEnd:
         self.refusal: VrsError | None = None
         self.news: list[Outlet] = []
         self.window = WINDOW
-        self.sync = TimeSync()
+        self.sync, self.status = TimeSync(), LastStatus(wall)
         self.cuts = self.stalls = 0  # how often the connection was cut, or so quiet that it may have been
         self._estimate: Estimate | None = None  # of the server's clock
         self._round_trip = 0.0
@@ -247,11 +248,15 @@ class FarEnd:
                 self._pulled = state
                 if state.issued is not None:
                     self._wishes.counted(state.issued)
+            case messages.Status(around):
+                self.status.see(around)
             case messages.Closing(refusal=Refusal() as refusal):
                 self.refusal = refusal.error()
 
     def _welcomed(self, welcome: messages.Welcome) -> None:
         now = self._wall()
+        if not welcome.resumed:
+            self.status.forget_pace()
         if self.welcome is not None and self.welcome.life != welcome.life:  # perhaps another machine, with its clock
             self.sync, self._estimate = TimeSync(), None
             if self.mirror is not None:
@@ -422,6 +427,7 @@ class FarEnd:
     def _done(self, done: Done) -> None:
         """Who has commanded something sees what it has changed: that comes after the answer."""
         if done.status is not None:
+            self.status.see(done.status)
             self._moves_to(done.status.clock)
         if not done.seq or self._is_seen(done, None):  # without a number the robot has not said it
             self._end(done.id, done)

@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
+from math import inf
 from pathlib import Path
 from threading import Lock, Thread, current_thread
 from typing import Any, TypeVar
@@ -19,6 +20,7 @@ from vrs_cli.net.client import Client
 from vrs_cli.net.far_end import Outlet
 from vrs_cli.net.messages import ClientMessage, Hello, Interrupt, Refused, Request, ServerMessage, Welcome
 from vrs_cli.net.mirror import WINDOW, Mirror
+from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.wire.refusal import Refusal
 
 PAST = 60.0  # [s] of the timeline that are kept for a picture of the arm
@@ -239,6 +241,19 @@ class SocketPort:
         """Stop what is waited for, which comes to an end by itself. Safe in a signal handler."""
         self.tell(Interrupt())
         return True
+
+    def give_up(self, error: BaseException) -> str:  # noqa: ARG002 (the robot knows nothing of it)
+        """What a user is told who waits no longer."""
+        return "it is not waited for any more: the robot may do it still"
+
+    def status(self) -> PromptStatus:
+        """What a prompt shows, as the robot told it last; a real clock has gone on since."""
+        return self.far.status.now()
+
+    def program(self, _key: str) -> None:
+        """Programs are at the robot."""
+
+    on_screen, due = None, inf
 
     def listen(self, outlet: Outlet) -> None:
         """Give all messages that belong to no request to the outlet, in the thread of the connection."""

@@ -32,16 +32,16 @@ from vrs_cli.repl.backstage import Backstage
 from vrs_cli.repl.colours import STYLE, colour_depth
 from vrs_cli.repl.config import Config, read_config
 from vrs_cli.repl.echo import typed_ahead, unechoed
-from vrs_cli.repl.front_end import KEEPING_UP, RESTING, FrontEnd
 from vrs_cli.repl.history import history_path, open_history
 from vrs_cli.repl.interrupt import Ended, aborting, stoppable
 from vrs_cli.repl.lexer import ValLexer
-from vrs_cli.repl.place import Place
+from vrs_cli.repl.place import KEEPING_UP, RESTING, Place
 from vrs_cli.repl.toolbar import GAP, signature_row, toolbar, vi_mode
 from vrs_cli.repl.word_at import asked_about
 from vrs_cli.version import __version__
 
 if TYPE_CHECKING:
+    from vrs_cli.repl.front_end import FrontEnd
     from vrs_cli.repl.terminal import ShellTerminal
     from vrs_cli.values.prompt import PromptStatus
 
@@ -124,7 +124,7 @@ class Shell:
             completer=ValCompleter(lambda: self.backstage.ready),
             validate_while_typing=False,
             complete_while_typing=True,
-            complete_in_thread=place.afar,
+            complete_in_thread=place.remote,
             bottom_toolbar=self._toolbar,
             style=STYLE,
             color_depth=colour_depth(),
@@ -147,11 +147,11 @@ class Shell:
             if self.place.waits:
                 work = self.backstage.wait()
                 with _interruptible(work):
-                    work.front_end.begin()
+                    work.front_end.opening()
             while self._unhurt_round():
                 pass
         if self.backstage.ready is not None and not self._hung_up:
-            self.backstage.ready.front_end.end()
+            self.backstage.ready.front_end.closing()
         return 0
 
     @property

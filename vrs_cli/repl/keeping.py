@@ -15,6 +15,7 @@ from vrs_cli.values.replies import Message, Tone, report
 
 if TYPE_CHECKING:
     from vrs_cli.interfaces.conversation.conversation import Conversation
+    from vrs_cli.interfaces.dialogue import Terminal
 
 ROBOT = "; robot: "  # of which it was: the first line of a file
 SLOW, REST = 0.1, 10.0  # a text that takes more than SLOW [s] is followed by REST times as long without one
@@ -23,8 +24,14 @@ SLOW, REST = 0.1, 10.0  # a text that takes more than SLOW [s] is followed by RE
 class Keeper:
     """Writes the recovery file of a conversation after each line that has changed something."""
 
-    def __init__(self, conversation: Conversation, folder: Path, clock: Callable[[], float] = time.monotonic) -> None:
-        self._conversation, self._folder, self._clock = conversation, folder, clock
+    def __init__(
+        self,
+        conversation: Conversation,
+        folder: Path,
+        terminal: Terminal,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._conversation, self._folder, self._terminal, self._clock = conversation, folder, terminal, clock
         self._recovery = Recovery(folder)
         self._kept: object = None
         self._not_before = 0.0
@@ -59,7 +66,7 @@ class Keeper:
 
     def _offer(self, one: Left) -> None:
         session = self._conversation.session
-        terminal, (robot, text) = session.terminal, _robot_of(one.text)
+        terminal, (robot, text) = self._terminal, _robot_of(one.text)
         whose = f", robot {robot}" if robot not in ("", session.engine.arm.model.name) else ""
         if not terminal.ask(Confirmation(f"Recovered from {_moment(one.written)}{whose}: {_held(text)}. Load (Y/N)?")):
             terminal.show(Message(f"Not loaded; LOAD {one.decline()} brings it back"))

@@ -8,11 +8,20 @@ from collections.abc import Callable, Iterator
 from io import IncrementalNewlineDecoder, TextIOBase
 from queue import Empty, Queue
 from threading import Thread
-
-from vrs_cli.repl.front_end import Driven
+from typing import Protocol
 
 AHEAD = 1000  # lines that are read before somebody wants them
 CHUNK = 65536  # bytes that are read at once
+
+
+class Driven(Protocol):
+    """A robot in whose time somebody waits for something else."""
+
+    def step(self) -> None:
+        """Do the next thing that is due; where none is, wait for it, or until `wake` is called."""
+
+    def wake(self) -> None:
+        """End the wait; from any thread."""
 
 
 class PipedLines:

@@ -1,4 +1,4 @@
-"""Where a seat can be taken: at a robot of this process, or at one afar."""
+"""Where a shell has its robot: in this process, or at the other end of a connection."""
 
 from __future__ import annotations
 
@@ -15,15 +15,16 @@ if TYPE_CHECKING:
     from vrs_cli.interfaces.port.port import Port
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.repl.front_end import FrontEnd
-    from vrs_cli.repl.local_front_end import LocalFrontEnd
     from vrs_cli.repl.recorder import Recorder
-    from vrs_cli.repl.remote_front_end import RemoteFrontEnd
     from vrs_cli.values.dialect import Dialect
+
+KEEPING_UP, RESTING = 0.1, 1.0  # [s] between two looks at a clock on the wall: while the arm moves, and at rest
+SHORTEST = 0.01  # [s] however soon the next thing is due
 
 
 class Place(Protocol):
-    """Where a seat can be taken. `lives`: things happen there while a line is typed; `waits`: something is said or
-    asked before the first line; `afar`: an answer takes its time.
+    """Where a shell has its robot. `lives`: things happen there while a line is typed; `waits`: something is said or
+    asked before the first line; `remote`: an answer takes its time.
     """
 
     @property
@@ -31,7 +32,7 @@ class Place(Protocol):
     @property
     def waits(self) -> bool: ...
     @property
-    def afar(self) -> bool: ...
+    def remote(self) -> bool: ...
     def front_end(self, terminal: Terminal) -> FrontEnd:
         """Raises VrsError."""
 
@@ -51,9 +52,7 @@ class Local(Struct):
     dialect: Dialect | None = None
     cell: str | None = None
 
-    @property
-    def afar(self) -> bool:
-        return False
+    remote = False
 
     @property
     def lives(self) -> bool:
@@ -71,26 +70,23 @@ class Local(Struct):
 
         return bool(files_in(self.recovery))
 
-    def front_end(self, terminal: Terminal) -> LocalFrontEnd:
-        from vrs_cli.repl.local_front_end import LocalFrontEnd
+    def front_end(self, terminal: Terminal) -> FrontEnd:
+        from vrs_cli.repl.local_robot import ShellRobot
 
         ours = (self.model, self.file, self.recorder, self.clock, self.recovery, self.outside, self.dialect, self.cell)
-        return LocalFrontEnd(terminal, *ours)
+        return ShellRobot(terminal, *ours).front_end
 
 
-class Afar(Struct):
+class Remote(Struct):
     """A robot behind a connection, which is there. `told` hears what becomes of that."""
 
     port: Port
     told: Callable[[str], None]
 
-    @property
-    def afar(self) -> bool:
-        return True
+    remote = lives = waits = True
 
-    lives = waits = afar
+    def front_end(self, terminal: Terminal) -> FrontEnd:
+        from vrs_cli.repl.connection import ConnectionWords
+        from vrs_cli.repl.front_end import FrontEnd
 
-    def front_end(self, terminal: Terminal) -> RemoteFrontEnd:
-        from vrs_cli.repl.remote_front_end import RemoteFrontEnd
-
-        return RemoteFrontEnd(terminal, self.port, self.told)
+        return ConnectionWords(FrontEnd(terminal, self.port, self.told)).front_end

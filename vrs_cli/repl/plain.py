@@ -20,13 +20,19 @@ def run(place: Place, source: Iterable[str], sink: TextIO) -> int:
     A wrong line does not stop the lines after it; EXIT does, and so do Ctrl-C and a connection that is cut. Raises
     KeyboardInterrupt for a Ctrl-C while the next line is waited for.
     """
-    lines = piped(source) if place.lives and not place.afar else None
+    lines = piped(source) if place.lives and not place.remote else None
     terminal = PlainTerminal(sink, _unmarked(lines or source))
     front_end = place.front_end(terminal)
     if lines is not None:
-        lines.robot, lines.after = front_end.driven, sink.flush
+        lines.robot = front_end.driven
+
+        def after() -> None:
+            front_end.keep_up()
+            sink.flush()
+
+        lines.after = after
     with stoppable(front_end.interrupt):
-        front_end.begin()
+        front_end.opening()
     for line in terminal.lines:
         with stoppable(front_end.interrupt):
             front_end.take(line.rstrip("\r\n"))
@@ -38,7 +44,7 @@ def run(place: Place, source: Iterable[str], sink: TextIO) -> int:
             break
     with stoppable(front_end.interrupt):
         front_end.leave_entry("the input ended: ")
-    front_end.end()
+    front_end.closing()
     return FAILED if terminal.failed or front_end.failed or front_end.interrupted else OK
 
 

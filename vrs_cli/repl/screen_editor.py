@@ -35,12 +35,12 @@ from prompt_toolkit.widgets import SearchToolbar
 
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.conversation.entry import INDENT, depth
-from vrs_cli.interfaces.editor.screen import EditedProgram, canonical, canonical_line
+from vrs_cli.interfaces.editor.screen import canonical, canonical_line
 from vrs_cli.interfaces.monitor.help import page as help_page
 from vrs_cli.render.colours import COLOURS, Palette
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.colours import STYLE, colour_depth
-from vrs_cli.repl.front_end import Screens
+from vrs_cli.repl.front_end import DraftPage, FrontEnd
 from vrs_cli.repl.lexer import ValLexer
 from vrs_cli.repl.toolbar import ABORT, signature_row, vi_mode
 from vrs_cli.repl.word_at import asked_about
@@ -89,7 +89,7 @@ class Underlined(Processor):
 class ScreenEditor:
     """One program on the screen."""
 
-    def __init__(self, page: EditedProgram, screens: Screens, palette: Palette = COLOURS, *, vi: bool = False) -> None:
+    def __init__(self, page: DraftPage, screens: FrontEnd, palette: Palette = COLOURS, *, vi: bool = False) -> None:
         self.page, self._screens = page, screens
         self.message = ""
         self.findings: tuple[Diagnostic, ...] = ()
@@ -130,10 +130,7 @@ class ScreenEditor:
     def run(self) -> None:
         """Until the user leaves."""
         self._draws = True
-        try:
-            self.app.run(pre_run=self._begin)
-        finally:
-            self.page.note("", stored=True)
+        self.app.run(pre_run=self._begin)
 
     def _begin(self) -> None:
         """As in vi, where a text is looked at first."""
@@ -162,14 +159,7 @@ class ScreenEditor:
             self.tidy()
 
     def tidy(self) -> None:
-        """The row that was typed in, in canonical form; the text is noted, so that it outlives the editor."""
-        self._tidy()
-        self._note()
-
-    def _note(self) -> None:
-        self.page.note(self.buffer.text, stored=self.buffer.text == self._kept)
-
-    def _tidy(self) -> None:
+        """The row that was typed in, in canonical form."""
         row, self._touched = self._touched, None
         lines = self.buffer.document.lines
         if row is None or row >= len(lines):
@@ -221,7 +211,6 @@ class ScreenEditor:
         lines = self.buffer.document.lines[1 : self._row]
         with self._quietly():
             self.buffer.insert_text(INDENT * (1 + depth(lines)))
-        self._note()
 
     # --- leaving ---
 
@@ -231,7 +220,6 @@ class ScreenEditor:
         try:
             self.message = self.page.save(self.buffer.text)
             self._kept = self.buffer.text
-            self._note()
         except VrsError as error:
             self.message = str(error)
 

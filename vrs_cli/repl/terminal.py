@@ -33,7 +33,7 @@ from vrs_cli.values.replies import Reply, is_error
 
 if TYPE_CHECKING:
     from vrs_cli.render.console import TerminalRenderer
-    from vrs_cli.repl.front_end import Screens
+    from vrs_cli.repl.front_end import FrontEnd
 
 PATIENCE = 0.5  # [s] a program runs before its progress is shown
 REFRESH = 0.1  # [s] between two lines of progress
@@ -152,7 +152,7 @@ class ShellTerminal:
         self.pages = False  # a line is carried out after which nobody wants the next at once
         self.palette = COLOURS
         self.vi = False  # keys are those of vi
-        self.screens: Screens
+        self.screens: FrontEnd
         self.leaving = False
         self.whole_lines = False  # a prompt may stand below: a line that is typed is shown when it is complete
         self._begun = ""

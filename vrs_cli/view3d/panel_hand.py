@@ -17,10 +17,10 @@ import viser
 
 from vrs_cli.engine.position import destination_at, position_at
 from vrs_cli.interfaces.jog.jogger import SPEEDS, STEPS
+from vrs_cli.interfaces.port.far_hand import FarHand
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.words.values import plain
-from vrs_cli.net.far_hand import FarHand
 from vrs_cli.render.colours import Ink
 from vrs_cli.values.acts import Surveyed
 from vrs_cli.values.hand import Axis, Frame, Press, Seen, StopJog

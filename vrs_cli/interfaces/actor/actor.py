@@ -144,6 +144,16 @@ class Actor:
 
     # --- driving ---
 
+    @property
+    def asked(self) -> bool:
+        """Whether somebody asks for something that is not done, and does not wait for a program or an answer."""
+        return bool(len(self._inbox) or self._present or self._ready)
+
+    @property
+    def lets_time_pass(self) -> bool:
+        """Whether somebody waits until a program stops."""
+        return bool(self._running)
+
     def peek(self) -> float:
         """When the next thing is due [s]: now where there is a request, infinity where nothing happens by itself."""
         clock = self._driver.engine.clock

@@ -75,7 +75,7 @@ class Conversation:
         except BrokenPipeError:
             raise  # the reader of our output has gone
         except (Exception, KeyboardInterrupt) as error:
-            self.session.terminal.show(self._told(error, ""))
+            self.session.terminal.show(self.told(error, ""))
 
     def lines(self, text: str, more: bool = False) -> Dialogue[None]:
         """One line, or several that were pasted together; Ctrl-C in one of them forgets those after it. `more` of them
@@ -97,7 +97,7 @@ class Conversation:
             yield from self._guarded(self._store(), "")
         if refused and self._dropped and not self.user_state.attended:  # a person has read that the heading was refused
             what = f"{count(self._dropped, 'line')} of {refused} dropped: that program was refused"
-            yield self._told(RequestRefused(what, ".END ends it"), "")
+            yield self.told(RequestRefused(what, ".END ends it"), "")
         if self._refused and self.user_state.attended and not more:
             self.entry, self._refused = None, ""  # the user knows that it was refused
 
@@ -120,9 +120,9 @@ class Conversation:
         except BrokenPipeError:
             raise
         except (Exception, KeyboardInterrupt) as error:
-            yield self._told(error, line)
+            yield self.told(error, line)
 
-    def _told(self, error: BaseException, line: str) -> Reply:
+    def told(self, error: BaseException, line: str) -> Reply:
         """The reply for an error in a line."""
         if isinstance(error, VrsError):
             return refusal(error, line)

@@ -6,10 +6,10 @@ The text is the `.PROGRAM` line and one line a step; `.END` is not shown, as in 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from vrs_cli.errors import CannotInterpret, ProgramExists
-from vrs_cli.interfaces.dialogue import Dialogue, at_once, beside_if
+from vrs_cli.interfaces.dialogue import Dialogue, beside_if
 from vrs_cli.interfaces.editor.lines import analysis_of, opened, stored
 from vrs_cli.interfaces.station.station import LONG_TEXT, Station
 from vrs_cli.language.text.ast import BadLine, Program, ProgramHeader, Step
@@ -33,29 +33,6 @@ class ProgramReading(NamedTuple):
 Found = Callable[[tuple[Diagnostic, ...]], None]
 
 
-class EditedProgram(Protocol):
-    """A program while it is edited as a text, here or afar."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def text(self) -> str: ...
-    @property
-    def dialect(self) -> Dialect: ...
-    @property
-    def row(self) -> int:
-        """The line (from 0) where the cursor begins."""
-
-    def look(self, text: str, found: Found) -> None:
-        """Tell what is wrong with a text, with its structure too: at once, or from afar when that has come."""
-
-    def note(self, text: str, *, stored: bool) -> None:
-        """It is this text that would be lost, where it is not stored."""
-
-    def save(self, text: str) -> str:
-        """Store the program; what is said of it. Raises VrsError."""
-
-
 class ScreenDraft:
     """A program of a station while it is edited as a text."""
 
@@ -66,17 +43,19 @@ class ScreenDraft:
         self.text = "\n".join((program_header(draft.program), *step_texts(draft.program), *("",) * (not draft.steps)))
         self.row = draft.at + 1 if draft.at < len(draft.steps) else max(len(draft.steps), 1)
         self.said: tuple[Reply, ...] = ()
-        self.noted: Callable[[], None] = lambda: None
+        self._stored = self.text
 
     def do(self, act: ReadDraft | KeepDraft) -> Dialogue[Findings | Kept]:
-        """What somebody far away wants of it. Raises VrsError."""
+        """Look at the text, which is the draft from now on, or store it. Raises LineRefused, ProgramExists for the name
+        of another program.
+        """
+        drafted = "" if act.text == self._stored else f"{act.text}\n.END\n"
+        self._station.user_state.drafted = drafted
         if isinstance(act, ReadDraft):
             return Findings((yield from self._read(act.text)).findings)
         said = yield from self._saved(act.text)
+        self._stored, self._station.user_state.drafted = act.text, ""
         return Kept(self.name, said)
-
-    def look(self, text: str, found: Found) -> None:
-        found(at_once(self._read(text)).findings)
 
     def _read(self, text: str) -> Dialogue[ProgramReading]:
         """A text among what is in memory; another thread reads a long one, among a copy of that."""
@@ -90,15 +69,6 @@ class ScreenDraft:
             return ProgramReading(program, ordered((*findings, *analysis_of(memory, program).diagnostics)))
 
         return (yield from beside_if(long, work))
-
-    def note(self, text: str, *, stored: bool) -> None:
-        """What a file would hold of the text, where it is not stored."""
-        self._station.user_state.drafted = "" if stored else f"{text}\n.END\n"
-        self.noted()
-
-    def save(self, text: str) -> str:
-        """Store the program; what is said of it. Raises LineRefused, ProgramExists for the name of another program."""
-        return at_once(self._saved(text))
 
     def _saved(self, text: str) -> Dialogue[str]:
         program, findings = yield from self._read(text)

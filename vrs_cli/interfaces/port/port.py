@@ -14,6 +14,8 @@ from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.engine.position import Watched
 from vrs_cli.errors import EndOfInput
 from vrs_cli.interfaces.port.preview import Previewed
+from vrs_cli.language.text.ast import Program
+from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.values.questions import Answer as Answered
 from vrs_cli.values.questions import Question
 from vrs_cli.wire.messages import Answer, Asked, ClientMessage, Done, How, Refused, Request, Result, ServerMessage
@@ -80,6 +82,9 @@ class Port(Protocol):
     def interrupt(self) -> bool:
         """Stop what is waited for (Ctrl-C); whether it comes to an end by itself. Safe in a signal handler."""
 
+    def give_up(self, error: BaseException) -> str:
+        """Wait no longer for what was sent, because of an error here; what the user is to be told of it."""
+
     def listen(self, outlet: Outlet) -> None:
         """Let an outlet hear all that belongs to no request."""
 
@@ -91,6 +96,20 @@ class Port(Protocol):
 
     def previewed(self) -> Previewed:
         """What the robot will do, with the requests that are on their way to it. The timeline is followed."""
+
+    def status(self) -> PromptStatus:
+        """What a prompt shows now, as far as that is known here."""
+
+    def program(self, key: str) -> Program | None:
+        """A program in memory, where it is in this process."""
+
+    @property
+    def on_screen(self) -> object:
+        """What the open question has for the screen, where that is in this process."""
+
+    @property
+    def due(self) -> float:
+        """Something happens in so many seconds that `take` lets happen; infinity where what happens comes by itself."""
 
     def close(self) -> None:
         """Leave the robot: nothing more is asked of it."""

@@ -82,7 +82,7 @@ class UserState:
         try:
             return (yield question) is not None
         finally:
-            self.on_screen = None
+            self.on_screen, self.drafted = None, ""
 
     def given(self, issued: float | None, dialogue: Dialogue[R]) -> Dialogue[R]:
         """A dialogue for a line that was given at that time, by the robot's clock [s]."""

@@ -7,8 +7,8 @@ from contextlib import suppress
 
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.kinematics.joints import JointUnits
-from vrs_cli.net.messages import At, Done, Refused, Request, ServerMessage
 from vrs_cli.values.hand import Look, Press, Seen, StopJog
+from vrs_cli.wire.messages import At, Done, Refused, Request, ServerMessage
 
 Begin = Callable[[Callable[[int], Request], Callable[[ServerMessage], None]], object]
 

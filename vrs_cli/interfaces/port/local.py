@@ -1,0 +1,213 @@
+"""The port to a robot of this process. Whoever waits for a message lets the robot's time and tasks go on meanwhile."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import copy
+from itertools import count
+from math import inf
+from threading import Lock
+from typing import Any, TypeVar
+
+from vrs_cli.engine.clock import WallClock
+from vrs_cli.engine.engine import Event
+from vrs_cli.engine.feed import Inbox, Subscription
+from vrs_cli.errors import VrsError
+from vrs_cli.interfaces.actor.ticket import Outlet as ActorOutlet
+from vrs_cli.interfaces.actor.ticket import Ticket
+from vrs_cli.interfaces.conversation.internal_error import internal_error
+from vrs_cli.interfaces.dialogue import Dialogue, Reading, Running
+from vrs_cli.interfaces.port.port import MakeRequest, Outlet
+from vrs_cli.interfaces.port.preview import Previewed
+from vrs_cli.interfaces.port.user_session import UserSession
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.station import Conditions
+from vrs_cli.language.text.ast import Program
+from vrs_cli.values.prompt import PromptStatus
+from vrs_cli.values.questions import Answer, Question
+from vrs_cli.values.replies import Reply
+from vrs_cli.wire.messages import ClientMessage, Line, ServerMessage, Told, Typed
+from vrs_cli.wire.refusal import Refusal
+
+T = TypeVar("T")
+PATIENCE = 0.005  # [s] between two looks whether another thread, which drives the robot, has done what was asked for
+
+
+class Console:
+    """The terminal of a session whose user speaks in messages. `attended`: a person is there. `progress` is called
+    while a program runs or a file is read.
+    """
+
+    def __init__(self, attended: bool = False) -> None:
+        self.attended = attended
+        self.outlets: list[Outlet] = []
+        self.progress: Callable[[Running | Reading], None] = lambda _doing: None
+
+    def show(self, reply: Reply) -> None:
+        self._tell(Told(reply))
+
+    def type(self, text: str, newline: bool) -> None:
+        self._tell(Typed(text, newline))
+
+    def ask(self, _question: Question) -> Answer:
+        """Nobody is asked here: a user is asked by the request that he sent."""
+        return None
+
+    def _tell(self, message: ServerMessage) -> None:
+        for outlet in self.outlets:
+            outlet(message)
+
+
+class KnownError(Refusal, frozen=True, kw_only=True):
+    """An error of this process, which is at hand with all that it knows."""
+
+    cause: BaseException
+
+    def error(self) -> VrsError:
+        """Raises an error that is no VrsError."""
+        if isinstance(self.cause, VrsError):
+            return self.cause
+        raise self.cause
+
+
+class _LocalUser(UserSession):
+    """The user of a robot of this process, who looks at its status at any time."""
+
+    tells_status, begins = False, -inf
+    conditions: Conditions | None = None  # of all its requests
+
+    @property
+    def rate(self) -> float | None:
+        """How many seconds of the robot pass in one; None if its time does not pass by itself."""
+        clock = self.session.engine.clock
+        return clock.rate if isinstance(clock, WallClock) and not clock.paused else None
+
+    def put(self, dialogue: Dialogue[T], outlet: ActorOutlet | None = None, *, urgent: bool = False) -> Ticket[T]:
+        if self.conditions is not None:
+            dialogue = self.session.under(self.conditions, dialogue)
+        return super().put(dialogue, outlet, urgent=urgent)
+
+    def refusal(self, error: BaseException) -> Refusal:
+        return KnownError(getattr(error, "code", 0), getattr(error, "title", ""), str(error), cause=error)
+
+
+class LocalPort:
+    """A robot of this process in the hands of its user. `typed` hears each line before it is carried out."""
+
+    name, one_user, open, cuts, stalls = "", True, True, 0, 0
+
+    def __init__(self, session: Session, console: Console) -> None:
+        self.session, self.console = session, console
+        self.user = _LocalUser(session, session.own_user_state)
+        self.typed: Callable[[str], None] = lambda _text: None
+        self._actor = session.actor
+        self._ids = count(1)
+        self._driving = Lock()
+
+    def under(self, conditions: Conditions) -> LocalPort:
+        """The same port, whose requests are carried out under these conditions."""
+        other = copy(self)
+        other.user = copy(self.user)
+        other.user.conditions = conditions
+        return other
+
+    def check_open(self) -> None:
+        """A robot of this process is always there."""
+
+    # --- messages ---
+
+    def begin(self, make: MakeRequest, outlet: Outlet) -> int:
+        request = make(next(self._ids))
+        if isinstance(request, Line):
+            self.typed(request.text)
+        self.user.take(request, outlet)
+        return request.id
+
+    def post(self, make: MakeRequest, outlet: Outlet) -> None:
+        self.begin(make, outlet)
+
+    def tell(self, message: ClientMessage) -> None:
+        self.user.take(message, lambda _answer: None)
+
+    def interrupt(self) -> bool:
+        return self.session.interrupt(self.user.user_state)
+
+    def listen(self, outlet: Outlet) -> None:
+        self.console.outlets.append(outlet)
+
+    def take(self, inbox: Inbox[ServerMessage], seconds: float | None = None) -> ServerMessage | None:
+        """With `seconds` only what is due now is done, whatever their number."""
+        if seconds is not None and not inbox:
+            self._do_what_is_due()
+        while seconds is None and not inbox:
+            self._drive(inbox)
+        return inbox.take(0.0)
+
+    def _do_what_is_due(self) -> None:
+        while self._actor.asked:
+            self._drive()
+        self.session.settle()
+        if self.session.driver.withdrawn:
+            self.user.drop_questions()
+        while self._actor.asked:
+            self._drive()
+
+    def _drive(self, inbox: Inbox[ServerMessage] | None = None) -> None:
+        """One step of the robot, unless another thread drives it, which may have filled the inbox meanwhile."""
+        if self._driving.acquire(timeout=PATIENCE):
+            try:
+                if not inbox:
+                    self.step()
+            finally:
+                self._driving.release()
+
+    def step(self) -> None:
+        """Do the next thing that is due; where none is, wait for it, or until `wake` is called."""
+        goes_on = self._actor.lets_time_pass
+        try:
+            self._actor.step()
+        except Exception as error:  # of a task that nobody waits for, which has ended with it
+            self.console.show(internal_error(error))
+        if goes_on:
+            self.console.progress(Running(self.session.engine.now))
+
+    def wake(self) -> None:
+        """End a wait of `step`; from any thread."""
+        self._actor.wake()
+
+    def give_up(self, error: BaseException) -> str:
+        """Drop the requests that have not ended: their outlets hear why."""
+        self.user.drop(error)
+        return ""
+
+    # --- reading ---
+
+    def follow(self) -> _LocalUser:
+        return self.user
+
+    def subscribe(self) -> Subscription[Event]:
+        with self._driving:
+            return self.session.engine.events.subscribe()
+
+    def previewed(self) -> Previewed:
+        return Previewed.of(self.user.timeline, self.user.now)
+
+    def status(self) -> PromptStatus:
+        return self.user.conversation.status()
+
+    def program(self, key: str) -> Program | None:
+        stored = self.session.programs.get(key)
+        return None if stored is None else stored.program
+
+    @property
+    def on_screen(self) -> object:
+        return self.user.user_state.on_screen
+
+    @property
+    def due(self) -> float:
+        """Something happens in so many seconds that `take` lets happen; infinity in virtual time."""
+        clock: Any = self.session.engine.clock
+        return clock.until(self.session.driver.peek()) if isinstance(clock, WallClock) else inf
+
+    def close(self) -> None:
+        self.session.close()

@@ -1,0 +1,328 @@
+"""One user of a robot: messages come in and become requests to its actor, and what the robot says goes out as messages.
+
+Nothing here waits, and nothing here knows whether the user is in this process or at the other end of a connection.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any, TypeVar
+
+from msgspec import Struct
+
+from vrs_cli.engine.position import position_at
+from vrs_cli.errors import LimitReached, RequestRefused, VrsError
+from vrs_cli.interfaces.actor.ticket import Outlet as ActorOutlet
+from vrs_cli.interfaces.actor.ticket import Ticket
+from vrs_cli.interfaces.conversation.conversation import Conversation
+from vrs_cli.interfaces.conversation.internal_error import internal_error
+from vrs_cli.interfaces.dialogue import Dialogue, beside, quietly
+from vrs_cli.interfaces.monitor.running import emergency_stop
+from vrs_cli.interfaces.port.port import Outlet
+from vrs_cli.interfaces.rights import STOPPING
+from vrs_cli.interfaces.session.acts import act_on
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.station import LineStopped
+from vrs_cli.interfaces.station.user_state import UserState
+from vrs_cli.interfaces.tasks.driver import AskedInVain
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.language.text.ast import Instruction
+from vrs_cli.language.text.parser import parse_prompt
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.acts import Say
+from vrs_cli.values.prompt import PromptStatus
+from vrs_cli.values.questions import LineWanted, Question, ended
+from vrs_cli.values.replies import Message, Reply, is_error
+from vrs_cli.values.tagged import UserAct
+from vrs_cli.wire.messages import (
+    MOST_TIMES,
+    Abort,
+    Answer,
+    Asked,
+    At,
+    Check,
+    Checked,
+    ClientMessage,
+    Command,
+    Complete,
+    Completed,
+    Done,
+    How,
+    Interrupt,
+    Line,
+    Located,
+    Positions,
+    Refused,
+    Request,
+    ServerMessage,
+    Told,
+    Withdrawn,
+)
+from vrs_cli.wire.refusal import Refusal
+
+T = TypeVar("T")
+
+
+class Pending(Struct, eq=False):
+    """A request that has not ended, and where its messages go. `answer` makes the message that ends it out of its
+    result; without one `Done` ends it. `wrong`: the first error that was told of it.
+    """
+
+    id: int
+    outlet: Outlet
+    message: ClientMessage | None = None
+    answer: Callable[[Any], ServerMessage | None] | None = None
+    wrong: Reply | None = None
+
+
+class UserSession:
+    """What one user has at a robot: a user state, a conversation, requests that have not ended, and open questions.
+
+    A subclass may limit what is asked (`ask`), and how it comes to the robot (`submit`). `tells_status`: the end of a
+    command tells what stands around the prompt then.
+    """
+
+    tells_status = True
+
+    def __init__(self, session: Session, user_state: UserState) -> None:
+        self.session, self.user_state = session, user_state
+        self.conversation = Conversation(session, user_state)
+        self.pending: dict[Ticket[Any], Pending] = {}
+        self.questions: dict[int, tuple[Question, Ticket[Any]]] = {}
+
+    # --- reading: nothing here waits; any thread may read ---
+
+    @property
+    def arm(self) -> RobotArm:
+        return self.session.engine.arm
+
+    @property
+    def timeline(self) -> Timeline:
+        """The timeline of the branch that the user sees."""
+        return self.session.branches.seen_by(self.user_state)[0]
+
+    @property
+    def now(self) -> float:
+        """The robot's clock on that branch [s]."""
+        return self.session.branches.seen_by(self.user_state)[1]
+
+    # --- messages from the user ---
+
+    def take(self, message: ClientMessage, outlet: Outlet) -> None:
+        """Do what a message says. What comes of it goes to the outlet; what cannot be done is told there too."""
+        try:
+            self.carry_out(message, outlet)
+        except Exception as error:
+            self.refuse(message, error, outlet)
+
+    def carry_out(self, message: ClientMessage, outlet: Outlet) -> None:
+        """Raises whatever is wrong with the message."""
+        TAKEN[type(message)](self, message, outlet)
+
+    def refuse(self, message: ClientMessage, error: Exception, outlet: Outlet) -> None:
+        """Tell that a message is not carried out."""
+        told, id = self.refusal(error), message.id if isinstance(message, Request) else None
+        if isinstance(message, Command):
+            outlet(Done(message.id, ok=False, refusal=told, version=self.timeline.version))
+        else:
+            outlet(Refused(told, id))
+
+    def ask(
+        self,
+        message: Request,
+        dialogue: Dialogue[Any],
+        outlet: Outlet,
+        answer: Callable[[Any], ServerMessage] | None = None,
+        *,
+        urgent: bool = False,
+    ) -> None:
+        """Have the robot carry out the dialogue of a request."""
+        if answer is None and self.tells_status:
+            dialogue = self._with_status(dialogue)
+        self.submit(dialogue, Pending(message.id, outlet, message, answer), urgent=urgent)
+
+    def _with_status(self, dialogue: Dialogue[Any]) -> Dialogue[tuple[PromptStatus, Any]]:
+        found = yield from dialogue
+        return self.status(), found
+
+    def status(self) -> PromptStatus:
+        """What stands around the user's prompt. In the robot's thread, while the user is served."""
+        return self.conversation.status()
+
+    def submit(self, dialogue: Dialogue[Any], pending: Pending, *, urgent: bool = False) -> None:
+        ticket = self.put(dialogue, partial(self.hear, pending), urgent=urgent)
+        if not ticket.done():
+            self.pending[ticket] = pending
+
+    def put(self, dialogue: Dialogue[T], outlet: ActorOutlet | None = None, *, urgent: bool = False) -> Ticket[T]:
+        """Give a dialogue to the robot, to be done with the state of this user."""
+        session = self.session
+        if self.user_state is not session.own_user_state:
+            dialogue = session.at(self.user_state, dialogue)
+        return session.actor.submit(dialogue, urgent=urgent, by=self.user_state, outlet=outlet)
+
+    def stops(self, line: str) -> bool:
+        """Whether a line overtakes all that waits."""
+        if line.lstrip()[:2].upper() != STOPPING[0][:2] or self.user_state.editor is not None:
+            return False
+        try:
+            statement = parse_prompt(line, ())
+            if not isinstance(statement, Instruction) or statement.word not in STOPPING:
+                return False
+            self.session.check_may_stop(self.user_state)
+        except VrsError:
+            return False
+        return True
+
+    def _line(self, message: Line, outlet: Outlet) -> None:
+        dialogue = self._given(message.issued, self.conversation.lines(message.text, message.more))
+        self.ask(message, dialogue, outlet, urgent=self.stops(message.text))
+
+    def _act(self, message: At, outlet: Outlet) -> None:
+        act = message.act
+        if isinstance(act, UserAct):
+            self.ask(message, self.conversation.act(act), outlet)
+            return
+        dialogue = self._given(message.issued, act_on(self.session, act))
+        self.ask(message, dialogue, outlet, urgent=isinstance(act, Say) and self.stops(act.line))
+
+    def _given(self, issued: float | None, dialogue: Dialogue[T]) -> Dialogue[T]:
+        """A dialogue about what was given when its sender says, as far as that can be true of what arrives now."""
+        if issued is None:
+            return dialogue
+        return self.user_state.given(self.user_state.times.issued(issued, self.now), dialogue)
+
+    def _abort(self, message: Abort, outlet: Outlet) -> None:
+        self.session.check_may_stop(self.user_state)
+        self.ask(message, emergency_stop(self.session), outlet, urgent=True)
+
+    def _interrupt(self, _message: Interrupt, _outlet: Outlet) -> None:
+        """Ctrl-C answers the open questions; without one it stops the requests that have not ended."""
+        waits = {} if self.questions else self.pending
+        for question, ticket in self.questions.values():
+            ticket.throw(KeyboardInterrupt(), question.id)
+        self.questions.clear()
+        for ticket, pending in tuple(waits.items()):
+            if pending.answer is None:
+                self.conversation.interrupt(ticket)
+
+    def _answer(self, message: Answer, _outlet: Outlet) -> None:
+        """An answer to a question that waits no longer is passed over."""
+        if message.question not in self.questions:
+            return
+        question, ticket = self.questions.pop(message.question)
+        if message.how is How.ANSWERED:
+            ticket.answer(message.question, message.value)
+        elif message.how is How.INTERRUPTED:
+            ticket.throw(KeyboardInterrupt(), message.question)
+        else:
+            ticket.throw(ended(question), message.question)
+
+    def _complete(self, message: Complete, outlet: Outlet) -> None:
+        dialogue = self.conversation.suggesting(message.text, message.everything)
+        self.ask(message, dialogue, outlet, lambda found: Completed(message.id, tuple(found)))
+
+    def _check(self, message: Check, outlet: Outlet) -> None:
+        dialogue = quietly(lambda: self.conversation.mistake(message.text))
+        self.ask(message, dialogue, outlet, partial(Checked, message.id))
+
+    def _positions(self, message: Positions, outlet: Outlet) -> None:
+        if len(message.times) > MOST_TIMES:
+            raise LimitReached(f"{len(message.times)} times at once, {MOST_TIMES} at most", "ask again for the others")
+        timeline, arm = self.timeline, self.arm
+        dialogue = beside(lambda: tuple(position_at(arm, timeline, t) for t in message.times))
+        self.ask(message, dialogue, outlet, partial(Located, message.id, timeline.version))
+
+    # --- what the robot says of a request ---
+
+    def hear(self, pending: Pending, ticket: Ticket[Any], said: Reply | Question | None) -> None:
+        """Tell what was said of a request; None: it has ended."""
+        if said is None:
+            self.end(pending, ticket)
+        elif isinstance(said, Question):
+            self._withdraw(ticket, pending.outlet)
+            self.questions[said.id] = said, ticket
+            pending.outlet(Asked(said.id, said, pending.id))
+        else:
+            if pending.wrong is None and is_error(said):
+                pending.wrong = said
+            pending.outlet(Told(said, pending.id or None))
+
+    def end(self, pending: Pending, ticket: Ticket[Any]) -> None:
+        """Tell how a request has ended."""
+        self._withdraw(ticket, pending.outlet)
+        self.pending.pop(ticket, None)
+        error = ticket.error(0.0)
+        if pending.answer is not None:
+            self._tell_found(pending, ticket, error)
+            return
+        status, found = None, ticket.result() if error is None else None
+        if self.tells_status and found is not None:
+            status, found = found
+        ok = error is None and pending.wrong is None
+        told = None if error is None else self.refusal(error)
+        pending.outlet(Done(pending.id, ok, told, self.timeline.version, status, found))
+
+    def _tell_found(self, pending: Pending, ticket: Ticket[Any], error: BaseException | None) -> None:
+        assert pending.answer is not None, "Done ends all others"
+        try:
+            if error is not None:
+                raise error
+            found = pending.answer(ticket.result())
+        except BaseException as wrong:
+            if pending.id:
+                pending.outlet(Refused(self.refusal(wrong), pending.id))
+        else:
+            if found is not None:
+                pending.outlet(found)
+
+    def _withdraw(self, ticket: Ticket[Any], outlet: Outlet) -> None:
+        """A question of a request that goes on, or has ended, needs no answer any more."""
+        for number, (_, asked) in tuple(self.questions.items()) if self.questions else ():
+            if asked is ticket:
+                del self.questions[number]
+                outlet(Withdrawn(number))
+
+    def drop_questions(self) -> None:
+        """The program that asks was stopped: its question waits no longer. In the robot's thread."""
+        for question, ticket in self.questions.values():
+            if isinstance(question, LineWanted):
+                ticket.throw(AskedInVain(), question.id)
+
+    def drop(self, error: BaseException) -> None:
+        """Drop the requests that have not ended; what went wrong is told of each."""
+        for ticket, pending in tuple(self.pending.items()):
+            ticket.withdraw()
+            outlet, pending.outlet = pending.outlet, lambda _message: None
+            outlet(Told(self.conversation.told(error, ""), pending.id))
+            outlet(Done(pending.id, ok=False))
+
+    def refusal(self, error: BaseException) -> Refusal:
+        """An error as a value; of an error of vrs itself as little as the shell tells."""
+        if isinstance(error, VrsError):
+            return Refusal.of(error)
+        if isinstance(error, LineStopped):
+            return Refusal.of(RequestRefused("it was stopped before it was done"))
+        if isinstance(error, KeyboardInterrupt):
+            return Refusal.of(RequestRefused("it was interrupted"))
+        said = internal_error(error, afar=True) if isinstance(error, Exception) else Message(str(error))
+        return Refusal.of(RequestRefused(said.text))
+
+    def leave(self) -> None:
+        """The user has left: what he asked for and is not done is dropped."""
+        for ticket in tuple(self.pending):
+            ticket.withdraw()
+        self.session.actor.call(lambda: self.session.leave(self.user_state))
+
+
+TAKEN: Mapping[type, Callable[[Any, Any, Outlet], None]] = {
+    Line: UserSession._line,
+    At: UserSession._act,
+    Abort: UserSession._abort,
+    Interrupt: UserSession._interrupt,
+    Answer: UserSession._answer,
+    Complete: UserSession._complete,
+    Check: UserSession._check,
+    Positions: UserSession._positions,
+}

@@ -1,0 +1,81 @@
+"""What the user of a shell says and hears of the connection to a served robot, and of who drives it."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+from vrs_cli.errors import RequestRefused
+from vrs_cli.interfaces.station.lease import Lost, Notice, Requested
+from vrs_cli.net.messages import At, Drive, Lease, LeaseAct, Present, ServerMessage, Welcome, Who
+from vrs_cli.repl.front_end import FrontEnd
+from vrs_cli.values.acts import Attend
+
+SLASH = "/"  # no line of VAL-II begins with it
+WORDS = "/who is there and drives, /ask to drive, /give NAME lets another drive, /release lets anybody; all may ABORT"
+
+
+class ConnectionWords:
+    """The lines of a front end that begin with a slash, and the messages that are about the connection."""
+
+    def __init__(self, front_end: FrontEnd) -> None:
+        self.front_end, self._port, self._told = front_end, front_end.port, front_end.told
+        self._attended = front_end.terminal.attended
+        front_end.connected, front_end.opening = self, self._begin
+
+    def _begin(self) -> None:
+        """What a prompt shows comes with the answer to the first request."""
+        if self._attended:
+            self.front_end.answer()
+            if not self._port.one_user:
+                self._told(WORDS)
+            if driver := self._port.status().driver:
+                self._told(self._named(driver))
+
+    def take(self, text: str) -> bool:
+        """Carry out a line that begins with a slash; whether it does."""
+        if not text.startswith(SLASH):
+            return False
+        words = text[1:].split()
+        match [words[0].lower() if words else "", *words[1:]]:
+            case ["who"]:
+                found = self.front_end.end_of(Who)
+                if isinstance(found, Present):
+                    self._told(f"there are {', '.join(found.holders)}; {self._named(found.driver)}")
+            case ["ask"]:
+                self._drive(LeaseAct.ASK)
+            case ["give", to]:
+                self._drive(LeaseAct.GIVE, to)
+            case ["release"]:
+                self._drive(LeaseAct.RELEASE)
+            case _:
+                self._told(WORDS)
+        return True
+
+    def _drive(self, act: LeaseAct, to: str = "") -> None:
+        self.front_end.do(lambda id: Drive(id, act, to))
+
+    def hear(self, message: ServerMessage) -> None:
+        """Tell that the connection is there again, or what became of the lease."""
+        match message:
+            case Welcome(resumed=resumed):
+                if not resumed:
+                    self.front_end.forget_questions()
+                self._told("connected again")
+                if self._attended:
+                    with suppress(RequestRefused):  # what the prompt shows is asked for
+                        self.front_end.begin(lambda id: At(id, Attend()), self.front_end.come)
+            case Lease(holder, notice) if self._attended:
+                self._told(self._noticed(holder, notice))
+
+    def _named(self, driver: str) -> str:
+        return f"{driver or 'nobody'} drives" if driver != self._port.name else "you drive"
+
+    def _noticed(self, holder: str, notice: Notice | None) -> str:
+        me = self._port.name
+        if isinstance(notice, Requested) and notice.of == me:
+            return f"{notice.by} would like to drive: /give {notice.by}"
+        if isinstance(notice, Lost) and notice.of == me:
+            return f"{notice.by} drives, for nothing was heard of you"
+        if isinstance(notice, Requested):
+            return f"{notice.of} is asked to let {'you' if notice.by == me else notice.by} drive"
+        return self._named(holder)
