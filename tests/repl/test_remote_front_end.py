@@ -27,7 +27,8 @@ from vrs_cli.repl import plain
 from vrs_cli.repl.connection import WORDS
 from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.repl.interactive import Shell
-from vrs_cli.repl.place import KEEPING_UP, RESTING, Local, Place, Remote
+from vrs_cli.repl.piped import KEEPING_UP, RESTING
+from vrs_cli.repl.place import Local, Place, Remote
 from vrs_cli.repl.terminal import PlainTerminal
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.questions import Answer, Question

@@ -24,8 +24,7 @@ from vrs_cli.interfaces.editor.screen import Found
 from vrs_cli.interfaces.jog.jogger import JogArm
 from vrs_cli.interfaces.port.far_hand import FarHand
 from vrs_cli.interfaces.port.port import MakeRequest, Outlet, Port, answer_to
-from vrs_cli.repl.piped import Driven
-from vrs_cli.repl.place import KEEPING_UP, RESTING, SHORTEST
+from vrs_cli.repl.piped import KEEPING_UP, RESTING, SHORTEST, Driven
 from vrs_cli.values.acts import Attend, Findings, KeepDraft, Kept, LeaveEntry, ReadDraft, Say, StopProgram
 from vrs_cli.values.hand import Look, Seen
 from vrs_cli.values.prompt import PromptStatus, Suggestion

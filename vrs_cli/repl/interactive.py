@@ -35,7 +35,8 @@ from vrs_cli.repl.echo import typed_ahead, unechoed
 from vrs_cli.repl.history import history_path, open_history
 from vrs_cli.repl.interrupt import Ended, aborting, stoppable
 from vrs_cli.repl.lexer import ValLexer
-from vrs_cli.repl.place import KEEPING_UP, RESTING, Place
+from vrs_cli.repl.piped import KEEPING_UP, RESTING
+from vrs_cli.repl.place import Place
 from vrs_cli.repl.toolbar import GAP, signature_row, toolbar, vi_mode
 from vrs_cli.repl.word_at import asked_about
 from vrs_cli.version import __version__

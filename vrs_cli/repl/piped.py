@@ -10,6 +10,8 @@ from queue import Empty, Queue
 from threading import Thread
 from typing import Protocol
 
+KEEPING_UP, RESTING = 0.1, 1.0  # [s] between two looks at a clock on the wall: while the arm moves, and at rest
+SHORTEST = 0.01  # [s] however soon the next thing is due
 AHEAD = 1000  # lines that are read before somebody wants them
 CHUNK = 65536  # bytes that are read at once
 

@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from vrs_cli.repl.recorder import Recorder
     from vrs_cli.values.dialect import Dialect
 
-KEEPING_UP, RESTING = 0.1, 1.0  # [s] between two looks at a clock on the wall: while the arm moves, and at rest
-SHORTEST = 0.01  # [s] however soon the next thing is due
-
 
 class Place(Protocol):
     """Where a shell has its robot. `lives`: things happen there while a line is typed; `waits`: something is said or
