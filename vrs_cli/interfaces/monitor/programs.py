@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 from functools import partial
 
@@ -97,30 +97,29 @@ def _delete(station: Station, it: Instruction) -> Dialogue[None]:
     long = sum(len(stored.program.steps) for stored in memory.programs.values()) > LONG_PROGRAM
     keys, unused = yield from beside_if(long, found)
     doomed = [environment.programs[key] for key in keys if key in environment.programs]
-    for program in doomed:
-        station.check_free(program.name)
-    if not (yield from agreed(station, f"{', '.join(program.name for program in doomed)} and what only they use go.")):
-        return
-    for name in unused:
-        environment.delete(name)
-    _drop_programs(station, doomed)
+    if (yield from _delete_programs(station, doomed, "and what only they use go.")):
+        for name in unused:
+            environment.delete(name)
 
 
 def _deletep(station: Station, it: Instruction) -> Dialogue[None]:
     doomed = [station.environment.program(word(argument)) for argument in it.arguments]
+    yield from _delete_programs(station, doomed, "will be deleted.")
+
+
+def _delete_programs(station: Station, doomed: Sequence[StoredProgram], what: str) -> Dialogue[bool]:
+    """Delete programs where the user agrees. `what` the user is asked about them. Raises ProgramInterlocked."""
     for program in doomed:
         station.check_free(program.name)
-    if (yield from agreed(station, f"{', '.join(program.name for program in doomed)} will be deleted.")):
-        _drop_programs(station, doomed)
-
-
-def _drop_programs(station: Station, doomed: Iterable[StoredProgram]) -> None:
+    if not (yield from agreed(station, f"{', '.join(program.name for program in doomed)} {what}")):
+        return False
     for program in doomed:
         station.programs.pop(program.program.key, None)
         station.layout = station.layout.with_part(program.program.key, ())
         if station.last_program is not None and key_of(station.last_program) == program.program.key:
             station.last_program = None
     station.unstored.programs_deleted()
+    return True
 
 
 def _zero(station: Station, _it: Instruction) -> Dialogue[None]:

@@ -96,20 +96,18 @@ class Devices(Struct, eq=False):
         if there is not None:
             there.close()
         device = self._devices[task, unit] = Device(name, name, self.outside)
+        others = [one for one in self._devices.values() if one.attached == name and one.open and name != TCP]
         with self._attempt(device):
-            self._begin(device)
-
-    def _begin(self, device: Device) -> None:
-        try:
-            if any(one.attached == device.name and one.open for one in self._devices.values() if device.name != TCP):
-                raise UnitAttached(device.name, "another task has it")
-            device.begin()
-        except (DeviceNotReady, UnitAttached) as fault:
-            device.fault = fault
-            if isinstance(fault, DeviceNotReady) and device.name not in self._missing:
-                self._missing.add(device.name)
-                self.missed(fault)
-            raise
+            try:
+                if others:
+                    raise UnitAttached(name, "another task has it")
+                device.begin()
+            except (DeviceNotReady, UnitAttached) as fault:
+                device.fault = fault
+                if isinstance(fault, DeviceNotReady) and name not in self._missing:
+                    self._missing.add(name)
+                    self.missed(fault)
+                raise
 
     def _of_disk(self, task: int, effect: UnitEffect) -> str | None:
         """Do what a task asks of the disk or the terminal."""
