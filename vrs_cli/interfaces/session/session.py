@@ -139,7 +139,9 @@ class Session(Station):
 
     def _schedules(self) -> dict[str, tuple[Book, Timeline]]:
         """The books and timelines of main and of the present branch."""
-        books = {MAIN: self.branches.book(MAIN), self.branches.present: self.engine.book}
+        books = {self.branches.present: self.engine.book}
+        if self.branches.present != MAIN:
+            books[MAIN] = self.branches.book(MAIN)
         return {name: (book, book.timeline) for name, book in books.items()}
 
     def _displaced(self) -> Iterator[Reply]:
