@@ -1,0 +1,66 @@
+"""Memory of long programs is given back without holding others."""
+
+from __future__ import annotations
+
+import gc
+import weakref
+from collections.abc import Callable, Iterator
+from threading import Event
+
+import pytest
+
+from tests.live import PATIENCE
+from vrs_cli.language.text import collector
+from vrs_cli.language.text.collector import FREED_AT_ONCE, collect_in_small_parts, free_in_parts
+
+
+class Owner:
+    """Has a long sequence."""
+
+    def __init__(self, steps: tuple[object, ...]) -> None:
+        self.steps = steps
+
+
+class Step:
+    """Says when it is freed."""
+
+
+@pytest.fixture
+def served() -> Iterator[None]:
+    thresholds = gc.get_threshold()
+    collect_in_small_parts()
+    yield
+    gc.callbacks.remove(collector._leave_alone)
+    gc.set_threshold(*thresholds)
+    gc.unfreeze()
+
+
+def owner_of(count: int) -> tuple[Owner, Callable[[], int]]:
+    """The owner of so many steps, and what tells how many are there."""
+    owner = Owner(tuple(Step() for _ in range(count)))
+    free_in_parts(owner, owner.steps)
+    references = [weakref.ref(step) for step in owner.steps]
+    return owner, lambda: sum(reference() is not None for reference in references)
+
+
+@pytest.mark.usefixtures("served")
+def test_a_long_sequence_is_freed_by_another_thread() -> None:
+    owner, there = owner_of(3 * FREED_AT_ONCE)
+    ended = Event()
+    weakref.finalize(owner.steps[0], ended.set)  # what is freed last
+    del owner
+    assert ended.wait(PATIENCE)
+    assert there() == 0
+
+
+def test_where_nobody_waits_it_is_freed_at_once() -> None:
+    owner, there = owner_of(3 * FREED_AT_ONCE)
+    del owner
+    assert there() == 0
+
+
+@pytest.mark.usefixtures("served")
+def test_a_short_sequence_is_freed_at_once() -> None:
+    owner, there = owner_of(FREED_AT_ONCE)
+    del owner
+    assert there() == 0
