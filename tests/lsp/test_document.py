@@ -141,7 +141,7 @@ def test_outside_of_programs_only_headings() -> None:
 def test_hover(line: int, word: str, expected: str) -> None:
     found = DOCUMENT.hover(line, column(line, word))
     assert found is not None
-    assert expected in found.text
+    assert expected in found[0]
     assert LINES[line - 1][found.span.column - 1 : found.span.end - 1] == word
 
 
@@ -403,4 +403,4 @@ def test_a_rename_that_would_take_a_function_for_the_variable() -> None:
 def test_hover_tells_an_instruction_from_a_variable_of_its_name() -> None:
     document = Document(".PROGRAM a()\n    stop = 1\n    STOP\n    TYPE stop\n.END\n", PUMA)
     texts = [document.hover(line, 6 + 5 * (line == 4)) for line in (2, 3, 4)]
-    assert ["first given a value" in one.text for one in texts if one is not None] == [True, False, True]
+    assert ["first given a value" in one[0] for one in texts if one is not None] == [True, False, True]

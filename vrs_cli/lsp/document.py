@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from functools import cached_property
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import NamedTuple
 
 from msgspec import Struct, field
@@ -64,22 +64,6 @@ class Symbol(Struct, frozen=True):
     children: tuple[Symbol, ...] = field(default=())
 
 
-class _Given(NamedTuple):
-    """A variable where it is given a value; `owner`: the name of the program or the section."""
-
-    placed: Placed
-    variable: ast.Variable
-    kind: Kind
-    owner: str
-
-
-class Meaning(Struct, frozen=True):
-    """What stands under the cursor, explained, as Markdown."""
-
-    text: str
-    span: Span
-
-
 class Mend(NamedTuple):
     """What would mend a finding: `text` in place of a span. `sure`: it can alone be meant."""
 
@@ -96,6 +80,7 @@ class Document:
         self.text = text
         self._inspector = inspector or Inspector(model)
         self._parts = self._inspector.read(text)
+        self._programs = tuple(programs_of(self._parts))
         self.lines = [line for placed in self._parts for line in placed.part.lines]
 
     # --- what is wrong ---
@@ -135,9 +120,6 @@ class Document:
         return text if isinstance(text, str) else None
 
     # --- what is where ---
-
-    def _programs(self) -> Iterator[tuple[Placed, Program]]:
-        return programs_of(self._parts)
 
     def _at(self, line: int) -> Placed | None:
         """The part of a line, up to its `.END`."""
@@ -238,7 +220,9 @@ class Document:
             rows = ((PROGRAM, "a program, up to .END"), *((name, note) for name in SECTIONS))
             return [Suggestion(name, len(begun), note) for name, note in rows if name.startswith(begun)]
         if _GOTO.search(blanked(before)):
-            return list(_labels(program, before))
+            begun = before[len(before.rstrip("0123456789")) :]
+            labelled = (step for step in program.steps if step.label is not None and str(step.label).startswith(begun))
+            return [Suggestion(str(step.label), len(begun), _step_text(step)) for step in labelled]
         return suggestions(before, self._names, in_program=True)
 
     def signature(self, line: int, column: int) -> Signature | None:
@@ -246,62 +230,62 @@ class Document:
         if self._program_at(line) is None:
             return None
         before = self.lines[line - 1][: column - 1]
-        return signature(before, {program.key: program for _, program in self._programs()}.get)
+        return signature(before, {program.key: program for _, program in self._programs}.get)
 
     @cached_property
     def _names(self) -> DefinedNames:
         variables: dict[Kind, dict[str, str]] = {kind: {} for kind in Kind}
-        for one in self._given():
-            variables[one.kind].setdefault(one.variable.sigil + one.variable.name, one.owner)
+        for _, variable, kind, owner in self._given():
+            variables[kind].setdefault(variable.sigil + variable.name, owner)
         return DefinedNames(
-            programs={program.name: _signature(program) for _, program in self._programs()},
+            programs={program.name: _signature(program) for _, program in self._programs},
             variables=variables.get,
             switches={row.name: row.summary for row in SWITCHES.values()},
             parameters={row.name: row.summary for row in PARAMETERS.values()},
         )
 
-    def _given(self, first: Placed | None = None) -> Iterator[_Given]:
-        """Every variable that the file gives a value: in sections, then in programs, the `first` before others."""
+    def _given(self, first: Placed | None = None) -> Iterator[tuple[Placed, ast.Variable, Kind, str]]:
+        """Yield every variable that the file gives a value, with its part, its kind, and the name of the section or
+        program: in sections, then in programs, the `first` before others.
+        """
         sections = ((placed, node) for placed in self._parts if isinstance(node := placed.part.node, Section))
         for placed, section in sections:
             for entry in section.entries:
                 kind = SIGIL_KINDS.get(entry.variable.sigil, _SECTION_KINDS[section.name])
-                yield _Given(placed, entry.variable, kind, section.name)
-        for placed, program in sorted(self._programs(), key=lambda one: one[0] is not first):
-            for statement in (step.statement for step in program.steps if step.statement is not None):
+                yield placed, entry.variable, kind, section.name
+        for placed, program in sorted(self._programs, key=lambda one: one[0] is not first):
+            for statement in program.statements:
                 row = INSTRUCTIONS.get(statement.word) if isinstance(statement, ast.Instruction) else None
                 located = row is not None and Shape.LOCATION_VARIABLE in row.wanted  # by SET, HERE and their like
                 for variable in definitions(statement):
                     kind = SIGIL_KINDS.get(variable.sigil) or (Kind.LOCATION if located else Kind.REAL)
-                    yield _Given(placed, variable, kind, program.name)
+                    yield placed, variable, kind, program.name
 
     # --- what a word means, and where it comes from ---
 
-    def hover(self, line: int, column: int) -> Meaning | None:
-        """Help on a word of the language, or what a name of the file is."""
-        word = self._word(line, column)
-        if word is None:
-            return None
-        text, span = word
-        if text[0].isdigit():
+    def hover(self, line: int, column: int) -> tuple[str, Span] | None:
+        """Help on a word of the language, or what a name of the file is, as Markdown; and the place of the word."""
+        text, span = self._word(line, column) or ("", None)
+        if span is None or text[0].isdigit():
             return None
         unread = (one for placed in self._parts for one in placed.found(placed.part.diagnostics))
         named = self.occurrence(line, column) is not None or any(one.span.line == line for one in unread)
         found = (self._own_meaning(text, line) if named else "") or _help(text)
-        return Meaning(found, span) if found else None
+        return (found, span) if found else None
 
     def definition(self, line: int, column: int) -> Span | None:
         """Where a program, a label or a variable is defined: a section first, then its first assignment."""
-        word = self._word(line, column)
+        word, asked, here = self._word(line, column), self.occurrence(line, column), self._at(line)
         if word is None:
             return None
-        text, _ = word
-        if text[0].isdigit():
-            return self._label(line, column)
-        asked = self.occurrence(line, column)
-        if asked is not None and asked.kind is SymbolKind.PROGRAM:
-            return self._called(text)
-        return self._variable(text, line) or self._called(text)
+        if asked is not None and here is not None and asked.kind is SymbolKind.LABEL:
+            steps = here.part.node.steps if isinstance(here.part.node, Program) else ()
+            labelled = (step for step in steps if str(step.label) == asked.key)
+            return next((here.span(label_span(here.part, step)) for step in labelled), None)
+        is_program = asked is not None and asked.kind is SymbolKind.PROGRAM
+        variable = None if is_program else self._variable(word[0], line)
+        called = self._program_named(word[0]) if variable is None else None
+        return variable if called is None else called[0].span(heading_span(called[1]))
 
     def _word(self, line: int, column: int) -> tuple[str, Span] | None:
         """The word at or right before a place, outside texts and comments."""
@@ -326,30 +310,15 @@ class Document:
 
     def _program_named(self, name: str) -> tuple[Placed, Program] | None:
         key = key_of(name)
-        return next(((placed, program) for placed, program in self._programs() if program.key == key), None)
-
-    def _called(self, name: str) -> Span | None:
-        found = self._program_named(name)
-        return None if found is None else found[0].span(heading_span(found[1]))
-
-    def _label(self, line: int, column: int) -> Span | None:
-        """The step of the label that a GOTO names."""
-        placed, asked = self._at(line), self.occurrence(line, column)
-        if placed is None or asked is None or asked.kind is not SymbolKind.LABEL:
-            return None
-        steps = placed.part.node.steps if isinstance(placed.part.node, Program) else ()
-        labelled = (step for step in steps if str(step.label) == asked.key)
-        return next((placed.span(label_span(placed.part, step)) for step in labelled), None)
+        return next(((placed, program) for placed, program in self._programs if program.key == key), None)
 
     def _variable(self, name: str, line: int) -> Span | None:
         """A parameter of the program round the place; a section's entry; the first assignment here, then elsewhere."""
         here, program, key = self._at(line), self._program_at(line), key_of(name)
-        if here is not None and program is not None:
-            for parameter in program.parameters:
-                if parameter.key == key:
-                    return here.span(parameter.span)
-        given = (one for one in self._given(here) if one.variable.key == key)
-        return next((one.placed.span(one.variable.span) for one in given), None)
+        parameters = program.parameters if program is not None else ()
+        own = ((here, parameter) for parameter in parameters if here is not None)
+        given = ((placed, variable) for placed, variable, *_ in self._given(here))
+        return next((placed.span(one.span) for placed, one in chain(own, given) if one.key == key), None)
 
 
 # --- symbols -------------------------------------------------------------------------------------------------------
@@ -416,14 +385,6 @@ def new_name(asked: Occurrence, name: str) -> str:
     if asked.kind is SymbolKind.VARIABLE and not sigil and bare.upper() in RESERVED:
         raise InvalidName(*why_reserved(bare.upper()))
     return sigil + bare
-
-
-def _labels(program: Program, before: str) -> Iterator[Suggestion]:
-    typed = re.search(r"\d*$", before)
-    begun = typed[0] if typed else ""
-    for step in program.steps:
-        if step.label is not None and str(step.label).startswith(begun):
-            yield Suggestion(str(step.label), len(begun), _step_text(step))
 
 
 def _help(word: str) -> str:

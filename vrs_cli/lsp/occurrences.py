@@ -162,8 +162,14 @@ _OF_INK: Mapping[Ink, Colour] = {
 @lru_cache(maxsize=4096)  # parts: most of a file that is being changed stay what they are
 def pieces(part: Part) -> tuple[Piece, ...]:
     """All of a part, in the order of the text."""
-    named = {(one.line, one.column): one for one in _names(part)}
-    found: list[Piece] = []
+    own, named, found = locals_of(part), dict[tuple[int, int], Piece](), list[Piece]()
+    parameters = {one.key for one in part.node.parameters} if isinstance(part.node, Program) else set[str]()
+    for one in occurrences(part):
+        line, column, colour = one.span.line, one.span.column, _OF_SYMBOL[one.kind]
+        if one.key in parameters and colour is Colour.VARIABLE:
+            colour = Colour.PARAMETER
+        modifier = Modifier.OWN if colour is not Colour.FUNCTION and one.key in own else None
+        named[line, column] = Piece(line, column, one.span.end - column, colour, modifier)
     taken = FUNCTION_NAMES.keys() & {one.key for one in occurrences(part) if one.kind is SymbolKind.VARIABLE}
     for line, text in enumerate(part.lines, 1):
         at = 1
@@ -176,17 +182,6 @@ def pieces(part: Part) -> tuple[Piece, ...]:
                 found.append(Piece(line, at, len(piece), _OF_INK[ink], modifier))
             at += len(piece)
     return tuple(found)
-
-
-def _names(part: Part) -> Iterator[Piece]:
-    own = locals_of(part)
-    parameters = {one.key for one in part.node.parameters} if isinstance(part.node, Program) else set[str]()
-    for one in occurrences(part):
-        colour = _OF_SYMBOL[one.kind]
-        if one.key in parameters and colour is Colour.VARIABLE:
-            colour = Colour.PARAMETER
-        modifier = Modifier.OWN if colour is not Colour.FUNCTION and one.key in own else None
-        yield Piece(one.span.line, one.span.column, one.span.end - one.span.column, colour, modifier)
 
 
 _OF_SYMBOL: Mapping[SymbolKind, Colour] = {

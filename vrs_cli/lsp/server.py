@@ -23,7 +23,6 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.lsp.document import Document, Symbol
 from vrs_cli.lsp.occurrences import Colour, Modifier, SymbolKind
 from vrs_cli.values.diagnostics import Diagnostic, Severity, Span
-from vrs_cli.values.prompt import Suggestion
 from vrs_cli.version import __version__
 
 PAUSE = 0.05  # [s] without a keystroke before a text is checked: a burst of keys is checked once
@@ -159,18 +158,14 @@ def server(model: RobotModel) -> Val2Server:
 
 
 def _completion(server: Val2Server, params: lsp.CompletionParams) -> lsp.CompletionList:
-    uri, document, place = server.asked(params)
-    items = [_item(server, uri, one, place, i) for i, one in enumerate(document.completions(*place))]
+    uri, document, (line, column) = server.asked(params)
+    items = list[lsp.CompletionItem]()
+    for one in document.completions(line, column):
+        edit = lsp.TextEdit(server.range(uri, Span(line, column - one.length, column)), one.text)
+        kind = lsp.CompletionItemKind.Keyword if one.text.isupper() else lsp.CompletionItemKind.Variable
+        rank = f"{len(items):04}"
+        items.append(lsp.CompletionItem(one.text, kind=kind, detail=one.meta or None, sort_text=rank, text_edit=edit))
     return lsp.CompletionList(False, items)
-
-
-def _item(server: Val2Server, uri: str, one: Suggestion, place: tuple[int, int], rank: int) -> lsp.CompletionItem:
-    line, column = place
-    replaced = server.range(uri, Span(line, column - one.length, column))
-    kind = lsp.CompletionItemKind.Keyword if one.text.isupper() else lsp.CompletionItemKind.Variable
-    return lsp.CompletionItem(
-        one.text, kind=kind, detail=one.meta or None, sort_text=f"{rank:04}", text_edit=lsp.TextEdit(replaced, one.text)
-    )
 
 
 def _hover(server: Val2Server, params: lsp.HoverParams) -> lsp.Hover | None:
@@ -178,7 +173,7 @@ def _hover(server: Val2Server, params: lsp.HoverParams) -> lsp.Hover | None:
     found = document.hover(*place)
     if found is None:
         return None
-    return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, found.text), server.range(uri, found.span))
+    return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, found[0]), server.range(uri, found[1]))
 
 
 def _definition(server: Val2Server, params: lsp.DefinitionParams) -> lsp.Location | None:
