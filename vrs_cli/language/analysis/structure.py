@@ -13,7 +13,7 @@ from msgspec import Struct, field
 from vrs_cli.errors import ControlStructure, DuplicateLabel, UndefinedLabel, UnreachableCode
 from vrs_cli.language.analysis.result import Block, BlockKind
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Program, Statement, Step
+from vrs_cli.language.text.ast import Program, Statement
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.printer import print_file
 from vrs_cli.language.words.instructions import INSTRUCTIONS, LOOP_JUMPS
@@ -29,10 +29,8 @@ LOOPS = frozenset({BlockKind.WHILE, BlockKind.DO, BlockKind.FOR})
 def loops_of(statement: ast.Instruction) -> int:
     """Return the number after EXIT or NEXT: 1 if it is left out, 0 if it is no whole number from 1 on."""
     given = statement.arguments[0] if statement.arguments else None
-    if given is None:
-        return 1
-    whole = isinstance(given, ast.Number) and given.value >= 1 and given.value == int(given.value)
-    return int(given.value) if whole and isinstance(given, ast.Number) else 0
+    number = 1.0 if given is None else given.value if isinstance(given, ast.Number) else 0.0
+    return int(number) if number >= 1 and number.is_integer() else 0
 
 
 class Structure(Struct, frozen=True):
@@ -47,12 +45,11 @@ def structure_of(program: Program) -> Structure:
     """Pair the steps of the blocks, and find the labels."""
     pairing = _Pairing()
     for index, step in enumerate(program.steps):
-        if step.label is not None:
-            pairing.label(index, step)
+        if step.label is not None and (before := pairing.labels.setdefault(step.label, index)) != index:
+            pairing.fault(DuplicateLabel, step.span, f"{step.label} is the label of step {before + 1} too")
         if step.statement is not None:
             pairing.step(index, step.statement)
-    pairing.end()
-    pairing.missing_labels(program)
+    pairing.end(program)
     return Structure(tuple(pairing.blocks), pairing.labels, tuple(pairing.diagnostics))
 
 
@@ -95,12 +92,6 @@ class _Pairing(DiagnosticCollector):
         self._open: list[_Open] = []
         self._vague_ends = 0  # ends that were taken for those of vague blocks
 
-    def label(self, index: int, step: Step) -> None:
-        assert step.label is not None
-        before = self.labels.setdefault(step.label, index)
-        if before != index:
-            self.fault(DuplicateLabel, step.span, f"{step.label} is the label of step {before + 1} too")
-
     def step(self, index: int, statement: Statement) -> None:
         if isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:
             self._leaves(statement)
@@ -113,21 +104,17 @@ class _Pairing(DiagnosticCollector):
             detail = f"between CASE at step {self._open[-1].opener + 1} and its first VALUE nothing is carried out"
             self.warn(ControlStructure, statement.span, detail)
 
-    def end(self) -> None:
-        """Report every block that is still open at the end of the program; not those whose end a vague block may have
-        taken.
+    def end(self, program: Program) -> None:
+        """Report every block that is still open at the end of the program, but those whose end a vague block may have
+        taken; and labels that no step has. The first word of a line that could not be read may be one.
         """
         missing = [block for block in self._open if not block.vague]
         for block in missing[: max(0, len(missing) - self._vague_ends)]:
             self._fault(block.span, f"{block.name} has no {block.closing}")
-
-    def missing_labels(self, program: Program) -> None:
-        """Report labels that no step has. The first word of a line that could not be read may be one."""
-        statements = [step.statement for step in program.steps if step.statement is not None]
-        unread = {one.text.split(maxsplit=1)[0] for one in statements if isinstance(one, ast.BadLine)}
+        unread = {one.text.split(maxsplit=1)[0] for one in program.statements if isinstance(one, ast.BadLine)}
         known = ", ".join(str(label) for label in sorted(self.labels)[:8])
         hint = f"the labels are {known}" if known else "a label is a number before a statement"
-        for statement in statements:
+        for statement in program.statements:
             label = label_of(statement)
             if label is not None and label not in self.labels and str(label) not in unread:
                 self.fault(UndefinedLabel, statement.span, str(label), hint)
@@ -289,7 +276,16 @@ def _leaves(statement: Statement | None) -> bool:
 
 def _reached(program: Program, blocks: Sequence[Block], labels: Mapping[int, int]) -> set[int]:
     """The indexes of all steps that can be reached from the first one."""
-    jumps = {index: targets for block in blocks for index, targets in _jumps(block).items()}
+    jumps: dict[int, tuple[int, ...]] = {}  # where steps of blocks may go, beside or instead of the next step
+    for block in blocks:
+        after, inside = block.closer + 1, tuple(middle + 1 for middle in block.middles)
+        if block.kind in LOOPS:
+            jumps[block.closer] = (block.opener, after)
+            jumps |= {} if block.kind is BlockKind.DO else {block.opener: (block.opener + 1, after)}
+        else:  # CASE goes to any VALUE; a VALUE or an ELSE that is reached from above ends the steps of the one before
+            way = (block.opener + 1, *(inside or (after,)))
+            jumps[block.opener] = way if block.kind is BlockKind.IF else (*inside, after)
+            jumps |= dict.fromkeys(block.middles, (after,))
     reached: set[int] = set()
     waiting = [0]
     while waiting:
@@ -305,17 +301,3 @@ def _reached(program: Program, blocks: Sequence[Block], labels: Mapping[int, int
         if isinstance(statement, ast.Instruction) and statement.word in LOOP_JUMPS:  # to the end of any loop round it
             waiting += (block.closer + 1 for block in blocks if block.opener < index < block.closer)
     return reached
-
-
-def _jumps(block: Block) -> dict[int, tuple[int, ...]]:
-    """For the steps of a block: where they may go, beside or instead of the next step.
-
-    CASE goes to any VALUE. A VALUE or an ELSE that is reached from above ends the steps of the one before.
-    """
-    after, inside = block.closer + 1, [middle + 1 for middle in block.middles]
-    if block.kind is BlockKind.IF:
-        return {block.opener: (block.opener + 1, *(inside or [after])), **dict.fromkeys(block.middles, (after,))}
-    if block.kind is BlockKind.CASE:
-        return {block.opener: (*inside, after), **dict.fromkeys(block.middles, (after,))}
-    again: dict[int, tuple[int, ...]] = {block.closer: (block.opener, after)}
-    return again if block.kind is BlockKind.DO else {block.opener: (block.opener + 1, after), **again}

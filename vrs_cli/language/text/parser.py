@@ -30,7 +30,7 @@ from vrs_cli.language.text.ast import (
     Variable,
 )
 from vrs_cli.language.text.builder import Builder, ValBuilder, signed_number
-from vrs_cli.language.text.complaints import complaint
+from vrs_cli.language.text.complaints import Complaint
 from vrs_cli.language.text.lalr import DoesNotFit, token_parser
 from vrs_cli.language.text.lexer import Lexer, Token, label_value, patterns_of
 from vrs_cli.language.text.meaning import FUNCTION_NAMES, resolve_line, variables_named_like_functions
@@ -177,7 +177,7 @@ class LineParser:
         try:
             return self._parser.parse(tokens, start)
         except DoesNotFit as error:
-            raise LineRefused(complaint(tokens, error.token, error.accepted, start)) from None
+            raise LineRefused(Complaint(tokens, error.token, error.accepted, start).diagnostic()) from None
 
 
 def _pop_comment(tokens: list[Token]) -> Token | None:
