@@ -18,7 +18,7 @@ from msgspec import Struct
 from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.language.words.values import precision_point, read_number, transformation
+from vrs_cli.language.words.values import read_number, transformation
 from vrs_cli.trajectory.instant import LATEST
 
 BYTE_ORDER_MARK = "\ufeff"  # before the first line, as some systems write it
@@ -87,7 +87,7 @@ def read_targets(
             wrong(error)
             continue
         columns = at_first
-        yield TimedTarget(number, t, transformation(values) if columns.is_pose else precision_point(values, units))
+        yield TimedTarget(number, t, transformation(values) if columns.is_pose else units.read(values))
 
 
 class _Times:

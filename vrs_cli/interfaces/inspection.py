@@ -11,6 +11,7 @@ from vrs_cli.engine.parameters import IDLE_PARAMETERS, IDLE_SWITCHES, Idle, idle
 from vrs_cli.engine.targets import check_joint_limits
 from vrs_cli.errors import IllegalValue, MotionError, WithoutEffect
 from vrs_cli.interfaces.station.loaded_file import variables_of
+from vrs_cli.kinematics.joints import TURNING
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.language.analysis.analyzer import analyze_among
@@ -27,7 +28,6 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.language.text.parser import Part, Placed, parts_of, programs_of
 from vrs_cli.language.text.source import JOINTS_HIGH, foreign_file, has_program, heeded, repeated_programs
-from vrs_cli.language.words.values import precision_point
 from vrs_cli.values.diagnostics import Diagnostic, Severity, Span, ordered, warning
 from vrs_cli.values.dialect import Dialect
 
@@ -230,7 +230,7 @@ def _given(place: ast.Call, joint_count: int) -> Transform | tuple[float, ...]:
     """The place that numbers give; those that are left out are for the function to fill in."""
     numbers = (*(_numbers(place) or ()), *(None,) * JOINTS_HIGH)
     if place.name == "#PPOINT":
-        return precision_point(number or 0.0 for number in numbers[:joint_count])
+        return TURNING.read(number or 0.0 for number in numbers[:joint_count])
     return trans(*numbers[:6])
 
 

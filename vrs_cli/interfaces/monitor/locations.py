@@ -27,7 +27,6 @@ from vrs_cli.language.words.values import (
     kind_of_value,
     numbers_of,
     plain,
-    precision_point,
     read_number,
     transformation,
     whole,
@@ -193,7 +192,7 @@ def changed(value: Transform | Joints, answer: str, units: JointUnits = TURNING)
             if number is None:
                 raise IllegalValue(field.strip(), "numbers with commas between them; ,,50 changes the third alone")
             numbers[i] = number
-    return transformation(numbers) if isinstance(value, Transform) else precision_point(numbers, units)
+    return transformation(numbers) if isinstance(value, Transform) else units.read(numbers)
 
 
 def _one_location(station: Station, name: str, value: Transform | Joints) -> LocationTable:

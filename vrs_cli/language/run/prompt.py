@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Mapping
+from itertools import repeat
 from operator import methodcaller
 
 from vrs_cli.errors import ProgramNotExecutable
 from vrs_cli.language.analysis.analyzer import analyze
-from vrs_cli.language.run.effects import Event, Halt, ProgramCompleted, TaskState
+from vrs_cli.language.run.effects import Event, ProgramCompleted, TaskState
 from vrs_cli.language.run.environment import Environment, Executable, evaluator
 from vrs_cli.language.run.memory import Context, Definable, StoredProgram
 from vrs_cli.language.run.robot import RobotReadings
@@ -22,10 +23,10 @@ from vrs_cli.values.numbers import Value
 class _StepTask(Task):
     """One instruction of the prompt: a program of one step, with no cycle around it."""
 
-    def _cycles(self) -> Generator[Event, None, ProgramCompleted | Halt]:
-        halted = yield from self._cycle()
+    def _cycles(self) -> Generator[Event, None, None]:
+        yield from self._cycle()
         self.state = TaskState.COMPLETED
-        return halted or ProgramCompleted(0)
+        yield from repeat(ProgramCompleted(0))
 
 
 def statement_task(environment: Environment, robot: RobotReadings, statement: ast.Statement) -> Task:

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
 from inspect import GEN_CLOSED, getgeneratorstate
-from itertools import islice
+from itertools import islice, repeat
 from typing import cast
 
 from vrs_cli.errors import IllegalValue, LimitReached, LineMissing, StackOverflow, VrsError
@@ -111,7 +111,7 @@ class Task:
         self._thrown: VrsError | None = None
         self._again = False
         self._begin()
-        self._life = self._live()
+        self._life = self._cycles()
 
     # for the driver
 
@@ -211,32 +211,24 @@ class Task:
 
     # cycles
 
-    def _live(self) -> Generator[Event, None, None]:
-        last = yield from self._cycles()
-        while True:
-            yield last
-
-    def _cycles(self) -> Generator[Event, None, ProgramCompleted | Halt]:
+    def _cycles(self) -> Generator[Event, None, None]:
+        """Yield what is to be done; at the end, the last event for ever."""
         while self.cycles < 0 or self.cycles_done < self.cycles:
             if not self._activations:
                 self._begin()
             begun = self.steps_done
             yield from self._say(CycleBegins(self.cycles_done + 1, CYCLE_SETTINGS))
-            halted = yield from self._whole_cycle()
-            if halted is not None:
-                return halted
+            yield from self._whole_cycle()
             self.cycles_done += 1
             self.steps_done += self.steps_done == begun  # a program of nothing takes turns with the others too
             self._activations.clear()
         self.state, self._main = TaskState.COMPLETED, None
-        return ProgramCompleted(self.cycles_done)
+        yield from repeat(ProgramCompleted(self.cycles_done))
 
-    def _whole_cycle(self) -> Generator[Event, None, Halt | None]:
-        """To the end of the main program, where the robot comes to rest; what is to be reacted to by then is."""
+    def _whole_cycle(self) -> Generator[Event, None, None]:
+        """Go on to the end of the main program, where the robot comes to rest, and call the reactions due by then."""
         while True:
-            halted = yield from self._cycle()
-            if halted is not None:
-                return halted
+            yield from self._cycle()
             # left: what was called, where a STOP stood in that, or in a reaction
             interruptions = (activation.interruption for activation in self._activations[1:])
             outermost = next((one for one in interruptions if one is not None), None)
@@ -246,7 +238,7 @@ class Task:
             if self.reactions.due is None:
                 yield from self._say(Break())
             if self.reactions.due is None:
-                return None
+                return
             main = self._activations[0]
             main.enter(main.program.compiled.entry(len(main.program.program.steps)))
 
@@ -284,8 +276,8 @@ class Task:
 
     # steps
 
-    def _cycle(self) -> Generator[Event, None, Halt | None]:
-        """Until the main program returns or a STOP; the last event where it was a HALT."""
+    def _cycle(self) -> Generator[Event, None, None]:
+        """Go on until the main program returns, or a STOP; never past a HALT."""
         while True:
             try:
                 event = self._advance()
@@ -303,12 +295,12 @@ class Task:
                 continue
             returns = isinstance(event, Return)
             if isinstance(event, Stop) or (returns and len(self._activations) == 1):
-                return None
+                return
             if isinstance(event, Return):
                 yield from self._return(event)
             elif isinstance(event, Halt):
                 self.state = TaskState.HALTED
-                return event
+                yield from repeat(event)
             elif not isinstance(event, LookAround):
                 if isinstance(event, Pause):
                     self.state = TaskState.PAUSED

@@ -22,7 +22,6 @@ from vrs_cli.language.words.values import (
     kind_of_name,
     kind_of_value,
     kinds_of_name,
-    precision_point,
     storable,
     transformation,
     whole,
@@ -337,7 +336,7 @@ class Variables:
         """A line of a .LOCATIONS, .REALS or .STRINGS section, in place of what the name was. Raises IllegalValue."""
         value: Value | None = entry.text
         if value is None and entry.variable.sigil == "#":
-            value = precision_point(entry.numbers, self.units)
+            value = self.units.read(entry.numbers)
         elif value is None:
             value = entry.numbers[0] if len(entry.numbers) == 1 else transformation(entry.numbers)
         self.put_back((entry.variable.sigil + entry.variable.name, item_of(entry)[1]), value)

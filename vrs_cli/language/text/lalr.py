@@ -101,7 +101,16 @@ def _table(lark: Any) -> Table:
         state: {str(symbol): ~rules[to] if to in rules else to for symbol, (_, to) in actions.items()}
         for state, actions in made.states.items()
     }
-    return Table(states, list(map(_rule, lark.rules)), dict(made.start_states), dict(made.end_states), _terminals(lark))
+    shapes = [
+        Rule(
+            str(rule.alias or rule.origin.name),
+            str(rule.origin.name),
+            tuple(not symbol.is_term and symbol.name.startswith("_") for symbol in rule.expansion),
+            bool(rule.options.expand1 and not rule.alias),
+        )
+        for rule in lark.rules
+    ]
+    return Table(states, shapes, dict(made.start_states), dict(made.end_states), _terminals(lark))
 
 
 def _is_sound(table: Table, starts: tuple[str, ...]) -> bool:
@@ -114,12 +123,6 @@ def _is_sound(table: Table, starts: tuple[str, ...]) -> bool:
         and all(state in table.states for state in bounds)
         and any(to < 0 for to in entries)
     )
-
-
-def _rule(rule: Any) -> Rule:
-    helpers = tuple(not symbol.is_term and symbol.name.startswith("_") for symbol in rule.expansion)
-    name, origin = str(rule.alias or rule.origin.name), str(rule.origin.name)
-    return Rule(name, origin, helpers, bool(rule.options.expand1 and not rule.alias))
 
 
 def _terminals(lark: Any) -> dict[str, str]:
@@ -201,12 +204,8 @@ class TableParser:
         return to is not None
 
 
-class _Reduction(NamedTuple):
-    """When a rule is complete, `build` makes one `origin` of the last `size` values."""
-
-    origin: str
-    size: int
-    build: Callable[[list[Any]], Any]
+# When a rule is complete, one symbol (its origin) is made of so many values, by a function.
+_Reduction = tuple[str, int, Callable[[list[Any]], Any]]
 
 
 def _reduction(rule: Rule, builder: object) -> _Reduction:
@@ -215,7 +214,7 @@ def _reduction(rule: Rule, builder: object) -> _Reduction:
         build = partial(_only_child_or, build)
     if any(rule.helpers):
         build = partial(_with_children_of_helpers, build, rule.helpers)
-    return _Reduction(rule.origin, len(rule.helpers), build)
+    return rule.origin, len(rule.helpers), build
 
 
 def _only_child_or(build: Callable[[list[Any]], Any], children: list[Any]) -> Any:

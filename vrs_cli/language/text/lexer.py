@@ -292,34 +292,25 @@ class Lexer:
             if rest:
                 self._add("REST", rest, self._at, self._at + len(rest))
         elif row.raw:
-            self._raw_words(row)
+            while not self._at_end():  # words as they stand; where no value follows, a relation is one too (HELP ==)
+                relation = re.compile(_RELATION).match(self._text, self._at) if row.value is None else None
+                raw = relation or re.compile(_RAW).match(self._text, self._at)
+                if raw is None:
+                    self._token()
+                else:
+                    self._add("RAW", raw[0].strip('"'), *raw.span())
         else:
             self._row = row
-            self._before_arguments(row)
+            if row.grouped:
+                self._group()
+            if row.tasked:
+                self._task()
+            sort = re.compile(SORT).match(self._text, self._at) if "SORT" in row.modifiers else None
+            if sort is not None:
+                self._add("SORT", sort[1].upper(), *sort.span(1))
         self._rest()
 
-    def _raw_words(self, row: Word) -> None:
-        """Read words as they stand; where no value follows, a relation is one too (HELP ==)."""
-        while not self._at_end():
-            relation = re.compile(_RELATION).match(self._text, self._at) if row.value is None else None
-            raw = relation or re.compile(_RAW).match(self._text, self._at)
-            if raw is None:
-                self._token()
-            else:
-                self._add("RAW", raw[0].strip('"'), *raw.span())
-
     # --- what follows ---
-
-    def _before_arguments(self, row: Word) -> None:
-        """Read what stands before the arguments: a parenthesis, the number of a task, the sort of variables."""
-        if row.grouped:
-            self._group()
-        if row.tasked:
-            self._task()
-        if "SORT" in row.modifiers:
-            match = re.compile(SORT).match(self._text, self._at)
-            if match is not None:
-                self._add("SORT", match[1].upper(), *match.span(1))
 
     def _group(self) -> None:
         """Read the parenthesis of READ (lun) $s, after which a value may begin."""
@@ -369,7 +360,9 @@ class Lexer:
         elif kind == "INFIX":
             self._sign(text, start, end)
         elif kind == "NUMBER":
-            self._number(text, start, end)
+            if (glued := self._glued(end)) > end:
+                raise self._refusal(InvalidNumber, start, glued, self._text[start:glued])
+            self._add(kind, text, start, end)
         elif kind == "STRING":
             self._add(kind, text[1:-1], start, end)
         else:
@@ -421,12 +414,6 @@ class Lexer:
             depth += _DEPTH.get(token.type, 0)
             commas += token.type == "COMMA" and not depth
         return None if depth else commas
-
-    def _number(self, text: str, start: int, end: int) -> None:
-        glued = self._glued(end)
-        if glued > end:
-            raise self._refusal(InvalidNumber, start, glued, self._text[start:glued])
-        self._add("NUMBER", text, start, end)
 
     def _sign(self, text: str, start: int, end: int) -> None:
         self._refuse_foreign_comment(start)

@@ -70,7 +70,10 @@ def _entry_text(entry: ast.Entry) -> str:
     if len(entry.numbers) == 1 and not entry.variable.sigil:
         (value,) = entry.numbers
         return f"{name} {int(value) if value.is_integer() and abs(value) < 1e15 else repr(value).upper()}"
-    columns = [f" {_column_text(number):>12}" for number in entry.numbers]
+    # six decimals, or as many digits as the value needs: formatting a file never changes a number
+    short = (f"{number + 0.0:.6f}" for number in entry.numbers)
+    shown = (one if float(one) == of else repr(of).upper() for one, of in zip(short, entry.numbers, strict=True))
+    columns = [f" {one:>12}" for one in shown]
     if entry.variable.sigil or len(columns) <= ANGLES:
         return name + "".join(columns)
     return "\n".join((name + "".join(columns[:ANGLES]), " " * NAME_WIDTH + "".join(columns[ANGLES:])))
@@ -85,12 +88,6 @@ def _quote(text: str) -> str:
     pieces = re.split(_UNQUOTABLE, text)
     shown = (f"$CHR({ord(piece)})" if at % 2 else f'"{piece}"' for at, piece in enumerate(pieces) if piece)
     return "+".join(shown) or '""'
-
-
-def _column_text(value: float) -> str:
-    """Six decimals, or as many digits as the value needs: formatting a file never changes a number."""
-    short = f"{value + 0.0:.6f}"
-    return short if float(short) == value else repr(value).upper()
 
 
 def _comment(text: str | None) -> str:
@@ -162,28 +159,22 @@ def _if_goto(statement: ast.IfGoto) -> str:
 _WORDS_OF_VAL = {sign: word for word, sign in RELATIONS_OF_VAL.items()}
 
 
-def _for(statement: ast.For) -> str:
-    variable, first, last = map(expression_text, (statement.variable, statement.first, statement.last))
-    step = "" if statement.step is None else f" STEP {expression_text(statement.step)}"
-    return f"FOR {variable} = {first} TO {last}{step}"
+def _for(loop: ast.For) -> str:
+    step = "" if loop.step is None else f" STEP {expression_text(loop.step)}"
+    bounds = f"{expression_text(loop.first)} TO {expression_text(loop.last)}"
+    return f"FOR {expression_text(loop.variable)} = {bounds}{step}"
 
 
 def _instruction(statement: ast.Instruction) -> str:
-    it = statement.modifiers
-    parts = [statement.word, it.sort, *_argument_parts(statement, _row_of(statement)), it.unit, "ALWAYS" * it.always]
+    it, row, command = statement.modifiers, INSTRUCTIONS.get(statement.word), COMMANDS.get(statement.word)
+    raw = command is not None and command.raw and isinstance(next(iter(statement.arguments), None), ast.BareWord)
+    read_by = command if raw or row is None else row  # FDELETE file of the prompt, or FDELETE (lun) $file
+    assert read_by is not None
+    parts = [statement.word, it.sort, *_argument_parts(statement, read_by), it.unit, "ALWAYS" * it.always]
     parts += (
         f"{word} {expression_text(time)}" for word, time in (("AT", it.at), ("IN", it.within)) if time is not None
     )
     return " ".join(part for part in parts if part)
-
-
-def _row_of(statement: ast.Instruction) -> Word:
-    """The row that its arguments were read by: that of the command in FDELETE file, beside FDELETE (lun) $file."""
-    row, command = INSTRUCTIONS.get(statement.word), COMMANDS.get(statement.word)
-    raw = command is not None and command.raw and isinstance(next(iter(statement.arguments), None), ast.BareWord)
-    found = command if raw or row is None else row
-    assert found is not None
-    return found
 
 
 def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:

@@ -162,7 +162,11 @@ def transformation(numbers: Iterable[float]) -> Transform:
     """
     given = tuple(numbers)
     if len(given) == len(Transform._fields):
-        return _rotation(from_axes(given))
+        off = rounding(given)
+        if not off <= MOST_ROUNDED:
+            hint = "the 12 numbers are the axes n, s and a of a right-handed frame, then x, y and z"
+            raise IllegalValue(f"the axes are no rotation: a number is off by {off:.3f}", hint)
+        return normalised(from_axes(given))
     x, y, z, o, a, t = given
     return from_oat(x / 1000.0, y / 1000.0, z / 1000.0, radians(o), radians(a), radians(t))
 
@@ -179,29 +183,10 @@ def from_axes(numbers: Iterable[float]) -> Transform:
     return Transform(nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz)
 
 
-def _rotation(given: Transform) -> Transform:
-    """The transformation without what its axes are rounded by. Raises IllegalValue where they are no rotation."""
-    right = normalised(given)
-    off = _difference(given, right)
-    if not off <= MOST_ROUNDED:
-        hint = "the 12 numbers are the axes n, s and a of a right-handed frame, then x, y and z"
-        raise IllegalValue(f"the axes are no rotation: a number is off by {off:.3f}", hint)
-    return right
-
-
 def rounding(numbers: Iterable[float]) -> float:
     """Return the largest difference between the axes of 12 numbers and those of a rotation."""
     given = from_axes(numbers)
-    return _difference(given, normalised(given))
-
-
-def _difference(a: Transform, b: Transform) -> float:
-    return max(abs(x - y) for x, y in zip(a, b, strict=True))
-
-
-def precision_point(numbers: Iterable[float], units: JointUnits = TURNING) -> Joints:
-    """Joints in degrees, those that slide in mm, as files and POINT give them."""
-    return units.read(numbers)
+    return max(abs(x - y) for x, y in zip(given, normalised(given), strict=True))
 
 
 def numbers_of(value: Transform | Joints, units: JointUnits = TURNING) -> tuple[float, ...]:
