@@ -114,7 +114,7 @@ class _Steps(Expressions):
     def statement(self, step: int, statement: Statement) -> None:
         """A step of a program."""
         self.step = step
-        if isinstance(statement, ast.Instruction) and declares(statement):
+        if declares(statement):
             self._count(statement, INSTRUCTIONS[statement.word])
             self.check_declaration(statement)
             return
@@ -240,18 +240,14 @@ class _Steps(Expressions):
         elif argument.shape is Shape.PROGRAM_TEXT:
             self._program_text(expression)
         elif argument.shape.value in SETTINGS and isinstance(expression, ast.BareWord):
-            self._check_setting(expression, argument.shape.value)
+            table, idle = SETTINGS[argument.shape.value]  # switches or parameters
+            try:
+                if idle_of(idle, expression.text) is None:
+                    row_of(table, expression.text, argument.shape.value)
+            except UsageError as refused:
+                self.fault(UsageError, expression.span, refused.detail, refused.hint)
         else:
             self.argument(expression, argument.shape)
-
-    def _check_setting(self, word: ast.BareWord, what: str) -> None:
-        """Report a switch or a parameter that does not exist."""
-        table, idle = SETTINGS[what]
-        if idle_of(idle, word.text) is None:
-            try:
-                row_of(table, word.text, what)
-            except UsageError as refused:
-                self.fault(UsageError, word.span, refused.detail, refused.hint)
 
     # --- programs as arguments ---
 

@@ -210,17 +210,12 @@ class Expressions(NameFindings):
             self.fault(IllegalExpression, span, detail, f"the form is {function.form}")
         for place, expression in enumerate(call.arguments):
             if expression is not None and function.arguments:
-                self._argument_of_call(expression, function.arguments[min(place, len(function.arguments) - 1)].shape)
+                shape = function.arguments[min(place, len(function.arguments) - 1)].shape
+                if shape is not Shape.VARIABLE:
+                    self.argument(expression, shape)
+                elif (variable := self._checked_variable(expression)) is not None:
+                    self.given.add(variable.key)  # DEFINED and LAST only look at a variable of any kind
         return function.result
-
-    def _argument_of_call(self, expression: Expression, shape: Shape) -> None:
-        """Check an argument as that of an instruction. DEFINED and LAST only look at a variable of any kind."""
-        if shape is Shape.VARIABLE:
-            if isinstance(expression, ast.Variable):
-                self.given.add(expression.key)
-            self._checked_variable(expression)
-        else:
-            self.argument(expression, shape)
 
     # --- kinds that are certain ---
 

@@ -8,8 +8,9 @@ between calls. All other variables are global, and GLOBAL says so. Declarations 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
-from typing import NamedTuple
+from collections.abc import Callable, Collection, Mapping
+from itertools import takewhile
+from typing import NamedTuple, TypeGuard
 
 from msgspec.structs import replace
 
@@ -54,17 +55,18 @@ CERTAIN: Mapping[type, Kind] = {ast.Number: Kind.REAL, ast.StringConstant: Kind.
 
 def kind_of(expression: Expression, of_variable: Callable[[ast.Variable], Kind | None]) -> Kind | None:
     """Return the kind of an expression, or None where `of_variable` knows none."""
-    if isinstance(expression, ast.Variable):
-        return of_variable(expression)
-    if isinstance(expression, ast.Call):
-        function = FUNCTIONS.get(expression.name)
-        return function.result if function is not None else None
-    if not isinstance(expression, ast.Binary):
-        return CERTAIN.get(type(expression))
-    if expression.operator == ":":
-        return Kind.LOCATION
-    sides = (kind_of(expression.left, of_variable), kind_of(expression.right, of_variable))
-    return Kind.STRING if expression.operator == "+" and Kind.STRING in sides else Kind.REAL
+    match expression:
+        case ast.Variable():
+            return of_variable(expression)
+        case ast.Call():
+            function = FUNCTIONS.get(expression.name)
+            return function.result if function is not None else None
+        case ast.Binary(operator=":"):
+            return Kind.LOCATION
+        case ast.Binary():
+            sides = (kind_of(expression.left, of_variable), kind_of(expression.right, of_variable))
+            return Kind.STRING if expression.operator == "+" and Kind.STRING in sides else Kind.REAL
+    return CERTAIN.get(type(expression))
 
 
 _ARTICLES = {
@@ -85,7 +87,7 @@ def with_article(kinds: Collection[Kind]) -> str:
 SORTS: Mapping[str, Kind] = {"REAL": Kind.REAL, "DOUBLE": Kind.REAL, "LOC": Kind.LOCATION}
 
 
-def declares(statement: ast.Statement | None) -> bool:
+def declares(statement: ast.Statement | None) -> TypeGuard[ast.Instruction]:
     """Whether a statement is AUTO, LOCAL or GLOBAL."""
     return isinstance(statement, ast.Instruction) and statement.word in DECLARATIONS
 
@@ -96,7 +98,8 @@ def own_variables(program: Program) -> tuple[Own, ...]:
     A variable that is declared without an index is an array if the first step that names it gives it an index.
     """
     found: dict[str, Own] = {}
-    for statement in _declarations(program):
+    first = takewhile(lambda one: declares(one) or isinstance(one, ast.BadLine), program.statements)
+    for statement in filter(declares, first):
         for argument in statement.arguments:
             if isinstance(argument, ast.Variable) and statement.word != "GLOBAL":
                 found.setdefault(argument.key, Own(argument, statement.word == "AUTO", argument.indexes is not None))
@@ -109,14 +112,6 @@ def own_variables(program: Program) -> tuple[Own, ...]:
             plain.discard(node.key)
             found[node.key] = replace(found[node.key], array=node.indexes is not None)
     return tuple(found.values())
-
-
-def _declarations(program: Program) -> Iterator[ast.Instruction]:
-    for statement in program.statements:
-        if isinstance(statement, ast.Instruction) and declares(statement):
-            yield statement
-        elif not isinstance(statement, ast.BadLine):
-            return
 
 
 # --- the names of a program --------------------------------------------------------------------------------------

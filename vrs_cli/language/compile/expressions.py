@@ -169,14 +169,15 @@ class ExpressionCompiler:
 
     def truth(self, expression: ast.Expression) -> py.expr:
         """Return an expression that is true to Python if the value is not 0."""
-        if isinstance(expression, ast.Unary) and expression.operator == "NOT":
-            return tree.not_(self.truth(expression.operand))
-        if isinstance(expression, ast.Binary) and expression.operator in _LOGICAL:
-            operator = _LOGICAL[expression.operator]()
-            return py.BinOp(self.truth(expression.left), operator, self.truth(expression.right))
-        if isinstance(expression, ast.Binary) and expression.operator in _RELATIONS:
-            left, right = self.value(expression.left), self.value(expression.right)
-            return self.comparison(left, expression.operator, right, self.kind_of(expression.left))
+        match expression:
+            case ast.Unary(operator="NOT"):
+                return tree.not_(self.truth(expression.operand))
+            case ast.Binary() if expression.operator in _LOGICAL:
+                operator = _LOGICAL[expression.operator]()
+                return py.BinOp(self.truth(expression.left), operator, self.truth(expression.right))
+            case ast.Binary() if expression.operator in _RELATIONS:
+                left, right = self.value(expression.left), self.value(expression.right)
+                return self.comparison(left, expression.operator, right, self.kind_of(expression.left))
         return tree.compare(self.value(expression), py.NotEq(), tree.constant(0.0))
 
     def _unary(self, expression: ast.Unary) -> py.expr:
@@ -256,13 +257,14 @@ class ExpressionCompiler:
         return tree.call("within_range", value) if self.may_overflow(expression) else value
 
     def may_overflow(self, expression: ast.Expression) -> bool:
-        if isinstance(expression, ast.Unary):
-            return expression.operator in "+-" and self.may_overflow(expression.operand)
-        if isinstance(expression, ast.Call):
-            return expression.name == "SQR"
-        if not isinstance(expression, ast.Binary) or expression.operator not in (*_ARITHMETIC, "**"):
-            return False
-        return self.kind_of(expression) is Kind.REAL
+        match expression:
+            case ast.Unary():
+                return expression.operator in "+-" and self.may_overflow(expression.operand)
+            case ast.Call():
+                return expression.name == "SQR"
+            case ast.Binary() if expression.operator in (*_ARITHMETIC, "**"):
+                return self.kind_of(expression) is Kind.REAL
+        return False
 
     def item(self, expression: ast.Expression) -> py.expr:
         """Return what TYPE shows: a value of any kind, or a format."""

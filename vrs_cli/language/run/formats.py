@@ -69,20 +69,21 @@ def encode(items: Iterable[TypeItem | None], units: JointUnits = TURNING) -> tup
     parts, newline = list[str](), True
     form, width, decimals = NUMBER_FORMS["D"], 0, DECIMALS
     for item in items:
-        if isinstance(item, str):
-            parts.append(item)
-        elif isinstance(item, float):
-            parts.append(form(item, width, decimals))
-        elif not isinstance(item, Format | None):
-            shown = (form(number, width, decimals) for number in numbers_of(item, units))
-            parts += (text if text.startswith(" ") else f" {text}" for text in shown)
-        elif item is not None and item.code == "S":
-            newline = False
-        elif item is not None and item.code == "N":  # says how to write, not what
-            continue
-        elif item is not None and item.code in CONTROLS:
-            parts.append(CONTROLS[item.code](1 if item.width is None else item.width))
-        elif item is not None:
-            form, width = NUMBER_FORMS[item.code], item.width or 0
-            decimals = DECIMALS if item.decimals is None else item.decimals
+        match item:
+            case str():
+                parts.append(item)
+            case float():
+                parts.append(form(item, width, decimals))
+            case None | Format(code="N"):  # N says how to write, not what
+                pass
+            case Format(code="S"):
+                newline = False
+            case Format() if item.code in CONTROLS:
+                parts.append(CONTROLS[item.code](1 if item.width is None else item.width))
+            case Format():
+                form, width = NUMBER_FORMS[item.code], item.width or 0
+                decimals = DECIMALS if item.decimals is None else item.decimals
+            case _:
+                shown = (form(number, width, decimals) for number in numbers_of(item, units))
+                parts += (text if text.startswith(" ") else f" {text}" for text in shown)
     return "".join(parts), newline

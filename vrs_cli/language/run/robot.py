@@ -28,7 +28,6 @@ NO_POWER, PROGRAM_CONTROL = 2, 7  # STATE(1)
 NEVER_MOVED, MOVING, AT_REST = 0, 1, 2  # STATE(2)
 COMPUTER_CONTROL = 5  # STATE(3): the last of the modes that the V+ 12.4 release notes list
 NO_FLAGS, AUTOMATIC = 0, 1  # STATE(4), whose bit 3 is the emergency stop, and STATE(5), as drivers for ROS read them
-MONITOR_SPEED, PROGRAM_SPEED, MOTION_SPEED = 1, 2, 3  # SPEED(n)
 
 
 class RobotReadings:
@@ -73,13 +72,10 @@ class RobotReadings:
 
     def speed(self, number: int) -> float:
         settings = self.engine.settings
-        if number == MONITOR_SPEED:
-            return settings.monitor_speed
-        if number == PROGRAM_SPEED:
-            return settings.speed.always.value
-        if number == MOTION_SPEED:
-            return settings.speed.present.value
-        raise IllegalValue(f"SPEED({number})", "1 monitor speed, 2 program speed, 3 speed of the next motion")
+        speeds = (settings.monitor_speed, settings.speed.always.value, settings.speed.present.value)
+        if not 1 <= number <= len(speeds):
+            raise IllegalValue(f"SPEED({number})", "1 monitor speed, 2 program speed, 3 speed of the next motion")
+        return speeds[number - 1]
 
     def acceleration(self) -> float:
         """In percent of the usual one."""

@@ -69,7 +69,7 @@ class Complaint:
             return self._say(CannotInterpret, f"a value is missing after {last.text.upper()}", CONTROL[last.type].form)
         if last.type != "COMMA" and END in self._accepted:
             return None  # nothing need follow
-        if last.type == "LGROUP" or (last.type == "COMMA" and self._token is None):
+        if last.type == "LGROUP" or (last.type == "COMMA" and not self._type):
             return None
         if self._type == "EQUAL" and last.text in "<>=":
             return self._say(IllegalExpression, f"{last.text}=", "the relations are == <> < > <= >=", last)

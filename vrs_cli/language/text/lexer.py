@@ -355,20 +355,21 @@ class Lexer:
         kind = match.lastgroup
         assert kind is not None
         text, (start, end) = match[kind], match.span(kind)
-        if kind == "NAME":
-            self._add(*self._named(text, end), start, end)
-        elif kind == "INFIX":
-            self._sign(text, start, end)
-        elif kind == "NUMBER":
-            if (glued := self._glued(end)) > end:
-                raise self._refusal(InvalidNumber, start, glued, self._text[start:glued])
-            self._add(kind, text, start, end)
-        elif kind == "STRING":
-            self._add(kind, text[1:-1], start, end)
-        else:
-            row = self._row
-            comma = row is not None and row.comma == text and self._place() == row.before_comma - 1
-            self._add("COMMA" if comma else kind, text, start, end)
+        match kind:
+            case "NAME":
+                self._add(*self._named(text, end), start, end)
+            case "INFIX":
+                self._sign(text, start, end)
+            case "NUMBER":
+                if (glued := self._glued(end)) > end:
+                    raise self._refusal(InvalidNumber, start, glued, self._text[start:glued])
+                self._add(kind, text, start, end)
+            case "STRING":
+                self._add(kind, text[1:-1], start, end)
+            case _:
+                row = self._row
+                comma = row is not None and row.comma == text and self._place() == row.before_comma - 1
+                self._add("COMMA" if comma else kind, text, start, end)
 
     def _named(self, text: str, end: int) -> tuple[str, str]:
         """The type and the value of a word inside a line, which ends at an index."""

@@ -336,12 +336,13 @@ def heeded(lines: Sequence[str], found: Iterable[Diagnostic]) -> tuple[Diagnosti
         if comment := _COMMENT.search(line):
             place = 0 if comment[1] else number
             unwanted.setdefault(place, set()).update(re.findall(r"V\d{3,4}", comment[2].upper()) or [""])
-    return tuple(one for one in everything if not _suppressed(one, unwanted))
-
-
-def _suppressed(one: Diagnostic, unwanted: dict[int, set[str]]) -> bool:
-    codes = unwanted.get(0, set()) | unwanted.get(one.span.line, set())
-    return one.severity is Severity.WARNING and not codes.isdisjoint(("", one.label))
+    everywhere = unwanted.get(0, set())
+    return tuple(
+        one
+        for one in everything
+        if one.severity is not Severity.WARNING
+        or (everywhere | unwanted.get(one.span.line, set())).isdisjoint(("", one.label))
+    )
 
 
 WAY = "MOVE, MOVES, APPRO, WAIT SIG(n), SIGNAL and TYPE do it in VAL-II; a program begins with .PROGRAM name"
