@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from vrs_cli.kinematics.joints import TURNING
 from vrs_cli.language.run.formats import TypeItem, encode
 from vrs_cli.language.text.ast import Format
-from vrs_cli.language.words.values import precision_point, transformation
+from vrs_cli.language.words.values import transformation
 from vrs_cli.values.diagnostics import Span
 
 NOWHERE = Span(1, 1, 1)
@@ -71,4 +72,4 @@ def test_controls(items: list[TypeItem], text: str, newline: bool) -> None:
 def test_locations_are_shown_by_their_numbers() -> None:
     place = transformation((500.0, -100.5, 20.0, 90.0, -90.0, 0.0))
     assert encode([place]) == (" 500 -100.5 20 90 -90 0", True)
-    assert encode([form("F", 0, 1), precision_point((0.0, -90.0, 90.0))]) == (" 0.0 -90.0 90.0", True)
+    assert encode([form("F", 0, 1), TURNING.read((0.0, -90.0, 90.0))]) == (" 0.0 -90.0 90.0", True)
