@@ -142,7 +142,7 @@ def test_hover(line: int, word: str, expected: str) -> None:
     found = DOCUMENT.hover(line, column(line, word))
     assert found is not None
     assert expected in found[0]
-    assert LINES[line - 1][found.span.column - 1 : found.span.end - 1] == word
+    assert LINES[line - 1][found[1].column - 1 : found[1].end - 1] == word
 
 
 def test_no_hover_in_texts_and_comments() -> None:
