@@ -13,7 +13,7 @@ from vrs_cli.errors import FileError
 from vrs_cli.files.bounds import Folder
 from vrs_cli.files.cell_file import read_cell
 from vrs_cli.files.signal_file import listed_signals, read_signals
-from vrs_cli.interfaces.dialogue import Notes
+from vrs_cli.interfaces.port.local import Console, LocalPort
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.station import Conditions
 from vrs_cli.interfaces.tasks.limits import Limits
@@ -52,17 +52,19 @@ def _folder(path: Path) -> Folder:
     return structs.replace(CURRENT, root=path.resolve())
 
 
-def session_of(
-    notes: Notes,
+def local_port(
     model: RobotModel,
     conditions: Conditions | None,
     start: Joints | None = None,
     clock: RobotClock | None = None,
-) -> Session:
-    """A session within finite limits, with its files in the current folder, unless conditions say otherwise."""
+) -> LocalPort:
+    """A robot of this process within finite limits, with its files in the current folder, unless conditions say
+    otherwise.
+    """
     given = conditions or Conditions()
+    console = Console()
     session = Session(
-        notes,
+        console,
         model,
         start=start,
         clock=clock,
@@ -73,7 +75,7 @@ def session_of(
     if given.cell is not None:
         session.driver.surround(given.cell)
     session.driver.inputs = given.inputs
-    return session
+    return LocalPort(session, console)
 
 
 def _advice(option: str) -> str:

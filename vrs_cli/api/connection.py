@@ -8,7 +8,6 @@ from pathlib import Path
 
 from vrs_cli.api.numbers import Units
 from vrs_cli.api.robot import Robot
-from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.net.client import hello_of
 from vrs_cli.net.mirror import WINDOW
 from vrs_cli.net.socket_port import SocketPort
@@ -42,4 +41,4 @@ def connect(
     hello = hello_of(os.environ.get(TOKEN, "") if token is None else token, name=name, behind=behind)
     certificate = None if ca is None else Path(ca)
     port = SocketPort.connect(url, hello, ca=certificate, window=window, told=log.warning)
-    return Robot.of(Supervisor(port), units)
+    return Robot.of(port, units)

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from vrs_cli.api import kinematics
 from vrs_cli.api.answers import Picture, ProgramFailed, Replies, Run
 from vrs_cli.api.changes import Change, hear
-from vrs_cli.api.conditions import ProgramFolders, Signals, conditions_of, session_of
+from vrs_cli.api.conditions import ProgramFolders, Signals, conditions_of, local_port
 from vrs_cli.api.kinematics import Ways
 from vrs_cli.api.location import Location
 from vrs_cli.api.numbers import Floats, Units, number, numbers
@@ -27,10 +27,11 @@ from vrs_cli.errors import JointOutOfRange, UsageError
 from vrs_cli.files.journal import bookmark_of
 from vrs_cli.files.program_file import find_program_file
 from vrs_cli.files.trajectory_file import read_trajectory
-from vrs_cli.interfaces.dialogue import Answers, Notes, no_answer
+from vrs_cli.interfaces.dialogue import Answers, no_answer
 from vrs_cli.interfaces.monitor.files import TORN
 from vrs_cli.interfaces.monitor.plotting import plotted, selected
-from vrs_cli.interfaces.roles.local import LocalRobot, LocalSupervisor
+from vrs_cli.interfaces.port.local import LocalPort
+from vrs_cli.interfaces.port.port import Port
 from vrs_cli.interfaces.roles.playback import Audience
 from vrs_cli.interfaces.roles.supervisor import Supervisor
 from vrs_cli.interfaces.station.station import Conditions
@@ -83,19 +84,17 @@ class Robot:
         self.units = Units.of(units)
         self._model = robot if isinstance(robot, RobotModel) else load_robot(robot, Ends(base, tip))
         joints = None if start is None else self._joints(start, "start")
-        notes = Notes()
         conditions = conditions_of(limits, folder, cell, signals)
-        session = session_of(notes, self._model, conditions, joints, _clock(realtime))
-        self._robot: Supervisor = LocalSupervisor(LocalRobot(session, notes))
+        self._robot = Supervisor(local_port(self._model, conditions, joints, _clock(realtime)))
         self._folders = ProgramFolders(fixed=folder is not None)
 
     @classmethod
-    def of(cls, supervisor: Supervisor, units: str | Units = Units.VAL) -> Robot:
-        """The robot of a supervisor."""
+    def of(cls, port: Port, units: str | Units = Units.VAL) -> Robot:
+        """The robot behind a port."""
         robot = cls.__new__(cls)
-        robot.units, robot._model = Units.of(units), supervisor.arm.model
-        robot._robot = supervisor
-        robot._folders = ProgramFolders(fixed=not isinstance(supervisor, LocalSupervisor))
+        robot._robot = Supervisor(port)
+        robot.units, robot._model = Units.of(units), robot._robot.arm.model
+        robot._folders = ProgramFolders(fixed=True)
         return robot
 
     def in_units(self, units: str | Units) -> Robot:
@@ -356,10 +355,11 @@ class Robot:
         """The robot, with conditions of its own for one call. Raises UsageError for a robot that is served."""
         if conditions is None:
             return self._robot
-        if not isinstance(self._robot, LocalSupervisor):
+        port = self._robot.port
+        if not isinstance(port, LocalPort):
             what = "limits, folder, cell and signals are for a robot of this process"
             raise UsageError(what, "a robot that is served has those of its server")
-        return LocalSupervisor(self._robot.robot.under(conditions))
+        return self._robot.on(port.under(conditions))
 
     def __getitem__(self, expression: str) -> float | str | Location | Floats:
         """The value of a variable or an expression of VAL-II: a number, a text, a Location, or joints (n,)."""
@@ -515,10 +515,9 @@ def load(
     recording = read_trajectory(path)
     for warning in (*recording.warnings, *[TORN] * recording.dropped_tail):
         warnings.warn(f"{path}: {warning}", stacklevel=2)
-    notes = Notes()
-    session = session_of(notes, recording.model, conditions_of(limits, folder, cell, signals))
-    session.engine.take_up(bookmark_of(path, recording, session.engine))
-    robot = Robot.of(LocalSupervisor(LocalRobot(session, notes)), units)
+    port = local_port(recording.model, conditions_of(limits, folder, cell, signals))
+    port.session.engine.take_up(bookmark_of(path, recording, port.session.engine))
+    robot = Robot.of(port, units)
     robot._folders.fixed = folder is not None
     return robot
 

@@ -136,7 +136,7 @@ class Supervisor(Observer, Designer):
         """Give lines as they are typed at a prompt, programs among them; mistakes are among the replies."""
         with self._conversing(answer) as notes:
             done = self._converse(lambda id: Line(id, text))
-            if done.status is not None and done.status.in_program:
+            if done.status is None or done.status.in_program:
                 self._converse(lambda id: At(id, LeaveEntry("the text ends; ")))
             return notes.taken()
 
@@ -199,7 +199,7 @@ class Supervisor(Observer, Designer):
         if interrupted:
             raise KeyboardInterrupt
         if isinstance(message, Done | Refused) and message.refusal is not None:
-            raise message.refusal.error()
+            raise message.refusal.error().with_traceback(None) from None
         return message
 
     def _hear(self, message: ServerMessage) -> None:
