@@ -46,8 +46,8 @@ class Night:
         plan = Plan(load_robot("puma560"), files, self._journal(number), realtime=1.0)
         audit = Audit(None, time.time, print)
         room = Room(f"robot{number}", plan, lambda: None, audit, print, lambda _: (), lambda: self.now)
-        room._self.ask("LOAD loop").result()
-        room._self.ask("EXECUTE loop")
+        room._self.put(room.session.answers("LOAD loop")).result()
+        room._self.put(room.session.answers("EXECUTE loop"))
         until(lambda: room.session.running)
         return room
 

@@ -16,7 +16,7 @@ from vrs_cli.wire.steered import steered_record
 
 def drag(wire: Wire, pose: Transform | None) -> None:
     (message,) = wire.connection.receive(encode(Drag(pose), Encoding.MSGPACK), 0.0)
-    wire.client.take(message)
+    wire.client.receive(message)
 
 
 def at(wire: Wire, x: float, y: float, z: float) -> Transform:

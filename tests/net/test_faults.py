@@ -295,5 +295,5 @@ def test_who_comes_and_goes_leaves_nothing_behind(tmp_path: Path) -> None:
             until(lambda: len(server.server._links) == 1)
             room = server.hub.rooms["cell1"]
             assert len(room.clients) == 41, "those who may come again within a minute"
-            assert not room._pending
+            assert not any(client.pending for client in room.clients.values())
             assert ada.ask(Abort)

@@ -13,6 +13,7 @@ import pytest
 from tests.live import until
 from tests.net.serving import said_in
 from vrs_cli.errors import DeviceNotReady
+from vrs_cli.interfaces.dialogue import quietly
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.words.word import Role
 from vrs_cli.net.audit import Audit
@@ -97,7 +98,7 @@ class Wire:
     def command(self, text: str, until: float | None = None) -> int:
         self.ids += 1
         (line,) = self.connection.receive(encode(Line(self.ids, text, until=until), Encoding.JSON), 0.0)
-        self.client.take(line)
+        self.client.receive(line)
         return self.ids
 
     def line(self, text: str, until: float | None = None) -> Done:
@@ -156,7 +157,9 @@ class Served:
     def paused(self) -> bool:
         """Whether nothing happens while the robot takes many requests, each in a step of its own."""
         engine, room = self.room.session.engine, self.room
-        seen = {room._self.call(lambda _: (engine.timeline.version, engine.clock.reached)).result() for _ in range(20)}
+        seen = {
+            room._self.put(quietly(lambda: (engine.timeline.version, engine.clock.reached))).result() for _ in range(20)
+        }
         return len(seen) == 1
 
     def pass_time(self, seconds: float) -> None:
@@ -205,7 +208,7 @@ def test_what_is_said_while_a_line_is_carried_out_bears_its_id(tmp_path: Path) -
             ada.line(line)
         (late,) = (one for one in ada.heard if isinstance(one, Told) and "postponed" in str(one.reply))
         assert late.id == ada.ids - 1
-        ada.client.take(At(90, Go(Goal(joint=1, change=0.1), executed=0.0)))
+        ada.client.receive(At(90, Go(Goal(joint=1, change=0.1), executed=0.0)))
         ada.until(lambda: any(isinstance(one, Done) and one.id == 90 for one in ada.heard))
         assert [one.id for one in ada.heard if isinstance(one, Told) and "postponed" in str(one.reply)][1:] == [90]
 
@@ -214,7 +217,7 @@ def test_letting_go_of_a_key_is_for_who_drives(tmp_path: Path) -> None:
     with served(tmp_path) as it:
         ada, bob = it.call("ada"), it.call("bob")
         assert ada.line("x = 1").ok
-        bob.client.take(At(1, StopJog()))
+        bob.client.receive(At(1, StopJog()))
         bob.until(lambda: any(isinstance(one, Done) for one in bob.heard))
         (done,) = (one for one in bob.heard if isinstance(one, Done))
         assert not done.ok
@@ -229,18 +232,18 @@ def test_a_designer_stops_drags_and_slows_his_own_motions(tmp_path: Path) -> Non
         for line in ("SPEED 50", "DO SPEED 30 ALWAYS", "DRIVE 1, 90", "ABORT", "DRIVE 1, 90"):
             assert ada.line(line).ok, line
         pose = it.room.session.engine.position().T_world_tool
-        ada.client.take(Drag(pose))
+        ada.client.receive(Drag(pose))
         ada.until(lambda: it.room.drag_control.pulled.by == "ada")
-        ada.client.take(Drag())
+        ada.client.receive(Drag())
         assert ada.line("DRIVE 2, -40, 1").ok
         for line in ("ABORT", "SPEED 50"):
             assert not bob.line(line).ok, "ada drives"
         for message in (Abort(90), At(91, StopProgram())):
-            bob.client.take(message)
+            bob.client.receive(message)
         bob.until(lambda: {90, 91} <= {one.id for one in bob.heard if isinstance(one, Done)})
         assert not any(one.ok for one in bob.heard if isinstance(one, Done))
         assert it.room.session.engine.end > it.room.session.engine.now, "her motion goes on"
-        ada.client.take(Abort(90))
+        ada.client.receive(Abort(90))
         ada.until(lambda: any(isinstance(one, Done) and one.id == 90 for one in ada.heard))
 
 
@@ -262,7 +265,7 @@ def test_a_part_of_a_long_timeline_says_where_it_begins(tmp_path: Path, monkeypa
         for k in range(5):
             assert ada.line(f"DRIVE 1, {(-1) ** k}").ok
         for begin in (0.0, 1e6):
-            ada.client.take(Window(90, begin))
+            ada.client.receive(Window(90, begin))
             ada.flush()
             (shown,) = (one for one in ada.heard if isinstance(one, Shown))
             ada.heard.remove(shown)
@@ -295,7 +298,7 @@ def test_who_gives_the_lease_back_drives_no_more_and_another_drives_at_once(tmp_
         ada, bob = it.call("ada"), it.call("bob")
         assert ada.line("x = 1").ok
         assert not bob.line("x = 2").ok
-        ada.client.take(Drive(1000, LeaseAct.RELEASE))
+        ada.client.receive(Drive(1000, LeaseAct.RELEASE))
         assert it.room.driving.lease.holder == ""
         assert bob.line("x = 2").ok
         assert it.room.driving.lease.holder == "bob"
@@ -393,7 +396,7 @@ def test_a_program_is_stored_by_who_drives_when_it_ends(tmp_path: Path) -> None:
         assert not ada.line(".END").ok
         assert not it.room.session.programs
         assert ada.line("WHERE").ok, "what comes from a pipe after its program is done"
-        ada.client.holder.user_state.attended = True
+        ada.client.user_state.attended = True
         it.room.driving.give("bob", "ada")
         for line in (".PROGRAM p", "a = 1"):
             assert ada.line(line).ok
@@ -496,7 +499,7 @@ def test_a_program_of_who_has_gone_goes_on_in_virtual_time_and_asks_who_drives_n
         bob.command("x = 1")
         bob.until(lambda: any(isinstance(one, Asked) for one in bob.heard))
         (asked,) = (one for one in bob.heard if isinstance(one, Asked))
-        bob.client.take(Answer(asked.number, "5"))
+        bob.client.receive(Answer(asked.number, "5"))
 
         def over() -> bool:
             it.room.tick()
@@ -581,7 +584,7 @@ def test_a_robot_with_too_many_names_takes_no_more_and_gives_some_back(tmp_path:
         id = ada.command("DELETER x1, x2")
         ada.until(lambda: any(isinstance(one, Asked) for one in ada.heard))
         (asked,) = (one for one in ada.heard if isinstance(one, Asked))
-        ada.client.take(Answer(asked.number, True))
+        ada.client.receive(Answer(asked.number, True))
         ada.until(lambda: any(isinstance(one, Done) and one.id == id for one in ada.heard))
         it.now += 1.0
         assert ada.line("y = 1").ok
@@ -643,7 +646,7 @@ def test_names_are_unlike(tmp_path: Path) -> None:
 def test_positions_are_computed_beside_the_connections(tmp_path: Path) -> None:
     with served(tmp_path) as it:
         ada = it.call("ada")
-        ada.client.take(Positions(1, (0.0,) * 2000))
+        ada.client.receive(Positions(1, (0.0,) * 2000))
         ada.flush()
         assert not any(isinstance(one, Located) for one in ada.heard)
         ada.until(lambda: any(isinstance(one, Located) for one in ada.heard))
@@ -653,12 +656,12 @@ def test_so_many_questions_wait_and_no_more(tmp_path: Path) -> None:
     with served(tmp_path) as it:
         ada = it.call("ada")
         for id in range(1, MOST_LOOKS + 2):
-            ada.client.take(Complete(id, "MO", True))
+            ada.client.receive(Complete(id, "MO", True))
         ada.flush()
         (refused,) = (one for one in ada.heard if isinstance(one, Refused))
         assert refused.id == MOST_LOOKS + 1
         ada.until(lambda: sum(isinstance(one, Completed) for one in ada.heard) == MOST_LOOKS)
-        ada.client.take(Complete(999, "MO", True))
+        ada.client.receive(Complete(999, "MO", True))
         ada.until(lambda: sum(isinstance(one, Completed) for one in ada.heard) == MOST_LOOKS + 1)
 
 

@@ -10,23 +10,21 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 from msgspec import structs
 
-from vrs_cli.engine.position import position_at
 from vrs_cli.errors import LimitReached, RequestRefused, VrsError, sentence
 from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.actor.ticket import Ticket
-from vrs_cli.interfaces.conversation.conversation import Conversation
-from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import Dialogue, beside, quietly
-from vrs_cli.interfaces.holders.holder import Holder
-from vrs_cli.interfaces.monitor.running import emergency_stop
+from vrs_cli.interfaces.port.port import Outlet
+from vrs_cli.interfaces.port.user_session import TAKEN, Pending, UserSession
 from vrs_cli.interfaces.rights import check_may
-from vrs_cli.interfaces.session.acts import ACTS, act_on
+from vrs_cli.interfaces.session.acts import ACTS
 from vrs_cli.interfaces.session.drag_control import DragControl
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED, HolderTimes
 from vrs_cli.language.text.source import MAX_LINE_CHARS
 from vrs_cli.language.words.word import Role
@@ -44,12 +42,10 @@ from vrs_cli.net.tokens import Grant
 from vrs_cli.values.acts import KeepDraft, Say, StopProgram, Survey, Undo
 from vrs_cli.values.hand import Press, StopJog
 from vrs_cli.values.prompt import PromptStatus
-from vrs_cli.values.questions import Amendment, Confirmation, LineWanted, Parting, Question, ended
-from vrs_cli.values.replies import DiagnosticsReport, Message, Reply, is_error, refusal
-from vrs_cli.values.tagged import Act, UserAct
+from vrs_cli.values.questions import Amendment, Confirmation, Parting, Question
+from vrs_cli.values.replies import DiagnosticsReport, Reply, refusal
+from vrs_cli.values.tagged import UserAct
 from vrs_cli.wire.codec import Encoding
-from vrs_cli.wire.messages import MOST_TIMES, How
-from vrs_cli.wire.refusal import Refusal
 
 TYPING = messages.Complete | messages.Check  # asked while a line is typed
 AT_ONCE = messages.Interrupt | messages.Ping | messages.Bye  # what waits for nobody's share
@@ -96,19 +92,19 @@ class RoomServices(Protocol):
     lookers: Bucket
     clients: dict[str, ClientSession]
 
-    def ask(self, client: ClientSession, dialogue: Dialogue[Any], pending: Pending, *, urgent: bool = False) -> None:
-        """Have something done, and tell the guest of it."""
+    def begin(self, client: ClientSession, pending: Pending) -> None:
+        """A user asks for something."""
+
+    def hear(self, client: ClientSession, pending: Pending, ticket: Ticket[Any], said: Reply | Question | None) -> None:
+        """Something was said of a request, None: it has ended. In the robot's thread."""
 
     def checked(self, dialogue: Dialogue[Any], always: Callable[[], bool]) -> Dialogue[Any]:
-        """The same talk, unless nothing may be changed now and it is not one that may `always` be; what it changes is
-        written down.
+        """The same dialogue, refused if nothing may be changed now and it is not one that may `always` be; what it
+        changes is written down.
         """
 
     def may_always(self, line: str) -> bool:
         """Whether a line only looks, stops, or makes room."""
-
-    def awaited(self, client: ClientSession) -> tuple[Ticket[Any], ...]:
-        """The commands of a holder that have not ended."""
 
     def others_ask(self, client: ClientSession) -> bool:
         """Whether anybody else has asked for something lately."""
@@ -126,26 +122,10 @@ class RoomServices(Protocol):
         """There is something to broadcast."""
 
 
-class Pending(NamedTuple):
-    """Something that a guest has asked for, and the message that answers it: a command has Done. `what`: for the
-    audit, empty for what that leaves out. `typing`: it was asked for while a line was typed.
+class ClientSession(UserSession):
+    """One user of a served robot. `name`: its own among the users of the robot; `link`: its socket, None while that is
+    cut.
     """
-
-    id: int
-    what: str
-    answer: Callable[[Any], messages.ServerMessage | None] | None = None
-    typing: bool = False
-
-
-class _Ended(NamedTuple):
-    """How a command has ended: what stands around the prompt then, and what has come of it."""
-
-    status: PromptStatus | None = None
-    found: Any = None
-
-
-class ClientSession:
-    """`name` is its own among the holders of the robot, `link` its socket, None while that is cut."""
 
     def __init__(
         self,
@@ -157,14 +137,13 @@ class ClientSession:
         wall: Callable[[], float],
     ) -> None:
         self.name, self.grant, self.delivery_log = name, grant, delivery_log
-        self.holder = Holder(services.session, grant.role, name)
-        user_state = self.holder.user_state
+        user_state = UserState(name, grant.role)
+        super().__init__(services.session, user_state)
         user_state.attended, self._answers = hello.attended, hello.attended or hello.answers
         user_state.lives = hello.attended and services.session.engine.realtime
         user_state.times = HolderTimes(
             hello.offset, USUAL_ALLOWED if hello.delay is None else min(hello.delay, USUAL_ALLOWED)
         )
-        self.conversation = Conversation(services.session, user_state)
         self.link: ClientSocket | None = None
         self.pace = SendPace()
         self._share = Share(services.allowance, services.lookers, wall())
@@ -175,13 +154,10 @@ class ClientSession:
         self.heard_at = wall()
         self._services, self._wall = services, wall
         self._listener: Listener | None = None
-        self._questions: dict[int, tuple[Question, Ticket[Any]]] = {}
         self._wishes: deque[messages.Drag] = deque(maxlen=1)  # where the tool is to be, until the robot takes it
         self._pulling: Pending | None = None  # a wish that the robot has not taken
         self._drag_refused = False  # which is told once
-        self._looks = 0  # that wait for an answer
         self._to_tell: deque[Iterator[messages.Numbered]] = deque()  # a long reply, and what comes after it
-        self._failed: dict[int, str] = {}  # commands of which an error was told, and the first of these
         self._status: PromptStatus | None = (
             None  # as it was told last, the ends of requests aside: not all look at these
         )
@@ -234,31 +210,42 @@ class ClientSession:
                     return
             else:
                 self._to_tell.popleft()
-        self._services.session.actor.let_go_on(self.holder.user_state)
+        self.session.actor.let_go_on(self.user_state)
 
     def say(self, message: messages.ServerMessage) -> None:
         """What it hears if it is connected."""
         if self.link is not None:
             self.link.connection.send(message, self._wall())
 
+    def send(self, message: messages.ServerMessage) -> None:
+        """Tell or say a message, as its kind wants it."""
+        self.tell(message) if isinstance(message, messages.Numbered) else self.say(message)
+
     def leave(self) -> None:
-        """It is gone for good: what it asked for and is not done is left."""
         self.detach()
-        self.holder.leave()
+        super().leave()
 
     # --- what comes ---
 
-    def take(self, message: messages.ClientMessage, *, waited: bool = False) -> None:
-        """Do what a client asks for; `waited`: it came in time, and has waited here. What cannot be done is told."""
+    def receive(self, message: messages.ClientMessage, *, waited: bool = False) -> None:
+        """Carry out a message; `waited`: it came in time, and has waited here. What cannot be done is told."""
         self.beat()
         try:
             if not waited:
                 self._check_in_time(message)
-            _TAKEN[type(message)](self, message)
+            self.carry_out(message, self.send)
         except Exception as error:
             if what := _deed(message):
                 self._services.note(self, what, f"refused: {error}")
-            self.refuse(message, error)
+            self.refuse(message, error, self.send)
+
+    def carry_out(self, message: messages.ClientMessage, outlet: Outlet) -> None:
+        match message:
+            case messages.Line(text=text) | messages.At(act=Say(line=text)):
+                check_short(text)
+            case messages.Complete(text=text) | messages.Check(text=text):
+                check_short(text)
+        (TAKEN.get(type(message)) or _TAKEN[type(message)])(self, message, outlet)
 
     def _check_in_time(self, message: messages.ClientMessage) -> None:
         """A command that was held up on the way is not done, for its user expects it no more; but a stop always is.
@@ -276,7 +263,7 @@ class ClientSession:
             case messages.Abort() | messages.At(act=StopProgram() | StopJog()):
                 return True
             case messages.Line(text=text) | messages.At(act=Say(line=text)):
-                return self.holder.stops(text)
+                return self.stops(text)
         return False
 
     def wait(self, message: messages.ClientMessage) -> float:
@@ -319,151 +306,91 @@ class ClientSession:
             self._parked.popleft()
             self.parked_bytes -= size
             begun = time.thread_time()
-            self.take(message, waited=True)
+            self.receive(message, waited=True)
             self.spend(time.thread_time() - begun, typing=isinstance(message, TYPING))
         return None
 
-    def refuse(self, message: messages.ClientMessage, error: Exception) -> None:
-        """It is not done."""
-        refusal, id = _refusal(error), message.id if isinstance(message, messages.Request) else None
-        if isinstance(message, messages.Command):
-            done = messages.Done(message.id, ok=False, refusal=refusal, version=self.holder.timeline.version)
-            self.tell(done)
-        else:
-            self.tell(messages.Refused(refusal, id))
-
-    def _ask(self, request: messages.Request, dialogue: Dialogue[Any], *, urgent: bool = False) -> None:
+    def ask(
+        self,
+        message: messages.Request,
+        dialogue: Dialogue[Any],
+        outlet: Outlet,
+        answer: Callable[[Any], messages.ServerMessage] | None = None,
+        *,
+        urgent: bool = False,
+    ) -> None:
+        """As every user, but no more than may be asked of this robot now."""
+        looks = sum(one.answer is not None for one in self.pending.values())
+        if answer is not None and looks >= MOST_LOOKS:
+            raise LimitReached(f"{MOST_LOOKS} questions wait already", "wait for some answers first")
+        if isinstance(message, messages.Line | messages.At):
+            dialogue = self._checked(message, dialogue)
         if urgent:
             self._services.stops(self)
-        self._services.ask(self, dialogue, Pending(request.id, _deed(request)), urgent=urgent)
+        super().ask(message, dialogue, outlet, answer, urgent=urgent)
 
-    def _look(
-        self, request: messages.Request, dialogue: Dialogue[Any], answer: Callable[[Any], messages.ServerMessage]
-    ) -> None:
-        if self._looks >= MOST_LOOKS:
-            raise LimitReached(f"{MOST_LOOKS} questions wait already", "wait for some answers first")
-        self._looks += 1
-        self._services.ask(self, dialogue, Pending(request.id, _deed(request), answer, isinstance(request, TYPING)))
+    def _checked(self, message: messages.Line | messages.At, dialogue: Dialogue[Any]) -> Dialogue[Any]:
+        """What moves the arm, or changes a program, is checked when its turn comes: the lease may be in other hands."""
+        services = self._services
+        match message:
+            case messages.Line(text=text) | messages.At(act=Say(line=text)):
+                return services.checked(dialogue, lambda: services.may_always(text))
+            case messages.At(act=UserAct() as act):
+                needs = CHANGING.get(type(act))
+                always = needs is None or isinstance(act, StopJog | StopProgram)
+                dialogue = dialogue if needs is None else self._permitted(needs, dialogue)
+            case messages.At(act=act):
+                always = isinstance(act, Undo) or ACTS[type(act)].role is Role.OBSERVER
+        return services.checked(dialogue, lambda: always)
 
-    def _line(self, message: messages.Line) -> None:
-        self._typed(message, message.text, self.conversation.lines(message.text, message.more))
+    def _permitted(self, needs: tuple[str, Role], dialogue: Dialogue[Any]) -> Dialogue[Any]:
+        self.session.check_may(*needs)
+        return (yield from dialogue)
 
-    def _typed(self, message: messages.Line | messages.At, text: str, dialogue: Dialogue[Any]) -> None:
-        """What a line does, whichever way it has come."""
-        text, services = short(text), self._services
-        dialogue = services.checked(self._given(message, dialogue), lambda: services.may_always(text))
-        self._ask(message, self._with_status(dialogue), urgent=self.holder.stops(text))
+    def submit(self, dialogue: Dialogue[Any], pending: Pending, *, urgent: bool = False) -> None:
+        services = self._services
+        services.begin(self, pending)
+        ticket = self.put(dialogue, partial(services.hear, self, pending), urgent=urgent)
+        self.pending[ticket] = pending
 
-    def _act(self, message: messages.At) -> None:
-        act = message.act
-        if isinstance(act, Say):
-            self._typed(message, act.line, act_on(self._services.session, act))
-            return
-        on = self._for_user(act) if isinstance(act, UserAct) else self._given(message, self._on_robot(act))
-        self._ask(message, self._with_status(on))
-
-    def _given(self, message: messages.Line | messages.At, dialogue: Dialogue[Any]) -> Dialogue[Any]:
-        """What was given when its sender says, as far as that can be true: of what arrives now."""
-        user_state, claim = self.holder.user_state, message.issued
-        return user_state.given(None if claim is None else user_state.times.issued(claim, self.holder.now), dialogue)
-
-    def _for_user(self, act: UserAct[Any]) -> Dialogue[Any]:
-        """What moves the arm, or changes a program, is checked anew: the lease may be in other hands."""
-        session, needs = self._services.session, CHANGING.get(type(act))
-
-        def work() -> Dialogue[Any]:
-            if needs is not None:
-                session.check_may(*needs)
-            return (yield from self.conversation.act(act))
-
-        stops = isinstance(act, StopJog | StopProgram)
-        return self._services.checked(work(), lambda: stops or needs is None)
-
-    def _on_robot(self, act: Act[Any]) -> Dialogue[Any]:
-        always = isinstance(act, Undo) or ACTS[type(act)].role is Role.OBSERVER
-        return self._services.checked(act_on(self._services.session, act), lambda: always)
-
-    def _abort(self, message: messages.Abort) -> None:
-        self._services.session.check_may_stop(self.holder.user_state)
-        self._ask(message, self._with_status(emergency_stop(self._services.session)), urgent=True)
-
-    def _with_status(self, dialogue: Dialogue[Any]) -> Dialogue[_Ended]:
-        found = yield from dialogue
-        return _Ended(self._around(), found)
-
-    def _around(self) -> PromptStatus:
-        """What stands around its prompt. In the robot's thread."""
-        return structs.replace(self.conversation.status(), driver=self._services.driving.lease.holder)
-
-    def _interrupt(self, _message: messages.Interrupt) -> None:
-        for question, ticket in self._questions.values():
-            ticket.throw(KeyboardInterrupt(), question.id)
-        waits = () if self._questions else self._services.awaited(self)
-        self._questions.clear()
-        for ticket in waits:
-            self.conversation.interrupt(ticket)
-
-    def _answer(self, message: messages.Answer) -> None:
-        if message.question not in self._questions:
-            return
-        question, ticket = self._questions.pop(message.question)
-        if message.how is How.ANSWERED:
-            ticket.answer(message.question, message.value)
-        elif message.how is How.INTERRUPTED:
-            ticket.throw(KeyboardInterrupt(), message.question)
-        else:
-            ticket.throw(ended(question), message.question)
-
-    def _complete(self, message: messages.Complete) -> None:
-        dialogue = self.conversation.suggesting(short(message.text), message.everything)
-        self._look(message, dialogue, lambda found: messages.Completed(message.id, tuple(found)))
-
-    def _check(self, message: messages.Check) -> None:
-        dialogue = quietly(lambda: self.conversation.mistake(short(message.text)))
-        self._look(message, dialogue, partial(messages.Checked, message.id))
+    def status(self) -> PromptStatus:
+        return structs.replace(super().status(), driver=self._services.driving.lease.holder)
 
     # --- looking ---
 
-    def _subscribe(self, message: messages.Subscribe) -> None:
+    def _subscribe(self, message: messages.Subscribe, _outlet: Outlet) -> None:
         if self._listener is not None:
             self._services.broadcast.subscribe(self._listener, message)
         self.console = message.console
-        self.tell(messages.Done(message.id, version=self.holder.timeline.version))
+        self.tell(messages.Done(message.id, version=self.timeline.version))
         self._services.stirred()
 
-    def _play(self, message: messages.Play) -> None:
+    def _play(self, message: messages.Play, _outlet: Outlet) -> None:
         if self._listener is not None:
             self._services.broadcast.play(self._listener, message)
             self._services.stirred()
 
-    def _resync(self, message: messages.Resync) -> None:
+    def _resync(self, message: messages.Resync, _outlet: Outlet) -> None:
         if self._listener is not None:
             self._services.broadcast.resync(self._listener, full=message.full)
             self._services.stirred()
 
-    def _positions(self, message: messages.Positions) -> None:
-        if len(message.times) > MOST_TIMES:
-            raise LimitReached(f"{len(message.times)} times at once, {MOST_TIMES} at most", "ask again for the others")
-        timeline, arm = self.holder.timeline, self.holder.arm
-        dialogue = beside(lambda: tuple(position_at(arm, timeline, t) for t in message.times))
-        self._look(message, dialogue, partial(messages.Located, message.id, timeline.version))
-
-    def _window(self, message: messages.Window) -> None:
+    def _window(self, message: messages.Window, _outlet: Outlet) -> None:
         stream = self._services.broadcast.stream
         part = stream.part(message.begin, message.end)  # at once: later it would be out of date
         self.say(messages.Shown(message.id, part.record, stream.number, part.snapshot.segments[0].start))
 
-    def _who(self, message: messages.Who) -> None:
+    def _who(self, message: messages.Who, _outlet: Outlet) -> None:
         robots, holders = self._services.present(self)
         self.say(messages.Present(message.id, robots, holders, self._services.driving.lease.holder))
 
-    def _pong(self, message: messages.Ping) -> None:
+    def _pong(self, message: messages.Ping, _outlet: Outlet) -> None:
         now = self._wall()
-        self.say(messages.Pong(message.sent, now, now, self.holder.now))
+        self.say(messages.Pong(message.sent, now, now, self.now))
 
     # --- driving, and files ---
 
-    def _drive(self, message: messages.Drive) -> None:
+    def _drive(self, message: messages.Drive, _outlet: Outlet) -> None:
         if message.act is not messages.LeaseAct.GIVE:
             check_may("to drive", Role.DESIGNER, self.grant.role)
         driving = self._services.driving
@@ -476,19 +403,18 @@ class ClientSession:
                 driving.give(self.name, self._known(message.to))
             case messages.LeaseAct.RELEASE:
                 driving.give(self.name, "")
-        self.tell(messages.Done(message.id, version=self.holder.timeline.version))
+        self.tell(messages.Done(message.id, version=self.timeline.version))
         self._services.note(self, _deed(message), "done")
 
-    def _drag(self, message: messages.Drag) -> None:
+    def _drag(self, message: messages.Drag, _outlet: Outlet) -> None:
         """The newest wish counts: one that has come before the robot has taken the last one replaces it."""
         self._wishes.append(message)
         if self._pulling is None:
             self._pull()
 
     def _pull(self) -> None:
-        self._looks += 1
-        self._pulling = Pending(0, "", lambda _found: None)
-        self._services.ask(self, self._services.checked(self._pulled(), lambda: False), self._pulling)
+        self._pulling = Pending(0, self.send, answer=lambda _found: None)
+        self.submit(self._services.checked(self._pulled(), lambda: False), self._pulling)
 
     def _pulled(self) -> Dialogue[None]:
         """In the robot's thread."""
@@ -509,98 +435,53 @@ class ClientSession:
             raise RequestRefused(f"{name} does not hold this robot", f"there is {', '.join(holders)}")
         return name
 
-    def _put(self, message: messages.Put) -> None:
+    def _put_file(self, message: messages.Put, outlet: Outlet) -> None:
         check_may("to put a file", Role.SUPERVISOR, self.grant.role)
         folder, allowance = self._services.folder, self._services.allowance
         dialogue = beside(
             lambda: robot_folder.put(folder, message.name, message.data, allowance, replace=message.replace)
         )
-        self._ask(message, dialogue)
+        self.ask(message, dialogue, outlet)
 
-    def _get(self, message: messages.Get) -> None:
+    def _get(self, message: messages.Get, outlet: Outlet) -> None:
         check_may("to get a file", Role.SUPERVISOR, self.grant.role)
         folder = self._services.folder
         dialogue = beside(lambda: robot_folder.fetch(folder, message.name))
-        self._look(message, dialogue, partial(messages.Fetched, message.id, message.name))
+        self.ask(message, dialogue, outlet, partial(messages.Fetched, message.id, message.name))
 
-    def _names(self, message: messages.Names) -> None:
+    def _names(self, message: messages.Names, outlet: Outlet) -> None:
         folder = self._services.folder
-        self._look(message, beside(lambda: robot_folder.listed(folder)), partial(messages.Listed, message.id))
+        self.ask(message, beside(lambda: robot_folder.listed(folder)), outlet, partial(messages.Listed, message.id))
 
-    def _nothing(self, _message: messages.ClientMessage) -> None:
+    def _nothing(self, _message: messages.ClientMessage, _outlet: Outlet) -> None:
         """The connection has seen to it."""
 
     # --- what the robot says ---
 
-    @property
-    def asked_by_programs(self) -> tuple[tuple[Question, Ticket[Any]], ...]:
-        """The questions of programs that it has not answered."""
-        return tuple(one for one in self._questions.values() if isinstance(one[0], LineWanted))
-
-    def heard(self, pending: Pending, ticket: Ticket[Any], said: Reply | Question) -> None:
-        """Something was said of what it asked for."""
+    def hear(self, pending: Pending, ticket: Ticket[Any], said: Reply | Question | None) -> None:
         if isinstance(said, Confirmation | Parting | Amendment) and not self._answers:
             what = f"{said.text} is asked, and this client answers no questions"
             ticket.throw(RequestRefused(what, "DISABLE INTERACTIVE asks none; hello says who answers"), said.id)
-            return
-        if isinstance(said, Question):
-            self._withdraw_question(ticket)
-            self._questions[said.id] = said, ticket
-            self.tell(messages.Asked(said.id, said, pending.id))
-            return
-        if is_error(said) and pending.id:
-            self._failed.setdefault(pending.id, _wrong(said))
-        self.tell(messages.Told(said, pending.id or None))
+        else:
+            super().hear(pending, ticket, said)
 
-    def ended(self, pending: Pending, ticket: Ticket[Any]) -> None:
-        """What it asked for is over."""
-        self._withdraw_question(ticket)
-        error = ticket.error(0.0)
+    def end(self, pending: Pending, ticket: Ticket[Any]) -> None:
+        super().end(pending, ticket)
         if pending is self._pulling:
             self._pulling = None
             if self._wishes:
                 self._pull()
-        if pending.answer is not None:
-            self._looks -= 1
-            self._answered(pending, pending.answer, ticket, error)
-            self._note(pending, error)
-            return
-        wrong = self._failed.pop(pending.id, None)
-        wrong = wrong if error is None else str(error)
-        ok = wrong is None
-        refusal = None if error is None else _refusal(error)
-        result = None if error is not None else ticket.result()
-        ended = result if isinstance(result, _Ended) else _Ended()
-        version = self.holder.timeline.version
-        self.tell(messages.Done(pending.id, ok, refusal, version, ended.status, ended.found))
-        self._note(pending, wrong)
+        if what := _deed(pending.message):
+            error = ticket.error(0.0)
+            wrong = str(error) if error is not None else None if pending.wrong is None else _wrong(pending.wrong)
+            self._services.note(self, what, "done" if wrong is None else f"refused: {wrong}")
 
-    def _withdraw_question(self, ticket: Ticket[Any]) -> None:
-        """What was asked for its sake needs no answer any more."""
-        for number, (_, asked) in tuple(self._questions.items()):
-            if asked is ticket:
-                del self._questions[number]
-                self.tell(messages.Withdrawn(number))
-
-    def _note(self, pending: Pending, wrong: object) -> None:
-        if pending.what:
-            self._services.note(self, pending.what, "done" if wrong is None else f"refused: {wrong}")
-
-    def _answered(
-        self,
-        pending: Pending,
-        answer: Callable[[Any], messages.ServerMessage | None],
-        ticket: Ticket[Any],
-        error: BaseException | None,
-    ) -> None:
-        try:
-            found = answer(ticket.result()) if error is None else None
-        except Exception as wrong:
-            error = wrong.with_traceback(None)
-        if error is None and found is not None:
-            self.say(found)
-        elif error is not None and pending.id:
-            self.tell(messages.Refused(_refusal(error), pending.id))
+    def types(self, ticket: Ticket[Any]) -> bool:
+        """Whether a request helps a line that is typed, or its prompt. In any thread."""
+        pending = self.pending.get(ticket)
+        if pending is None or pending.id:
+            return pending is not None and isinstance(pending.message, TYPING)
+        return pending is not self._pulling
 
     def show(self, reply: Reply, id: int | None = None) -> None:
         """Tell it what the robot says by itself; `id`: during which of its commands."""
@@ -612,8 +493,7 @@ class ClientSession:
 
     def look(self) -> None:
         """Ask what stands around the prompt; it is told where that is something else than before."""
-        self._looks += 1
-        self._services.ask(self, quietly(self._around), Pending(0, "", self._changed, typing=True))
+        self.submit(quietly(self.status), Pending(0, self.send, answer=self._changed))
 
     def _changed(self, status: PromptStatus) -> messages.ServerMessage | None:
         before, self._status = self._status, status
@@ -626,15 +506,14 @@ def _nothing_found(message: messages.ClientMessage) -> messages.ServerMessage:
     return messages.Completed(message.id) if isinstance(message, messages.Complete) else messages.Checked(message.id)
 
 
-def short(text: str) -> str:
-    """Lines as people type them. Raises LimitReached for one that takes long to be read."""
+def check_short(text: str) -> None:
+    """Raises LimitReached for a line that takes long to be read."""
     longest = max(map(len, text.splitlines()), default=0)
     if longest > MAX_LINE_CHARS:
         raise LimitReached(f"a line of {longest} characters, {MAX_LINE_CHARS} at most", "give it in parts")
-    return text
 
 
-def _deed(message: messages.ClientMessage) -> str:
+def _deed(message: messages.ClientMessage | None) -> str:
     """What a message wants, for the audit; empty where that is none of its business."""
     match message:
         case messages.Line(text=text) | messages.At(act=Say(text)):
@@ -663,34 +542,16 @@ def _wrong(reply: Reply) -> str:
     return str(getattr(reply, "text", "")) or type(reply).__name__
 
 
-def _refusal(error: BaseException) -> Refusal:
-    """What is told of an error; of one of vrs itself as little as the shell tells."""
-    if isinstance(error, VrsError):
-        return Refusal.of(error)
-    if isinstance(error, KeyboardInterrupt):
-        return Refusal.of(RequestRefused("it was interrupted"))
-    said = internal_error(error, afar=True) if isinstance(error, Exception) else Message(str(error))
-    return Refusal.of(RequestRefused(said.text))
-
-
-_TAKEN: Mapping[type, Callable[[ClientSession, Any], None]] = {
-    messages.Line: ClientSession._line,
-    messages.At: ClientSession._act,
-    messages.Abort: ClientSession._abort,
-    messages.Interrupt: ClientSession._interrupt,
-    messages.Answer: ClientSession._answer,
-    messages.Complete: ClientSession._complete,
-    messages.Check: ClientSession._check,
+_TAKEN: Mapping[type, Callable[[ClientSession, Any, Outlet], None]] = {
     messages.Subscribe: ClientSession._subscribe,
     messages.Play: ClientSession._play,
     messages.Resync: ClientSession._resync,
-    messages.Positions: ClientSession._positions,
     messages.Window: ClientSession._window,
     messages.Who: ClientSession._who,
     messages.Ping: ClientSession._pong,
     messages.Drive: ClientSession._drive,
     messages.Drag: ClientSession._drag,
-    messages.Put: ClientSession._put,
+    messages.Put: ClientSession._put_file,
     messages.Get: ClientSession._get,
     messages.Names: ClientSession._names,
     messages.Bye: ClientSession._nothing,

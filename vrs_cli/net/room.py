@@ -10,7 +10,6 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
-from functools import partial
 from math import inf
 from pathlib import Path
 from secrets import token_hex, token_urlsafe
@@ -28,12 +27,13 @@ from vrs_cli.files.bounds import Folder
 from vrs_cli.files.journal import Journal, keep_journal, take_up
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.dialogue import Dialogue, Reading, Running
-from vrs_cli.interfaces.holders.holder import Holder
+from vrs_cli.interfaces.dialogue import Dialogue, Reading, Running, quietly
+from vrs_cli.interfaces.port.user_session import Pending, UserSession
 from vrs_cli.interfaces.rights import check_may, may_all, must_drive, needed
 from vrs_cli.interfaces.session.drag_control import DragControl
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.lease import Notice, RobotLease
+from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
 from vrs_cli.kinematics.model import RobotModel
@@ -44,7 +44,7 @@ from vrs_cli.language.words.word import Role
 from vrs_cli.net import messages
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.broadcast import Broadcast
-from vrs_cli.net.client_session import ClientSession, ClientSocket, Pending
+from vrs_cli.net.client_session import ClientSession, ClientSocket
 from vrs_cli.net.delivery_log import BESIDE, DeliveryLog
 from vrs_cli.net.driving import Driving, WhenGone
 from vrs_cli.net.durable_log import DurableLog, MemoryFile
@@ -155,7 +155,6 @@ class Room:
             deque()
         )  # tells those whom it concerns, and says who these are
         self._woken = False
-        self._pending: dict[Ticket[Any], tuple[ClientSession, Pending]] = {}
         self._delivery_logs: dict[str, ClientSession] = {}
         self._user_states: dict[object, ClientSession] = {}
         self._hears: ClientSession | None = None  # what was TYPEd last
@@ -175,7 +174,7 @@ class Room:
         engine = self.session.engine
         if plan.causality:
             engine.perform(SetParameter("CAUSALITY", plan.causality))
-        self._self = Holder(self.session)
+        self._self = UserSession(self.session, UserState())
         self._events = engine.events.subscribe(woken=self.stirred)
         first = self._events.take(0.0)
         assert isinstance(first, TimelineReplaced)
@@ -278,7 +277,7 @@ class Room:
             self._wall,
         )
         self.clients[client.name] = self._delivery_logs[client.delivery_log.key] = client
-        self._user_states[client.holder.user_state] = client
+        self._user_states[client.user_state] = client
         if hello.attended:
             self._seated[client] = None
         return client
@@ -333,10 +332,10 @@ class Room:
         self._seated.pop(client, None)
         if self.clients.pop(client.name, None) is None:
             return
-        del self._delivery_logs[client.delivery_log.key], self._user_states[client.holder.user_state]
+        del self._delivery_logs[client.delivery_log.key], self._user_states[client.user_state]
         self._asked_at.pop(client, None)
         drove = self.driving.lease.drives(client.name)
-        client.holder.user_state.left = self.plan.when_gone is not WhenGone.ABORT
+        client.user_state.left = self.plan.when_gone is not WhenGone.ABORT
         client.leave()
         self.driving.leave(client.name)
         if drove:
@@ -351,15 +350,10 @@ class Room:
         earliest = self._wall() - LATELY
         return any(at > earliest for other, at in self._asked_at.items() if other is not client)
 
-    def ask(self, client: ClientSession, dialogue: Dialogue[Any], pending: Pending, *, urgent: bool = False) -> None:
+    def begin(self, client: ClientSession, pending: Pending) -> None:
         if pending.id:
             self._asked_at[client] = self._wall()
         self.broadcast.hold()
-        ticket = client.holder.submit(dialogue, urgent=urgent, outlet=partial(self._hear, client))
-        self._pending[ticket] = client, pending
-
-    def awaited(self, client: ClientSession) -> tuple[Ticket[Any], ...]:
-        return tuple(ticket for ticket, (asker, it) in self._pending.items() if asker is client and it.answer is None)
 
     def checked(self, dialogue: Dialogue[Any], always: Callable[[], bool]) -> Dialogue[Any]:
         """In the robot's thread. Raises FileError, LimitReached where nothing may be changed now."""
@@ -421,11 +415,11 @@ class Room:
 
     # --- what it says: in its own thread ---
 
-    def _hear(self, client: ClientSession, ticket: Ticket[Any], said: Reply | Question | None) -> None:
+    def hear(self, client: ClientSession, pending: Pending, ticket: Ticket[Any], said: Reply | Question | None) -> None:
         """In the robot's thread. Who is told a long reply has the next request carried out when he has taken it."""
         if said is not None and not isinstance(said, Question) and is_long(said):
-            self.session.actor.let_wait(client.holder.user_state)
-        self._put(lambda: self._tell_of(ticket, said))
+            self.session.actor.let_wait(client.user_state)
+        self._put(lambda: self._tell_of(client, pending, ticket, said))
 
     def _by_itself(self, user_state: object, reply: Reply) -> None:
         ticket = self.session.actor.at_work
@@ -444,9 +438,9 @@ class Room:
 
     def _spent(self, user_state: object, ticket: Ticket[Any], seconds: float) -> None:
         """A request of somebody has cost CPU time [s]. In any thread."""
-        client, asked = self._user_states.get(user_state), self._pending.get(ticket)
+        client = self._user_states.get(user_state)
         if client is not None:
-            client.spend(seconds, typing=asked is not None and asked[1].typing)
+            client.spend(seconds, typing=client.types(ticket))
 
     def _driven(self, lease: RobotLease, notice: Notice | None) -> None:
         self.session.lease = self._binding(lease)
@@ -496,23 +490,19 @@ class Room:
             self._tell(internal_error(error).text)
             return []
 
-    def _tell_of(self, ticket: Ticket[Any], said: Reply | Question | None) -> list[ClientSession]:
+    def _tell_of(
+        self, client: ClientSession, pending: Pending, ticket: Ticket[Any], said: Reply | Question | None
+    ) -> list[ClientSession]:
         """Of a request; None for its end."""
-        client, pending = self._pending[ticket]
+        client.hear(pending, ticket, said)
         if said is None:
-            del self._pending[ticket]
-            client.ended(pending, ticket)
             self.broadcast.release()
-        else:
-            client.heard(pending, ticket, said)
         return [client]
 
     def _type(self, user_state: object, text: str, newline: bool, size: int) -> list[ClientSession]:
         """What a program TYPEs, to whoever drives it, and to all consoles."""
         self._given_bytes += size
-        hearing = [
-            client for client in self.clients.values() if client.console or client.holder.user_state is user_state
-        ]
+        hearing = [client for client in self.clients.values() if client.console or client.user_state is user_state]
         for client in hearing:
             client.type(text, newline)
         return hearing
@@ -522,10 +512,10 @@ class Room:
         ticket, to who has given it.
         """
         everybody = list(self.clients.values())
-        hearing = [client for client in everybody if client.holder.user_state is user_state] or everybody
-        asker, asked = self._pending.get(ticket, (None, None)) if ticket is not None else (None, None)
+        hearing = [client for client in everybody if client.user_state is user_state] or everybody
         for client in hearing:
-            client.show(reply, asked.id or None if asked is not None and client is asker else None)
+            asked = None if ticket is None else client.pending.get(ticket)
+            client.show(reply, None if asked is None else asked.id or None)
         return hearing
 
     def _tell_lease(self, notice: Notice | None) -> list[ClientSession]:
@@ -595,10 +585,14 @@ class Room:
         if not self.session.running or self.plan.when_gone is WhenGone.GO_ON:
             return
         act = Session.abort if self.plan.when_gone is WhenGone.ABORT else Session.pause
-        self._self.call(act, urgent=self.plan.when_gone is WhenGone.ABORT)
+        self._call(act, urgent=self.plan.when_gone is WhenGone.ABORT)
         said = "stopped" if self.plan.when_gone is WhenGone.ABORT else "paused"
         message = Message(f"{who} drove, and has gone: the program is {said}", Tone.WARNING)
         self._put(lambda: self._show(None, message))
+
+    def _call(self, act: Callable[[Session], None], *, urgent: bool = False) -> None:
+        """Have something done while nobody else changes anything."""
+        self._self.put(quietly(lambda: act(self.session)), urgent=urgent)
 
     def _mind_idleness(self, now: float) -> None:
         """Pause a robot that works for nobody; let it go on when somebody holds or watches it."""
@@ -626,7 +620,7 @@ class Room:
         """A program whose holder has gone goes on, though nobody waits for it."""
         session = self.session
         if session.running and not session.driver.waited and (self._watch is None or self._watch.done()):
-            self._watch = self._self.submit(session.watch_over())
+            self._watch = self._self.put(session.watch_over())
 
     def _withdraw_questions(self) -> None:
         """A program that was stopped asks nothing any more."""
@@ -639,12 +633,12 @@ class Room:
                 for question, ticket in asked:
                     ticket.throw(AskedInVain(), question.id)
 
-        self._self.call(look)
+        self._call(look)
 
     def _measure(self, now: float) -> None:
         wrong = self._meter.look(self.session.actor.worked, now)
         if wrong is not None and not self.session.driver.end_by(wrong):
-            self._self.stop()  # tasks that nobody waits for
+            self._call(Session.stop, urgent=True)  # tasks that nobody waits for
             told = refusal(wrong, "")
             self._put(lambda: self._show(None, told))
 
@@ -652,7 +646,7 @@ class Room:
         """What a program that has ended changed is written down."""
         ran, self._ran = self._ran, self.session.running
         if ran and not self._ran:
-            self._self.call(lambda _session: self.durable_log.note())
+            self._call(lambda _session: self.durable_log.note())
 
     def _push_status(self) -> None:
         """What stands around a prompt, to those who sit at one: where something has happened, and each second."""

@@ -271,12 +271,12 @@ class Server:
             await self._enter(link, message)
         elif client is not None and room is not None:
             if link.fast and not isinstance(message, messages.Abort | messages.Interrupt):
-                client.refuse(message, self._too_fast)
+                client.refuse(message, self._too_fast, client.send)
                 return
             if client.park(message, size):
                 self._unpark(client)
             else:
-                client.take(message)
+                client.receive(message)
             if isinstance(message, messages.Bye):
                 link.connection.why = "left"
                 room.leave(client)

@@ -22,6 +22,7 @@ from vrs_cli.interfaces.port.preview import Previewed
 from vrs_cli.interfaces.port.user_session import UserSession
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.station import Conditions
+from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.language.text.ast import Program
 from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.values.questions import Answer, Question
@@ -148,7 +149,8 @@ class LocalPort:
             self._drive()
         self.session.settle()
         if self.session.driver.withdrawn:
-            self.user.drop_questions()
+            for question, ticket in self.user.asked_by_programs:
+                ticket.throw(AskedInVain(), question.id)
         while self._actor.asked:
             self._drive()
 

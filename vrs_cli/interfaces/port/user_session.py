@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from msgspec import Struct
 
@@ -25,7 +25,6 @@ from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.station import LineStopped
 from vrs_cli.interfaces.station.user_state import UserState
-from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.text.parser import parse_prompt
@@ -74,6 +73,13 @@ class Pending(Struct, eq=False):
     message: ClientMessage | None = None
     answer: Callable[[Any], ServerMessage | None] | None = None
     wrong: Reply | None = None
+
+
+class _Found(NamedTuple):
+    """What came of a command, and what stands around the prompt then."""
+
+    status: PromptStatus
+    found: Any
 
 
 class UserSession:
@@ -138,13 +144,13 @@ class UserSession:
         urgent: bool = False,
     ) -> None:
         """Have the robot carry out the dialogue of a request."""
-        if answer is None and self.tells_status:
+        if self.tells_status and isinstance(message, Line | At | Abort):
             dialogue = self._with_status(dialogue)
         self.submit(dialogue, Pending(message.id, outlet, message, answer), urgent=urgent)
 
-    def _with_status(self, dialogue: Dialogue[Any]) -> Dialogue[tuple[PromptStatus, Any]]:
+    def _with_status(self, dialogue: Dialogue[Any]) -> Dialogue[_Found]:
         found = yield from dialogue
-        return self.status(), found
+        return _Found(self.status(), found)
 
     def status(self) -> PromptStatus:
         """What stands around the user's prompt. In the robot's thread, while the user is served."""
@@ -257,25 +263,23 @@ class UserSession:
         if pending.answer is not None:
             self._tell_found(pending, ticket, error)
             return
-        status, found = None, ticket.result() if error is None else None
-        if self.tells_status and found is not None:
-            status, found = found
+        found = ticket.result() if error is None else None
+        status, found = found if isinstance(found, _Found) else (None, found)
         ok = error is None and pending.wrong is None
         told = None if error is None else self.refusal(error)
         pending.outlet(Done(pending.id, ok, told, self.timeline.version, status, found))
 
     def _tell_found(self, pending: Pending, ticket: Ticket[Any], error: BaseException | None) -> None:
         assert pending.answer is not None, "Done ends all others"
+        found = None
         try:
-            if error is not None:
-                raise error
-            found = pending.answer(ticket.result())
-        except BaseException as wrong:
-            if pending.id:
-                pending.outlet(Refused(self.refusal(wrong), pending.id))
-        else:
-            if found is not None:
-                pending.outlet(found)
+            found = pending.answer(ticket.result()) if error is None else None
+        except Exception as wrong:
+            error = wrong.with_traceback(None)
+        if error is None and found is not None:
+            pending.outlet(found)
+        elif error is not None and pending.id:
+            pending.outlet(Refused(self.refusal(error), pending.id))
 
     def _withdraw(self, ticket: Ticket[Any], outlet: Outlet) -> None:
         """A question of a request that goes on, or has ended, needs no answer any more."""
@@ -284,11 +288,10 @@ class UserSession:
                 del self.questions[number]
                 outlet(Withdrawn(number))
 
-    def drop_questions(self) -> None:
-        """The program that asks was stopped: its question waits no longer. In the robot's thread."""
-        for question, ticket in self.questions.values():
-            if isinstance(question, LineWanted):
-                ticket.throw(AskedInVain(), question.id)
+    @property
+    def asked_by_programs(self) -> tuple[tuple[Question, Ticket[Any]], ...]:
+        """The questions of programs that are not answered."""
+        return tuple(one for one in self.questions.values() if isinstance(one[0], LineWanted))
 
     def drop(self, error: BaseException) -> None:
         """Drop the requests that have not ended; what went wrong is told of each."""
