@@ -18,9 +18,9 @@ from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.jacobian import Demands, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
-from vrs_cli.kinematics.numeric.search import MEASURED, rounds, some_joints
+from vrs_cli.kinematics.numeric.search import MEASURED, some_joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, length, position
-from vrs_cli.kinematics.unchanging import STRAIGHT, Unchanging
+from vrs_cli.kinematics.unchanging import Unchanging
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.steady.batch import SteadyBatch
@@ -77,8 +77,7 @@ class SteadyArm(RobotArm):
         return found
 
     def within_ranges(self, T: Transform, near: Joints) -> Joints | None:
-        found = self._batch.searched(T, [near], bounded=True)
-        return found[0][0] if found else None
+        return self._batch.within_ranges(T, near)
 
     def missing_turn(self, q: Joints, T: Transform) -> float:
         from vrs_cli.kinematics.numeric.steady.way import Way  # here: it brings numpy
@@ -87,36 +86,17 @@ class SteadyArm(RobotArm):
 
     def _least(self, T: Transform, near: Joints) -> Joints | None:
         """Of what is found within the limits that with the least turn, and of those the one that is reached soonest."""
-        found = self._batch.least_turns(T)
-        if found is None:
-            found = self._searched(T, near)
+        found = self._batch.least_turns(T, near)
         turned_near = [(q, turned) for solved, turned in found if (q := self._inside(solved, near)) is not None]
         least = min((turned for _, turned in turned_near), default=inf)
         near_least = (q for q, turned in turned_near if turned <= least + SAME_TURN)
         return min(near_least, key=partial(self._duration, near), default=None)
 
-    def _searched(self, T: Transform, near: Joints) -> list[tuple[Joints, float]]:
-        """Joints and the turns that they miss, found from joints that are near; where these do not lead to the pose
-        itself, from others; where the limits are in the way of those, along them.
-
-        That many of them lead to the same turn does not tell that it is the least.
-        """
-        found: list[tuple[Joints, float]] = []
-        first, *later = rounds(self.model, near)
-        for begin, bounded in (([near], True), (first, False), (first, True), (later[0], False)):
-            found += self._batch.searched(T, begin, bounded=bounded)
-            inside = (turned for q, turned in found if self._inside(q, near) is not None)
-            if min(inside, default=inf) <= STRAIGHT:
-                break
-        return found
-
     def _nowhere(self, T: Transform, near: Joints) -> LocationOutOfRange | JointOutOfRange:
         """The refusal of a place: of the range of a joint, or because it is beyond all of them."""
-        starts = self._batch.starts(T)
-        if starts is None:
-            starts = next(rounds(self.model, near))
-        for q, _ in self._batch.searched(T, starts, bounded=False):
-            best = self._best_turns(q)
+        found = self._batch.without_limits(T, near)
+        if found:
+            best = self._best_turns(found[0][0])
             return self._joint_refusal(best, "turn the location, or move it nearer")
         return self._out_of_reach(T, self.ways[0], "")
 

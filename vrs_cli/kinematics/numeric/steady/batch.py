@@ -1,12 +1,15 @@
 """`SteadyArm` over arrays; one pose alone is a row too.
 
-A search goes down by Newton's method where the conditions bend upwards, and by that of Gauss and Newton where they do
-not, so that it ends in a least turn and in no greatest one. Joints at a limit that would leave it are held.
+A search is sequential quadratic programming (Nocedal and Wright, "Numerical Optimization", 2006, chapter 18). Each step
+goes to the least of a quadratic model of 1 - cos phi among the joints that reach the place, as far as it is linear,
+within the limits and no joint farther than a radius (`box`). Joints at a limit are left out of the multipliers: these
+then belong to the side of the box on which the search goes on, and it converges with the square there too. A search
+that turns back takes shorter steps.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from functools import cached_property
 from math import isnan
 from typing import NamedTuple
 
@@ -16,20 +19,27 @@ from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.numeric.search import FREE_STEPS, LARGEST_STEP, STEPS, rounds
+from vrs_cli.kinematics.numeric.search import LARGEST_STEP
+from vrs_cli.kinematics.numeric.steady.box import least_in_box
 from vrs_cli.kinematics.numeric.steady.conditions import PLACES, SteadyConditions, Terms
 from vrs_cli.kinematics.numeric.steady.planar import PlanarStarts, is_planar
+from vrs_cli.kinematics.numeric.steady.sampled import OTHERS, SampledStarts
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT, Unchanging
 
+STEPS = 25  # of one search: nearly all end sooner
 FOLLOWING = 12  # steps of Newton's method from joints that are near
 SETTLED = 1e-7  # [rad, m] after a step so small the next one would be rounding: they shrink with the square
-THERE, TURNED = 1e-10, 1e-7  # [m, rad] of a pose: nothing is missing, though in singular joints steps shrink slowly
+THERE, TURNED = 1e-10, 5e-10  # [m, rad] of a pose: nothing is missing, though in singular joints steps shrink slowly
 BRANCH = 0.5  # [rad, m] from joints that are near: farther off is another branch
 ROUNDING = 1e-12  # [rad, m] of a joint at a limit
 POSES = 64  # whose searches go on at once
-DAMPING = 1e-6  # of the way downhill, where nothing else decides it
+DAMPING = 1e-13  # [m2, rad2] of the way to a place, which matters in singular joints alone
+NEARER, WAITS = 0.7, 5  # steps without coming so much nearer to the place, after which a search is given up
+LONGER, SHORTER = 1.5, 0.5  # radius after a step that goes on, and after one that goes back
+ALIKE = 0.03  # [rad, m] joints of searches for one pose that go the same way from then on
+MERGED = 6, 3  # the first step after which such searches are made one, and how many later again
 
 
 class Found(NamedTuple):
@@ -51,35 +61,65 @@ class SteadyBatch(SerialBatch):
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
         """One way: that with the least turn of those that are found from all starts, within the limits."""
         q = np.full((len(T), self.joints), np.nan)
-        others = next(rounds(self.model, tuple(self.middle.tolist())))[1:]
         for first in range(0, len(T), POSES):
-            starts = [others if (some := self.starts(pose)) is None else some for pose in T[first : first + POSES]]
-            rows = first + np.repeat(np.arange(len(starts)), [len(begin) for begin in starts])
-            found = self.settled(T[rows], self._rows([q for begin in starts for q in begin]), rows)
-            order = np.lexsort((found.turned, rows))
-            row, at = np.unique(rows[order], return_index=True)
-            q[row] = found.joints[order[at]]
+            pose, found = self._found(T[first : first + POSES])
+            order = np.lexsort((found.turned, pose))
+            row, at = np.unique(pose[order], return_index=True)
+            q[first + row] = found.joints[order[at]]
         return q[:, None], self.inside(q)[:, None]
 
-    def settled(self, T: Floats, begin: Floats, pose: Rows) -> Found:
-        """`search` from starts that may be beside the limits, for the poses of these numbers (N,): where that leaves
-        the limits, and no other start leads to the pose itself, along them.
+    def least_turns(self, T: Transform, near: Joints) -> list[tuple[Joints, float]]:
+        """Joints within the limits for one pose, from all starts and from joints that are near, and the turns that are
+        missing there.
         """
-        free = self.search(T, begin, bounded=False)
-        joints = self.turned_near(free.joints, self.middle)
-        inside = self.inside(joints)
-        found = Found(np.where(inside[:, None], joints, np.nan), np.where(inside, free.turned, np.inf))
-        least = np.full(pose.max(initial=0) + 1, np.inf)
-        np.minimum.at(least, pose, found.turned)
-        rows = np.flatnonzero(~inside & (least[pose] > STRAIGHT))
-        found.joints[rows], found.turned[rows] = self.search(T[rows], begin[rows])
-        return found
+        return _listed(self._found(np.reshape(T, (1, 3, 4)), near)[1])
 
-    def starts(self, T: Transform | Floats) -> list[Joints] | None:
-        """Joints from which searches lead to all least turns at the place of a pose; None where no table of them can be
-        made.
+    def without_limits(self, T: Transform, near: Joints) -> list[tuple[Joints, float]]:
+        """`least_turns` of the first starts, whatever the limits."""
+        pose, begin, bounded = self._first_starts(np.reshape(T, (1, 3, 4)), near)
+        return _listed(self.search(np.reshape(T, (1, 3, 4))[pose], begin, bounded & False, pose=pose))
+
+    def _found(self, T: Floats, near: Joints | None = None) -> tuple[Rows, Found]:
+        """Search poses (N, 3, 4) within the limits; return the numbers of the poses, and what is found for each.
+
+        Where starts are samples and none of the first ones leads to the pose itself, search from others too.
         """
-        return None if self._planar is None else self._planar.of(np.reshape(T, (3, 4)))
+        pose, begin, bounded = self._first_starts(T, near)
+        found = self._within_limits(self.search(T[pose], begin, bounded, pose=pose))
+        least = np.full(len(T), np.inf)
+        np.minimum.at(least, pose, found.turned)
+        rest = [i for i in np.unique(pose[~bounded]).tolist() if least[i] > STRAIGHT]
+        if not rest:
+            return pose, found
+        begin, again = np.concatenate([self._sampled.others(T[i]) for i in rest]), np.repeat(rest, OTHERS)
+        more = self._within_limits(self.search(T[again], begin, np.zeros(len(begin), dtype=np.bool_), pose=again))
+        return np.concatenate((pose, again)), Found(*map(np.concatenate, zip(found, more, strict=True)))
+
+    def _first_starts(self, T: Floats, near: Joints | None) -> tuple[Rows, Floats, Flags]:
+        """Return the number of the pose of each start (k,), its joints (k, n), and whether it has limits (k,).
+
+        A place that is out of reach has no starts. Samples start without limits too: more of these searches arrive, and
+        a whole turn may bring a joint back inside its limits.
+        """
+        pose, begin, bounded = list[int](), list[Floats](), list[bool]()
+        for i, wanted in enumerate(T):
+            table = None if self._planar is None else self._planar.of(wanted)
+            first = self._sampled.first(wanted) if table is None else table
+            own = np.empty((0, self.joints)) if near is None or not len(first) else np.array([near])
+            begin += [own, first, *([first] if table is None else [])]
+            bounded += [True] * len(own) + [True] * len(first) + [False] * (len(first) if table is None else 0)
+            pose += [i] * (len(bounded) - len(pose))
+        return np.array(pose, dtype=np.intp), np.concatenate(begin), np.array(bounded, dtype=np.bool_)
+
+    @cached_property
+    def _sampled(self) -> SampledStarts:
+        return SampledStarts(self, self.conditions.tip)
+
+    def _within_limits(self, found: Found) -> Found:
+        """Those within the limits, on the turns nearest to the middles of the ranges."""
+        joints = self.turned_near(found.joints, self.middle)
+        inside = self.inside(joints)
+        return Found(np.where(inside[:, None], joints, np.nan), np.where(inside, found.turned, np.inf))
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:  # noqa: ARG002
         """From joints that are near, whatever their limits: by Newton's method, else downhill."""
@@ -87,21 +127,21 @@ class SteadyBatch(SerialBatch):
         found = self._by_newton(T, near)
         rows = np.flatnonzero(np.isnan(found[:, 0]))
         if len(rows):
-            others = self.search(T[rows], near[rows], bounded=False, steps=FOLLOWING).joints
+            others = self.search(T[rows], near[rows], np.zeros(len(rows), dtype=np.bool_), steps=FOLLOWING).joints
             close = np.abs(others - near[rows]).max(axis=1) < BRANCH
             found[rows[close]] = others[close]
         return found
 
     def _by_newton(self, T: Floats, near: Floats) -> Floats:
         conditions, q = self.conditions, near.copy()
-        found, rows = np.full_like(q, np.nan), np.flatnonzero(self.in_task(T))
+        found, rows = np.full_like(q, np.nan), np.arange(len(T))
         at = conditions.terms(q[rows], T[rows])
         multipliers = conditions.multipliers(at)
         for _ in range(FOLLOWING):
             if not len(rows):
                 break
             bend = conditions.bend(at, multipliers)
-            step, multipliers = self._solved(at, bend, at.sine)
+            step, multipliers = self._solved(at, bend)
             size = np.abs(step).max(axis=1)
             q[rows] += step * np.minimum(1.0, LARGEST_STEP / np.maximum(size, LARGEST_STEP))[:, None]
             done = size < SETTLED
@@ -113,103 +153,88 @@ class SteadyBatch(SerialBatch):
             at = conditions.terms(q[rows], T[rows])
         return found
 
-    def least_turns(self, T: Transform) -> list[tuple[Joints, float]] | None:
-        """Joints of the least turns for one pose within the limits, and what is missing; None without `starts`."""
-        begin = self.starts(T)
-        if begin is None:
-            return None
-        poses = np.broadcast_to(np.reshape(T, (3, 4)), (len(begin), 3, 4))
-        return self._listed(self.settled(poses, self._rows(begin), np.zeros(len(begin), dtype=np.intp)))
-
-    def _rows(self, joints: Sequence[Joints]) -> Floats:
-        return np.reshape(joints, (-1, self.joints))
+    def within_ranges(self, T: Transform, near: Joints) -> Joints | None:
+        """The least turn downhill from joints that are near, within the limits."""
+        found = self.search(np.reshape(T, (1, 3, 4)), np.array([near]), np.array([True])).joints[0].tolist()
+        return None if isnan(found[0]) else tuple(found)
 
     def followed(self, T: Transform, near: Joints) -> Joints | None:
         """`inverse_branch` of one pose."""
         q = self.inverse_branch(np.reshape(T, (1, 3, 4)), NONE, np.array(near))[0].tolist()
         return None if isnan(q[0]) else tuple(q)
 
-    def searched(self, T: Transform, begin: Sequence[Joints], *, bounded: bool = True) -> list[tuple[Joints, float]]:
-        """What `search` finds for one pose from several joints, and the turns that are missing there."""
-        poses = np.broadcast_to(np.reshape(T, (3, 4)), (len(begin), 3, 4))
-        found = self.search(poses, self._rows(begin), bounded=bounded)
-        return self._listed(found)
+    def search(self, T: Floats, near: Floats, bounded: Flags, *, steps: int = STEPS, pose: Rows | None = None) -> Found:
+        """(N, 3, 4) and starts (N, n): the least turn downhill from there; where `bounded` (N,), within the limits.
 
-    @staticmethod
-    def _listed(found: Found) -> list[tuple[Joints, float]]:
-        there = np.isfinite(found.turned)
-        return list(zip(map(tuple, found.joints[there].tolist()), found.turned[there].tolist(), strict=True))
-
-    def search(self, T: Floats, near: Floats, *, bounded: bool = True, steps: int = STEPS) -> Found:
-        """(N, 3, 4) and starts (N, n) or (n,): the least turn downhill from there, within the limits of the joints."""
-        conditions, q = self.conditions, np.array(np.broadcast_to(near, (len(T), self.joints)))
-        found, turned = np.full_like(q, np.nan), np.full(len(T), np.inf)
-        rows = np.flatnonzero(self.in_task(T))
-        multipliers = np.zeros((len(rows), PLACES))
-        for _ in range(min(steps, STEPS if bounded else FREE_STEPS)):
+        `pose` (N,): numbers of poses; of searches for one pose that meet only one goes on.
+        """
+        lower, upper = (
+            np.where(bounded[:, None], end, far) for end, far in ((self.lower, -np.inf), (self.upper, np.inf))
+        )
+        q = np.clip(near, lower, upper)
+        found = Found(np.full_like(q, np.nan), np.full(len(q), np.inf))
+        rows, before = np.arange(len(q)), np.zeros_like(q)
+        radius, away_before, waited = (
+            np.full(len(q), LARGEST_STEP),
+            np.full(len(q), np.inf),
+            np.zeros(len(q), dtype=int),
+        )
+        for count in range(steps):
             if not len(rows):
                 break
-            at = conditions.terms(q[rows], T[rows])
-            step, multipliers = self._downhill(at, multipliers, q[rows], bounded=bounded)
+            at = self.conditions.terms(q[rows], T[rows])
+            away, turned = np.linalg.norm(at.away, axis=1), at.angle
+            least, most, reach = lower[rows], upper[rows], radius[rows, None]
+            held = (q[rows] <= least + ROUNDING) | (q[rows] >= most - ROUNDING)
+            low, high = (np.clip(end - q[rows], -reach, reach) for end in (least, most))
+            step = self._downhill(at, held, low, high)
             size = np.abs(step).max(axis=1)
-            part = np.minimum(1.0, LARGEST_STEP / np.maximum(size, LARGEST_STEP))
-            if bounded:
-                part = np.minimum(part, self._until_limit(q[rows], step))
-            q[rows] += part[:, None] * step
-            if bounded:
-                q[rows] = self._at_limits(q[rows])
-            done = size < SETTLED
-            there = rows[done & (np.linalg.norm(at.away, axis=1) < LEVEL)]
-            found[there], turned[there] = q[there], at.angle[np.isin(rows, there)]
-            rows, multipliers = rows[~done], multipliers[~done]
-        if len(rows):
-            at = conditions.terms(q[rows], T[rows])
-            had = (np.linalg.norm(at.away, axis=1) < THERE) & (at.angle < TURNED)
-            found[rows[had]], turned[rows[had]] = q[rows[had]], at.angle[had]
-        return Found(found, turned)
+            settled, exact = size < SETTLED, (away < THERE) & (turned < TURNED)
+            q[rows] = np.where(exact[:, None], q[rows], np.clip(q[rows] + step, least, most))
+            done = (settled & (away < LEVEL)) | exact
+            found.joints[rows[done]], found.turned[rows[done]] = q[rows[done]], turned[done]
+            nearer = (away < NEARER * away_before[rows]) | (away < LEVEL)
+            waited[rows], away_before[rows] = np.where(nearer, 0, waited[rows] + 1), away
+            back = (step * before[rows]).sum(axis=1) < 0.0
+            shorter, longer = SHORTER * np.minimum(radius[rows], size), np.minimum(LONGER * radius[rows], LARGEST_STEP)
+            radius[rows], before[rows] = np.where(back, shorter, longer), step
+            rows = rows[~(done | settled | (waited[rows] > WAITS))]
+            if pose is not None and count + 1 in range(MERGED[0], steps, MERGED[1]):
+                same = np.column_stack((pose[rows], bounded[rows], np.rint(q[rows] / ALIKE)))
+                rows = rows[np.sort(np.unique(same, axis=0, return_index=True)[1])]
+        return found
 
-    def _until_limit(self, q: Floats, step: Floats) -> Floats:
-        """(N,): the part of each step that brings the first joint to its limit, where it is held: a step cut short
-        keeps the place, joints cut short each by itself do not.
-        """
-        room = np.where(step > 0.0, self.upper - q, q - self.lower)
-        return np.asarray((room / np.maximum(np.abs(step), 1e-300)).min(axis=1, where=room > 0.0, initial=np.inf))
+    def _downhill(self, at: Terms, held: Flags, low: Floats, high: Floats) -> Floats:
+        """(N, n): steps to the least of the model between low and high; `held` joints are at a limit."""
+        conditions, place = self.conditions, at.place
+        radius = np.maximum(high, -low).max(axis=1)
+        across = np.swapaxes(place, 1, 2)
+        to_place = (place @ np.linalg.solve(across @ place + DAMPING * np.eye(PLACES), at.away[:, :, None]))[:, :, 0]
+        to_place *= np.minimum(1.0, radius / np.maximum(np.abs(to_place).max(axis=1), radius))[:, None]
+        bend = conditions.bend(at, conditions.multipliers(at, ~held))
+        ways = np.zeros((len(place), self.joints, 2))
+        free = np.linalg.qr(place, mode="complete")[0][:, :, PLACES:]  # these keep the place
+        ways[:, :, : free.shape[2]] = free
+        bent = bend @ ways
+        curve = np.swapaxes(ways, 1, 2) @ bent
+        curve[:, 1, 1] += self.joints - PLACES < 2  # an arm of four joints has one way
+        pull = (at.turn @ at.sine[:, :, None])[:, :, 0]
+        slope = (np.swapaxes(bent, 1, 2) @ to_place[:, :, None] - np.swapaxes(ways, 1, 2) @ pull[:, :, None])[:, :, 0]
+        return np.clip(to_place + least_in_box(ways, slope, curve, low - to_place, high - to_place), low, high)
 
-    def _at_limits(self, q: Floats) -> Floats:
-        """Joints that are at a limit but for rounding, or beyond it, at it."""
-        low, high = self.lower + ROUNDING, self.upper - ROUNDING
-        return np.where(q <= low, self.lower, np.where(q >= high, self.upper, q))
-
-    def _downhill(self, at: Terms, multipliers: Floats, q: Floats, *, bounded: bool) -> tuple[Floats, Floats]:
-        """One step and its multipliers; where it pushes joints out of their range, again without these."""
-        conditions = self.conditions
-        bend = conditions.bend(at, multipliers)
-        least = conditions.is_least(at, bend)
-        flat = conditions.flat_bend(at) + DAMPING * np.eye(self.joints)
-        bend = np.where(least[:, None, None], bend, flat)
-        missing = np.where(least[:, None], at.sine, at.rotation)
-        still = np.zeros(q.shape, dtype=np.bool_)
-        while True:
-            step, solved = self._solved(at, bend, missing, still)
-            pushed = ~still & (((q <= self.lower) & (step < 0.0)) | ((q >= self.upper) & (step > 0.0)))
-            if not bounded or not pushed.any():
-                return step, solved
-            still |= pushed
-
-    def _solved(self, at: Terms, bend: Floats, turn: Floats, still: Flags | None = None) -> tuple[Floats, Floats]:
-        """The step (N, n) to where linear conditions are met, and the multipliers there (N, 3); `still` joints stay."""
+    def _solved(self, at: Terms, bend: Floats) -> tuple[Floats, Floats]:
+        """Newton's step (N, n) to where the conditions are met, and the multipliers there (N, 3)."""
         conditions, n = self.conditions, self.joints
-        wanted = np.concatenate(((at.turn @ turn[:, :, None])[:, :, 0], at.away), axis=1)
+        wanted = np.concatenate(((at.turn @ at.sine[:, :, None])[:, :, 0], at.away), axis=1)
         table = conditions.system(at, bend)
         table[:, n:, n:] -= 1e-13 * np.eye(PLACES)  # a place that no joint changes asks for nothing
-        if still is not None and still.any():
-            table[:, :n][still] = 0.0
-            np.swapaxes(table, 1, 2)[:, :n][still] = 0.0
-            row, joint = np.nonzero(still)
-            table[row, joint, joint] = 1.0
-            wanted[row, joint] = 0.0
         try:
             solved = np.linalg.solve(table, wanted[:, :, None])[:, :, 0]
         except np.linalg.LinAlgError:  # of one row at least: a singular pose
             solved = (np.linalg.pinv(table) @ wanted[:, :, None])[:, :, 0]
         return np.asarray(solved[:, :n]), np.asarray(solved[:, n:])
+
+
+def _listed(found: Found) -> list[tuple[Joints, float]]:
+    there = np.isfinite(found.turned)
+    return list(zip(map(tuple, found.joints[there].tolist()), found.turned[there].tolist(), strict=True))

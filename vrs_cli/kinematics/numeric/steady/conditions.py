@@ -49,11 +49,6 @@ class Terms(NamedTuple):
         cosine = 0.5 * (np.trace(self.mixed, axis1=1, axis2=2) - 1.0)
         return np.asarray(np.arctan2(np.linalg.norm(self.sine, axis=1), cosine))
 
-    @property
-    def rotation(self) -> Floats:
-        """(N, 3) `sine` as long as its angle."""
-        return np.asarray(self.sine * (self.angle / np.maximum(np.linalg.norm(self.sine, axis=1), 1e-12))[:, None])
-
 
 class SteadyConditions:
     """The conditions of one arm, for the place of the tip of a tool."""
@@ -88,11 +83,13 @@ class SteadyConditions:
         J = np.array([self.formulas.jacobian(row, *tip) for row in rows])
         return have.reshape(-1, 3, 4), J.reshape(-1, 6, self.joints)
 
-    def multipliers(self, at: Terms) -> Floats:
-        """(N, 3): those with which the conditions are met as nearly as can be."""
-        pull = (at.turn @ at.sine[:, :, None])[:, :, 0]
-        normal = np.swapaxes(at.place, 1, 2) @ at.place + 1e-12 * np.eye(PLACES)
-        return np.asarray(np.linalg.solve(normal, np.swapaxes(at.place, 1, 2) @ pull[:, :, None])[:, :, 0])
+    def multipliers(self, at: Terms, free: Flags | None = None) -> Floats:
+        """(N, 3): those with which the conditions of the free joints (N, n), of all by default, are met as nearly as
+        can be.
+        """
+        pull, place = at.turn @ at.sine[:, :, None], at.place if free is None else at.place * free[:, :, None]
+        across = np.swapaxes(place, 1, 2)
+        return np.asarray(np.linalg.solve(across @ place + 1e-12 * np.eye(PLACES), across @ pull)[:, :, 0])
 
     def bend(self, at: Terms, multipliers: Floats) -> Floats:
         """(N, n, n): the derivatives of P l - O e by the joints.

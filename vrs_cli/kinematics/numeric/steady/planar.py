@@ -16,7 +16,7 @@ from math import cos, pi, sqrt
 import numpy as np
 
 from vrs_cli.kinematics.arrays import Flags, Floats
-from vrs_cli.kinematics.joints import TURN, Joints
+from vrs_cli.kinematics.joints import TURN
 from vrs_cli.kinematics.model import RobotModel, joint_axes, link_frames
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform_batch import rotation_about_batch
@@ -73,9 +73,9 @@ class PlanarStarts:
             (batch.upper - batch.lower) / 2,
         )
 
-    def of(self, T: Floats) -> list[Joints] | None:
-        """Joints near those that bring the tip to the place of a pose (3, 4) and turn it least, none for a place
-        that is out of reach; None where joint 1 may stand anywhere.
+    def of(self, T: Floats) -> Floats | None:
+        """(k, n): joints near those that bring the tip to the place of a pose (3, 4) and turn it least. No rows for a
+        place that is out of reach; None where joint 1 may stand anywhere.
         """
         out = T[:, :3] @ self.tip + T[:, 3] - self.point
         outward, sideways = out - self.axis * (self.axis @ out), np.cross(self.axis, out)
@@ -104,8 +104,7 @@ class PlanarStarts:
         _, once = np.unique(np.round(joints[least], 6), axis=0, return_index=True)
         found, size = joints[least][once], (missed + OUTSIDE * outside)[least][once]
         order = np.argsort(size)[:MOST_STARTS]
-        best = found[order][size[order] < within.min() + WORSE]
-        return [tuple(q) for q in best.tolist()]
+        return np.asarray(found[order][size[order] < within.min() + WORSE])
 
     def _reach(self, model: RobotModel) -> Iterator[tuple[float, float, float]]:
         """Both signs of the angle between the bars, as far as joint 3 can have them, and how far the bars reach at
