@@ -55,16 +55,16 @@ def one_pose(model: RobotModel, q: list[Joints], peers: Peers) -> list[Figure]:
 def many_poses(model: RobotModel, q: list[Joints], peers: Peers) -> list[Figure]:
     arm = arm_for(model)
     joints = np.random.default_rng(560).uniform(model.lower, model.upper, (MANY, model.joint_count))
-    T = arm.forward_batch(joints)
+    T = arm.batch.forward(joints)
     own = arm.configuration(tuple(joints[0].tolist()))
     work = work_of(model, q, [arm.forward(row) for row in q])
     theirs = [peers.figures(name, work) for name in ("eaik_peer", "toolbox_peer", "pinocchio_peer")]
     forward, inverse = beside("forward many", *theirs), beside("inverse many", *theirs)
     return [
-        Figure("100,000 poses, per pose: forward", at_once(lambda: arm.forward_batch(joints), MANY), "", forward),
-        Figure("- inverse, 8 branches", at_once(lambda: arm.inverse_batch(T), MANY), "EAIK / 3", inverse),
-        Figure("- inverse, 1 branch", at_once(lambda: arm.inverse_branch_batch(T, own, joints), MANY)),
-        Figure("- Jacobian", at_once(lambda: arm.jacobian_batch(joints), MANY)),
+        Figure("100,000 poses, per pose: forward", at_once(lambda: arm.batch.forward(joints), MANY), "", forward),
+        Figure("- inverse, 8 branches", at_once(lambda: arm.batch.inverse(T), MANY), "EAIK / 3", inverse),
+        Figure("- inverse, 1 branch", at_once(lambda: arm.batch.inverse_branch(T, own, joints), MANY)),
+        Figure("- Jacobian", at_once(lambda: arm.batch.jacobian(joints), MANY)),
     ]
 
 

@@ -57,7 +57,7 @@ def figures(model: RobotModel, peers: Peers) -> list[Figure]:
         theirs.append(peers.figures("eaik_peer", links_of(model, work)))
     searched = len(arm.ways) == 1
     many = np.random.default_rng(7).uniform(model.lower, model.upper, (FEW if searched else MANY, model.joint_count))
-    poses = arm.forward_batch(many)
+    poses = arm.batch.forward(many)
     ways = "a search" if searched else f"{len(arm.ways)} branches"
     return [
         Figure("forward, one pose", each(arm.forward, q, rounds=ROUNDS), "", beside("forward", *theirs)),
@@ -66,10 +66,10 @@ def figures(model: RobotModel, peers: Peers) -> list[Figure]:
         Figure("Jacobian", each(arm.jacobian, q, rounds=ROUNDS), "", beside("jacobian", *theirs)),
         Figure("joint velocity", each(arm.joint_velocity, q, [arm.twist(row, row) for row in q], rounds=1)),
         Figure("f, MOVES 200 mm along X, median", line(arm, q)),
-        Figure("many poses, per pose: forward", at_once(lambda: arm.forward_batch(many), len(many))),
+        Figure("many poses, per pose: forward", at_once(lambda: arm.batch.forward(many), len(many))),
         Figure(
             f"- inverse, {ways}",
-            at_once(lambda: arm.inverse_batch(poses), len(many)),
+            at_once(lambda: arm.batch.inverse(poses), len(many)),
             "",
             beside("inverse many", *theirs),
         ),

@@ -28,7 +28,7 @@ def test_no_pose_is_farther_out_seen_from_above_and_from_the_side(name: str, tip
     model = load_robot(name)
     arm, points = arm_for(model), np.array(outermost(model, tip))
     q = np.random.default_rng(8).uniform(model.lower, model.upper, (POSES, model.joint_count))
-    T = arm.forward_batch(q)
+    T = arm.batch.forward(q)
     tips, u = T[..., :3] @ tip + T[..., 3], directions()
     beyond = (u @ tips.T).max(axis=1) - (u @ points.T).max(axis=1)
     assert beyond.max() <= 0.006 * np.linalg.norm(points, axis=1).max()

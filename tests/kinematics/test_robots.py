@@ -125,12 +125,12 @@ def test_joints_come_back_in_their_own_configuration(arm: RobotArm) -> None:
 
 
 def test_every_branch_leads_back(arm: RobotArm) -> None:
-    T = arm.forward_batch(random_joints(arm, some(2000) if searched(arm) else N))
-    found, inside = arm.inverse_batch(T)
+    T = arm.batch.forward(random_joints(arm, some(2000) if searched(arm) else N))
+    found, inside = arm.batch.inverse(T)
     found_all = "damped least squares" not in arm.method
     assert inside.any(axis=1).mean() >= (1.0 if found_all else 0.999)
     reached = ~np.isnan(found[..., 0])
-    back = arm.forward_batch(found[reached])
+    back = arm.batch.forward(found[reached])
     expected = np.broadcast_to(T[:, None], (*found.shape[:2], 3, 4))[reached]
     assert np.abs(back - expected)[..., 3].max() < 1e-9
     if arm.model.task is ArmTask.STEADY:
@@ -143,14 +143,14 @@ def test_every_branch_leads_back(arm: RobotArm) -> None:
 def test_the_jacobian_is_the_derivative(arm: RobotArm) -> None:
     h = 1e-6
     q = random_joints(arm)
-    J = arm.jacobian_batch(q, translation(0.02, -0.03, 0.1))
+    J = arm.batch.jacobian(q, translation(0.02, -0.03, 0.1))
     tip = np.array([[0.02, -0.03, 0.1, 1.0]])
     for i in range(q.shape[1]):
         step = np.zeros(q.shape[1])
         step[i] = h
-        before, after = arm.forward_batch(q - step), arm.forward_batch(q + step)
+        before, after = arm.batch.forward(q - step), arm.batch.forward(q + step)
         slope = (after - before) / (2 * h)
-        spin = np.einsum("nij,nkj->nik", slope[..., :3], arm.forward_batch(q)[..., :3])
+        spin = np.einsum("nij,nkj->nik", slope[..., :3], arm.batch.forward(q)[..., :3])
         assert np.abs(J[:, :3, i] - np.einsum("nij,kj->ni", slope, tip)).max() < 1e-8
         assert np.abs(J[:, 3:, i] - np.stack((spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]), 1)).max() < 1e-8
 

@@ -21,7 +21,7 @@ def test_a_row_that_cannot_be_is_no_joints_at_all(name: str) -> None:
     beside = here._replace(pz=here.pz + 0.05) if flat else from_oat(here.px, here.py, here.pz, 0.4, 1.2, 0.1)
     poses = [here, here._replace(px=here.px + 5.0), beside]
     configuration = arm.configuration(ready)
-    found = arm.inverse_branch_batch(stack(poses), configuration, np.array(ready))
+    found = arm.batch.inverse_branch(stack(poses), configuration, np.array(ready))
     assert found[0] == pytest.approx(ready, abs=1e-7)
     for pose, row in zip(poses[1:], found[1:], strict=True):
         assert arm.branch_joints(pose, configuration, ready) is None

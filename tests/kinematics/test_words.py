@@ -42,7 +42,7 @@ def test_every_way_is_found_under_its_words(name: str) -> None:
         arm: RobotArm = arm_for(model)
         for _ in range(2):
             T = arm.forward(some_joints(model, source))
-            batch, _ = arm.inverse_batch(np.reshape(T, (1, 3, 4)))
+            batch, _ = arm.batch.inverse(np.reshape(T, (1, 3, 4)))
             for way, q, row in zip(arm.ways, arm.branches(T), batch[0], strict=True):
                 if q is None:
                     assert np.isnan(row).any()
@@ -51,7 +51,7 @@ def test_every_way_is_found_under_its_words(name: str) -> None:
                 assert row == pytest.approx(q, abs=1e-9)
                 one = arm.branch_joints(T, way, q)
                 assert one == pytest.approx(q, abs=1e-9)
-                (many,) = arm.inverse_branch_batch(np.reshape(T, (1, 3, 4)), way, np.array([q]))
+                (many,) = arm.batch.inverse_branch(np.reshape(T, (1, 3, 4)), way, np.array([q]))
                 assert many == pytest.approx(q, abs=1e-9)
 
 

@@ -80,7 +80,7 @@ class Ways(Struct, frozen=True, eq=False, dict=True):
 def forward(arm: RobotArm, frames: Frames, q: Floats, units: Units) -> Location:
     """The tool tip in the world, of joints (..., n) [rad, m]."""
     T_world_robot, T_flange_tool = stack([inverse(frames.base), frames.tool])
-    T_robot_flange = arm.forward_batch(q.reshape(-1, q.shape[-1]))
+    T_robot_flange = arm.batch.forward(q.reshape(-1, q.shape[-1]))
     T = compose_batch(compose_batch(T_world_robot, T_robot_flange), T_flange_tool)
     return Location(T.reshape(*q.shape[:-1], 3, 4), units)
 
@@ -89,7 +89,7 @@ def ways(arm: RobotArm, frames: Frames, location: Location, units: Units) -> Way
     """All branches of the inverse."""
     T_robot_world, T_tool_flange = stack([frames.base, inverse(frames.tool)])
     T = compose_batch(compose_batch(T_robot_world, location.rows.reshape(-1, 3, 4)), T_tool_flange)
-    configurations, joints, usable = arm.every_inverse_batch(T)
+    configurations, joints, usable = arm.batch.every_inverse(T)
     n, shape = arm.model.joint_count, location.shape
     joints = joints * units.scales(arm.model.units, n)
     names = [str(one) for one in configurations]
@@ -101,7 +101,7 @@ def ways(arm: RobotArm, frames: Frames, location: Location, units: Units) -> Way
 def jacobian(arm: RobotArm, frames: Frames, q: Floats, units: Units) -> Floats:
     """(..., 6, n) of joints (..., n) [rad, m]."""
     n = arm.model.joint_count
-    J = arm.jacobian_batch(q.reshape(-1, n), frames.tool)
+    J = arm.batch.jacobian(q.reshape(-1, n), frames.tool)
     turn, shift = (180.0 / np.pi, 1000.0) if units is Units.VAL else (1.0, 1.0)
     rows = np.repeat((shift, turn), 3)[:, None]
     scaled: Floats = J * rows / units.scales(arm.model.units, n)

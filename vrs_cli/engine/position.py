@@ -198,9 +198,9 @@ def _joints_on_line(arm: RobotArm, segment: Segment, s: Floats) -> Floats:
     tool = segment.motion.frames.tool
     poses = flange_poses(path, s, tool)
     if path.guides:
-        q = arm.guided_batch(poses, seeds, np.array([guide.weights for guide in path.guides]), guide_values(path, s))
+        q = arm.batch.guided(poses, seeds, np.array([guide.weights for guide in path.guides]), guide_values(path, s))
     else:
-        q = arm.holding(tool).inverse_branch_batch(poses, path.configuration, seeds)
+        q = arm.holding(tool).batch.inverse_branch(poses, path.configuration, seeds)
     for row in np.flatnonzero(np.isnan(q).any(axis=1)):  # a search of many at once may end sooner than one alone
         q[row] = segment_joints(arm, segment, float(s[row]))
     return q
@@ -251,7 +251,7 @@ def _sampled(arm: RobotArm, timeline: Timeline, times: Floats, kind: type[Sample
         T_world_robot, T_flange_tool = batch.stack([inverse(one.base), one.tool])
         rows_of_frame = np.flatnonzero(which == number)
         for chunk in np.split(rows_of_frame, range(POSES, len(rows_of_frame), POSES)):
-            T_world_flange = batch.compose_batch(T_world_robot, arm.forward_batch(found.joints[chunk]))
+            T_world_flange = batch.compose_batch(T_world_robot, arm.batch.forward(found.joints[chunk]))
             found.T_world_tool[chunk] = batch.compose_batch(T_world_flange, T_flange_tool)
     return found if back is None else kind(*(column[back] for column in structs.astuple(found)))
 
@@ -294,7 +294,7 @@ def _rates_on_line(arm: RobotArm, segment: Segment, s: Floats, q: Floats) -> tup
     if len(path.turns) > 1:
         return q, q, alone
     try:
-        qd, qdd = arm.rates_batch(q, *twists(path, s), segment.motion.frames.tool)
+        qd, qdd = arm.batch.rates(q, *twists(path, s), segment.motion.frames.tool)
     except np.linalg.LinAlgError:
         return q, q, alone
     fast = np.abs(qd) > BEYOND * np.array(arm.model.max_velocity)

@@ -1,6 +1,6 @@
 """The arm: the one object that planner and observer ask about geometry. `forms.arm_for` makes that of a robot.
 
-Everything here works on plain floats; the `_batch` methods take arrays and import numpy when first called. A class
+Everything here works on plain floats; `batch` takes arrays and imports numpy when first asked for. A class
 adds `branch_joints`, the inverse of one branch, and says which branches there are. The rest is here: choosing a branch
 for a motion, the limits, what a refusal says, the velocities.
 """
@@ -40,7 +40,6 @@ from vrs_cli.kinematics.unchanging import LEVEL, Unchanging, difference, unchang
 from vrs_cli.kinematics.walk import Asked, Walk
 
 if TYPE_CHECKING:
-    from vrs_cli.kinematics.arrays import Flags, Floats
     from vrs_cli.kinematics.numeric.continuation import Continuation
     from vrs_cli.kinematics.serial_batch import SerialBatch
 
@@ -485,42 +484,9 @@ class RobotArm:
 
     # --- arrays ------------------------------------------------------------------------------------------
 
-    def forward_batch(self, q: Floats) -> Floats:
-        """(N, n) -> (N, 3, 4)."""
-        return self._batch.forward(q)
-
-    def inverse_batch(self, T: Floats) -> tuple[Floats, Flags]:
-        """(N, 3, 4) -> joints (N, k, n) of the k ways, NaN where out of reach, and whether inside the limits (N, k)."""
-        return self._batch.inverse(T)
-
-    def every_inverse_batch(self, T: Floats) -> tuple[tuple[Configuration, ...], Floats, Flags]:
-        """`inverse_batch` with all that is found: where an arm reaches a pose in several ways of the same words their
-        configuration is there as often.
-        """
-        return self.ways, *self.inverse_batch(T)
-
-    def inverse_branch_batch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:
-        """(N, 3, 4) and near (N, n) or (n,) -> (N, n): `branch_joints` by rows, NaN where out of reach."""
-        return self._batch.inverse_branch(T, configuration, near)
-
-    def guided_batch(self, T: Floats, near: Floats, weights: Floats, values: Floats) -> Floats:
-        """`guided_joints` by rows: weights (r, n) of r guides and their values (N, r)."""
-        return self._batch.guided(T, near, weights, values)
-
-    def jacobian_batch(self, q: Floats, T_flange_tool: Transform = IDENTITY) -> Floats:
-        """(N, n) -> (N, 6, n)."""
-        return self._batch.jacobian(q, T_flange_tool)
-
-    def rates_batch(
-        self, q: Floats, twists: Floats, changes: Floats, T_flange_tool: Transform = IDENTITY
-    ) -> tuple[Floats, Floats]:
-        """`joint_velocity` and `joint_acceleration` by rows, of an arm of six joints all of whose task counts. Raises
-        LinAlgError where one of them is singular.
-        """
-        return self._batch.rates(q, twists, changes, T_flange_tool)
-
     @cached_property
-    def _batch(self) -> SerialBatch:
+    def batch(self) -> SerialBatch:
+        """The same over arrays: whole timelines at once."""
         # Here and not above: it brings numpy, which is most of the start-up time of a shell that needs no arrays.
         from vrs_cli.kinematics.serial_batch import SerialBatch
 

@@ -11,7 +11,7 @@ from vrs_cli.kinematics.model_data import NEEDED_POSES
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
 from vrs_cli.kinematics.shape_data import ShapeReader
 from vrs_cli.kinematics.shapes import Body, Box, Capsule, Cylinder, LinkShape, Opening
-from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, along, inverse, position, rotate
+from vrs_cli.kinematics.transform import Vector, along, inverse, position, rotate, translation
 
 SHAPES = ROBOTS / "shapes"  # of the built-in robots: files of their own, for who runs a program reads none
 ORIGIN, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
@@ -119,13 +119,9 @@ def _gripper(n: int, r: float) -> list[LinkShape]:
     """Two fingers on the flange; closed they touch."""
     found = [
         LinkShape(n, Cylinder((0.0, 0.0, -0.4 * r), ORIGIN, (0.9 * r, 0.9 * r)), "steel"),
-        LinkShape(n, Box((2.6 * r, 1.0 * r, 0.7 * r), _shifted(0.0, 0.0, 0.35 * r)), "dark"),
+        LinkShape(n, Box((2.6 * r, 1.0 * r, 0.7 * r), translation(0.0, 0.0, 0.35 * r)), "dark"),
     ]
     for side in (-1.0, 1.0):
-        finger: Body = Box((0.3 * r, 0.7 * r, 2.0 * r), _shifted(side * 0.15 * r, 0.0, 1.7 * r))
+        finger: Body = Box((0.3 * r, 0.7 * r, 2.0 * r), translation(side * 0.15 * r, 0.0, 1.7 * r))
         found.append(LinkShape(n, finger, "orange", (Opening((side * 0.9 * r, 0.0, 0.0)),)))
     return found
-
-
-def _shifted(x: float, y: float, z: float) -> Transform:
-    return IDENTITY._replace(px=x, py=y, pz=z)

@@ -105,7 +105,11 @@ def _any(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[floa
             factor = table[i][c] / pivot[c]
             if factor:
                 table[i] = [x - factor * y for x, y in zip(table[i], pivot, strict=True)]
-    return _back(table, order, count)
+    x = [0.0] * count
+    for row, c in zip(reversed(table[: len(order)]), reversed(order), strict=True):
+        known = sum([a * b for a, b in zip(row, x, strict=False)])
+        x[c] = (row[count] - known) / row[c]
+    return tuple(x)
 
 
 def gram(rows: Sequence[Sequence[float]]) -> list[list[float]]:
@@ -150,14 +154,6 @@ def _volume_lines(m: int) -> list[str]:
             changes = "; ".join(f"g{r}_{c} -= f * g{c}_{k}" for c in range(k + 1, r + 1))
             lines += [f"f = g{r}_{k} / g{k}_{k}; {changes}"]
     return [*lines, f"return sqrt({' * '.join(f'g{k}_{k}' for k in range(m))})"]
-
-
-def _back(table: list[list[float]], order: list[int], count: int) -> tuple[float, ...]:
-    x = [0.0] * count
-    for row, c in zip(reversed(table[: len(order)]), reversed(order), strict=True):
-        known = sum([a * b for a, b in zip(row, x, strict=False)])
-        x[c] = (row[count] - known) / row[c]
-    return tuple(x)
 
 
 def positive(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> list[float]:

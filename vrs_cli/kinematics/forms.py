@@ -5,7 +5,6 @@ A closed form where there is one, else a search that finds all solutions, else t
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import lru_cache
 
 from vrs_cli.kinematics.arm import RobotArm
@@ -16,7 +15,8 @@ from vrs_cli.kinematics.task import ArmTask
 @lru_cache
 def arm_for(model: RobotModel) -> RobotArm:
     """The arm of a model: of the first form that knows its axes; the numerical one knows all."""
-    return next(arm for form in _FORMS if (arm := form(model)) is not None)
+    closed = _spherical_wrist(model) or _offset_wrist(model) or _wrist_circle(model) or _parallel_axes(model)
+    return closed or _searched(model)
 
 
 # A form is imported when a robot may be of it: most are of the first.
@@ -75,25 +75,11 @@ def _parallel_axes(model: RobotModel) -> RobotArm | None:
     return None if bars is None else ParallelAxesArm(model, bars)
 
 
-def _steady(model: RobotModel) -> RobotArm | None:
-    if model.task is not ArmTask.STEADY:
-        return None
-    from vrs_cli.kinematics.numeric.steady.arm import SteadyArm
+def _searched(model: RobotModel) -> RobotArm:
+    if model.task is ArmTask.STEADY:
+        from vrs_cli.kinematics.numeric.steady.arm import SteadyArm
 
-    return SteadyArm(model)
-
-
-def _numeric(model: RobotModel) -> RobotArm:
+        return SteadyArm(model)
     from vrs_cli.kinematics.numeric.arm import NumericArm
 
     return NumericArm(model)
-
-
-_FORMS: tuple[Callable[[RobotModel], RobotArm | None], ...] = (
-    _spherical_wrist,
-    _offset_wrist,
-    _wrist_circle,
-    _parallel_axes,
-    _steady,
-    _numeric,
-)

@@ -108,7 +108,7 @@ class MappedArm(RobotArm):
     def __init__(self, model: RobotModel, way: Canonical, inner: RobotArm, swapped: int) -> None:
         super().__init__(model)
         self.way, self.inner, self.ways, self._swapped = way, inner, inner.ways, swapped
-        self.method = inner.method
+        self.method, self.boundary = inner.method, inner.boundary
         if inner.fold is not None:
             joint, value = inner.fold
             self.fold = joint, way.chain.signs[joint] * (value - way.chain.links[joint].theta)
@@ -155,10 +155,6 @@ class MappedArm(RobotArm):
         centre = x + self.from_flange.px, y + self.from_flange.py, z + self.from_flange.pz
         return Hand(compose(hand.T_axis_base, self.to_inner), centre, rotate(self.from_flange, hand.approach))
 
-    @property
-    def boundary(self) -> Clearance:  # type: ignore[override]
-        return self.inner.boundary
-
     def clearance(self, T: Transform, configuration: Configuration) -> Clearance:
         return self.inner.clearance(self._inner_pose(T), self._other(configuration))
 
@@ -189,7 +185,7 @@ class MappedArm(RobotArm):
         return self.inner.singularity(self._inner_joints(q))
 
     @cached_property
-    def _batch(self) -> SerialBatch:
+    def batch(self) -> SerialBatch:
         from vrs_cli.kinematics.mapped_batch import MappedBatch  # here: it brings numpy
 
-        return MappedBatch(self.model, self.unchanging, self.way.chain, self.inner._batch, self._swapped)
+        return MappedBatch(self.model, self.unchanging, self.way.chain, self.inner.batch, self._swapped)

@@ -36,7 +36,7 @@ def _solved(J: Floats, wanted: Floats) -> Floats:
 
 
 class SerialBatch:
-    """The `_batch` methods of `arm.RobotArm`, for an arm whose class gives `inverse_branch`."""
+    """`arm.RobotArm` over arrays, for an arm whose class gives `inverse_branch`."""
 
     def __init__(self, model: RobotModel, ways: tuple[Configuration, ...], unchanging: Unchanging) -> None:
         self.model, self.ways, self.unchanging, self.joints = model, ways, unchanging, model.joint_count
@@ -89,7 +89,7 @@ class SerialBatch:
         return T.reshape(-1, 3, 4), J
 
     def guided(self, T: Floats, near: Floats, weights: Floats, values: Floats) -> Floats:
-        """Of an arm with redundancy."""
+        """`guided_joints` by rows: weights (r, n) of r guides and their values (N, r)."""
         raise NotImplementedError
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
@@ -97,6 +97,12 @@ class SerialBatch:
         middle = (self.lower + self.upper) / 2
         q = np.stack([self.inverse_branch(T, way, middle) for way in self.ways], axis=1)
         return q, self.inside(q)
+
+    def every_inverse(self, T: Floats) -> tuple[tuple[Configuration, ...], Floats, Flags]:
+        """`inverse` with all that is found: where an arm reaches a pose in several ways of the same words, their
+        configuration is there as often.
+        """
+        return self.ways, *self.inverse(T)
 
     def inside(self, q: Floats) -> Flags:
         """(..., n) -> (...)."""

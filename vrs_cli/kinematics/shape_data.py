@@ -41,6 +41,13 @@ KINDS: Mapping[str, Keys] = {
     "slab": Keys(("from", "to", "across", "radius", "thickness")),
     "mesh": Keys(("file",), ("at", "scale")),
 }
+BODY_KEYS: Mapping[type[Body], tuple[str, ...]] = {  # the word of a kind, and a key for each of its fields
+    Box: ("box", "size", "at"),
+    Cylinder: ("cylinder", "from", "to", "radius"),
+    Capsule: ("capsule", "from", "to", "radius"),
+    Slab: ("slab", "from", "to", "across", "radius", "thickness"),
+    MeshFile: ("mesh", "file", "at", "scale"),
+}
 OPENING_KEYS: Mapping[str, Quantity] = {"slide": LENGTH, "turn": ANGLE, "point": LENGTH}
 ALL_NEED, ALL_MAY = ("link", "kind"), ("colour", "opens")
 
@@ -50,16 +57,15 @@ ALL_NEED, ALL_MAY = ("link", "kind"), ("colour", "opens")
 
 def to_tables(shapes: Iterable[LinkShape]) -> list[dict[str, Any]]:
     """One table a shape, in metres."""
-    return [_table(shape) for shape in shapes]
-
-
-def _table(shape: LinkShape) -> dict[str, Any]:
-    return {
-        "link": shape.link,
-        **_body_table(shape.body),
-        "colour": shape.colour,
-        **({"opens": _opens(shape.opens)} if shape.opens else {}),
-    }
+    return [
+        {
+            "link": shape.link,
+            **_body_table(shape.body),
+            "colour": shape.colour,
+            **({"opens": _opens(shape.opens)} if shape.opens else {}),
+        }
+        for shape in shapes
+    ]
 
 
 def _opens(openings: tuple[Opening, ...]) -> list[Any]:
@@ -70,22 +76,9 @@ def _opens(openings: tuple[Opening, ...]) -> list[Any]:
 
 
 def _body_table(body: Body) -> dict[str, Any]:
-    match body:
-        case Box(size, pose):
-            return {"kind": "box", "size": list(size), **_at(pose)}
-        case Cylinder(start, end, radii):
-            return {"kind": "cylinder", "from": list(start), "to": list(end), "radius": list(radii)}
-        case Capsule(start, end, radii):
-            return {"kind": "capsule", "from": list(start), "to": list(end), "radius": list(radii)}
-        case Slab(start, end, across, radii, thickness):
-            sides = {"across": list(across), "radius": list(radii), "thickness": list(thickness)}
-            return {"kind": "slab", "from": list(start), "to": list(end), **sides}
-        case MeshFile(path, pose, scale):
-            return {"kind": "mesh", "file": path, **_at(pose), "scale": list(scale)}
-
-
-def _at(pose: Transform) -> dict[str, Any]:
-    return {} if pose == IDENTITY else {"at": list(pose)}
+    kind, *keys = BODY_KEYS[type(body)]
+    told = {key: value for key, value in zip(keys, body, strict=True) if key != "at" or value != IDENTITY}
+    return {"kind": kind} | {key: value if isinstance(value, str) else list(value) for key, value in told.items()}
 
 
 # --- tables to values ----------------------------------------------------------------------------------------------

@@ -310,7 +310,7 @@ class _Course:
 
     def _placed(self, joints: Floats) -> Floats:
         """Joints (N, n) [rad; m], with the place of the tool in three more columns [m]."""
-        return np.hstack([joints, self.robot.arm.forward_batch(joints)[:, :, 3]])
+        return np.hstack([joints, self.robot.arm.batch.forward(joints)[:, :, 3]])
 
     def _error(self, seen: Floats, was: Floats) -> Error:
         """How far what `_placed` gives is from each other: all zero where there is nothing."""

@@ -101,7 +101,7 @@ def _tips(arm: RobotArm, configuration: Configuration, tip: Vector) -> Points:
     q[:, 0] = 0.0
     if len(arm.ways) > 1:
         q = q[[arm.configuration(tuple(row)) == configuration for row in q.tolist()]]
-    T = arm.forward_batch(q)
+    T = arm.batch.forward(q)
     back = np.array(inverse(model.base)).reshape(3, 4)
     points: Points = T[:, :, :3] @ np.array(tip) + T[:, :, 3]
     seen: Points = points @ back[:, :3].T + back[:, 3]

@@ -80,7 +80,7 @@ def of_steady(arm: RobotArm, q: np.ndarray, way: np.ndarray, bounds: list[float]
         place = np.array([bounds[4] * part**4])
 
         def poses(_which: np.ndarray, parts: np.ndarray) -> np.ndarray:
-            return arm.forward_batch(begin + parts[:, None] * (end - begin)).reshape(1, len(parts), 3, 4)
+            return arm.batch.forward(begin + parts[:, None] * (end - begin)).reshape(1, len(parts), 3, 4)
 
         return bool(proof.proved(SteadyGaps(np.arange(1), begin, end, twists, place, turn, poses), pieces)[0])
 

@@ -69,16 +69,16 @@ def test_select_reaches_every_pose_from_afar_and_always_the_same_way(arm: RobotA
 
 def test_arrays_are_solved_within_the_limits(arm: RobotArm) -> None:
     q = np.array(random_joints(arm, 200))
-    T = arm.forward_batch(q)
-    found, inside = arm.inverse_batch(T)
+    T = arm.batch.forward(q)
+    found, inside = arm.batch.inverse(T)
     assert found.shape == (200, 1, arm.model.joint_count)
     assert inside.mean() > 0.97
     reached = found[inside[:, 0], 0]
-    assert np.abs(arm.forward_batch(reached) - T[inside[:, 0]]).max() < 1e-9
-    near = arm.inverse_branch_batch(T, arm.ways[0], q + 0.02)
+    assert np.abs(arm.batch.forward(reached) - T[inside[:, 0]]).max() < 1e-9
+    near = arm.batch.inverse_branch(T, arm.ways[0], q + 0.02)
     found_near = ~np.isnan(near[:, 0])
     assert found_near.mean() > 0.98
-    assert np.abs(arm.forward_batch(near[found_near]) - T[found_near]).max() < 1e-9
+    assert np.abs(arm.batch.forward(near[found_near]) - T[found_near]).max() < 1e-9
 
 
 def test_arrays_near_a_singular_pose_are_exact_to_rounding() -> None:
@@ -86,8 +86,8 @@ def test_arrays_near_a_singular_pose_are_exact_to_rounding() -> None:
     arm, random = arm_for(load_robot("xarm6")), Random(1)
     q = np.array([(0.3, -0.4, -1.2, 0.7, random.uniform(1.8e-3, 2e-3), 0.2) for _ in range(50)])
     near = q + np.array([[random.uniform(-1e-2, 1e-2) for _ in range(6)] for _ in range(50)])
-    found = arm.inverse_branch_batch(arm.forward_batch(q), NONE, near)
-    assert np.abs(arm.forward_batch(found) - arm.forward_batch(q)).max() < 1e-14
+    found = arm.batch.inverse_branch(arm.batch.forward(q), NONE, near)
+    assert np.abs(arm.batch.forward(found) - arm.batch.forward(q)).max() < 1e-14
 
 
 def test_a_line_of_seven_joints_uses_all_of_them_as_its_guide_says() -> None:

@@ -50,7 +50,7 @@ def test_every_pose_that_an_arm_has_had_is_found(model: RobotModel, tool: Transf
         q = arm.select(T, model.poses["ready"])
         assert arm.limits_ok(q)
         assert np.abs(np.subtract(arm.forward(q), T)).max() < EXACT
-    _, joints, inside = arm.every_inverse_batch(np.reshape(poses, (-1, 3, 4)))
+    _, joints, inside = arm.batch.every_inverse(np.reshape(poses, (-1, 3, 4)))
     assert inside.all()
     assert [arm.missing_turn(tuple(q), T) for (q,), T in zip(joints.tolist(), poses, strict=True)] == pytest.approx(
         [0.0] * POSES, abs=EXACT
@@ -70,7 +70,7 @@ def test_joints_that_are_found_are_within_the_limits_and_at_the_place(model: Rob
     arm, random = steady(model, IDENTITY), Random(27)
     poses = [turned_anyhow(arm, random) for _ in range(POSES)]
     poses += [at_position(T, *(random.uniform(-0.4, 0.4) for _ in range(3))) for T in poses]
-    _, joints, inside = arm.every_inverse_batch(np.reshape(poses, (-1, 3, 4)))
+    _, joints, inside = arm.batch.every_inverse(np.reshape(poses, (-1, 3, 4)))
     found = [(tuple(q), T) for (q,), (there,), T in zip(joints.tolist(), inside, poses, strict=True) if there]
     for T in poses:
         with suppress(MotionError):
@@ -94,7 +94,7 @@ def test_one_pose_takes_few_steps(model: RobotModel, monkeypatch: pytest.MonkeyP
     for _ in range(POSES):
         T = turned_anyhow(arm, random)
         steps.clear()
-        arm.every_inverse_batch(np.reshape(T, (1, 3, 4)))
+        arm.batch.every_inverse(np.reshape(T, (1, 3, 4)))
         assert 0 < len(steps) <= 2 * STEPS
         assert max(steps) <= max(2 * FIRST, OTHERS)
         assert sum(steps) <= MOST_ROWS
@@ -110,7 +110,7 @@ def test_a_place_out_of_reach_takes_no_steps(model: RobotModel, monkeypatch: pyt
 
 def counted_steps(model: RobotModel, monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """The rows of each step that the searches of an arm take from now on."""
-    conditions, steps = steady(model, IDENTITY)._batch.conditions, list[int]()
+    conditions, steps = steady(model, IDENTITY).batch.conditions, list[int]()
     terms = conditions.terms
 
     def counted(q, T):  # type: ignore[no-untyped-def]

@@ -130,9 +130,9 @@ def test_many_poses_are_solved_as_one_is(drawn: DrawnArm, tmp_path: Path, monkey
     monkeypatch.setattr(batch, "POSES", 2)
     poses = [pose_of(drawn, drawn.some_joints(source)) for _ in range(3)]
     T = np.reshape(poses, (-1, 3, 4))
-    joints, inside = arm.inverse_batch(T)
+    joints, inside = arm.batch.inverse(T)
     near = arm.model.poses["ready"]
-    rows = {way: arm.inverse_branch_batch(T, way, np.array(near)) for way in ALL[2:3]}
+    rows = {way: arm.batch.inverse_branch(T, way, np.array(near)) for way in ALL[2:3]}
     for k in range(3):
         for i, (way, one) in enumerate(zip(ALL, arm.inverse_all(poses[k]), strict=True)):
             assert one.usable == inside[k, i]
@@ -151,11 +151,11 @@ def test_the_own_joints_are_among_the_solutions_of_a_pose() -> None:
     q = np.array(
         [[source.uniform(*ends) for ends in zip(arm.model.lower, arm.model.upper, strict=True)] for _ in range(60)]
     )
-    configurations, joints, inside = arm.every_inverse_batch(arm.forward_batch(q))
+    configurations, joints, inside = arm.batch.every_inverse(arm.batch.forward(q))
     assert len(configurations) == joints.shape[1] > len(ALL)
     off = np.abs(np.sin(0.5 * (joints - q[:, None]))).max(axis=2)
     assert (np.nanmin(off, axis=1) < 1e-6).all()
-    best, usable = arm.inverse_batch(arm.forward_batch(q))
+    best, usable = arm.batch.inverse(arm.batch.forward(q))
     assert np.array_equal(best, joints[:, : len(ALL)], equal_nan=True)
     assert np.array_equal(usable, inside[:, : len(ALL)])
 

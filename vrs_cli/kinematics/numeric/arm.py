@@ -180,7 +180,7 @@ class NumericArm(RobotArm):
             q, _ = self._search(T, near, bounded=True)
             if q is not None:
                 return [q]
-        return self._batch.solutions(T, near, self._inside)
+        return self.batch.solutions(T, near, self._inside)
 
     def beyond(self, T: Transform) -> bool:
         start, (most, *_) = levers(self.model)
@@ -202,10 +202,10 @@ class NumericArm(RobotArm):
     def continuation(self) -> Continuation:  # type: ignore[override] # made when asked for: it brings numpy
         from vrs_cli.kinematics.numeric.continuation import Continuation
 
-        return Continuation(self._batch)
+        return Continuation(self.batch)
 
     @cached_property
-    def _batch(self) -> NumericBatch:
+    def batch(self) -> NumericBatch:
         from vrs_cli.kinematics.numeric.batch import NumericBatch  # here: it brings numpy
 
         return NumericBatch(self.model, self.unchanging, self.held)

@@ -44,6 +44,34 @@ HERMITE = 1.0 / 384.0  # of a fourth derivative: what the cubic is off at most
 SLOPES = 8.0 / 27.0  # of an error of the slopes at both ends: the same
 
 
+class Cubic(NamedTuple):
+    """Unknowns from one sample to the next (k, n), and their rates at both, by the part of the time between."""
+
+    begin: Floats
+    end: Floats
+    begin_rate: Floats
+    end_rate: Floats
+
+    def bends(self) -> tuple[Floats, Floats, Floats]:
+        """The second derivatives at both ends, and the third (k, n)."""
+        way, v, w = self.end - self.begin, self.begin_rate, self.end_rate
+        bend, third = 6.0 * way - 4.0 * v - 2.0 * w, 6.0 * (v + w - 2.0 * way)
+        return bend, bend + third, third
+
+    def at(self, parts: Floats) -> Floats:
+        """(k, m, n): the unknowns at parts (m,) of the time."""
+        bend, _, third = self.bends()
+        x = parts[:, None]
+        halves = 0.5 * bend[:, None], third[:, None] / 6.0
+        return np.asarray(self.begin[:, None] + x * (self.begin_rate[:, None] + x * (halves[0] + x * halves[1])))
+
+    def most(self) -> tuple[Floats, Floats, Floats]:
+        """Bounds (k, n) of the sizes of the first three derivatives."""
+        before, after, third = (np.abs(bend) for bend in self.bends())
+        rates = np.maximum(np.abs(self.begin_rate), np.abs(self.end_rate)) + third / 8.0
+        return rates, np.maximum(before, after), third
+
+
 class Gaps(NamedTuple):
     """The ways between neighbouring samples, by the part of their time: derivatives are by that."""
 
@@ -61,18 +89,10 @@ class Gaps(NamedTuple):
         begin, end, begin_rate, end_rate, place, turn, guide = (row[which] for row in self[:-1])
         return Gaps(begin, end, begin_rate, end_rate, place, turn, guide, self.weights)
 
-    def bends(self) -> tuple[Floats, Floats, Floats]:
-        """The second derivatives of the cubic at both ends and the third (k, n)."""
-        way, v, w = self.end - self.begin, self.begin_rate, self.end_rate
-        bend, third = 6.0 * way - 4.0 * v - 2.0 * w, 6.0 * (v + w - 2.0 * way)
-        return bend, bend + third, third
-
-    def cubic(self, pieces: int) -> Floats:
-        """Joints at the ends of pieces (k, pieces + 1, n)."""
-        bend, _, third = self.bends()
-        x = np.linspace(0.0, 1.0, pieces + 1)[:, None]
-        halves = 0.5 * bend[:, None], third[:, None] / 6.0
-        return np.asarray(self.begin[:, None] + x * (self.begin_rate[:, None] + x * (halves[0] + x * halves[1])))
+    @property
+    def way(self) -> Cubic:
+        """The joints between the samples."""
+        return Cubic(self.begin, self.end, self.begin_rate, self.end_rate)
 
 
 class _Pace(NamedTuple):
@@ -133,9 +153,7 @@ class Continuation:
 
     def _bounds(self, gaps: Gaps) -> tuple[Floats, Floats]:
         """(k,): how much of F is missed on the cubic at most, and of the second derivative of J on it."""
-        before, after, third = (np.abs(bend) for bend in gaps.bends())
-        rates = np.maximum(np.abs(gaps.begin_rate), np.abs(gaps.end_rate)) + third / 8.0
-        changes = np.stack((rates, np.maximum(before, after), third)) / self.units  # (3, k, n)
+        changes = np.stack(gaps.way.most()) / self.units  # (3, k, n)
         pace, far = _Pace(*changes.sum(axis=2)), _Pace(*(changes @ self.longest))
         turn = [own + asked for own, asked in zip((*pace, 0.0), gaps.turn.T, strict=True)]
         place = pace.first**2 * (far.first * pace.first + 6.0 * far.second) + 3.0 * far.second * pace.second
@@ -148,7 +166,7 @@ class Continuation:
 
     def _jacobians(self, gaps: Gaps, pieces: int) -> Floats:
         """(k, pieces + 1, m, n): at the ends of pieces, with a row for each guide."""
-        q = gaps.cubic(pieces)
+        q = gaps.way.at(np.linspace(0.0, 1.0, pieces + 1))
         rows = self.batch.rows(q.reshape(-1, q.shape[2])).reshape(*q.shape[:2], -1, q.shape[2])
         J = np.empty((*q.shape[:2], rows.shape[2] + len(gaps.weights), q.shape[2]))
         J[:, :, : rows.shape[2]] = rows

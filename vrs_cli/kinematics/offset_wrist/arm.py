@@ -124,7 +124,7 @@ class OffsetWristArm(RobotArm):
         return self.reach.refusal(self.clearance(T, configuration), "joint 4", hint)
 
     @cached_property
-    def _batch(self) -> SerialBatch:
+    def batch(self) -> SerialBatch:
         from vrs_cli.kinematics.offset_wrist.batch import OffsetWristBatch  # here: it brings numpy
 
         return OffsetWristBatch(self.model, self.offsets)

@@ -122,7 +122,7 @@ class ParallelAxesArm(RobotArm):
         return Singularity(1.0, abs(sin(self.elbow(q))), 1.0)
 
     @cached_property
-    def _batch(self) -> SerialBatch:
+    def batch(self) -> SerialBatch:
         from vrs_cli.kinematics.parallel_axes.batch import ParallelAxesBatch  # here: it brings numpy
 
         return ParallelAxesBatch(self.model, self.unchanging, self.bars)

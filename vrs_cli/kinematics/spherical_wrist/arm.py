@@ -52,8 +52,7 @@ class SphericalWristArm(RobotArm):
         self.branch_joints = make_branch(geometry)  # type: ignore[method-assign, assignment]
         self._outside = make_outside(model)  # type: ignore[method-assign, assignment]
         self._within = make_within(model)
-        a2, forearm, side = geometry.a2, geometry.forearm, abs(geometry.side)
-        self.reach = TwoBars(a2, forearm, side)
+        self.reach = TwoBars(geometry.a2, geometry.forearm, abs(geometry.side))
         self.boundary = self.reach.boundary()
         self.fold = 2, geometry.beta
         self.hand = Hand(IDENTITY, (0.0, 0.0, -geometry.d6), (0.0, 0.0, 1.0))
@@ -137,7 +136,7 @@ class SphericalWristArm(RobotArm):
     # --- arrays ------------------------------------------------------------------------------------------
 
     @cached_property
-    def _batch(self) -> SerialBatch:
+    def batch(self) -> SerialBatch:
         from vrs_cli.kinematics.spherical_wrist.batch import SphericalWristBatch  # here: it brings numpy
 
         return SphericalWristBatch(self.model, self.geometry)

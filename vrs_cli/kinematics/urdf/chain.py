@@ -82,7 +82,13 @@ def _arms(tree: Tree, link: str, joints: int) -> list[tuple[str, ...]]:
         return [(_end(tree, link),)]
     if _is_hand(tree, link, joints):
         tip = _parting(tree, link, nexts)
-        return [(tip, _jaw_note(nexts[0], tip)) if len(nexts) == 1 else (tip,)]
+        if len(nexts) > 1:
+            return [(tip,)]
+        note = (
+            f"joint {nexts[0].name} at the end of the chain moves the hand and is no joint of the arm: "
+            f"the tip is {tip}, which it does not move (--tip {nexts[0].child} takes it for one)"
+        )
+        return [(tip, note)]
     depths = [_depth(tree, joint) for joint in nexts]
     if not any(depths):  # they all mimic others
         return [(_end(tree, link),)]
@@ -158,13 +164,6 @@ def _fingers(tree: Tree, moving: Sequence[Joint]) -> list[Joint]:
     if not nexts or not _is_hand(tree, link, len(moving)):
         return []
     return [joint for first in nexts for joint in tree.moving_below(first)]
-
-
-def _jaw_note(jaw: Joint, tip: str) -> str:
-    return (
-        f"joint {jaw.name} at the end of the chain moves the hand and is no joint of the arm: the tip is {tip}, "
-        f"which it does not move (--tip {jaw.child} takes it for one)"
-    )
 
 
 # --- where the tip is --------------------------------------------------------------------------------------------

@@ -79,7 +79,14 @@ def robot_of(
         model,
         shapes=own or Visuals(Path(file).absolute().parent, tree).shapes(arm.places),
         hand_width=arm.fingers.width if width is None else width,
-        origin=_origin(arm),
+        origin=Origin(
+            arm.choice.base,
+            arm.choice.tip,
+            joints=tuple(joint.name for joint in arm.joints),
+            types=tuple(joint.type for joint in arm.joints),
+            fingers=tuple(joint.name for joint in arm.choice.fingers),
+            notes=arm.choice.notes,
+        ),
     )
     if telescoped := [
         joint.name for joint in arm.choice.way if joint.moves and not joint.mimics and joint not in arm.joints
@@ -198,18 +205,6 @@ def _pointing(arm: UrdfArm) -> approach.Turned | None:
     return None if last is None else approach.other_than_z(last, ends)
 
 
-def _origin(arm: UrdfArm) -> Origin:
-    chosen = arm.choice
-    return Origin(
-        chosen.base,
-        chosen.tip,
-        joints=tuple(joint.name for joint in arm.joints),
-        types=tuple(joint.type for joint in arm.joints),
-        fingers=tuple(joint.name for joint in chosen.fingers),
-        notes=chosen.notes,
-    )
-
-
 # --- its figures ---------------------------------------------------------------------------------------------------
 
 
@@ -253,7 +248,8 @@ def _model(
     name: str, chain: Chain, joints: Sequence[Mapping[str, float]], reader: ModelReader, table: Mapping[str, object]
 ) -> RobotModel:
     rows = [{**link._asdict(), **joint} for link, joint in zip(chain.links, joints, strict=True)]
-    middle = [_rest(joint["lower"], joint["upper"]) for joint in joints]
+    ends = [(joint["lower"], joint["upper"]) for joint in joints]
+    rest = [0.0 if lower <= 0.0 <= upper else (lower + upper) / 2 for lower, upper in ends]
     data: dict[str, Any] = {
         "name": table.get("name", name),
         "title": table.get("title", name),
@@ -261,7 +257,7 @@ def _model(
         "flange": list(chain.flange),
         "joints": [{**row, "kind": row["kind"].value} for row in rows],
         "tool": {**_usual_tool(), **reader.numbers(table.get("tool", {}), "tool", TOOL_KEYS)},
-        "poses": {**dict.fromkeys(NEEDED_POSES, middle), **reader.some_poses(table.get("poses", {}), rows)},
+        "poses": {**dict.fromkeys(NEEDED_POSES, rest), **reader.some_poses(table.get("poses", {}), rows)},
     }
     options = {key: table[key] for key in ("task", "profile") if key in table}
     return ModelReader(reader.file, human=False).model({**data, **options})
@@ -282,8 +278,3 @@ def _usual_tool() -> dict[str, float]:
         figures |= {key: speed, f"{word}acceleration": speed / FULL_SPEED_IN}
         figures[f"{word}jerk"] = speed / FULL_SPEED_IN / FULL_ACCELERATION_IN
     return figures
-
-
-def _rest(lower: float, upper: float) -> float:
-    """Zero where the joint can be there, otherwise the middle of its range."""
-    return 0.0 if lower <= 0.0 <= upper else (lower + upper) / 2

@@ -42,8 +42,6 @@ class Range(NamedTuple):
 
     def scaled(self, factor: float) -> Range:
         """Of a joint that moves as many times as far."""
-        if factor == 1.0:
-            return self
         lower, upper, velocity = (None if x is None else factor * x for x in self)
         return Range(lower, upper, velocity)
 

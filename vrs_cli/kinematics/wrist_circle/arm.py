@@ -17,7 +17,6 @@ from vrs_cli.kinematics.transform import Transform
 from vrs_cli.kinematics.wrist_circle.circle import Circle
 
 if TYPE_CHECKING:
-    from vrs_cli.kinematics.arrays import Flags, Floats
     from vrs_cli.kinematics.wrist_circle.batch import WristCircleBatch
 
 REMEMBERED = 64  # poses whose solutions are
@@ -36,11 +35,7 @@ class WristCircleArm(NumericArm):
     def __init__(self, model: RobotModel, way: Canonical, circle: Circle, swapped: int) -> None:
         super().__init__(model)
         self.way, self.circle, self._swapped = way, circle, swapped
-        self.solutions = lru_cache(REMEMBERED)(self._find_solutions)
-
-    def _find_solutions(self, T: Transform) -> tuple[Joints, ...]:
-        """All that there are, whatever the limits, each joint on the turn nearest to the middle of its range."""
-        return self._batch.solutions_of(T)
+        self.solutions = lru_cache(REMEMBERED)(lambda T: self.batch.solutions_of(T))  # noqa: PLW0108 (`batch` brings numpy)
 
     def configuration(self, q: Joints) -> Configuration:
         return ALL[configuration_of(self.circle.arm, self.way.chain.of(q)).index ^ self._swapped]
@@ -84,12 +79,8 @@ class WristCircleArm(NumericArm):
             return self._joint_refusal(min(tries, key=lambda q: len(self._outside(q))), hint)
         return self._out_of_reach(T, wanted[0], hint) if hint else self._nowhere(T, near)
 
-    def every_inverse_batch(self, T: Floats) -> tuple[tuple[Configuration, ...], Floats, Flags]:
-        every, inside = self._batch.every_inverse(T)
-        return self.ways * (every.shape[1] // len(self.ways)), every, inside
-
     @cached_property
-    def _batch(self) -> WristCircleBatch:
+    def batch(self) -> WristCircleBatch:
         from vrs_cli.kinematics.wrist_circle.batch import WristCircleBatch  # here: it brings numpy
 
         return WristCircleBatch(self.model, self.unchanging, self.way.chain, self.circle, self.configuration)

@@ -61,15 +61,16 @@ class WristCircleBatch(NumericBatch):
         return q[first], rows[first]
 
     def solutions_of(self, T: Transform) -> tuple[Joints, ...]:
+        """All solutions of one pose, whatever the limits, each joint on the turn nearest to the middle of its range."""
         q, _ = self.all_solutions(np.reshape(T, (1, 3, 4)))
         return tuple(map(tuple, q.tolist()))
 
     def inverse(self, T: Floats) -> tuple[Floats, Flags]:
         """Of the solutions with the same words one inside the limits, and the nearest to the middle of the ranges."""
-        every, inside = self.every_inverse(T)
+        _, every, inside = self.every_inverse(T)
         return every[:, : len(self.ways)], inside[:, : len(self.ways)]
 
-    def every_inverse(self, T: Floats) -> tuple[Floats, Flags]:
+    def every_inverse(self, T: Floats) -> tuple[tuple[Configuration, ...], Floats, Flags]:
         """All solutions (N, m 8, 6), NaN where there are fewer: the best of each words, then the second best, ..."""
         q, rows = self.all_solutions(T)
         words = rows * len(self.ways) + self._indices(q)
@@ -79,7 +80,7 @@ class WristCircleBatch(NumericBatch):
         every = np.full((len(T), max(better, default=0) + 1, len(self.ways), self.joints), np.nan)
         every[words // len(self.ways), better, words % len(self.ways)] = q
         every = every.reshape(len(T), -1, self.joints)
-        return every, self.inside(every)
+        return self.ways * (every.shape[1] // len(self.ways)), every, self.inside(every)
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:
         if configuration == NONE:

@@ -57,7 +57,7 @@ class SteadyArm(RobotArm):
         """Every tool is right: the place of its tip is what counts."""
 
     @cached_property
-    def _batch(self) -> SteadyBatch:
+    def batch(self) -> SteadyBatch:
         from vrs_cli.kinematics.numeric.steady.batch import SteadyBatch  # here: it brings numpy
 
         return SteadyBatch(self.model, self.unchanging, self.tool)
@@ -65,7 +65,7 @@ class SteadyArm(RobotArm):
     # --- inverse ---------------------------------------------------------------------------------------------
 
     def branch_joints(self, T: Transform, configuration: Configuration, near: Joints) -> Joints | None:  # noqa: ARG002
-        return self._batch.followed(T, near)
+        return self.batch.followed(T, near)
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
         return (self._least(T, self._middle),)
@@ -77,16 +77,16 @@ class SteadyArm(RobotArm):
         return found
 
     def within_ranges(self, T: Transform, near: Joints) -> Joints | None:
-        return self._batch.within_ranges(T, near)
+        return self.batch.within_ranges(T, near)
 
     def missing_turn(self, q: Joints, T: Transform) -> float:
         from vrs_cli.kinematics.numeric.steady.way import Way  # here: it brings numpy
 
-        return float(Way(self._batch.conditions, q, T).at.angle[0])
+        return float(Way(self.batch.conditions, q, T).at.angle[0])
 
     def _least(self, T: Transform, near: Joints) -> Joints | None:
         """Of what is found within the limits that with the least turn, and of those the one that is reached soonest."""
-        found = self._batch.least_turns(T, near)
+        found = self.batch.least_turns(T, near)
         turned_near = [(q, turned) for solved, turned in found if (q := self._inside(solved, near)) is not None]
         least = min((turned for _, turned in turned_near), default=inf)
         near_least = (q for q, turned in turned_near if turned <= least + SAME_TURN)
@@ -94,7 +94,7 @@ class SteadyArm(RobotArm):
 
     def _nowhere(self, T: Transform, near: Joints) -> LocationOutOfRange | JointOutOfRange:
         """The refusal of a place: of the range of a joint, or because it is beyond all of them."""
-        found = self._batch.without_limits(T, near)
+        found = self.batch.without_limits(T, near)
         if found:
             best = self._best_turns(found[0][0])
             return self._joint_refusal(best, "turn the location, or move it nearer")
@@ -119,7 +119,7 @@ class SteadyArm(RobotArm):
     def continuation(self) -> SteadyContinuation:  # type: ignore[override] # made when asked for: it brings numpy
         from vrs_cli.kinematics.numeric.steady.continuation import SteadyContinuation
 
-        return SteadyContinuation(self._batch.conditions)
+        return SteadyContinuation(self.batch.conditions)
 
     # --- velocities ------------------------------------------------------------------------------------------
 
@@ -154,7 +154,7 @@ class SteadyArm(RobotArm):
         from vrs_cli.kinematics.numeric.steady.way import CannotFollow, Way  # here: it brings numpy
 
         try:
-            return rates(Way(self.holding(T_flange_tool)._batch.conditions, q, T))
+            return rates(Way(self.holding(T_flange_tool).batch.conditions, q, T))
         except CannotFollow:
             raise self._cannot_move_so(q) from None
 
@@ -173,7 +173,7 @@ class SteadyArm(RobotArm):
         """How well the joints move the place, times how well they turn the tool while it stays."""
         from vrs_cli.kinematics.numeric.steady.way import Way  # here: it brings numpy
 
-        return Way(self._batch.conditions, q, self.forward(q)).freedom
+        return Way(self.batch.conditions, q, self.forward(q)).freedom
 
 
 @lru_cache

@@ -213,8 +213,9 @@ class SteadyBatch(SerialBatch):
         to_place *= np.minimum(1.0, radius / np.maximum(np.abs(to_place).max(axis=1), radius))[:, None]
         bend = conditions.bend(at, conditions.multipliers(at, ~held))
         ways = np.zeros((len(place), self.joints, 2))
-        free = np.linalg.qr(place, mode="complete")[0][:, :, PLACES:]  # these keep the place
-        ways[:, :, : free.shape[2]] = free
+        ways[:, :, : self.joints - PLACES] = np.linalg.qr(place, mode="complete")[0][
+            :, :, PLACES:
+        ]  # they keep the place
         bent = bend @ ways
         curve = np.swapaxes(ways, 1, 2) @ bent
         curve[:, 1, 1] += self.joints - PLACES < 2  # an arm of four joints has one way

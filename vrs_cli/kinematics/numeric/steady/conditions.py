@@ -116,13 +116,9 @@ class SteadyConditions:
         table[:, n:, :n] = np.swapaxes(at.place, 1, 2)
         return table
 
-    def missing(self, q: Floats, multipliers: Floats, T: Floats) -> Floats:
-        """(N, n + 3): by how much the conditions are not met."""
-        return self.missed(self.terms(q, T), multipliers)
-
     @staticmethod
     def missed(at: Terms, multipliers: Floats) -> Floats:
-        """`missing` where the terms are known."""
+        """(N, n + 3): by how much the conditions are not met."""
         slope = at.place @ multipliers[:, :, None] - at.turn @ at.sine[:, :, None]
         return np.concatenate((slope[:, :, 0], -at.away), axis=1)
 

@@ -25,7 +25,7 @@ import numpy as np
 
 from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 from vrs_cli.kinematics.model import levers
-from vrs_cli.kinematics.numeric.continuation import LENGTH, LOST, MOST, fourth_of_turn, inverse_or_nan, norm
+from vrs_cli.kinematics.numeric.continuation import LENGTH, LOST, MOST, Cubic, fourth_of_turn, inverse_or_nan, norm
 from vrs_cli.kinematics.numeric.steady.conditions import PLACES, SteadyConditions
 from vrs_cli.kinematics.transform import length, position
 
@@ -98,18 +98,12 @@ class SteadyContinuation:
         step = inverse_or_nan(conditions.system(at, bend)) @ wanted[:, :, None]
         return np.asarray(q + step[:, : self.n, 0])
 
-    def _cubic(self, gaps: SteadyGaps) -> _Cubic:
+    def _cubic(self, gaps: SteadyGaps) -> Cubic:
         """Through joints and multipliers at both ends, with their rates, in units of the proof."""
-        ends = []
-        for q, twist, T in zip(
-            (gaps.begin, gaps.end), np.swapaxes(gaps.twists, 0, 1), self._poses_at_ends(gaps), strict=True
-        ):
-            ends.append(self._state(q, T, twist))
-        (a, v), (b, w) = ends
-        return _Cubic(a, b, v, w)
-
-    def _poses_at_ends(self, gaps: SteadyGaps) -> Floats:
-        return np.swapaxes(gaps.poses(gaps.which, np.array((0.0, 1.0))), 0, 1)
+        poses = np.swapaxes(gaps.poses(gaps.which, np.array((0.0, 1.0))), 0, 1)
+        ends = zip((gaps.begin, gaps.end), poses, np.swapaxes(gaps.twists, 0, 1), strict=True)
+        (a, v), (b, w) = (self._state(*end) for end in ends)
+        return Cubic(a, b, v, w)
 
     def _state(self, q: Floats, T: Floats, twist: Floats) -> tuple[Floats, Floats]:
         conditions = self.conditions
@@ -128,10 +122,13 @@ class SteadyContinuation:
         table = conditions.system(at, conditions.bend(at, multipliers)) * self.units * self.units[:, None]
         return np.linalg.norm(missed, axis=1).reshape(shape), table.reshape(*shape, *table.shape[1:])
 
-    def _bounds(self, gaps: SteadyGaps, cubic: _Cubic) -> tuple[Floats, Floats, Floats]:
+    def _bounds(self, gaps: SteadyGaps, cubic: Cubic) -> tuple[Floats, Floats, Floats]:
         """(k,): of the fourth derivative of F on the cubic, of the second of F', and of how F' changes beside it."""
         pace = [order[:, : self.n].sum(axis=1) for order in cubic.most()]
-        pull = [np.linalg.norm(order[:, self.n :], axis=1) for order in (cubic.greatest(), *cubic.most())]
+        greatest = (
+            np.maximum(np.abs(cubic.begin), np.abs(cubic.end)) + cubic.most()[1] / 8.0
+        )  # of the unknowns themselves
+        pull = [np.linalg.norm(order[:, self.n :], axis=1) for order in (greatest, *cubic.most())]
         own = _of_turn(pace)
         turned = _of_turn([mine + asked for mine, asked in zip((*pace, 0.0), gaps.turn.T, strict=True)])
         pulled = [sum(comb(k, i) * own[i] * (*pull, 0.0)[k - i] for i in range(k + 1)) for k in (2, 4)]
@@ -141,38 +138,6 @@ class SteadyContinuation:
         bend = self.n * turned[2] + self.pair * pulled[0] + np.sqrt(2.0) * self.single * own[2]
         curved = self.n**1.5 + self.triple * (pull[0] + AROUND) + BLOCKS * self.pair
         return fourth, bend, curved
-
-
-class _Cubic(NamedTuple):
-    """Joints and multipliers from one sample to the next (k, n + 3), in units of the proof."""
-
-    begin: Floats
-    end: Floats
-    begin_rate: Floats
-    end_rate: Floats
-
-    def bends(self) -> tuple[Floats, Floats]:
-        """The second derivative at the begin, and the third."""
-        way, v, w = self.end - self.begin, self.begin_rate, self.end_rate
-        return 6.0 * way - 4.0 * v - 2.0 * w, 6.0 * (v + w - 2.0 * way)
-
-    def at(self, parts: Floats) -> Floats:
-        """(k, m, n + 3)"""
-        bend, third = self.bends()
-        x = parts[:, None]
-        halves = 0.5 * bend[:, None], third[:, None] / 6.0
-        return np.asarray(self.begin[:, None] + x * (self.begin_rate[:, None] + x * (halves[0] + x * halves[1])))
-
-    def most(self) -> tuple[Floats, Floats, Floats]:
-        """Bounds of the first three derivatives."""
-        bend, third = (np.abs(one) for one in self.bends())
-        after = np.abs(self.bends()[0] + self.bends()[1])
-        rates = np.maximum(np.abs(self.begin_rate), np.abs(self.end_rate)) + third / 8.0
-        return rates, np.maximum(bend, after), third
-
-    def greatest(self) -> Floats:
-        """A bound of the unknowns themselves."""
-        return np.asarray(np.maximum(np.abs(self.begin), np.abs(self.end)) + self.most()[1] / 8.0)
 
 
 def _of_turn(angles: list[Floats]) -> list[Floats]:

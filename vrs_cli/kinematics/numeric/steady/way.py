@@ -75,7 +75,7 @@ class Way:
         """(7, n + 3): F at the seven times, where the unknowns go on by these derivatives."""
         t, n = (h * OFFSETS)[:, None], len(self.q)
         x = np.concatenate((self.q, self.multipliers[0])) + t * first + 0.5 * t * t * second
-        return self.conditions.missing(x[:, :n], x[:, n:], T)
+        return self.conditions.missed(self.conditions.terms(x[:, :n], T), x[:, n:])
 
     @staticmethod
     def _poses(poses: Callable[[float], Transform], h: float) -> Floats:
