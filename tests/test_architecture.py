@@ -108,7 +108,7 @@ DEFERRED = (
     Deferred(("repl/config.py",), ("tomllib",), "most shells have no such file"),
     Deferred(("repl/echo.py",), ("termios",), "Windows has none"),
     Deferred(("files/atomic.py",), ("fcntl",), "Windows has none"),
-    Deferred(("devices/serial_line.py",), ("termios", "tty", "fcntl"), "Windows has none"),
+    Deferred(("devices/sockets.py",), ("termios", "tty", "fcntl"), "Windows has none"),
     Deferred(("files/lock.py",), ("filelock",), "most runs write nothing"),
     Deferred(("files/mcap_log.py",), ("mcap",), "mcap is an extra"),
     Deferred(("cli/settings.py",), ("shtab",), "a wrong name of a shell is told without it"),
@@ -118,7 +118,7 @@ DEFERRED = (
     Deferred(
         ("files/atomic.py", "files/disk.py", "files/folder.py"), ("tempfile", "shutil"), "most runs write nothing"
     ),
-    Deferred(("cli/findings.py", "cli/run.py", "cli/batch.py"), ("json",), "only --json needs it"),
+    Deferred(("cli/check.py", "cli/run.py", "cli/batch.py"), ("json",), "only --json needs it"),
     Deferred(("language/text/lalr.py",), ("lark",), "the table that lark makes is kept between runs"),
     Deferred(
         (

@@ -20,7 +20,7 @@ from tests.cli.conftest import Vrs
 from tests.live import PATIENCE
 from tests.net.serving import serving
 from tests.view3d.pages import Page
-from vrs_cli.cli import browser, view
+from vrs_cli.cli import view
 from vrs_cli.cli.view import News
 from vrs_cli.net.messages import Activity, Clock, Done, Hello, Line
 from vrs_cli.repl.player import Player
@@ -165,7 +165,7 @@ def test_a_port_that_is_taken_is_said(vrs: Vrs) -> None:
 
 
 def test_without_viser_it_is_said_how_to_install_it(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(browser, "find_spec", lambda name: None if name == "viser" else object())
+    monkeypatch.setattr(view, "find_spec", lambda name: None if name == "viser" else object())
     ended = vrs("view")
     assert ended.status == 2
     assert ended.err.startswith("vrs view: a view in the browser needs viser (")

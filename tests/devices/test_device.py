@@ -6,9 +6,8 @@ import random
 
 import pytest
 
-from vrs_cli.devices.address import Address
 from vrs_cli.devices.device import ENOUGH, FULL, YET, Device, Waits
-from vrs_cli.devices.outside import Arrival, Event, Outside
+from vrs_cli.devices.outside import Address, Arrival, Event, Outside
 from vrs_cli.errors import DeviceNotReady, FileNotOpened, FileOpened, NetworkClosed, NoDataReceived
 from vrs_cli.language.run.units import CLOSED, OPENED, SUCCESS
 

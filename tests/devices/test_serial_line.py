@@ -10,8 +10,7 @@ import pytest
 
 from tests.devices.peers import Door, live_session
 from tests.interfaces.programs import load
-from vrs_cli.devices.serial_line import open_serial
-from vrs_cli.devices.sockets import Sockets
+from vrs_cli.devices.sockets import Sockets, open_serial
 from vrs_cli.errors import DeviceNotReady
 from vrs_cli.values.replies import Message
 

@@ -21,9 +21,9 @@ from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.roles.observer import RecordedRobot
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.view3d.addition import GOES_ON, OPENS
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.door import kept_secret, opened
+from vrs_cli.view3d.guard import GOES_ON, OPENS
 
 
 @pytest.fixture(scope="module")

@@ -15,8 +15,7 @@ from typing import Final
 
 from msgspec import Struct, field
 
-from vrs_cli.devices.address import LONGEST, Address, read_address
-from vrs_cli.devices.outside import TCP, Arrival, Event, Outside
+from vrs_cli.devices.outside import LONGEST, TCP, Address, Arrival, Event, Outside, read_address
 from vrs_cli.errors import (
     FileError,
     FileNotOpened,
