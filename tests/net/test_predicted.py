@@ -214,7 +214,7 @@ def test_what_is_on_its_way_is_named_until_it_is_confirmed() -> None:
     wires.ask(lambda id: Line(id, "WHERE"))
     wires.carry()
     assert far.preview is not None
-    planned, unknown = far.preview.expected
+    planned, unknown = far.preview.plan.expected
     assert (planned.begin, planned.planned, planned.text) == (at, True, "MOVE to 30")
     assert (unknown.begin, unknown.planned, unknown.text) == (pytest.approx(far.now + 0.25), False, "DO MOVE a")
     assert far.previewed().unconfirmed == unknown.begin, "what it does is not known here: all may change"

@@ -131,7 +131,7 @@ def test_settings_count_for_what_is_sent_after_them() -> None:
     seen = paths(line.preview.timeline)
     assert line.carried_out(1, slow, 0.4)
     line.changes_arrive()
-    assert line.preview.expected[0].id == 2, "a setting is confirmed by its answer: no change comes of it"
+    assert line.preview.plan.expected[0].id == 2, "a setting is confirmed by its answer: no change comes of it"
     assert paths(line.preview.timeline) == seen
     assert line.carried_out(2, request, 0.5)
     assert paths(line.robot.timeline) == seen
@@ -148,7 +148,7 @@ def test_with_delays_that_are_known_the_robot_does_what_was_seen(seed: int, poli
         line.preview.sent(number, request, t)
         looks = [t + random.uniform(0.0, 2.0) for _ in range(5)]
         seen = [joints_at(ARM, line.preview.timeline, look) for look in looks]
-        expected = line.preview.expected[-1]
+        expected = line.preview.plan.expected[-1]
         assert line.carried_out(number, request, t) is (expected.refused is None)
         assert [joints_at(ARM, line.robot.timeline, look) for look in looks] == seen
         line.changes_arrive()

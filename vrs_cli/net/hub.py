@@ -19,14 +19,17 @@ from vrs_cli.net.tokens import Grant
 
 
 class RobotFolders(Struct, frozen=True):
-    """Where robots keep what they do, and their files; None: nowhere, and in a folder that goes with the server."""
+    """Where robots keep what they do (None: nowhere), and their files: each in a folder of its own, unless the `only`
+    robot has all of it.
+    """
 
     journal: Path | None
     folder: Path
+    only: bool = False
 
     def plan(self, name: str, model: RobotModel, usual: Plan) -> Plan:
         journal = None if self.journal is None else self.journal / f"{name}.vrst"
-        return replace(usual, model=model, folder=self.folder / name, journal=journal)
+        return replace(usual, model=model, folder=self.folder if self.only else self.folder / name, journal=journal)
 
 
 class Hub:

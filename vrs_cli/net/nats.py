@@ -283,14 +283,13 @@ class PublishedRobot:
         before = self._far.welcome
         if isinstance(message, messages.Welcome):
             self._anew = self._anew or before is None or before.life != message.life
-        elif before is None or (isinstance(message, messages.Replaced) and self._is_known(message)):
+        elif before is None:
             return
+        elif isinstance(message, messages.Replaced) and not self._anew:
+            mirror = self._far.mirror
+            if mirror is not None and not mirror.lost and mirror.seq == message.number:
+                return  # it came for others
         self._far.learn(message)
         if isinstance(message, messages.Replaced):
             self._anew = False
             self._shown.set()
-
-    def _is_known(self, snapshot: messages.Replaced) -> bool:
-        """Whether it came for others."""
-        mirror = self._far.mirror
-        return not self._anew and mirror is not None and not mirror.lost and mirror.seq == snapshot.number

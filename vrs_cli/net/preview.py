@@ -123,13 +123,9 @@ class Preview:
         return self.plan.timeline
 
     @property
-    def expected(self) -> tuple[Expected, ...]:
-        return self.plan.expected
-
-    @property
     def unconfirmed(self) -> float:
         """The time [s] from which on the timeline is not confirmed by the robot; infinity if all of it is."""
-        return min((it.begin for it in self.expected if it.begin is not None), default=inf)
+        return min((it.begin for it in self.plan.expected if it.begin is not None), default=inf)
 
     def _planned(self) -> PreviewPlan:
         """Plan again if something was sent, or a change of the robot has come."""

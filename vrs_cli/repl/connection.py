@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 
 from vrs_cli.errors import RequestRefused
-from vrs_cli.interfaces.station.lease import Lost, Notice, Requested
+from vrs_cli.interfaces.station.lease import Notice, Requested, notice_text
 from vrs_cli.net.messages import At, Drive, Lease, LeaseAct, Present, ServerMessage, Welcome, Who
 from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.values.acts import Attend
@@ -71,11 +71,7 @@ class ConnectionWords:
         return f"{driver or 'nobody'} drives" if driver != self._port.name else "you drive"
 
     def _noticed(self, holder: str, notice: Notice | None) -> str:
-        me = self._port.name
-        if isinstance(notice, Requested) and notice.of == me:
-            return f"{notice.by} would like to drive: /give {notice.by}"
-        if isinstance(notice, Lost) and notice.of == me:
-            return f"{notice.by} drives, for nothing was heard of you"
-        if isinstance(notice, Requested):
-            return f"{notice.of} is asked to let {'you' if notice.by == me else notice.by} drive"
-        return self._named(holder)
+        text = notice_text(notice, self._port.name) or self._named(holder)
+        if isinstance(notice, Requested) and notice.of == self._port.name:
+            return f"{text}: /give {notice.by}"
+        return text

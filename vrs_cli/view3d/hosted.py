@@ -9,8 +9,6 @@ from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from msgspec.structs import replace
-
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.client import Client, hello_of
@@ -23,13 +21,6 @@ from vrs_cli.net.tokens import TokenFile, add_tokens
 
 BROWSER, SHELL = "browser", "shell"  # who holds it, as all see them called
 OPENING = 10.0  # [s] until it listens
-
-
-class _Here(RobotFolders, frozen=True):
-    """The one robot that there is has the folder itself, not one of its own in it."""
-
-    def plan(self, name: str, model: RobotModel, usual: Plan) -> Plan:
-        return replace(super().plan(name, model, usual), folder=self.folder)
 
 
 class Hosted:
@@ -56,7 +47,9 @@ class Hosted:
                 ListenAddress("127.0.0.1", 0), allowance, audit, TokenFile(here / "tokens.toml", (model.name,)), tell
             )
             plan = Plan(model, folder or here, realtime=rate, allowance=allowance, one_user=True)
-            hub = Hub({model.name: model}, _Here(None, folder or here), plan, audit, server.wake, tell)
+            hub = Hub(
+                {model.name: model}, RobotFolders(None, folder or here, only=True), plan, audit, server.wake, tell
+            )
             hub.open_all()
             self._left.callback(hub.close)
             self.url = self._served(server, hub)

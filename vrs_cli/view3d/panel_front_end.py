@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.station.lease import Lost, Requested
+from vrs_cli.interfaces.station.lease import Lost, Requested, notice_text
 from vrs_cli.net import messages
 from vrs_cli.net.messages import Asked, At, Done, Drive, LeaseAct, Line, Refused, Request, ServerMessage
 from vrs_cli.net.socket_port import SocketPort
@@ -40,7 +40,6 @@ class PanelFrontEnd:
     def __init__(self, robot: SocketPort, happened: Callable[[], None] = lambda: None) -> None:
         self.robot, self._happened = robot, happened
         self.transcript = PanelTranscript()
-        self.status = PromptStatus()
         self.lease = PanelLease()
         self.running: tuple[str, ...] = ()
         self.waiting: dict[int, str] = {}
@@ -55,6 +54,11 @@ class PanelFrontEnd:
     @property
     def name(self) -> str:
         return self.robot.name
+
+    @property
+    def status(self) -> PromptStatus:
+        """What stands around the prompt."""
+        return self.robot.status()
 
     @property
     def may_drive(self) -> bool:
@@ -186,7 +190,6 @@ class PanelFrontEnd:
             self._questions[asked.number] = asked
 
     def _see(self, status: PromptStatus) -> None:
-        self.status = status
         self.lease = self.lease._replace(driver=status.driver)
         if status.asked and self.question is None:
             self.attend()
@@ -210,22 +213,17 @@ class PanelFrontEnd:
         """Who drives is told, and what concerns who sits here."""
         notice, before = told.notice, self.lease
         asking = before.asking if told.holder == before.driver else ""
-        if isinstance(notice, Requested) and notice.of == self.name:
+        concerned = isinstance(notice, Requested | Lost) and notice.of == self.name
+        if isinstance(notice, Requested) and concerned:
             asking = notice.by
-            self.note(f"{notice.by} would like to drive", Ink.WARNING)
-        elif isinstance(notice, Requested):
-            self.note(f"{notice.of} is asked to let {self._called(notice.by)} drive")
-        elif isinstance(notice, Lost) and notice.of == self.name:
-            self.note(f"{notice.by} drives, for nothing was heard of you", Ink.WARNING)
+        if text := notice_text(notice, self.name):
+            self.note(text, Ink.WARNING if concerned else Ink.NOTE)
         elif told.holder != before.driver:
             self.note(self.who_drives(told.holder))
         self.lease = PanelLease(told.holder, asking)
 
     def who_drives(self, driver: str) -> str:
         return "You drive" if driver == self.name else f"{driver or 'Nobody'} drives"
-
-    def _called(self, name: str) -> str:
-        return "you" if name == self.name else name
 
     def _welcomed(self, *, resumed: bool) -> None:
         if not resumed:

@@ -38,6 +38,18 @@ class Lost(Spoken, frozen=True):
 Notice = Granted | Requested | Lost
 
 
+def notice_text(notice: Notice | None, user: str) -> str:
+    """What a user is told of a notice; empty if that only says who drives."""
+    match notice:
+        case Requested(of, by) if of == user:
+            return f"{by} would like to drive"
+        case Requested(of, by):
+            return f"{of} is asked to let {'you' if by == user else by} drive"
+        case Lost(of, by) if of == user:
+            return f"{by} drives, for nothing was heard of you"
+    return ""
+
+
 class RobotLease(Struct, frozen=True):
     """`holder` drives until the time `until` [s], nobody if that is empty; `asking`: who has asked since, in order.
 
