@@ -16,8 +16,7 @@ from msgspec.structs import replace
 
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.errors import InvalidName, UsageError
-from vrs_cli.interfaces.conversation.complete import DefinedNames, suggestions
-from vrs_cli.interfaces.conversation.signature import Signature, blanked, signature
+from vrs_cli.interfaces.conversation.complete import DefinedNames, Signature, blanked, signature, suggestions
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.interfaces.monitor.help import page
 from vrs_cli.kinematics.model import RobotModel

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
-from vrs_cli.interfaces.conversation.signature import blanked
+from vrs_cli.interfaces.conversation.complete import blanked
 from vrs_cli.language.analysis.names import own_variables
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section

@@ -17,8 +17,8 @@ from vrs_cli.engine.feed import Inbox
 from vrs_cli.engine.position import Watched
 from vrs_cli.errors import EndOfInput, RequestRefused, VrsError
 from vrs_cli.files.trajectory_file import Recording, read_trajectory
+from vrs_cli.interfaces.conversation.complete import Signature, signature
 from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.conversation.signature import Signature, signature
 from vrs_cli.interfaces.dialogue import Running, Terminal
 from vrs_cli.interfaces.editor.screen import Found
 from vrs_cli.interfaces.jog.jogger import JogArm

@@ -10,7 +10,7 @@ from prompt_toolkit.enums import EditingMode
 from prompt_toolkit.key_binding.vi_state import InputMode
 
 if TYPE_CHECKING:
-    from vrs_cli.interfaces.conversation.signature import Signature
+    from vrs_cli.interfaces.conversation.complete import Signature
     from vrs_cli.values.prompt import PromptStatus
 
 GAP = " | "

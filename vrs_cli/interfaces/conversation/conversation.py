@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -13,23 +14,25 @@ from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.complete import begun, names_of, suggestions
 from vrs_cli.interfaces.conversation.entry import ProgramEntry, closes_entry, opens_entry
 from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.conversation.signature import Signature, signature
-from vrs_cli.interfaces.conversation.validate import mistake_in_entry
-from vrs_cli.interfaces.dialogue import Dialogue, at_once, beside, beside_if
+from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if
+from vrs_cli.interfaces.editor.lines import outside
 from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.jog.jogger import HeldDown, Jogger
-from vrs_cli.interfaces.monitor.consent import leave, may_replace
+from vrs_cli.interfaces.monitor.consent import may_replace
 from vrs_cli.interfaces.monitor.files import load
 from vrs_cli.interfaces.monitor.help import EDITING, help_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
-from vrs_cli.language.text.ast import Program
-from vrs_cli.language.text.parser import variables_in
+from vrs_cli.language.analysis.analyzer import check_line
+from vrs_cli.language.text.ast import ProgramHeader
+from vrs_cli.language.text.meaning import resolve_line
+from vrs_cli.language.text.parser import parse_prompt, parse_step, variables_in
 from vrs_cli.language.words.functions import FUNCTIONS
+from vrs_cli.language.words.values import Kind
 from vrs_cli.language.words.word import Role
 from vrs_cli.values.acts import Attend, KeepDraft, LeaveEntry, ReadDraft, StopProgram
-from vrs_cli.values.diagnostics import Diagnostic, LineRefused
+from vrs_cli.values.diagnostics import Diagnostic, LineRefused, first_error
 from vrs_cli.values.hand import Look, Press, StopJog
 from vrs_cli.values.numbers import count
 from vrs_cli.values.prompt import Pace, PromptStatus, Suggestion
@@ -105,11 +108,8 @@ class Conversation:
         """The file named on the command line."""
         return self._guarded(load(self.session, Path(path)), "")
 
-    def answer(self) -> Dialogue[None]:
-        """Ask the questions of tasks, which go on then."""
-        return self._guarded(self._answer(), "")
-
     def _answer(self) -> Dialogue[None]:
+        """Ask the questions of tasks, which go on then."""
         yield from self.session.driver.ask()
         self.session.settle()
 
@@ -241,10 +241,6 @@ class Conversation:
         self._left_out = 0
         yield Message(f"{why}{name} is not stored ({how})", Tone.ERROR if why else Tone.NOTE)
 
-    def leave(self) -> Dialogue[None]:
-        """Ctrl-D: as EXIT, which an error of the shell itself does not keep the user from."""
-        return leave(self.session)
-
     def _being_typed(self) -> tuple[str, str]:
         """The name of the program that is typed or edited, and how it would be stored; empty where there is none."""
         if self.user_state.editor is not None:
@@ -265,7 +261,7 @@ class Conversation:
         """Do what a user asks for without a line. Raises UsageError where no screen shows it, VrsError."""
         match act:
             case Attend():
-                yield from self.answer()
+                yield from self._guarded(self._answer(), "")
             case LeaveEntry():
                 yield from self._guarded(self.leave_entry(act.why), "")
             case StopProgram():
@@ -302,12 +298,8 @@ class Conversation:
 
     # --- what is seen while a line is typed ---
 
-    def suggestions(self, text: str, everything: bool) -> list[Suggestion]:
-        """What may stand at the end of a line that is begun."""
-        return at_once(self.suggesting(text, everything))
-
     def suggesting(self, text: str, everything: bool) -> Dialogue[list[Suggestion]]:
-        """Do what `suggestions` does; another thread looks through many names."""
+        """What may stand at the end of a line that is not complete; another thread looks through many names."""
         session, memory, branches = self.session, self.session.environment, tuple(self.session.branches.names)
         steps = self.in_program or isinstance(self.user_state.on_screen, ScreenDraft)
         many = len(memory.spelling) + len(memory.programs) > MANY_NAMES
@@ -318,15 +310,6 @@ class Conversation:
             return suggestions(text, names, session.folder, in_program=steps, everything=everything)
 
         return (yield from beside_if(many, found))
-
-    def signature(self, text: str, *, steps: bool = False) -> Signature | None:
-        """What is being typed at the end of a line takes which arguments; `steps`: of a program, whatever is open."""
-        programs = self.session.programs
-
-        def program(key: str) -> Program | None:
-            return stored.program if (stored := programs.get(key)) is not None else None
-
-        return signature(text, program, at_prompt=not (steps or self.in_program))
 
     def status(self) -> PromptStatus:
         """What the prompt and the toolbar show. Where other users have the robot too, ask for it by `Holder.call`."""
@@ -391,3 +374,20 @@ def _named(header: str) -> str:
     """The name in a header, empty where there is none."""
     found = _NAME.match(header)
     return found.group(1) if found else ""
+
+
+def mistake_in_entry(entry: ProgramEntry, line: str, known: Mapping[str, Kind]) -> Diagnostic | None:
+    """The first error in the next line of a program. `known`: the kinds of the variables that have a value, but those
+    that bear the name of a parameter, which means something else.
+    """
+    if closes_entry(line) or not entry.program:
+        return None
+    try:
+        statement, heading = parse_step(line).statement, parse_prompt(entry.header)
+    except LineRefused as refused:
+        return refused.diagnostic
+    if statement is None:
+        return None
+    parameters = heading.parameters if isinstance(heading, ProgramHeader) else ()
+    meant = resolve_line(statement, variables_in((entry.header, *entry.lines)))
+    return first_error(check_line(meant, outside(parameters, known), in_program=True))

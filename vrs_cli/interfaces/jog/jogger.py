@@ -131,21 +131,12 @@ class Jogger:
 
     def __init__(self, station: Station, speed: float = 100.0) -> None:
         self.station, self.speed = station, speed
+        self.engine = station.engine
+        self.joints = self.engine.model.joint_count
+        self.units = self.engine.model.units
         self._key: tuple[Axis, float, float] | None = None  # axis, amount and speed of the step under way
         self._said = ""  # of the last key
         self._goes_on = False  # that step began while the one before it, of the same key, was under way
-
-    @property
-    def engine(self) -> Engine:
-        return self.station.engine
-
-    @property
-    def joints(self) -> int:
-        return self.engine.model.joint_count
-
-    @property
-    def units(self) -> JointUnits:
-        return self.engine.model.units
 
     def do(self, act: Press | StopJog | Look) -> Seen:
         """Do what a key says, and return what is seen then, with the reason where it cannot be done."""
