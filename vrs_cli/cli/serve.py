@@ -118,7 +118,10 @@ async def _served(options: Namespace, server: Server, hub: Hub, tell: Callable[[
     ending.add_done_callback(lambda _: stop.set())
 
     def ready(address: str) -> None:
-        print(f"{options.prog}: {address}, {_named(options, hub)}", flush=True)
+        names, own = ", ".join(hub.rooms), options.robots_per_token
+        said = [f"{'robot' if len(hub.rooms) == 1 else 'robots'} {names}"] if names else []
+        said += [f"{own} of its own for each token"] if own else []
+        print(f"{options.prog}: {address}, {', and '.join(said)}", flush=True)
 
     publisher = None
     if options.nats is not None:
@@ -141,13 +144,6 @@ async def _served(options: Namespace, server: Server, hub: Hub, tell: Callable[[
             await publisher.close()
     tell("ended")
     return OK
-
-
-def _named(options: Namespace, hub: Hub) -> str:
-    names = ", ".join(hub.rooms)
-    said = [f"{'robot' if len(hub.rooms) == 1 else 'robots'} {names}"] if names else []
-    own = [f"{options.robots_per_token} of its own for each token"] if options.robots_per_token else []
-    return ", and ".join(said + own)
 
 
 def serve_parser(prog: str) -> Parser:

@@ -97,19 +97,16 @@ class Disk(Struct, eq=False):
     folder: Folder
     spend: Callable[[int], None] = lambda _size: None
     hold: Callable[[int], None] = lambda _characters: None
-    _folders: dict[int, Folder] = field(default_factory=dict)  # of tasks that have one of their own
+    folders: dict[int, Folder] = field(default_factory=dict)  # of tasks that have one of their own
     _units: dict[tuple[int, int], _Unit] = field(default_factory=dict)
 
     # --- folders ---
 
     def place(self, task: int, folder: Folder | None) -> None:
         """A task that begins has its files in this folder; None: where all others have theirs."""
-        self._folders.pop(task, None)
+        self.folders.pop(task, None)
         if folder is not None:
-            self._folders[task] = folder
-
-    def own_folder(self, task: int) -> Folder | None:
-        return self._folders.get(task)
+            self.folders[task] = folder
 
     # --- units ---
 
@@ -148,7 +145,7 @@ class Disk(Struct, eq=False):
 
     def open(self, task: int, unit: int, name: str, access: Access) -> None:
         """Raises UnitNotAttached, FileOutside; what else goes wrong is the status."""
-        folder = self._folders.get(task, self.folder)
+        folder = self.folders.get(task, self.folder)
         one, path = self._unit(task, unit), folder.inside(name)
         if access is Access.READ and path.is_file():
             read = sum(len(other.file.getvalue()) for other in self._units.values() if isinstance(other.file, StringIO))
@@ -176,7 +173,7 @@ class Disk(Struct, eq=False):
 
     def delete(self, task: int, unit: int, name: str) -> None:
         """Raises UnitNotAttached, FileOutside."""
-        folder = self._folders.get(task, self.folder)
+        folder = self.folders.get(task, self.folder)
         one, path = self._unit(task, unit), folder.inside(name)
         with one.attempt():
             if any(other.path == path for other in self._units.values()):

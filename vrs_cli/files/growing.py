@@ -87,9 +87,6 @@ class GrowingFile:
         sync_handle(self._handle)
         self.size, self._torn = size, False
 
-    def ends_line(self) -> bool:
-        return self.read(self.size - 1, 1) == b"\n"
-
     def close(self) -> None:
         """Closing twice is closing once."""
         handle, self._handle = self._handle, -1

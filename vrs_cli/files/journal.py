@@ -196,7 +196,7 @@ class Journal:
         assert read is not None, "the file was read"
         if file.size > read.size:
             file.cut(read.size)
-        if not file.ends_line():
+        if file.read(file.size - 1, 1) != b"\n":
             file.add(b"\n", durable=True)
         if isinstance(read, Recording):
             self._places.extend(read.places)

@@ -194,10 +194,11 @@ def _locations(reply: replies.LocationTable, _page: Page) -> Iterator[Block]:
 
 
 def _reals(reply: replies.RealTable, _page: Page) -> Iterator[Block]:
-    rows = (
-        (name, default_form(value) + (" (TRUE)" if value else " (FALSE)") * reply.truths) for name, value in reply.rows
+    yield Grid(
+        (NAMES, Column("", Ink.NUMBER)),
+        tuple((name, default_form(x) + (" (TRUE)" if x else " (FALSE)") * reply.truths) for name, x in reply.rows),
+        tight=True,
     )
-    yield Grid((NAMES, Column("", Ink.NUMBER)), tuple(rows), tight=True)
 
 
 def _strings(reply: replies.StringTable, _page: Page) -> Iterator[Block]:
@@ -235,12 +236,13 @@ def _file_table(reply: replies.FileTable, _page: Page) -> Iterator[Block]:
 
 
 def _program_names(reply: replies.ProgramNames, _page: Page) -> Iterator[Block]:
-    columns = (Column("", Ink.ERROR), NAMES, Column("", Ink.NUMBER), Column("", Ink.COMMENT, fold=True))
-    rows = tuple(
-        (" " if row.executable else "*", row.name, f"{row.steps:4d} step{'s' * (row.steps != 1)}", row.comment)
-        for row in reply.rows
+    yield Grid(
+        (Column("", Ink.ERROR), NAMES, Column("", Ink.NUMBER), Column("", Ink.COMMENT, fold=True)),
+        tuple(
+            (" " if row.executable else "*", row.name, f"{row.steps:4d} step{'s' * (row.steps != 1)}", row.comment)
+            for row in reply.rows
+        ),
     )
-    yield Grid(columns, rows)
     if not all(row.executable for row in reply.rows):
         yield line("* not executable: LISTP shows its bad lines, LOAD of the mended file brings it in", Ink.NOTE)
 
@@ -291,8 +293,10 @@ def _signals(reply: replies.SignalTable, _page: Page) -> Iterator[Block]:
 
 
 def _settings(reply: replies.SettingTable, _page: Page) -> Iterator[Block]:
-    columns = (Column(reply.title, Ink.NAME), Column("", Ink.NUMBER), Column("", Ink.NOTE, fold=True))
-    yield Grid(columns, tuple((row.name, row.value, row.summary) for row in reply.rows))
+    yield Grid(
+        (Column(reply.title, Ink.NAME), Column("", Ink.NUMBER), Column("", Ink.NOTE, fold=True)),
+        tuple((row.name, row.value, row.summary) for row in reply.rows),
+    )
 
 
 def _clock(reply: replies.ClockReport, _page: Page) -> Iterator[Block]:
@@ -409,32 +413,36 @@ def _asked(record: CommandRecord | None) -> str:
 
 
 def _segment_grid(segments: Sequence[replies.SegmentRow]) -> Grid:
-    columns = (
-        number_column("No.", 3),
-        *number_columns("t_s", "t_f", width=8),
-        Column("Phase", width=10),
-        Column("Space", width=8),
-        Column("Command", Ink.INSTRUCTION, cut=True),
+    return Grid(
+        (
+            number_column("No.", 3),
+            *number_columns("t_s", "t_f", width=8),
+            Column("Phase", width=10),
+            Column("Space", width=8),
+            Column("Command", Ink.INSTRUCTION, cut=True),
+        ),
+        tuple(
+            (str(number), fixed(row.start), fixed(row.finish), row.phase, row.space, _labelled(row))
+            for number, row in enumerate(segments, 1)
+        ),
+        boxed=True,
     )
-    rows = tuple(
-        (str(number), fixed(row.start), fixed(row.finish), row.phase, row.space, _labelled(row))
-        for number, row in enumerate(segments, 1)
-    )
-    return Grid(columns, rows, boxed=True)
 
 
 def _branches(reply: replies.BranchTable, _page: Page) -> Iterator[Block]:
-    columns = (
-        Column("Branch", Ink.NAME, width=NAME_COLUMN),
-        number_column("Commands", 0),
-        *number_columns("Ends", "Clock"),
-        Column("", Ink.NOTE),
+    yield Grid(
+        (
+            Column("Branch", Ink.NAME, width=NAME_COLUMN),
+            number_column("Commands", 0),
+            *number_columns("Ends", "Clock"),
+            Column("", Ink.NOTE),
+        ),
+        tuple(
+            (row.name, str(row.commands), fixed(row.end), fixed(row.clock), "present" if row.present else "")
+            for row in reply.rows
+        ),
+        boxed=True,
     )
-    rows = tuple(
-        (row.name, str(row.commands), fixed(row.end), fixed(row.clock), "present" if row.present else "")
-        for row in reply.rows
-    )
-    yield Grid(columns, rows, boxed=True)
 
 
 def _comparison(reply: replies.ComparisonTable, page: Page) -> Iterator[Block]:
@@ -507,12 +515,15 @@ def _labelled(row: replies.SegmentRow | replies.ReplayRow) -> str:
 
 
 def _replay(reply: replies.ReplayTable, _page: Page) -> Iterator[Block]:
-    columns = (*number_columns("t", *POSE), Column("   Command", Ink.INSTRUCTION))
-    rows = tuple(
-        (fixed(row.end), *map(fixed, numbers_of(row.T_world_tool)), f"   {_labelled(row)}".rstrip())
-        for row in reply.rows
+    yield Grid(
+        (*number_columns("t", *POSE), Column("   Command", Ink.INSTRUCTION)),
+        tuple(
+            (fixed(row.end), *map(fixed, numbers_of(row.T_world_tool)), f"   {_labelled(row)}".rstrip())
+            for row in reply.rows
+        ),
+        tight=True,
+        keys=1,
     )
-    yield Grid(columns, rows, tight=True, keys=1)
 
 
 LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {

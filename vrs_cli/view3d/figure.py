@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from viser import FrameHandle, MeshHandle, SceneApi
+from viser import MeshHandle, SceneApi
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, link_pose
@@ -27,7 +27,7 @@ class Finger(NamedTuple):
 
 class Figure(Rooted):
     """An arm, as often as there are roots: node ROOT, in it the frames of the links, each in that of the link before
-    (`link_node`), and their meshes.
+    (`link_node`), and their meshes. `links` are these frames, that of the base first.
 
     So a joint that moves is one node that does. `colour` and `opacity` are those of a ghost; without them each shape
     has its own.
@@ -45,12 +45,12 @@ class Figure(Rooted):
         self.model = model
         self._scene, self._colour, self._opacity = scene, colour, opacity
         self._root = scene.add_frame(root, show_axes=False)
-        self._links = [scene.add_frame(link_node(root, i), show_axes=False) for i in range(model.joint_count + 1)]
-        place(self._links[0], model.base)
+        self.links = [scene.add_frame(link_node(root, i), show_axes=False) for i in range(model.joint_count + 1)]
+        place(self.links[0], model.base)
         self._joints: list[float | None] = [None] * model.joint_count
         self._base, self._hand = IDENTITY, -1.0
         self.fingers: list[Finger] = []
-        self._bodies: list[list[MeshHandle]] = [[] for _ in self._links]
+        self._bodies: list[list[MeshHandle]] = [[] for _ in self.links]
         for k, group in enumerate(_groups(looks_of(model), one_colour=colour is not None)):
             self._add(f"{link_node(root, group[0].shape.link)}/body{k}", group)
 
@@ -71,11 +71,6 @@ class Figure(Rooted):
         if first.opens:
             self.fingers.append(Finger(node, first.opens))
 
-    @property
-    def links(self) -> tuple[FrameHandle, ...]:
-        """The nodes of the links, that of the base first."""
-        return tuple(self._links)
-
     def show_link(self, i: int, visible: bool) -> None:
         """Whether the bodies of a link are seen, 0 the base; the links after it stay as they are."""
         for node in self._bodies[i]:
@@ -92,7 +87,7 @@ class Figure(Rooted):
         for i, x in enumerate(joints, 1):
             if x != self._joints[i - 1]:
                 self._joints[i - 1] = x
-                place(self._links[i], link_pose(self.model, i, x))
+                place(self.links[i], link_pose(self.model, i, x))
         if hand != self._hand:
             self._hand = hand
             for finger in self.fingers:

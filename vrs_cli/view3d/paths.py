@@ -61,7 +61,11 @@ class Path(Rooted):
         self._scene = scene
         _, (self._reach, *_) = levers(model)
         self._redrawing = Redrawing(wall)
-        self._found, self._step = _Found(model, around), around.step
+        self._around = around
+        self._path: ToolPath | None = None
+        self._timeline: Timeline | None = None  # kept, so that no other one has its identity
+        self._near: list[ToolLine] = []  # the lines around the present, no more than MOST
+        self._begins: list[float] = []  # when each of them does [s]
         self._root = scene.add_frame("/path", show_axes=False)
         self._texts = scene.add_frame("/path/commands", show_axes=False)
         self._under_way = scene.add_line_segments(
@@ -80,17 +84,20 @@ class Path(Rooted):
     def show(self, shown: Shown) -> None:
         if not self.visible:
             return
-        arm, timeline, window = shown.arm, shown.timeline, shown.t // self._step
-        draw = partial(self._draw, arm, timeline, window * self._step)
+        arm, timeline, window = shown.arm, shown.timeline, shown.t // self._around.step
+        draw = partial(self._draw, arm, timeline, window * self._around.step)
         self._redrawing.look(id(timeline), (window, self.commands), draw)
         self._move_on(shown.t, position(shown.position.T_world_tool))
 
     def _draw(self, arm: RobotArm, timeline: Timeline, t: float) -> None:
         """All that stands until the timeline is another, or another part of it is to be seen."""
-        before = self._found.lines
-        self._found.look(arm, timeline, t)
-        lines = self._found.lines
-        if lines == before and self._drawn and self._drawn[0] is self.commands:
+        self._path = self._path or ToolPath(arm, ERROR)
+        before, after, step = self._around
+        lines = _nearest(self._path.lines(timeline, t - before, t + step + after), t, MOST)
+        self._timeline = timeline
+        if lines != self._near:
+            self._near, self._begins = lines, [line.begin for line in lines]
+        elif self._drawn and self._drawn[0] is self.commands:
             return
         count = sum(len(line.points) - 1 for line in lines)
         self._lines = self._scene.add_line_segments(
@@ -128,7 +135,7 @@ class Path(Rooted):
 
     def _move_on(self, t: float, tip: Vector) -> None:
         """What is past at t [s] has one colour, what is planned the other; the line under way is parted at the tip."""
-        lines, place = self._found.lines, bisect_right(self._found.begins, t) - 1
+        lines, place = self._near, bisect_right(self._begins, t) - 1
         line = lines[place] if place >= 0 and lines[place].end > t else None
         passed = 0 if line is None else line.passed(t)
         first = max(passed - 1, 0) // AROUND * AROUND
@@ -159,26 +166,6 @@ class Path(Rooted):
         if passed < len(line.points):
             self._now[here, 0] = tip
         move_points(self._under_way, self._now)
-
-
-class _Found:
-    """The lines around a time, no more than MOST, and when each begins [s]."""
-
-    def __init__(self, model: RobotModel, around: Around) -> None:
-        self._model, self._around = model, around
-        self._path: ToolPath | None = None
-        self._timeline: Timeline | None = None  # kept, so that no other one has its identity
-        self.lines: list[ToolLine] = []
-        self.begins: list[float] = []
-
-    def look(self, arm: RobotArm, timeline: Timeline, t: float) -> None:
-        self._path = self._path or ToolPath(arm, ERROR)
-        before, after, step = self._around
-        found = self._path.lines(timeline, t - before, t + step + after)
-        self._timeline = timeline
-        lines = _nearest(found, t, MOST)
-        if lines != self.lines:
-            self.lines, self.begins = lines, [line.begin for line in lines]
 
 
 def _nearest(lines: Sequence[ToolLine], t: float, most: int) -> list[ToolLine]:

@@ -89,22 +89,18 @@ class Plots:
     def _choose(self, kind: PlotKind, event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
         with self._lock:
             if event.target.value and kind not in self._open:
-                with self._container():
+                if self._panel is None:  # on the right, opened with the first plot
+                    self._panel = self._window.client.gui.add_panel()
+                    self._tab = self._panel.add_tab("Plots")
+                    self._panel.dock_right()
+                    self._panel.set_width(WIDTH)
+                with self._tab:
                     self._open[kind] = _Plot(kind, self._window)
             elif not event.target.value and kind in self._open:
                 self._open.pop(kind).remove()
                 if not self._open and self._panel is not None:
                     self._panel.remove()
                     self._panel = None
-
-    def _container(self) -> viser.GuiTabHandle:
-        """Of the plots, which is opened with the first of them, on the right."""
-        if self._panel is None:
-            self._panel = self._window.client.gui.add_panel()
-            self._tab = self._panel.add_tab("Plots")
-            self._panel.dock_right()
-            self._panel.set_width(WIDTH)
-        return self._tab
 
     def show(self, shown: Shown) -> None:
         if self._open:

@@ -93,7 +93,18 @@ class Stage:
         reach = size_of(model)
         self._floor = scene.add_frame("/floor", show_axes=False)
         _lay_floor(scene, reach, floor_height(model))
-        _hang_lamp(scene, reach)
+        # a lamp far above the robot throws its shadow: a spot makes one map of it, where a directional light of viser
+        # makes three, and all of that has to be drawn before the first picture
+        x, y, z = (LAMP * reach * part for part in KEY)
+        scene.add_light_spot(
+            "/floor/lamp",
+            intensity=2.6,
+            decay=0.0,
+            angle=atan(LIT / LAMP),
+            position=(x, y, z),
+            direction=(-x, -y, -z),
+            cast_shadow=True,
+        )
         self._frames = {name: _named_frame(scene, name, 0.22 * reach) for name in ("world", "base", "tool")}
         self._frames["base"].visible = False
         self._base = IDENTITY
@@ -123,22 +134,6 @@ def backdrop(scene: SceneApi) -> None:
     part = np.linspace(0.0, 1.0, 128)[:, None, None]
     picture = (1.0 - part) * np.array(HEAD) + part * np.array(FOOT)
     scene.set_background_image(np.repeat(picture, 2, axis=1).astype(np.uint8), format="png")
-
-
-def _hang_lamp(scene: SceneApi, reach: float) -> None:
-    """A lamp far above the robot, which throws its shadow: a spot makes one map of it, where a directional light of
-    viser makes three, and all of that has to be drawn before the first picture.
-    """
-    x, y, z = (LAMP * reach * part for part in KEY)
-    scene.add_light_spot(
-        "/floor/lamp",
-        intensity=2.6,
-        decay=0.0,
-        angle=atan(LIT / LAMP),
-        position=(x, y, z),
-        direction=(-x, -y, -z),
-        cast_shadow=True,
-    )
 
 
 def _lay_floor(scene: SceneApi, reach: float, height: float) -> None:

@@ -230,7 +230,7 @@ class Performer:
         number = self._tasks.free() if event.number is None else event.number
         call = event.call
         task = Task(self._environment, self._robot, call.name, call.arguments, event.cycles, event.step)
-        started = self._tasks.start(number, task, self._devices.disk.own_folder(track.number))
+        started = self._tasks.start(number, task, self._devices.disk.folders.get(track.number))
         started.instant, started.before = track.instant, track.before - track.task.steps_done - STEPS_A_START
 
     def _control_task(self, _track: Track, event: ControlTask) -> None:
