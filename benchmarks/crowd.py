@@ -17,9 +17,9 @@ from threading import Thread
 from typing import NamedTuple
 
 from benchmarks.longest import Quiet
+from tests.interfaces.holders.holder import Holder
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.position import joints_at
-from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.session.session import Session
 
 ROBOTS, SECONDS, RATE = 30, 4.0, 50.0

@@ -10,8 +10,8 @@ import sys
 import tempfile
 import time
 
+from tests.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.dialogue import Reading, Running
-from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.text.collector import collect_in_small_parts
 from vrs_cli.values.commands import Move

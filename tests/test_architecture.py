@@ -52,7 +52,6 @@ INNER_FLOORS = {  # the same inside a folder; a file beside these floors may imp
         "jog",
         "monitor",
         "session",
-        "holders",
         "conversation",
         "port",
         "roles",

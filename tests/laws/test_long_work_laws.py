@@ -15,6 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.interfaces.holders.holder import Holder
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine import book
 from vrs_cli.errors import RequestRefused, VrsError
@@ -22,7 +23,6 @@ from vrs_cli.interfaces.actor import actor
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.dialogue import quietly
 from vrs_cli.interfaces.editor import lines as editor
-from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.monitor import files, programs
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session

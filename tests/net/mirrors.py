@@ -21,11 +21,11 @@ from typing import IO, Any, NamedTuple
 from msgspec.structs import replace
 
 from tests.by_hand import command
+from tests.interfaces.holders.holder import Holder
 from tests.live import PATIENCE, until
 from tests.net.cable import cable
 from tests.net.edits import Edits
 from tests.net.serving import Serving, serving
-from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.trajectory.timeline import Timeline

@@ -18,12 +18,12 @@ import pytest
 
 import vrs_cli as vrs
 from tests.examples import some
+from tests.interfaces.holders.holder import Holder
 from tests.live import PATIENCE, until
 from tests.net.edits import Edits
 from tests.net.serving import Serving, serving
 from tests.net.test_mirror import bits
 from vrs_cli.errors import RequestRefused
-from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.roles.observer import Observer
 from vrs_cli.net.nats import TAIL, PublishedRobot, Publisher
 

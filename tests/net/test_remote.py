@@ -19,11 +19,11 @@ import numpy as np
 import pytest
 
 import vrs_cli as vrs
+from tests.interfaces.holders.holder import Holder
 from tests.live import PATIENCE, until
 from tests.net.cable import Cable, cable
 from tests.net.serving import Serving, serving
 from vrs_cli.errors import JointOutOfRange, NonexistentFile, ProgramNotExecutable, RequestRefused, UndefinedValue
-from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.net.messages import LeaseAct
 from vrs_cli.net.socket_port import Loop, SocketPort
 from vrs_cli.net.stream import SEGMENTS

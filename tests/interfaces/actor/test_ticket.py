@@ -7,9 +7,9 @@ from types import FrameType
 
 import pytest
 
+from tests.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.dialogue import Dialogue, Notes
-from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.values.acts import Define, Evaluate, Execute, Undo

@@ -14,6 +14,7 @@ from threading import Thread
 import pytest
 
 from tests.engine.mirror import mirrored
+from tests.interfaces.holders.holder import Holder
 from tests.interfaces.terminals import RecordingTerminal
 from tests.live import PATIENCE
 from vrs_cli.engine.engine import Event
@@ -22,7 +23,6 @@ from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.files.journal import Journal, keep_journal, take
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.actor.ticket import Ticket
-from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.questions import Question

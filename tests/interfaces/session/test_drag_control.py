@@ -9,11 +9,11 @@ from random import Random
 import pytest
 
 from tests.engine.wall import ManualWall
+from tests.interfaces.holders.holder import Holder
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import IllegalValue, LeaseHeld, RoleWanted, UsageError
 from vrs_cli.interfaces.dragging import Dragging
-from vrs_cli.interfaces.holders.holder import Holder
 from vrs_cli.interfaces.session.drag_control import SILENCE, DragControl
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.lease import RobotLease
