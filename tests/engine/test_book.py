@@ -130,7 +130,7 @@ def test_undo_of_several_is_written_as_a_whole(engine: Engine) -> None:
     before, written = engine.timeline, len(paper(engine).lines)
     engine.redo()
     engine.undo(3)
-    assert (engine.book.commands, len(paper(engine).lines)) == (0, written + 4)
+    assert (engine.book.history.commands, len(paper(engine).lines)) == (0, written + 4)
     engine.redo(2)
     assert (engine.timeline, paper(engine).timeline()) == (before, before)
 

@@ -69,7 +69,7 @@ def test_old_times_are_the_same_to_the_bit_and_memory_does_not_grow(path: Path) 
     assert robot.in_memory() < 50
     assert len(robot.engine.book.history.done) <= REACH.changes
     robot.check_past()
-    assert len(robot.engine.book.all_records()()) == robot.engine.book.commands == 100
+    assert len(robot.engine.book.all_records()()) == robot.engine.book.history.commands == 100
     recording = read_trajectory(path)
     assert recording.deltas == tuple(robot.engine.book.deltas)
     assert recording.timeline == robot.engine.timeline
@@ -94,7 +94,7 @@ def test_a_restart_reads_the_end_and_finds_all(path: Path, moves: int) -> None:
     again = Robot(path)
     assert again.from_checkpoint == (moves > 2 * REACH.changes)
     assert again.engine.timeline == read_trajectory(path).timeline
-    assert again.engine.book.commands == moves
+    assert again.engine.book.history.commands == moves
     again.seen = robot.seen
     again.check_past()
     again.move(20)
@@ -115,7 +115,7 @@ def test_what_is_undone_before_a_checkpoint_may_be_redone_after_it(path: Path) -
     again = Robot(path)
     assert again.from_checkpoint
     assert again.engine.timeline == read_trajectory(path).timeline
-    assert again.engine.book.commands == 31
+    assert again.engine.book.history.commands == 31
 
 
 def test_a_file_of_before_is_taken_up_as_a_whole_and_has_checkpoints_then(path: Path) -> None:

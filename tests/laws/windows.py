@@ -134,8 +134,8 @@ def _said(step: HistoryStep) -> str:
 
 def _check_same(short: Robot, whole: Robot, random: Random, *, thorough: bool) -> None:
     a, b = short.engine, whole.engine
-    assert (a.timeline.version, len(a.timeline), a.end, a.now, a.book.number, a.book.commands) == (
-        *(b.timeline.version, len(b.timeline), b.end, b.now, b.book.number, b.book.commands),
+    assert (a.timeline.version, len(a.timeline), a.end, a.now, a.book.number, a.book.history.commands) == (
+        *(b.timeline.version, len(b.timeline), b.end, b.now, b.book.number, b.book.history.commands),
     )
     for t in [random.uniform(-1.0, b.end + 1.0) for _ in range(3)]:
         assert repr(a.position(t)) == repr(b.position(t))  # to the sign of a zero

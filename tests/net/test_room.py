@@ -612,7 +612,7 @@ def test_a_disk_that_takes_nothing_refuses_commands_and_lets_all_look(
             assert "no space left" in refused.message
             for line in ("WHERE", "TIMELINE", "ABORT"):
                 assert ada.line(line).ok
-            assert it.room.session.engine.book.commands == 1
+            assert it.room.session.engine.book.history.commands == 1
         assert ada.line("x = 3").ok
         assert ada.line("DRIVE 1, 5, 50").ok
 

@@ -172,11 +172,6 @@ class Book:
 
     # --- reading ---
 
-    @property
-    def commands(self) -> int:
-        """The number of motion commands in force."""
-        return self.history.commands
-
     def records(self) -> tuple[CommandRecord, ...]:
         """Return the motion commands that are in force and can be taken back, in the order of issue."""
         return records(self.timeline, [step.delta for step in self.history.done])

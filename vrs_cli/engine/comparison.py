@@ -88,7 +88,7 @@ def _extent(arm: RobotArm, book: Book) -> Extent:
     travel = np.abs(np.diff(here.joints, axis=0)).sum(axis=0)
     return Extent(
         duration=timeline.end - timeline.start,
-        commands=book.commands,
+        commands=book.history.commands,
         segments=len(timeline) - 1,
         tool_path=float(np.linalg.norm(np.diff(here.T_world_tool[:, :, 3], axis=0), axis=1).sum()),
         joint_travel=float(travel[~slides].sum()),

@@ -184,7 +184,7 @@ def state_at(arm: RobotArm, segment: Segment, s: float) -> Here:
     smoothly = LAWS[segment.motion.profile].smooth
     if isinstance(path, JointPath):
         return Here(JointState(joints, path.velocity(s), path.acceleration(s) if smoothly else ()))
-    (pose, twist), frame = path.state(s), segment.motion.frames.tool
+    (pose, twist), frame = path.states()(s), segment.motion.frames.tool
     rates = path.twist_rate(s) if smoothly else (0.0,) * 6
     tool = ToolState(pose, twist[:3], twist[3:], rates[:3], rates[3:])
     if tool.at_rest:

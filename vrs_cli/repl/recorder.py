@@ -37,7 +37,7 @@ class Recorder:
         session.journal = self._journal.path
         if recording is None:
             return Message(f"{self.path} is begun")
-        commands = count(engine.book.commands, "command")
+        commands = count(engine.book.history.commands, "command")
         torn = (TORN,) if recording.dropped_tail else ()
         wrong = "".join(f"{what}\n" for what in (*torn, *recording.warnings))
         return Message(f"{wrong}{self.path} goes on: {commands}, clock at {engine.now:.3f} s")

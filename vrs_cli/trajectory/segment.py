@@ -212,18 +212,14 @@ class CartesianPath(NamedTuple):
 
     def pose(self, s: float) -> Transform:
         """T_robot_tool at t_s + s."""
-        return self.state(s)[0]
+        return self.states()(s)[0]
 
     def twist(self, s: float) -> Twist:
         """Velocity of the tool tip and angular velocity, in the robot's frame [m/s, rad/s]."""
-        return self.state(s)[1]
-
-    def state(self, s: float) -> tuple[Transform, Twist]:
-        """`pose` and `twist` at once."""
-        return self.states()(s)
+        return self.states()(s)[1]
 
     def states(self) -> Callable[[float], tuple[Transform, Twist]]:
-        """`state`, for many times of one path."""
+        """Return a function from the time to `pose` and `twist`, for many times of one path."""
         place, turned = _places(*self.position), _orientations(self.orientation, self.turns)
 
         def state(s: float) -> tuple[Transform, Twist]:

@@ -312,7 +312,7 @@ def test_a_robot_that_is_served_answers_every_thread(served: Session) -> None:
     for thread in threads:
         thread.join(PATIENCE)
     assert len(found) == 20
-    assert served.engine.timeline.version == served.engine.book.commands == 20
+    assert served.engine.timeline.version == served.engine.book.history.commands == 20
 
 
 def test_one_thread_drives_at_a_time(session: Session) -> None:

@@ -122,7 +122,7 @@ def _load_trajectory(station: Station, path: Path) -> Dialogue[None]:
     if recording.dropped_tail:
         yield Message(TORN, Tone.WARNING)
     yield from (Message(warning, Tone.WARNING) for warning in recording.warnings)
-    commands = count(station.engine.book.commands, "command")
+    commands = count(station.engine.book.history.commands, "command")
     yield Message(f"On {name}, a branch of {commands} from {path}; the clock is at {station.engine.now:.3f} s")
 
 
@@ -177,7 +177,7 @@ def _save(station: Station, it: Instruction) -> Dialogue[None]:
     yield from may_write(station, path)
     model, initial, deltas = engine.model, engine.book.initial, engine.book.deltas.copy()
     yield from beside(lambda: write_trajectory(path, model, initial, deltas, station.folder))
-    yield Message(f"{path} saved: {count(engine.book.commands, 'command')}, {engine.end:.3f} s")
+    yield Message(f"{path} saved: {count(engine.book.history.commands, 'command')}, {engine.end:.3f} s")
 
 
 def _replay(station: Station, it: Instruction) -> Dialogue[None]:

@@ -61,7 +61,7 @@ def branch_table(station: Station) -> BranchTable:
     present, rows = station.branches.present, list[BranchRow]()
     for name in station.branches.names:
         left = station.branches.left(name)
-        rows.append(BranchRow(name, name == present, left.book.commands, left.book.timeline.end, left.clock))
+        rows.append(BranchRow(name, name == present, left.book.history.commands, left.book.timeline.end, left.clock))
     return BranchTable(tuple(rows))
 
 
