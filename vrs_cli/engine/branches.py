@@ -93,10 +93,7 @@ class Branches:
         return self.engine.bookmark() if branch.left is None else branch.left
 
     def _found(self, name: str) -> _Branch | None:
-        return self._main if name.lower() == MAIN else self._made.get(self._key(name))
-
-    def _key(self, name: str) -> tuple[Hashable, str]:
-        return self.who, name.lower()
+        return self._main if name.lower() == MAIN else self._made.get((self.who, name.lower()))
 
     def _named(self, name: str) -> _Branch:
         found = self._found(name)
@@ -122,7 +119,7 @@ class Branches:
         self._check_time()
         if branch.name in self:
             raise UsageError(f"there is a branch {branch.name} already", "take another name")
-        self._made[self._key(branch.name)] = branch
+        self._made[(self.who, branch.name.lower())] = branch
 
     def change_over(self, name: str) -> None:
         """Switch to another branch: the engine goes on where that branch was left."""
@@ -190,7 +187,7 @@ class Branches:
         """Remove a branch; if it is the present one, switch to main first. Raises UsageError as `droppable` does."""
         if self.droppable(name) == self.present:
             self.change_over(MAIN)
-        del self._made[self._key(name)]
+        del self._made[(self.who, name.lower())]
 
     def droppable(self, name: str) -> str:
         """Return the spelled name of a branch that may be dropped.
@@ -237,7 +234,7 @@ class Branches:
             merged = structs.replace(main, clock=clock)
         self.change_over(MAIN)
         self.engine.take_up(merged)
-        del self._made[self._key(name)]
+        del self._made[(self.who, name.lower())]
         return len(steps)
 
     def _planned_again(

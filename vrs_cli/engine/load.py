@@ -148,8 +148,8 @@ class StretchLoad:
         samples = self.samples
         columns = list(zip(*[sample.velocity for sample in samples], strict=True))
         fastest = [_largest(column[1:]) for column in columns]
-        rows = zip(fastest, start, self.limits.max_velocity, strict=True)
-        later = [v * (MARGIN if v > abs(before) else SMALL_MARGIN) / most for v, before, most in rows]
+        starting = zip(fastest, start, self.limits.max_velocity, strict=True)
+        later = [v * (MARGIN if v > abs(before) else SMALL_MARGIN) / most for v, before, most in starting]
         joint = _where_largest(later)
         at = samples[1 + _where_largest(columns[joint][1:])].s
         firsts = map(_first_peak, samples[0].velocity, at_first, first_mean, repeat(samples[1].s - samples[0].s))
@@ -158,8 +158,11 @@ class StretchLoad:
         worst = load.velocity
         for sample in self._peaks(columns, worst) if worst >= NEAR_PEAK else ():
             load = load.worse(self._velocity_at(sample, SMALL_MARGIN))
-        for sample in self._peaks_at_first(at_first) if worst <= 1.0 + ROUNDING else ():
-            load = load.worse(self._velocity_at(sample, 1.0))
+        rows = zip(samples[0].velocity, at_first, self.limits.max_velocity, strict=True)
+        for i, (v, a, limit) in enumerate(rows) if worst <= 1.0 + ROUNDING else ():
+            # a joint that begins at its limit is fastest before the second sample, unless it slows down
+            if abs(v) >= AT_LIMIT * limit and a * v > -SLOWS_DOWN * abs(v):
+                load = load.worse(self._velocity_at(self._peak(i, samples[0], samples[1]), 1.0))
         return load
 
     def _velocity_at(self, sample: Sample, margin: float) -> Load:
@@ -174,13 +177,6 @@ class StretchLoad:
             k = _where_largest(column)
             if k and abs(column[k]) / limit >= NEAR_PEAK * max(worst, 1.0):  # what the first interval has is known
                 yield self._peak(i, samples[k - 1], samples[min(k + 1, len(samples) - 1)])
-
-    def _peaks_at_first(self, at_first: Joints) -> Iterator[Sample]:
-        """Where the joints that begin at their limit are fastest before the second sample, unless they slow down."""
-        rows = zip(self.samples[0].velocity, at_first, self.limits.max_velocity, strict=True)
-        for i, (v, a, limit) in enumerate(rows):
-            if abs(v) >= AT_LIMIT * limit and a * v > -SLOWS_DOWN * abs(v):
-                yield self._peak(i, self.samples[0], self.samples[1])
 
     def _peak(self, joint: int, before: Sample, after: Sample) -> Sample:
         """Where a joint is fastest between two samples: at the top of a parabola through three samples, until it is as

@@ -6,6 +6,7 @@ Position, velocity and acceleration are continuous from the state that the motio
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import (
@@ -106,27 +107,22 @@ class _ToolMotion(ToolMotion):
         return search(self._demands, guess, settling, least)
 
     def stop(self) -> Change:
-        """Return the shortest times found in which velocity and spin end, with their accelerations. Raises NoTimes."""
-        found = [change for rise in RISES if (change := self._stop(rise)) is not None]
+        """Return the shortest times found in which velocity and spin end, with their accelerations. Raises NoTimes.
+
+        The first ramp is tried as several parts of the last one: a tool that slows down already needs a short one.
+        """
+        limits, found = self.limits, list[Change]()
+        ramp = max(limits.acceleration / limits.jerk, limits.spin_acceleration / limits.spin_jerk)
+        lasting = max(length(self.state.velocity) / limits.acceleration, length(self.spin) / limits.spin_acceleration)
+        tip = self.state.velocity, self.acceleration, limits.acceleration * MARGIN, limits.jerk * MARGIN
+        spin = self.spin, self.spin_rate, limits.spin_acceleration * MARGIN, limits.spin_jerk * MARGIN
+        for rise in RISES:
+            times = (rise * ramp, max(lasting - 0.5 * (1.0 + rise) * ramp, 0.0), ramp)
+            stretched = (Change(*(up_to_grid(duration * STRETCH**k) for duration in times)) for k in range(*STRETCHES))
+            found += islice((change for change in stretched if keeps(change, *tip) and keeps(change, *spin)), 1)
         if not found:
             raise NoTimes("no change of velocity within the limits ends at rest")
         return min(found, key=lambda change: change.lasts)
-
-    def _stop(self, rise: float) -> Change | None:
-        """Return the times of a stop whose first ramp is this part of the last one; None if none is found. A tool that
-        slows down already needs a short first ramp.
-        """
-        limits = self.limits
-        ramp = max(limits.acceleration / limits.jerk, limits.spin_acceleration / limits.spin_jerk)
-        lasting = max(length(self.state.velocity) / limits.acceleration, length(self.spin) / limits.spin_acceleration)
-        times = (rise * ramp, max(lasting - 0.5 * (1.0 + rise) * ramp, 0.0), ramp)
-        for k in range(*STRETCHES):
-            change = Change(*(up_to_grid(duration * STRETCH**k) for duration in times))
-            tip = self.state.velocity, self.acceleration, limits.acceleration * MARGIN, limits.jerk * MARGIN
-            spin = self.spin, self.spin_rate, limits.spin_acceleration * MARGIN, limits.spin_jerk * MARGIN
-            if keeps(change, *tip) and keeps(change, *spin):
-                return change
-        return None
 
     def _demands(self, change: Change) -> Bounds:
         """Return the bounds of position and rotation together; the dying spin and the new turn share the angular
