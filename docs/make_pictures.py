@@ -65,7 +65,7 @@ def recorded(lines: Sequence[str]) -> Console:
     for line in lines:
         entry = conversation.entry
         console.print(Text(entry.prompt + entry.indent if entry else IDLE) + _coloured(line))
-        conversation.take(line)
+        conversation.perform(conversation.lines(line))
     console.print(IDLE)
     bar = toolbar(conversation.status(), terminal.last, WIDTH)
     console.print(rich_text(TextLine(((bar, Ink.COMMENT),))))

@@ -29,7 +29,7 @@ class Shell:
 
     def take(self, *lines: str) -> None:
         for line in lines:
-            self.conversation.take(line)
+            self.conversation.perform(self.conversation.lines(line))
             self.keeper.keep()
         self.keeper._recovery.wait()
 

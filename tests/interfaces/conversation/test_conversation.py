@@ -58,7 +58,7 @@ def test_law_nothing_that_is_typed_is_an_internal_error(typed: list[str]) -> Non
     terminal = PlainTerminal(stream, iter([]))
     conversation = Conversation(Session(terminal, limits=Limits(max_time=10.0, max_steps=1000)))
     for line in typed:
-        conversation.take(line)
+        conversation.perform(conversation.lines(line))
     assert "internal error" not in stream.getvalue()
 
 
@@ -68,7 +68,7 @@ def conversation() -> Conversation:
 
 def test_several_lines_at_once() -> None:
     dialogue = conversation()
-    dialogue.take(".PROGRAM p\na = 1\n.END\nEXECUTE p\nb = a+1")
+    dialogue.perform(dialogue.lines(".PROGRAM p\na = 1\n.END\nEXECUTE p\nb = a+1"))
     assert dict(dialogue.session.environment.kinds()).keys() == {"a", "b"}
 
 
@@ -77,8 +77,9 @@ def test_a_broken_pipe_is_for_the_caller(monkeypatch: pytest.MonkeyPatch) -> Non
         raise BrokenPipeError
 
     monkeypatch.setattr(Session, "answers", gone)
+    typed = conversation()
     with pytest.raises(BrokenPipeError):
-        conversation().take("WHERE")
+        typed.perform(typed.lines("WHERE"))
 
 
 # --- at a desk of one's own ----------------------------------------------------------------------------------------
@@ -133,7 +134,7 @@ def test_who_leaves_a_robot_that_others_hold_is_asked_nothing() -> None:
 def test_the_status_is_what_a_prompt_shows() -> None:
     dialogue = conversation()
     dialogue.user_state.attended = True
-    dialogue.take("SPEED 50\nDRIVE 1, 10\nhand = 3")
+    dialogue.perform(dialogue.lines("SPEED 50\nDRIVE 1, 10\nhand = 3"))
     status = dialogue.status()
     assert (status.prompt, status.running, status.monitor_speed, status.speed_unit) == (".", False, 50.0, "%")
     assert status.clock == status.end > 0.0
@@ -158,8 +159,8 @@ EXECUTE
 def test_places_may_stand_behind_the_programs_of_a_paste() -> None:
     stream = StringIO()
     conversation = Conversation(Session(PlainTerminal(stream, iter([]))))
-    conversation.take('.PROGRAM before\nTYPE "before"\n.END\nEXECUTE')
-    conversation.take(PASTED)
+    conversation.perform(conversation.lines('.PROGRAM before\nTYPE "before"\n.END\nEXECUTE'))
+    conversation.perform(conversation.lines(PASTED))
     assert stream.getvalue() == (
         "Program before: 1 step\nbefore\nProgram completed\n"
         "Program pick: 1 step\nProgram place: 1 step\nProgram completed\n"
@@ -170,7 +171,7 @@ def test_places_may_stand_behind_the_programs_of_a_paste() -> None:
 def test_the_name_of_a_program_may_be_cut_short() -> None:
     stream = StringIO()
     conversation = Conversation(Session(PlainTerminal(stream, iter([]))))
-    conversation.take(PASTED.replace("EXECUTE", "EX pl\nLISTP pla\nEX pi\nEX p\nDELETEP pla"))
+    conversation.perform(conversation.lines(PASTED.replace("EXECUTE", "EX pl\nLISTP pla\nEX pi\nEX p\nDELETEP pla")))
     said = stream.getvalue()
     assert "placed\nProgram completed\n.PROGRAM place()\n" in said
     assert "program p (pick, place begin so)" in said

@@ -67,10 +67,6 @@ class Conversation:
 
     # --- lines ---
 
-    def take(self, text: str) -> None:
-        """Carry out `lines` at the terminal of the session."""
-        self.perform(self.lines(text))
-
     def perform(self, dialogue: Dialogue[None]) -> None:
         """Drive a dialogue to its end at the terminal of the session. Errors are shown."""
         try:
@@ -137,7 +133,10 @@ class Conversation:
             yield from help_on(asked)
         elif self.entry is not None:
             if alone and self.user_state.attended and not self._refused:
-                self._check_step(self.entry, line)
+                mistake = mistake_in_entry(self.entry, line, self.session.environment.kinds())
+                if mistake is not None:  # the line does not become a step
+                    self._left_out += 1
+                    raise LineRefused(mistake)
             yield from self._step(self.entry, line, goes_on=goes_on)
         elif self.user_state.editor is None and opens_entry(line):
             yield from self._open(line)
@@ -174,13 +173,6 @@ class Conversation:
             raise ProgramExists(name, f"DELETEP {name} deletes it, DISABLE INTERACTIVE lets it be replaced")
         self._refused = ""
 
-    def _check_step(self, entry: ProgramEntry, line: str) -> None:
-        """Raises LineRefused for a line with a mistake that was typed by itself: it does not become a step."""
-        mistake = mistake_in_entry(entry, line, self.session.environment.kinds())
-        if mistake is not None:
-            self._left_out += 1
-            raise LineRefused(mistake)
-
     def _step(self, entry: ProgramEntry, line: str, *, goes_on: bool) -> Dialogue[None]:
         """A line of a program, or `.END`. `goes_on`: another program or section was pasted with it, for which it
         waits: the places of a program may stand behind it.
@@ -195,18 +187,15 @@ class Conversation:
         if left_out:
             yield Message(f"Not in it, for their mistakes: {count(left_out, 'line')}")
         if not refused:
-            self._check_may_store(entry)
+            try:
+                self._check_may()
+            except VrsError:
+                if self.user_state.attended:
+                    self.entry = entry  # the lease went to another user meanwhile, and may come back
+                raise
             self._pasted += entry.text
         if not goes_on:
             yield from self._store()
-
-    def _check_may_store(self, entry: ProgramEntry) -> None:
-        try:
-            self._check_may()
-        except VrsError:
-            if self.user_state.attended:
-                self.entry = entry  # the lease went to another user meanwhile, and may come back
-            raise
 
     def _check_may(self) -> None:
         self.session.check_may("a program", Role.SUPERVISOR)
@@ -267,17 +256,13 @@ class Conversation:
             case StopProgram():
                 yield from self.stop_program()
             case ReadDraft() | KeepDraft():
-                return (yield from self._draft.do(act))
+                if not isinstance(self.user_state.on_screen, ScreenDraft):
+                    raise UsageError("SEE fills no screen now", "SEE comes first")
+                return (yield from self.user_state.on_screen.do(act))
             case Press() | StopJog() | Look():
                 shown = self.user_state.on_screen
                 return shown.do(act) if isinstance(shown, Jogger) else self._held.do(act)
         return None
-
-    @property
-    def _draft(self) -> ScreenDraft:
-        if not isinstance(self.user_state.on_screen, ScreenDraft):
-            raise UsageError("SEE fills no screen now", "SEE comes first")
-        return self.user_state.on_screen
 
     def stop_program(self) -> Dialogue[None]:
         """Stop the user's program, at Ctrl-C on an empty line; its end is told when the arm stands."""
