@@ -10,8 +10,7 @@ import pytest
 from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.mapped_arm import MappedArm
-from vrs_cli.kinematics.offset_wrist.arm import OffsetWristArm
-from vrs_cli.kinematics.offset_wrist.rates import CLEAR, joint_velocity
+from vrs_cli.kinematics.offset_wrist.arm import CLEAR, OffsetWristArm, closed_rates
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, rotation_x, translation
 
@@ -45,6 +44,6 @@ def test_next_to_a_singular_pose_there_are_none(joint: int) -> None:
     arm = other_arm()
     for size, none in ((0.9 * CLEAR, True), (1.1 * CLEAR, False)):
         q = tuple([size if k == joint else 0.5 for k in range(1, 7)])
-        found = joint_velocity(arm.offsets, q, arm.twist(q, (0.1,) * 6), IDENTITY)
+        found = closed_rates(arm.offsets, q, arm.twist(q, (0.1,) * 6), IDENTITY)
         assert (found is None) is none
         assert arm.joint_velocity(q, arm.twist(q, (0.1,) * 6)) == pytest.approx((0.1,) * 6, abs=1e-9)

@@ -87,8 +87,12 @@ def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[LinkSha
     thick, thin = radii
     found: list[LinkShape] = []
     if slides:
-        found.append(_sleeve(i, thick))
-        found.append(_rod(i, corner, axis, (0.0, -run, upper - model.lower[i - 1] - run), 0.6 * thin))
+        # a rod, from the end of the link to wherever its sleeve may be, which stands on the link before
+        sleeve, rod = 1.1 * thick, 0.6 * thin
+        found.append(LinkShape(i - 1, Cylinder((0.0, 0.0, -thick), (0.0, 0.0, thick), (sleeve, sleeve)), "dark"))
+        reaches = 0.0, -run, upper - model.lower[i - 1] - run
+        ends = along(corner, axis, min(reaches) - rod), along(corner, axis, max(reaches) + rod)
+        found.append(LinkShape(i, Cylinder(*ends, (rod, rod)), "steel"))
     else:
         found.append(_hub(i, start, axis, thick))
         if abs(run) > SHORT:
@@ -96,17 +100,6 @@ def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[LinkSha
     if dist(corner, ORIGIN) > SHORT:
         found.append(LinkShape(i, Capsule(corner, ORIGIN, (thick, thin))))
     return found
-
-
-def _sleeve(i: int, radius: float) -> LinkShape:
-    """What the rod of a sliding joint runs in: it stands on the link before."""
-    return LinkShape(i - 1, Cylinder((0.0, 0.0, -radius), (0.0, 0.0, radius), (1.1 * radius, 1.1 * radius)), "dark")
-
-
-def _rod(i: int, corner: Vector, axis: Vector, reaches: tuple[float, ...], radius: float) -> LinkShape:
-    """What slides: from the end of the link to wherever the sleeve may be, as seen from there."""
-    near, far = along(corner, axis, min(reaches) - radius), along(corner, axis, max(reaches) + radius)
-    return LinkShape(i, Cylinder(near, far, (radius, radius)), "steel")
 
 
 def _hub(i: int, centre: Vector, axis: Vector, radius: float) -> LinkShape:

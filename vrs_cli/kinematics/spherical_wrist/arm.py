@@ -1,17 +1,20 @@
 """The arm with six joints of which the last three meet in one point, as the PUMA 560.
 
-Formulas: `spherical_wrist.geometry`, `forward`, `inverse`, `rates`.
+Formulas: `spherical_wrist.geometry`, `inverse`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from math import cos, hypot, sin, sqrt
 from typing import TYPE_CHECKING
 
-from vrs_cli.errors import LocationOutOfRange
+from vrs_cli.errors import LocationOutOfRange, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.clearance import (
+    ON_BOUNDARY,
+    SINGULAR,
     UNKNOWN,
     Clearance,
     Hand,
@@ -25,17 +28,17 @@ from vrs_cli.kinematics.clearance import (
     turning_beside_axis,
 )
 from vrs_cli.kinematics.configuration import ALL, WRIST_SINGULAR, Configuration
-from vrs_cli.kinematics.jacobian import Demands, Singularity, Twist
+from vrs_cli.kinematics.jacobian import AT_REST, Demands, Singularity, Twist
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.spherical_wrist import rates
-from vrs_cli.kinematics.spherical_wrist.forward import make_forward
 from vrs_cli.kinematics.spherical_wrist.geometry import Geometry, configuration_of, outward
 from vrs_cli.kinematics.spherical_wrist.inverse import make_branch, make_branches, make_outside, make_within
 from vrs_cli.kinematics.transform import IDENTITY, Transform, cross
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.serial_batch import SerialBatch
+
+_new = tuple.__new__
 
 
 class SphericalWristArm(RobotArm):
@@ -128,10 +131,89 @@ class SphericalWristArm(RobotArm):
         T_flange_tool: Transform = IDENTITY,
         demands: Demands = (),  # noqa: ARG002 (no joint is too many)
     ) -> Joints:
-        return rates.joint_velocity(self.geometry, q, twist, T_flange_tool)
+        """Joint rates [rad/s] that give the tool this twist.
+
+        In a singularity a twist that asks nothing of the lost direction is solved (joint 1, 3 or 4 standing
+        still); any other raises StraightLineSingular, which says which singularity it is. Near one the rates are
+        large: compare them with the limits.
+
+        Seen from the wrist centre the arm moves it and the wrist turns about it, so the 6x6 of the Jacobian falls into
+        three small ones (Hollerbach and Sahar 1983), each with its own singularity:
+
+            shoulder    wrist centre in the plane through the axis of joint 1        u = 0
+            elbow       arm stretched or folded flat                                 sin psi = 0
+            wrist       axes of joints 4 and 6 in one line                           sin q5 = 0
+        """
+        _, a1, a2, a3, d4, d6, side, forearm, _ = self.geometry
+        q1, q2, q3, q4, q5, q6 = q
+        c1, s1 = cos(q1), sin(q1)
+        c23, s23 = cos(q2 + q3), sin(q2 + q3)
+        c4, s4 = cos(q4), sin(q4)
+        c5, s5 = cos(q5), sin(q5)
+        uu, uv = a2 * cos(q2), a2 * sin(q2)  # upper arm, outward and down
+        fu, fv = a3 * c23 + d4 * s23, a3 * s23 - d4 * c23  # forearm
+        u = a1 + uu + fu  # wrist centre from the axis of joint 1
+        x, y = c4 * s5, s4 * s5
+        e = c23 * x + s23 * c5
+        tx, ty, tz = T_flange_tool[3], T_flange_tool[7], d6 + T_flange_tool[11]
+        rx, ry, rz = tz * (c1 * e - s1 * y), tz * (s1 * e + c1 * y), tz * (c23 * c5 - s23 * x)  # wrist centre to tool
+        if tx or ty:  # off the axis of joint 6
+            c6, s6 = cos(q6), sin(q6)
+            along, across = c6 * tx - s6 * ty, s6 * tx + c6 * ty
+            x = c4 * c5 * along - s4 * across
+            y = s4 * c5 * along + c4 * across
+            z = -s5 * along
+            e = c23 * x + s23 * z
+            rx += c1 * e - s1 * y
+            ry += s1 * e + c1 * y
+            rz += c23 * z - s23 * x
+        vx, vy, vz, wx, wy, wz = twist
+        x = vx - wy * rz + wz * ry  # of the wrist centre
+        y = vy - wz * rx + wx * rz
+        out, across, down = c1 * x + s1 * y, c1 * y - s1 * x, wx * ry - wy * rx - vz
+        turn = c1 * wx + s1 * wy
+        # the turn of the hand, about the axes of frame 3
+        x, y, z = c23 * turn - s23 * wz, c1 * wy - s1 * wx, s23 * turn + c23 * wz
+        if u > SINGULAR or u < -SINGULAR:
+            qd1 = across / u
+        elif -AT_REST < across < AT_REST:
+            qd1 = 0.0
+        else:
+            raise _singular("shoulder", "the wrist is above or below the axis of joint 1")
+        out += side * qd1
+        stretch = uu * fv - uv * fu  # a2 forearm sin psi
+        if abs(stretch) > SINGULAR * a2 * forearm:
+            qd2 = (out * fu + down * fv) / stretch
+            qd23 = -(out * uu + down * uv) / stretch
+        else:
+            h, v = uu + fu, uv + fv
+            reach = hypot(h, v)
+            if reach < SINGULAR or abs(out * h + down * v) > AT_REST * reach:
+                raise _singular("elbow", "the arm is stretched or folded flat")
+            qd2 = qd23 = (down * h - out * v) / (reach * reach)
+        # what is left for the wrist to turn
+        x += s23 * qd1
+        y -= qd23
+        z -= c23 * qd1
+        lost = c4 * x + s4 * y
+        qd5 = c4 * y - s4 * x
+        if s5 > ON_BOUNDARY or s5 < -ON_BOUNDARY:
+            qd6 = lost / s5
+            return qd1, qd2, qd23 - qd2, z - c5 * qd6, qd5, qd6
+        # a vector so short has no direction: joint 4 is held. Where it would have to turn, joints jump to the next
+        # sample, which no velocity explains
+        if -SINGULAR <= s5 <= SINGULAR and not -AT_REST < lost < AT_REST:
+            raise _singular("wrist", "the axes of joints 4 and 6 are in one line")
+        return qd1, qd2, qd23 - qd2, 0.0, qd5, z / c5
 
     def singularity(self, q: Joints) -> Singularity:
-        return rates.singularity(self.geometry, q)
+        _, a1, a2, a3, d4, _, _, forearm, _ = self.geometry
+        _, q2, q3, _, q5, _ = q
+        c23, s23 = cos(q2 + q3), sin(q2 + q3)
+        uu, uv = a2 * cos(q2), a2 * sin(q2)
+        fu, fv = a3 * c23 + d4 * s23, a3 * s23 - d4 * c23
+        stretch = (uu * fv - uv * fu) / (a2 * forearm)
+        return Singularity(abs(a1 + uu + fu) / (a1 + a2 + forearm), abs(stretch), abs(sin(q5)))
 
     # --- arrays ------------------------------------------------------------------------------------------
 
@@ -140,3 +222,57 @@ class SphericalWristArm(RobotArm):
         from vrs_cli.kinematics.spherical_wrist.batch import SphericalWristBatch  # here: it brings numpy
 
         return SphericalWristBatch(self.model, self.geometry)
+
+
+def make_forward(geometry: Geometry) -> Callable[[Joints], Transform]:
+    """T_base_flange(q) in closed form, for an arm with a spherical wrist."""
+    d1, a1, a2, a3, d4, d6, side, _, _ = geometry
+
+    def forward(q: Joints) -> Transform:
+        q1, q2, q3, q4, q5, q6 = q
+        q23 = q2 + q3
+        c1, s1 = cos(q1), sin(q1)
+        c23, s23 = cos(q23), sin(q23)
+        c4, s4 = cos(q4), sin(q4)
+        c5, s5 = cos(q5), sin(q5)
+        c6, s6 = cos(q6), sin(q6)
+        # approach a and x axis n in frame 3, then turned by q23 in the arm's plane, then by q1 about the
+        # waist
+        x = c4 * s5
+        y = s4 * s5
+        e = c23 * x + s23 * c5
+        ax = c1 * e - s1 * y
+        ay = s1 * e + c1 * y
+        az = c23 * c5 - s23 * x
+        t = c5 * c6
+        x = c4 * t - s4 * s6
+        y = s4 * t + c4 * s6
+        t = s5 * c6
+        e = c23 * x - s23 * t
+        nx = c1 * e - s1 * y
+        ny = s1 * e + c1 * y
+        nz = -c23 * t - s23 * x
+        u = a1 + a2 * cos(q2) + a3 * c23 + d4 * s23
+        return _new(
+            Transform,
+            (
+                nx,
+                ay * nz - az * ny,
+                ax,
+                c1 * u - s1 * side + d6 * ax,
+                ny,
+                az * nx - ax * nz,
+                ay,
+                s1 * u + c1 * side + d6 * ay,
+                nz,
+                ax * ny - ay * nx,
+                az,
+                d1 - a2 * sin(q2) - a3 * s23 + d4 * c23 + d6 * az,
+            ),
+        )
+
+    return forward
+
+
+def _singular(which: str, why: str) -> StraightLineSingular:
+    return StraightLineSingular(f"{which}: {why}", "take another path, or go there by MOVE")

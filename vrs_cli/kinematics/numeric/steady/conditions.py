@@ -103,10 +103,6 @@ class SteadyConditions:
         pulled = moved @ multipliers[:, None, :, None] - turned @ at.sine[:, None, :, None]
         return np.asarray(pulled[..., 0] - direct)
 
-    def flat_bend(self, at: Terms) -> Floats:
-        """(N, n, n): `bend` where nothing is missing, which always leads downhill (Gauss and Newton)."""
-        return np.asarray(at.turn @ np.swapaxes(at.turn, 1, 2))
-
     def system(self, at: Terms, bend: Floats) -> Floats:
         """(N, n + 3, n + 3): the derivatives of all conditions by joints and multipliers."""
         n, count = self.joints, len(bend)

@@ -43,7 +43,8 @@ class Way:
     @property
     def freedom(self) -> float:
         """How well the joints move the place, times how well they turn the tool while it stays."""
-        table = self.conditions.system(self.at, self.conditions.flat_bend(self.at))
+        bend = self.at.turn @ np.swapaxes(self.at.turn, 1, 2)  # where nothing is missing
+        table = self.conditions.system(self.at, bend)
         return float(np.sqrt(abs(np.linalg.det(table[0]))))
 
     def velocity(self, twist: Twist) -> Joints:
