@@ -112,12 +112,12 @@ def fault_object(fault: ProgramFault) -> Object:
 
 
 def diagnostic_objects(diagnostics: Iterable[Diagnostic]) -> list[Object]:
-    """What is wrong with a file that could not be executed: errors, and warnings among them."""
+    """The errors and warnings of a file that could not be executed."""
     return [_object(one.severity, one.code, one.message, line=one.span.line) for one in diagnostics]
 
 
 def error_object(error: VrsError) -> Object:
-    """What came before a program could be executed."""
+    """An error that came before a program could be executed."""
     return _object(Severity.ERROR, error.code, str(error), numbers=error.numbers)
 
 
@@ -136,7 +136,7 @@ def _object(
 
 
 def fault_text(path: str, fault: ProgramFault) -> str:
-    """Where a program stopped and why, with its line and a caret."""
+    """Say where a program stopped and why, with its line and a caret."""
     place = f"{path}:{fault.line}: " if fault.line else ""
     source = fault.source.strip()
     lines = [f"{place}{fault.message}"]
@@ -149,7 +149,7 @@ def fault_text(path: str, fault: ProgramFault) -> str:
 
 
 class Heard(NamedTuple):
-    """What a run says of itself: how it ended, where it was executed, and its object of --json."""
+    """Callbacks of one run of several: `ended` gets its result, `printed` its object of --json."""
 
     ended: Callable[[RunResult], None]
     printed: Callable[[Object], None]

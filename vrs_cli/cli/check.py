@@ -223,7 +223,7 @@ Exit status: 0 without errors (there may be warnings; with --strict there are no
 
 
 def _chosen_cell(options: Namespace) -> Cell:
-    """That of --cell; without it, one that fills nothing."""
+    """Read the cell of --cell; without it, return one that fills nothing."""
     if options.cell is None:
         from vrs_cli.language.run.signals import NO_CELL
 
@@ -290,7 +290,7 @@ def _watch(options: Namespace, model: RobotModel, cell: Cell) -> int:
 
 
 def _state(named: Sequence[str]) -> object:
-    """What changes when a file does."""
+    """A value that is another one when a file has changed."""
     try:
         return [(path, stamp(Path(path))) for path in program_files(named)]
     except FileError as error:
@@ -330,7 +330,7 @@ def fmt(options: Namespace) -> int:
 
 
 def _tell(one: Formatted, options: Namespace) -> None:
-    """A file that is not as it should be."""
+    """Show, name or rewrite a file that is not canonical."""
     path, text = one.source.path, one.text or ""
     if options.diff:
         _show(_difference(path, one.source.text, text))
@@ -344,7 +344,7 @@ def _tell(one: Formatted, options: Namespace) -> None:
 
 
 def _difference(path: str, before: str, after: str) -> Iterable[str]:
-    """As `diff -u` tells it and `patch -p0` takes it."""
+    """The lines of `diff -u`, which `patch -p0` takes."""
     from difflib import unified_diff
 
     for line in unified_diff(list(StringIO(before)), list(StringIO(after)), path, path):
@@ -354,7 +354,7 @@ def _difference(path: str, before: str, after: str) -> Iterable[str]:
 
 
 def _show(lines: Iterable[str]) -> None:
-    """In colours on a terminal."""
+    """Print lines of a diff, in colours on a terminal."""
     if not sys.stdout.isatty():
         print("\n".join(lines))
         return

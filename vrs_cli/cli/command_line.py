@@ -1,4 +1,4 @@
-"""What every subcommand shares in reading its arguments: one-line errors, checked values."""
+"""How subcommands read their arguments: shared options, checked values, errors of one line."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ def did_you_mean(word: str, known: Iterable[str], prog: str) -> str:
 
 
 def command(description: str, epilog: str, *options: AddOption) -> Callable[[str], Parser]:
-    """What makes the parser of a subcommand, for a program of that name."""
+    """Return a function that makes the parser of a subcommand, given the name of the program."""
     return lambda prog: Parser(prog, description, epilog, *options)
 
 

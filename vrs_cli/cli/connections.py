@@ -36,7 +36,7 @@ URL = (option("url", metavar="URL", help=ADDRESS), CONNECTION)
 
 
 def client_of(options: argparse.Namespace, *, attended: bool = False, behind: float = 0.0) -> Client:
-    """What connects, once it is opened; what becomes of the connection is told on stderr. Raises CommandLineError for
+    """A client that is to be opened; news of its connection go to stderr. Raises CommandLineError for
     what is no address, and for a file that cannot be read, FileError.
     """
     from vrs_cli.net.client import Client, hello_of
@@ -63,7 +63,8 @@ def ask_once(options: argparse.Namespace, make: Callable[[int], Request]) -> Ser
 
 
 def token_of(file: str | None) -> str:
-    """That of a file, which may hold it as `vrs token` told it. Raises CommandLineError."""
+    """Read a token from a file, alone or as `vrs token` printed it; from the environment without one. Raises
+    CommandLineError."""
     if file is None:
         return os.environ.get(TOKEN, "")
     try:

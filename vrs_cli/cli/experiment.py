@@ -283,7 +283,7 @@ def _shares(row: ExperimentRow) -> tuple[str, ...]:
 
 
 def _errors(of: Callable[[Error], float], row: ExperimentRow) -> tuple[str, ...]:
-    """Those of each strategy, where the robot has moved at all."""
+    """The errors of each strategy as text; dashes where the robot has not moved."""
     return tuple(f"{of(error):.3f}" if row.moved else "-" for error in row.outcome.errors.values())
 
 

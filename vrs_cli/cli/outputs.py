@@ -53,7 +53,7 @@ OUTPUT_OPTIONS = (  # for `Outputs.of`
 
 
 class Outputs(Struct, frozen=True):
-    """Where to write: paths, or None."""
+    """The files to write: paths, or None."""
 
     csv: str | None
     rate: float
@@ -64,7 +64,7 @@ class Outputs(Struct, frozen=True):
 
     @staticmethod
     def of(options: argparse.Namespace) -> Outputs:
-        """Those that the options ask for. Raises now what would make `write` fail later.
+        """Read the options. Raises now what would make `write` fail later.
 
         Raises CommandLineError where options do not go together or one file is to be two things, FileError, UsageError.
         """

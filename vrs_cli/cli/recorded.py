@@ -166,7 +166,7 @@ def _print_table(arm: RobotArm, timeline: Timeline, step: float) -> None:
 
 
 def _rows(arm: RobotArm, timeline: Timeline, step: float) -> Iterator[Position]:
-    """From start to the exact end."""
+    """Positions from the start to the exact end."""
     from vrs_cli.engine.position import position_at
     from vrs_cli.files.samples import sample_times
 

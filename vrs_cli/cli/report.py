@@ -60,7 +60,7 @@ def write_report(path: str, arm: RobotArm, timeline: Timeline, title: str, t: fl
 
 
 def _or_why(what: str, make: Callable[[], str]) -> str:
-    """What this machine can make; else what it lacks."""
+    """A part of the page; a sentence in its place where this machine lacks what it takes."""
     try:
         return make()
     except UsageError as error:

@@ -81,7 +81,7 @@ def _one(arm: RobotArm) -> Iterator[Block]:
 
 
 def _hand(model: RobotModel) -> str:
-    """What moves it, and how wide it opens."""
+    """Describe the hand: what moves it, and how wide it opens."""
     moved = "" if model.origin is None else ", ".join(model.origin.fingers)
     if model.hand_width:
         opens = f"opens {1000.0 * model.hand_width:.1f} mm"

@@ -76,8 +76,8 @@ def run(options: Namespace) -> int:
 
 
 def _files(options: Namespace) -> list[str]:
-    """What is named beside a program: the last of several words is one, unless it is a program file, a folder or a
-    pattern. Raises CommandLineError.
+    """The files that are named. The last of several words is the name of a program, unless it is a program file, a
+    folder or a pattern. Raises CommandLineError.
     """
     files: list[str] = options.files[:-1]
     last: str = options.files[-1]
@@ -97,7 +97,7 @@ def _run(options: Namespace, path: str, heard: Heard | None = None) -> int:
 
 
 def _cycles(text: str) -> int:
-    """How often a program is executed."""
+    """Read the number of cycles."""
     from vrs_cli.language.run.runtime import MOST_CYCLES
 
     value = whole(text)
@@ -311,7 +311,7 @@ class _Batch(Struct, frozen=True):
         return station
 
     def _limits(self) -> Limits:
-        """Those of the options, and the usual ones of the rest."""
+        """The limits of the options; the usual ones where none is given."""
         from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN, Limits
 
         options = self.options
@@ -394,7 +394,7 @@ class _Batch(Struct, frozen=True):
 
 
 def _advice(option: str) -> str:
-    """What helps where the limit of an option stops a program."""
+    """Say what helps where the limit of an option stops a program."""
     if option == "signals":
         return "--signals FILE says when inputs change"
     return f"give it more with --{option.replace('_', '-')}"

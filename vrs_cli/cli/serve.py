@@ -216,7 +216,7 @@ def serve_parser(prog: str) -> Parser:
 
 
 def _idle(text: str) -> float:
-    """So long may a robot work for nobody [s]."""
+    """Read how long a robot may work for nobody [s]; 0 is for ever."""
     return positive(text) if number(text) else inf
 
 

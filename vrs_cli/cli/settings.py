@@ -1,4 +1,4 @@
-"""What belongs to no robot: `vrs config` for the settings of the shell, `vrs completion` for other shells."""
+"""Settings: `vrs config` for those of the vrs shell, `vrs completion` for bash, zsh and fish."""
 
 from __future__ import annotations
 

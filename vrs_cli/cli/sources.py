@@ -157,5 +157,5 @@ def position_object(position: Position, units: JointUnits) -> dict[str, list[flo
 
 
 def tidy(value: float) -> float:
-    """Without the noise of the last bits, and never -0.0."""
+    """Round off the noise of the last bits; never -0.0."""
     return round(value, DIGITS) + 0.0

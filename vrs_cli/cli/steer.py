@@ -112,7 +112,7 @@ def _read(stream: TextIO) -> Iterator[str]:
 
 
 def _start(model: RobotModel, first: TimedTarget) -> Joints | None:
-    """Where a recording begins, if that is joints at time 0; READY otherwise."""
+    """The joints at which a recording begins at time 0; None (READY) where it does not."""
     from vrs_cli.kinematics.joints import joints_outside
     from vrs_cli.kinematics.transform import Transform
 
@@ -154,7 +154,7 @@ class _Run:
 
     @property
     def source(self) -> str:
-        """Where the targets come from, for messages."""
+        """The name of the stream in messages."""
         return "standard input" if self.live else str(self.options.file)
 
     def run(self) -> int:

@@ -174,7 +174,7 @@ def _ahead(text: str) -> float | Ahead:
 
 
 class News:
-    """What there is to tell of a robot beside where it is: who drives, what runs, and whether it is heard of at all."""
+    """Collects news of a robot for one line: who drives, what runs, and whether it is heard of at all."""
 
     def __init__(self) -> None:
         self._activity = self._cut = self._said = ""
@@ -194,7 +194,7 @@ class News:
         self._cut = why
 
     def answered(self, message: ServerMessage) -> None:
-        """What is said of ABORT."""
+        """Keep the answer to ABORT."""
         from vrs_cli.net.messages import Done, Told
         from vrs_cli.render.text import plain_text
 
@@ -273,7 +273,7 @@ def _secret(port: int) -> str:
 
 
 def _opened(address: str) -> None:
-    """Where there is no browser the address is enough."""
+    """Open a browser; without one the printed address is enough."""
     with suppress(webbrowser.Error):
         webbrowser.open(address)
 

@@ -36,7 +36,7 @@ _END = re.compile(rb"[\r\n]")
 
 
 class Waits(Enum):
-    """What is asked for has not come yet."""
+    """The answer where what is asked for has not come yet."""
 
     YET = "yet"
 
@@ -111,7 +111,7 @@ class Device(Struct, eq=False):
     # --- opening and closing ---
 
     def begin(self) -> None:
-        """It is attached. A serial line is open then. Raises DeviceNotReady."""
+        """Attach it; a serial line is open then. Raises DeviceNotReady."""
         self.outside.check(self.name)
         if self.name != TCP:
             self.outside.open(self.name, None)
@@ -152,7 +152,7 @@ class Device(Struct, eq=False):
         self.status = SUCCESS
 
     def close(self) -> None:
-        """All its connections, too."""
+        """Close it with all its connections."""
         if self.open:
             self.outside.close(self.name)
         if self.address is not None:
@@ -317,7 +317,7 @@ class Device(Struct, eq=False):
     # --- waiting in vain ---
 
     def expire(self, *, of_getc: bool) -> None:
-        """What is asked for has not come in time."""
+        """Give up waiting for what is asked for."""
         if of_getc:
             self.expired = True
         else:

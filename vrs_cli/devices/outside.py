@@ -39,7 +39,7 @@ class Address(Struct, frozen=True):
 
     @property
     def name(self) -> str:
-        """What its unit is called in a recording."""
+        """The name of its unit in a recording."""
         return f"TCP:{self.host}:{self.port}" if self.host else f"TCP:{self.port}"
 
 
@@ -127,7 +127,7 @@ class Outside:
         """Let it be known when all that was sent there is WRITTEN."""
 
     def consumed(self, device: str, handle: int, count: int) -> None:
-        """So many bytes that came were read: as many more may come."""
+        """Tell that `count` bytes were read: as many more may come."""
 
     def release(self, device: str, handle: int) -> None:
         """Close a connection; a later one may get the same handle."""
@@ -137,7 +137,7 @@ class Outside:
 
     def close_all(self) -> None: ...
     def due(self, clock: RobotClock) -> float:  # noqa: ARG002
-        """When the next arrivals are to be taken [s]; infinity where nothing is known to come."""
+        """The time at which the next arrivals are to be taken [s]; infinity where none are known."""
         return inf
 
     def take(self, now: float) -> Iterable[Arrival]:  # noqa: ARG002

@@ -32,7 +32,7 @@ FAULTS: dict[int, type[VrsError]] = {error.code: error for error in (DeviceNotRe
 
 
 class _Part(Struct):
-    """What is written down of one device. `due` [s]: of its next line, None while that is not known. `written`: by the
+    """The lines of one device. `due` [s]: of its next line, None while that is not known. `written`: by the
     program, since the last text that was waited for. `last` [s]: when the line before was due.
     """
 
@@ -45,7 +45,7 @@ class _Part(Struct):
     written: bytearray = field(default_factory=bytearray)
 
     def look(self, now: float) -> float:
-        """When its next line is due [s]. What comes by it is later than what the program has done."""
+        """The time at which its next line is due [s], which is later than what the program has done."""
         if self.due is None and self.open and self.lines:
             _, line = self.lines[0]
             if line.after is None:
@@ -145,7 +145,7 @@ def parse_script(text: str, path: str = "units") -> list[UnitLine]:
 
 
 def _checked(line: UnitLine) -> UnitLine:
-    """With its times on the grid. Raises ValueError."""
+    """Check a line, and put its time on the grid. Raises ValueError."""
     if not line.device:
         raise ValueError('no device is named: "device": "TCP:11000"')
     if line.event not in (*EVENTS, SENT, OPEN):

@@ -47,8 +47,8 @@ class FileEnd:
 
 
 class PseudoEnd(FileEnd):
-    """Of a pseudo-terminal called `name`. It lasts until `leave`: who has opened it stays, whatever programs do. The
-    other end is held open, so that others may come and go there.
+    """The end of a pseudo-terminal called `name`. It lasts until `leave`: who has opened it stays, whatever programs
+    do. The other end is held open, so that others may come and go there.
     """
 
     def __init__(self) -> None:
@@ -61,7 +61,7 @@ class PseudoEnd(FileEnd):
         super().__init__(ours)
 
     def close(self) -> None:
-        """It stays open."""
+        """Do nothing: it stays open."""
 
     def unread(self) -> int:
         """Bytes that nobody at the other end has read yet."""
@@ -71,7 +71,7 @@ class PseudoEnd(FileEnd):
         return int.from_bytes(fcntl.ioctl(self._theirs, termios.FIONREAD, bytes(4)), sys.byteorder)
 
     def leave(self) -> None:
-        """What is unread is lost then."""
+        """Close both ends; what is unread is lost."""
         super().close()
         os.close(self._theirs)
 
@@ -159,7 +159,7 @@ class Sockets(Outside):
         return self._traffic
 
     def _arrived(self, arrival: Arrival) -> None:
-        """In the thread of the traffic."""
+        """Keep an arrival, in the thread of the traffic."""
         with self._coming:
             self._come.append(arrival)
         self.wake()

@@ -42,7 +42,7 @@ class NonBlockingEnd(Protocol):
 
 
 class SocketEnd:
-    """Of TCP."""
+    """The end of a TCP connection."""
 
     def __init__(self, it: socket.socket) -> None:
         self._it = it
@@ -151,7 +151,7 @@ class Traffic:
         self._ringer.close()
 
     def _rest(self) -> float | None:
-        """How long nothing is to be done but to wait [s]."""
+        """The time for which the thread may wait [s]; None for ever."""
         ends = [one.closing for one in self._leaving]
         last = min([*ends, *(one.pause for one in self._connections.values())], default=inf)
         return None if last == inf else max(last - time.monotonic(), 0.0)
@@ -212,7 +212,7 @@ class Traffic:
         self._arrived(Arrival(device, Event.REFUSED, code=NetworkClosed.code))
 
     def _watch(self, one: _Connection) -> None:
-        """Look for what is of interest now."""
+        """Register what the selector is to watch of a connection."""
         wanted = 0 if one.broken else one.interest()
         if wanted == one.watched:
             return
@@ -310,7 +310,7 @@ class Traffic:
         done.set()
 
     def _hush(self) -> None:
-        """Tell of lines that have no end. What had come until now is there."""
+        """Report lines whose end has not come for a while."""
         now = time.monotonic()
         for one in self._connections.values():
             if now >= one.pause:
@@ -318,7 +318,7 @@ class Traffic:
                 self._arrived(Arrival(one.device, Event.PAUSED, one.handle))
 
     def _hurry(self) -> None:
-        """Close those from which all has left, or whose time is over."""
+        """Close the connections from which all has left, or whose time is over."""
         now = time.monotonic()
         for one in tuple(self._leaving):
             if one.broken or not one.out or now >= one.closing:

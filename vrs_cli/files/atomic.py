@@ -140,13 +140,13 @@ def _replace(name: str, target: Path) -> None:
 
 
 def sync(stream: BinaryIO) -> None:
-    """What was written is on the disk when this returns. Raises OSError."""
+    """Wait until what was written is on the disk. Raises OSError."""
     stream.flush()
     sync_handle(stream.fileno())
 
 
 def sync_handle(handle: int) -> None:
-    """What was written is on the disk when this returns. Raises OSError."""
+    """Wait until what was written is on the disk. Raises OSError."""
     if (
         sys.platform == "darwin"
     ):  # there fsync leaves data in the cache of the drive, and F_FULLFSYNC does not (fsync(2))

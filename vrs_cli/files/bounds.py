@@ -1,4 +1,4 @@
-"""Where the files of a session are: anywhere, or in one folder that no name leads out of.
+"""The folder of a session's files. A closed folder has no name that leads out of it.
 
 A name is judged where it is given. A file is judged again when it is open: what somebody puts in its place meanwhile,
 a link or a pipe, is not followed, where the system can say so (`dir_fd`, O_NOFOLLOW: all but Windows).
@@ -41,7 +41,9 @@ class Folder(Struct, frozen=True):
     disclosed: bool = False
 
     def path(self, name: str, *, pattern: bool = False) -> Path:
-        """What is typed at the prompt; `pattern`: the name may end in one, as *.v2. Raises FileError, FileOutside."""
+        """The path of a name that is typed at the prompt; `pattern`: the name may end in one, as *.v2. Raises
+        FileError, FileOutside.
+        """
         if self.closed:
             return self.inside(name, pattern=pattern)
         path = self.root / os.path.expanduser(name)
@@ -49,7 +51,7 @@ class Folder(Struct, frozen=True):
         return path
 
     def inside(self, name: str, *, pattern: bool = False) -> Path:
-        """What a program names, which stays in the folder in any case. Raises FileOutside."""
+        """The path of a name in a program, which cannot leave the folder. Raises FileOutside."""
         if self.disclosed and Path(name.strip()).is_relative_to(here := os.path.abspath(self.root)):
             name = Path(name.strip()).relative_to(here).as_posix()
         parts = [part for part in name.strip().split("/") if part not in ("", ".")]
@@ -156,7 +158,7 @@ WILD = {ord(character): "_" for character in "*?[]"}
 
 
 def _strange(path: Path) -> str:
-    """What is there, where that is neither a file nor a folder."""
+    """Name what is there if it is neither a file nor a folder; else ""."""
     try:
         mode = path.lstat().st_mode
     except OSError:

@@ -116,7 +116,7 @@ class _Reader:
                 self.names[name] = number
 
     def _signal(self, part: _Part, key: str, given: Any) -> int | None:
-        """Of a name or a number; a minus stands for off."""
+        """Read a signal, by name or number; a minus stands for off."""
         if isinstance(given, str):
             name = given.removeprefix("-").lower()
             found = self.names.get(name)
@@ -191,7 +191,7 @@ def _is_signal(given: Any) -> bool:
 
 
 def _wrong_variable(name: str) -> str:
-    """What is wrong with a name as that of a real or a string; "" for nothing."""
+    """Say why a name cannot be that of a real or a string; "" if it can."""
     if _VARIABLE.fullmatch(name) is None:
         return f"{name!r} is no name of a real, as found.x is, or of a string, as $kind is"
     if name.upper() in RESERVED:

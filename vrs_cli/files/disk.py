@@ -45,7 +45,7 @@ class _Unit(Struct, eq=False):
 
     @contextmanager
     def attempt(self) -> Iterator[None]:
-        """What is done inside goes well or not: the status says how."""
+        """Set the status by how the block ends."""
         try:
             yield
         except VrsError as error:
@@ -74,7 +74,7 @@ class _Unit(Struct, eq=False):
         self.file.stream.write(text.encode("utf-8", "replace"))
 
     def close(self) -> None:
-        """What was written is in the file. Raises OSError."""
+        """Close the file; what was written takes its place. Raises OSError."""
         file, self.path, self.file = self.file, None, None
         if isinstance(file, NewFile):
             try:

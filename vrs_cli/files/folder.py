@@ -18,7 +18,7 @@ from vrs_cli.values.replies import FileRow
 
 
 def entries(asked: Path, within: Folder = FREE) -> tuple[FileRow, ...]:
-    """What is in a folder, folders first; of a path that is none, what its last part matches (`*.v2`).
+    """List a folder, folders first; for another path, what its last part matches (`*.v2`).
 
     Hidden files are left out. Raises NonexistentFile, FileError.
     """
@@ -50,7 +50,7 @@ def existing(path: Path) -> Path:
 
 
 def target(old: Path, new: Path) -> Path:
-    """Where a copy of a file goes: with the extension of the old one where none is given. Raises FileError."""
+    """The path of a copy: it has the extension of the old file where none is given. Raises FileError."""
     named = new if new.suffix or new.is_dir() else new.with_name(new.name + old.suffix)
     place = named / old.name if named.is_dir() else named
     if place.exists() and place.samefile(old):
@@ -65,7 +65,7 @@ def delete(path: Path, within: Folder = FREE) -> None:
 
 
 def rename(old: Path, new: Path, within: Folder = FREE) -> None:
-    """In the place of a file of that name, if there is one. Raises FileError."""
+    """Rename a file; it replaces one of that name. Raises FileError."""
     within.check(new)
     folders = within.parent(old), within.parent(new)
     with _telling(f"{old} cannot be renamed to {new}"), hold(old), hold(new), folders[0] as here, folders[1] as there:
@@ -73,12 +73,12 @@ def rename(old: Path, new: Path, within: Folder = FREE) -> None:
 
 
 def _in(folder: int | None, path: Path) -> str | Path:
-    """What a file is called in a folder that is open."""
+    """The name of a file relative to an open folder; its path where none is open."""
     return path if folder is None else path.name
 
 
 def copy(old: Path, new: Path, within: Folder = FREE) -> None:
-    """Whole or not at all. Raises FileError."""
+    """Copy a file, whole or not at all. Raises FileError."""
     import shutil
 
     try:

@@ -34,7 +34,7 @@ class GrowingFile:
             raise FileOpened(f"{path} is being written by another vrs", "end that one, or name another file")
 
     def changed(self) -> str:
-        """What others have done to the file; empty where that is nothing."""
+        """Say what others have done to the file; "" for nothing."""
         if self._special:
             return ""
         try:
@@ -69,7 +69,7 @@ class GrowingFile:
             raise
 
     def read(self, place: int, size: int) -> bytes:
-        """So many bytes from a place on, fewer at the end. In any thread."""
+        """Read `size` bytes from a place on, fewer at the end. Any thread may call it."""
         with self._reading:
             os.lseek(self._handle, place, os.SEEK_SET)  # what is added goes to the end all the same
             return os.read(self._handle, size)

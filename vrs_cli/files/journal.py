@@ -49,7 +49,7 @@ class Course(Struct, frozen=True):
     deltas: Sequence[TimelineDelta]
 
     def motions(self) -> dict[int, Motion]:
-        """What the lines of the last part describe, by its number."""
+        """The motions that the lines of the last part describe, by number."""
         known = {} if self.deltas else {segment.motion.number: segment.motion for segment in self.initial}
         for delta in self.deltas[len(self.deltas) // PART * PART :]:
             for motion in (delta.motion, *(segment.motion for segment in delta.segments)):
@@ -122,8 +122,7 @@ def _read(path: Path, held: HeldLock, progress: Callable[[float], None] | None, 
 
 
 class _Before(Struct, frozen=True):
-    """What there was before a change was written down, which made it `version`: that the change is taken back to
-    where it does not happen."""
+    """The state before a change was written, which comes back if it does not happen. `version`: of the change."""
 
     version: int
     size: int
@@ -192,7 +191,7 @@ class Journal:
         return GrowingFile(path), lines
 
     def _gone_on(self, file: GrowingFile, read: Resumed | Recording | None) -> tuple[GrowingFile, LineEncoder]:
-        """What was read, without a last line that was torn."""
+        """Take up the file that was read, without a last line that was torn."""
         assert read is not None, "the file was read"
         if file.size > read.size:
             file.cut(read.size)
@@ -260,7 +259,7 @@ class Journal:
         return data
 
     def _take_back(self) -> None:
-        """What was written down last did not happen."""
+        """Remove what was written last: it did not happen."""
         before, self._before = self._before, None
         if before is None:
             return

@@ -40,7 +40,7 @@ class Layout(Struct, frozen=True):
 
     @classmethod
     def of(cls, file: File) -> Self:
-        """That of one file."""
+        """The layout of one file."""
         parts, entries, ends = (
             dict[str, tuple[Loose, ...]](),
             dict[EntryKey, EntryComments](),
@@ -74,7 +74,7 @@ class Layout(Struct, frozen=True):
         return replace(self, parts=parts)
 
     def with_part(self, key: str, before: Iterable[Loose]) -> Layout:
-        """With these lines before a program; none for one that is deleted."""
+        """The layout with these lines before a program; none for one that is deleted."""
         return replace(self, parts={**self.parts, key: tuple(before)})
 
     def laid_out(self, parts: Iterable[Program | Section]) -> Iterator[Program | Section | Loose]:

@@ -140,7 +140,7 @@ def _locked(handle: int) -> bool:
 
 
 def _owner(beside: Path) -> str:
-    """Who holds a lock, as its file says."""
+    """Read from a lock file who holds the lock."""
     try:
         with beside.open("rb", buffering=0) as stream:
             stream.seek(OWNER)

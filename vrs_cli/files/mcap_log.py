@@ -137,8 +137,8 @@ def _states(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[LogMessa
 
 
 def _stamped(*fields: Field, numbers: str) -> Callable[..., bytes]:
-    """What makes messages in CDR that differ in their time [ns] and in `numbers`, which come last: as `cdr` does, but
-    the rest is made once.
+    """Return a function that makes messages in CDR. They differ in their time [ns] and in `numbers`, which come last:
+    as `cdr` does, but the rest is made once.
     """
     head = cdr(_stamp(0), *fields)
     between = head[len(CDR_HEAD) + _STAMP.size :] + bytes(-(len(head) - len(CDR_HEAD)) % struct.calcsize("d"))

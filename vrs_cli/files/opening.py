@@ -80,7 +80,7 @@ def open_to_write(path: Path) -> BinaryIO:
 
 
 def _waited(act: Callable[[], V | None], why_not: str) -> V:
-    """What becomes of it within a while. Raises OSError."""
+    """Call `act` until it returns a value, for a while. Raises OSError."""
     ends = time.monotonic() + PATIENCE
     while (made := act()) is None:
         if time.monotonic() > ends:

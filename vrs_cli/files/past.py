@@ -52,8 +52,8 @@ class JournalLine(NamedTuple):
 
 
 class Past:
-    """What a journal has. `places`: where the line of each PART-th delta begins; `checkpoint`: where that of the last
-    checkpoint does. `file` may be another with the same lines, when a journal has moved.
+    """Reads back from a journal. `places`: where the line of each PART-th delta begins; `checkpoint`: where that of the
+    last checkpoint does. `file` may be another with the same lines, when a journal has moved.
     """
 
     def __init__(
@@ -143,7 +143,7 @@ def _line(file: GrowingFile, place: int) -> JournalLine:
 
 
 def _checksums(file: GrowingFile, place: int) -> Checksums:
-    """Those of the lines from a place on. Raises RecordError where the line before has none."""
+    """The checksums for the lines from a place on. Raises RecordError where the line before has none."""
     return Checksums.after(file.read(max(place - TAIL, 0), min(place, TAIL)))
 
 
@@ -164,7 +164,7 @@ class Resumed(Struct, frozen=True):
 
 
 def resumed(file: GrowingFile, changes: int) -> Resumed | None:
-    """What a journal has, read from the last checkpoint that has so many changes after it; None where there is none,
+    """Read a journal from the last checkpoint that has so many changes after it; None where there is none,
     or something is wrong with what was read: all of it is to be read then.
     """
     try:

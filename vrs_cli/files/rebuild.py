@@ -1,4 +1,4 @@
-"""From the deltas of a file to their timeline, checked, and to what can be undone."""
+"""Rebuild the timeline and the history of a file from its deltas, and check them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vrs_cli.wire.records import RecordError
 
 
 class Fault(Struct, frozen=True):
-    """What is wrong in a file, and the line that says so."""
+    """A fault in a file, and the number of its line."""
 
     line: int
     what: str

@@ -128,5 +128,5 @@ def _taken(path: Path) -> Left | None:
 
 
 def _mark(path: Path) -> Path:
-    """What is locked for as long as the shell runs: the file itself is, while it is written."""
+    """The path that is locked while the shell runs; the file itself is locked only while it is written."""
     return path.with_suffix(".shell")

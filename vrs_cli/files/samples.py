@@ -1,4 +1,4 @@
-"""What the samples of an export are: their times, and the names of the joints."""
+"""The samples of an export: their times, and the names of the joints."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wrong with a trajectory that was read, and in which lines of its file that stands."""
+"""Find the faults of a trajectory that was read, with the lines of its file."""
 
 from __future__ import annotations
 

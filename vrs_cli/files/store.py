@@ -1,4 +1,4 @@
-"""What is in memory as the text of a program file: STORE, STOREP, STOREL, STORER, STORES."""
+"""Write the memory as the text of a program file: STORE, STOREP, STOREL, STORER, STORES."""
 
 from __future__ import annotations
 
@@ -62,7 +62,8 @@ def store(
 def chosen(
     environment: Memory, what: Collection[MemoryPart] = EVERYTHING, programs: Sequence[str] = ()
 ) -> list[Program | Section]:
-    """What is to be written. With `programs`, only these, those that they call, and the variables that all of them use.
+    """Choose what is written. With `programs`, only these, those that they call, and the variables that all of them
+    use.
 
     Raises UndefinedName.
     """

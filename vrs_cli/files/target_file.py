@@ -29,7 +29,7 @@ LONGEST = 60  # characters of a wrong first line that are shown: it may be any f
 
 
 class TimedTarget(Struct, frozen=True):
-    """Where to be at time t [s]; `line` is its number in the file."""
+    """A target at time t [s]; `line` is its number in the file."""
 
     line: int
     t: float

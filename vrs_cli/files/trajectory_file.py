@@ -129,7 +129,7 @@ def read_trajectory(
 
 
 class _Reader:
-    """What the lines of a file have said so far."""
+    """Collects what the lines of a file say."""
 
     def __init__(self, path: Path, first: bytes, lenient: bool) -> None:
         self._path, self._lenient, self._faults = path, lenient, list[Fault]()
@@ -181,7 +181,7 @@ class _Reader:
             return self._checksums.skip(line)
 
     def recording(self, lines: _Lines) -> Recording:
-        """What the file holds, once all of its laws are checked. Raises FileDamaged."""
+        """Check the laws of the whole file, and return it. Raises FileDamaged."""
         from vrs_cli.files.soundness import faults  # here: who only writes a file needs no numpy
 
         sealed = self._checksums.last is not None and not self._lenient

@@ -27,7 +27,7 @@ DOTTED = 3  # of a line in dots, each third is drawn
 
 
 class DrawnPart(IntEnum):
-    """What is drawn, from the back to the front."""
+    """The parts of the picture, from the back to the front."""
 
     REACH = 0
     PAST = 1
@@ -64,7 +64,7 @@ Lines = tuple[Points, ...]
 
 
 class View(NamedTuple):
-    """What one sees: the coordinates to the right and up."""
+    """A view: the indexes of the coordinates to the right and up."""
 
     title: str
     right: int
@@ -78,7 +78,7 @@ SIDE, ABOVE = View("from the side (X, Z)", 0, 2), View("from above (X, Y)", 0, 1
 
 
 class ViewFrame(NamedTuple):
-    """Where a view stands: its upper left corner [m], and cells a metre across (one is twice as high as wide). `size`:
+    """The frame of a view: its upper left corner [m], and cells a metre across (one is twice as high as wide). `size`:
     how far the arm reaches from its middle [m].
     """
 
@@ -92,7 +92,7 @@ class ViewFrame(NamedTuple):
 
 
 def arm_picture(picture: ArmPicture, page: Page) -> Iterator[TextLine]:
-    """What the robot does, both views side by side, the scale and what is what."""
+    """Draw what the robot does: both views side by side, a scale and a legend."""
     yield from ArmDrawing().lines(picture, page)
 
 
@@ -157,7 +157,7 @@ class ArmDrawing:
         return [_drawn_before(pen, picture) for pen in self._pens(self._canvases, page)]
 
     def _cells_of(self, pen: Pen, points: Points) -> Sequence[Cell]:
-        """What a line covers: it is found once, as long as it is in sight."""
+        """The cells that a line covers, found once as long as the line is in sight."""
         key = (pen.frame, id(points))
         kept = self._new.get(key) or self._kept.get(key)
         if kept is None:
@@ -174,7 +174,7 @@ class ArmDrawing:
 
 
 def _fitted(pieces: Iterable[Piece], width: int) -> TextLine:
-    """As much of them as a line has room for."""
+    """A line of as many pieces as it has room for."""
     left, found = width, list[Piece]()
     for text, ink in pieces:
         found.append((text[:left], ink))

@@ -38,7 +38,7 @@ class Canvas:
         return Canvas(self.width, self.height, self.dots_wide, self.dots_high)
 
     def cells(self) -> list[Cell]:
-        """Those that are drawn in."""
+        """The cells that are drawn in."""
         return [(row, column, bits) for row, dots in enumerate(self.dots) for column, bits in dots.items()]
 
     def lay(self, owner: int, cells: Iterable[Cell]) -> None:

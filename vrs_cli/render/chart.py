@@ -32,7 +32,7 @@ class Scale(NamedTuple):
 
     @classmethod
     def over(cls, first: float, last: float, size: int, figures: float) -> Scale:
-        """With about so many figures."""
+        """A scale with about so many round figures."""
         return cls(first, last, size, round_step(abs(last - first) / max(figures, 1.0)))
 
     def figures(self) -> dict[int, str]:

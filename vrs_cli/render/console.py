@@ -53,7 +53,7 @@ class TerminalRenderer:
                 self.console.print(drawn)
 
     def drawn(self, reply: Reply) -> str:
-        """What `draw` would write."""
+        """Return what `draw` would write."""
         with self.console.capture() as captured:
             self.draw(reply)
         return captured.get()

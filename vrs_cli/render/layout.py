@@ -42,7 +42,7 @@ NOTHING: Mapping[type, str] = {  # what is said of tables without rows
 
 
 def blocks(reply: Reply, page: Page) -> Iterator[Block]:
-    """What is drawn for a reply, from top to bottom."""
+    """The blocks of a reply, from top to bottom."""
     none = NOTHING.get(type(reply))
     if none is not None and not reply.rows:  # type: ignore[union-attr]  # each of those has rows
         yield line(none, Ink.NOTE)
@@ -131,7 +131,7 @@ def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
 
 
 def _verdict(option: Option, units: JointUnits) -> str:
-    """In reach, which joints leave their range and by how much, or how far away the location is."""
+    """Say that a location is in reach, which joints leave their range by how much, or how far away it is."""
     if option.usable:
         return "in reach"
     if option.joints is not None:
@@ -363,7 +363,7 @@ def _help_page(reply: replies.HelpPage, page: Page) -> Iterator[Block]:
 
 
 def _sentence(text: str) -> str:
-    """With a capital and a full stop."""
+    """The text with a capital and a full stop."""
     text = text[:1].upper() + text[1:]
     return text if text.endswith((".", "!", "?")) or not text else f"{text}."
 
@@ -493,7 +493,7 @@ def _times(record: CommandRecord | None) -> tuple[str, str]:
 
 
 def _change(difference: float) -> str:
-    """With its sign; nothing where there is none."""
+    """A difference with its sign; "" for zero."""
     text = fixed(difference)
     return "" if not text.strip("0.") else text if difference < 0.0 else f"+{text}"
 

@@ -77,7 +77,7 @@ class Transcript:
             self._line(one)
 
     def type(self, text: str) -> None:
-        """What a program types: lines are written when they are complete."""
+        """Add what a program types; lines are written when they are complete."""
         *complete, self._open_line = (self._open_line + text).split("\n")
         for one in complete:
             self._line(line(one))

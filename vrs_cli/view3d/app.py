@@ -159,7 +159,7 @@ class App:
     # --- what pages ask for beside viser ---
 
     def _look(self) -> str:
-        """As JSON: whether the robot may be stopped from here, and where it is not heard since when."""
+        """Say as JSON whether the robot may be stopped from here, and since when it is not heard."""
         windows = [window for window in self.windows if window.robot is not None]
         found = {"drives": any(window.drives for window in windows), "lost": next(filter(None, map(lost, windows)), "")}
         return json.dumps(found)

@@ -122,7 +122,7 @@ class PlaybackBar:
             self._tell(shown, playback, wall)
 
     def _tells(self, shown: Shown, playback: Playback, wall: float) -> bool:
-        """Of a robot that stands nothing but its clock goes on, which is told less often."""
+        """Whether the time is written now: less often where only the clock of a robot goes on."""
         stands = playback.follows and playback.playing and not shown.position.moving
         if stands and self._stood and wall < self._told_at + STANDS:
             return False
@@ -159,7 +159,7 @@ def _cursor(span: TimeSpan, shown: Shown) -> str:
 
 
 def _told(shown: Shown, playback: Playback, wall: float) -> str:
-    """In words: when, what is played, and what the robot does then."""
+    """Say the time, what is played, and what the robot does then."""
     loop = ", over and over" if playback.loops else ""
     doing = f"{playback.doing(wall)}, {playback.rate:g} x{loop}"
     text = shown.position.text if shown.position.moving else "at rest"

@@ -52,7 +52,9 @@ class DelayPanel:
         self._told: GuiHtmlHandle | None = None
 
     def _add_panel(self) -> GuiHtmlHandle:
-        """In the picture, at the right above the bar of time; only its title where there is no room beside the arm."""
+        """Add the panel at the right above the bar of time; only its title is open where there is no room beside the
+        arm.
+        """
         gui, chosen = self._window.client.gui, PRESENT if self._far.ahead is Ahead.PRESENT else HEARD
         panel = gui.add_panel()
         with panel.add_tab("Delays"):
@@ -145,7 +147,7 @@ class Way:
 
 
 def _lines(t: float, seen: Previewed) -> Iterator[str]:
-    """In HTML: the delays, and what the colours say."""
+    """The delays and the meaning of the colours, as HTML."""
     yield f"D_f + D_b: <b>{1e3 * seen.round_trip:.0f} ms</b>"
     if seen.predicts:
         yield f"heard: {seen.heard:.2f} s, {_patch(PREDICTED)}predicted: {seen.shown:.2f} s"

@@ -35,7 +35,7 @@ RECORD, END = "Record a program", "End the program"
 
 
 class Moves(Enum):
-    """What the gizmo does with the tool; the value is its name on the screen."""
+    """The motions that the gizmo allows; the value is the name on the screen."""
 
     BOTH = "Both"
     MOVE = "Move"
@@ -86,7 +86,7 @@ class Gizmo:
     # --- dragging ---
 
     async def _pull(self, event: viser.TransformControlsEvent) -> None:
-        """In the order in which the browser tells it, as this never waits."""
+        """Take a position of the gizmo. It never waits, so positions come in the order of the browser."""
         gizmo = transform_of(event.target)
         if event.phase == "start" and self._tool is not None:
             self._wish_at(None)  # what a cut has broken off is let go only now
@@ -119,7 +119,7 @@ class Gizmo:
             self._wish_at(wish)
 
     def _hear(self, message: messages.ServerMessage) -> None:
-        """In the thread of the connection."""
+        """Hear a message, in the thread of the connection."""
         if isinstance(message, messages.Pulled):
             before, self.pulled = self.pulled, message.state
             if message.state.why and before.by == self._front_end.name:

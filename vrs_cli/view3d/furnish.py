@@ -1,4 +1,4 @@
-"""What stands in a window: the scene, and the panels."""
+"""Fill a window with the scene and the panels."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def furnish(window: RobotWindow, title: str) -> None:
 
 
 def _look(window: RobotWindow) -> None:
-    """So that all of the robot is seen, above the bar."""
+    """Aim the camera so that all of the robot is seen above the bar."""
     camera, base = window.client.camera, window.watched.timeline[-1].motion.frames.base
     covers = SHEET if window.width < PHONE else HEIGHT + EDGE
     hidden = min(covers / window.height, 0.5)

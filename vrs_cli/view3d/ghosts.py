@@ -72,7 +72,7 @@ class Ghost:
 
 
 class GoalGhost:
-    """Where the motion under way ends; hidden at rest, and where the arm is there already."""
+    """Shows where the motion under way ends; hidden at rest, and where the arm is there already."""
 
     def __init__(self, scene: SceneApi, model: RobotModel) -> None:
         self._ghost = Ghost(scene, "/goal", model, GOAL, GOAL_OPACITY)
@@ -91,7 +91,7 @@ class GoalGhost:
 
 
 class BranchGhosts:
-    """What the other branches would have the arm do at the time that is shown, each with how much later it ends. Their
+    """Shows the arm as the other branches have it at the time that is shown, each with how much later it ends. Their
     timelines come from the robot, once for each version. `moves` is called where one of them does.
     """
 

@@ -73,7 +73,7 @@ class Hosted:
         return self.hold(BROWSER, told)
 
     def client(self, *, attended: bool) -> Client:
-        """What connects a shell to it, once it is opened."""
+        """A client for a shell, which is to be opened."""
         return Client(self.url, hello_of(self.tokens[SHELL], attended=attended))
 
     def close(self) -> None:

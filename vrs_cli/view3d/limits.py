@@ -27,7 +27,7 @@ NEAR = 0.05  # of its range: so near to its end a joint is marked
 
 
 class LimitHand(NamedTuple):
-    """What shows the value of a joint."""
+    """The hand and the label that show the value of a joint."""
 
     mesh: MeshHandle
     label: LabelHandle
@@ -121,7 +121,7 @@ def _arc(model: RobotModel, joint: int, radius: float) -> Scale:
 
 
 def _top(model: RobotModel, joint: int, radius: float) -> float:
-    """How high the bodies of a link stand on the axis of its joint, in the frame before it [m]."""
+    """The height of a link's bodies on the axis of its joint, in the frame before it [m]."""
     T = link_pose(model, joint, 0.0)
     points = [moved(look.mesh, T).vertices for look in looks_of(model) if look.shape.link == joint]
     if not points:

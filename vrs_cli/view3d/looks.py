@@ -1,4 +1,4 @@
-"""How a robot looks: the surfaces of its shapes, made once, and what room they take."""
+"""The surfaces of a robot's shapes, made once, and the room that they take."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _mesh(shape: LinkShape) -> Mesh:
 
 @lru_cache
 def floor_height(model: RobotModel) -> float:
-    """Where the robot's foot stands, in its own frame [m]."""
+    """The height of the robot's foot in its own frame [m]."""
     feet = [moved(look.mesh, model.base).vertices[:, 2].min() for look in looks_of(model) if look.shape.link == 0]
     return float(min(feet, default=0.0))
 

@@ -1,4 +1,4 @@
-"""What pictures of the scene need beside vrs: viser, a browser, ffmpeg."""
+"""Find what pictures of the scene need beside vrs: viser, a browser, ffmpeg."""
 
 from __future__ import annotations
 

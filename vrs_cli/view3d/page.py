@@ -40,7 +40,7 @@ def usual_rate(timeline: Timeline) -> float:
 
 
 def page(arm: RobotArm, timeline: Timeline, rate: float) -> str:
-    """As `write_page`."""
+    """The page that `write_page` writes."""
     times = list(frame_times(timeline, rate))
     if len(times) > 2 * MOST_FRAMES:
         raise PictureError(
@@ -66,7 +66,7 @@ Stretch = tuple[float, float, bool]  # from, to [s], whether the robot moves
 
 
 def stretches(timeline: Timeline) -> list[Stretch]:
-    """When the robot moves and when it stands, one after the other."""
+    """The times in which the robot moves, and in which it stands, in their order."""
     found: list[Stretch] = []
     for segment in timeline:
         for first, last, moves in (
@@ -81,7 +81,7 @@ def stretches(timeline: Timeline) -> list[Stretch]:
 
 
 def frame_times(timeline: Timeline, rate: float) -> Iterator[float]:
-    """When a frame is taken: `rate` times a second while the robot moves, and where it begins and ends to [s]."""
+    """The times of the frames: `rate` times a second while the robot moves, and where it begins and ends to [s]."""
     yield timeline.start
     for first, last, moves in stretches(timeline):
         step = 1.0 / (rate if moves else REST_RATE)

@@ -73,7 +73,7 @@ class Panel:
         self.front_end.note(str(error) if isinstance(error, VrsError) else internal_error(error).text, Ink.ERROR)
 
     def show(self, shown: Shown) -> None:
-        """What has come since."""
+        """Show what has come since."""
         if not shown.reads:
             return
         wall = self._wall()
@@ -103,7 +103,7 @@ class Panel:
         put(self.lease, label=driver, options=self._offers(), visible=shares and self.robot.open)
 
     def _waited_for(self, wall: float) -> str:
-        """What has been under way for a while."""
+        """Name the command that has been under way for a while; "" for none."""
         first = next(((id, text) for id, text in self.front_end.waiting.items() if text), None)
         if first is None or first[0] != self._waits[0]:
             self._waits = 0 if first is None else first[0], wall

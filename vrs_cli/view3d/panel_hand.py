@@ -58,7 +58,7 @@ class Slider:
         self.wanted, self.at = value, wall
 
     def taken(self, wall: float) -> float | None:
-        """What is meant now, once."""
+        """The value that the user has set, once, when the slider rests; else None."""
         if self.wanted is None or wall < self.at + RESTS:
             return None
         wanted, self.wanted = self.wanted, None
@@ -97,7 +97,7 @@ class HeldButton:
         return self._said > 0
 
     async def _hear(self, _event: object) -> None:
-        """In the order in which the page says it, as this never waits."""
+        """The button is held down. It never waits, so events come in the order of the page."""
         self._said, self._at = self._said + 1, self._wall()
         if self._said > CLICK and not self._dropped:
             self._hands.do(self._hold)
@@ -204,7 +204,7 @@ class HandPanel:
         self._do(StopJog())
 
     def _do(self, act: Press | StopJog) -> None:
-        """What there is to say of it is noted once."""
+        """Move or stop the arm; a remark about it is noted once."""
         robot, model = self._front_end.robot, self._arm.model
         if self._hand is None:
             timeline = robot.follow().timeline

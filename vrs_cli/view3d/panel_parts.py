@@ -1,4 +1,4 @@
-"""What the parts of a panel are made with."""
+"""Building blocks of panels."""
 
 from __future__ import annotations
 

@@ -40,7 +40,9 @@ Points = NDArray[np.float32]
 
 
 class Around(NamedTuple):
-    """How much of the way is shown `before` and `after` the present, and after what time that is looked at anew [s]."""
+    """The part of the way that is shown `before` and `after` the present, and after what time that is looked at anew
+    [s].
+    """
 
     before: float = 60.0
     after: float = 60.0
@@ -134,7 +136,7 @@ class Path(Rooted):
             self._scene.add_label(f"/path/commands/{k}", "\n".join(said), position=place, anchor="bottom-left")
 
     def _move_on(self, t: float, tip: Vector) -> None:
-        """What is past at t [s] has one colour, what is planned the other; the line under way is parted at the tip."""
+        """Colour what is past at t [s] and what is planned; the line under way is divided at the tip."""
         lines, place = self._near, bisect_right(self._begins, t) - 1
         line = lines[place] if place >= 0 and lines[place].end > t else None
         passed = 0 if line is None else line.passed(t)
@@ -169,7 +171,7 @@ class Path(Rooted):
 
 
 def _nearest(lines: Sequence[ToolLine], t: float, most: int) -> list[ToolLine]:
-    """As many of them as have no more than `most` parts, those nearest to a time [s]."""
+    """The lines nearest to a time [s] that have no more than `most` parts together."""
     count, kept = 0, list[ToolLine]()
     for line in sorted(lines, key=lambda one: max(one.begin - t, t - one.end)):
         count += len(line.points) - 1

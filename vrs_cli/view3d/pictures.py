@@ -26,7 +26,7 @@ def _page_rate(timeline: Timeline) -> float:
 
 
 def _photographed(name: str) -> Callable[[BinaryIO, RobotArm, Timeline, float], None]:
-    """What writes a picture: a function of `still`, by its name."""
+    """Return a function that writes a picture: one of `still`, by its name."""
 
     def write(stream: BinaryIO, arm: RobotArm, timeline: Timeline, number: float) -> None:
         from vrs_cli.view3d import still

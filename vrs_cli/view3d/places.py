@@ -58,7 +58,7 @@ class PlacesView(Rooted):
 
 
 def _pose(arm: RobotArm, row: NamedLocation, frames: Frames) -> Transform | None:
-    """In the world; None for joints of another robot, and for what is not defined."""
+    """The pose in the world; None for joints of another robot, and for what is not defined."""
     if row.pose is not None:
         return row.pose
     if row.joints is None or len(row.joints) != arm.model.joint_count:

@@ -19,7 +19,7 @@ Quaternion = tuple[float, float, float, float]  # w, x, y, z
 
 
 class Rooted:
-    """What hangs in one node, and is seen and hidden with it."""
+    """Parts of a scene that hang in one node, and are seen and hidden with it."""
 
     _root: FrameHandle
 
@@ -33,21 +33,23 @@ class Rooted:
 
 
 class SetPositionMessage(its.SetPositionMessage):
-    """That of viser, which looks up the types of its fields each time that it is sent: most of what a picture costs."""
+    """The message of viser, made faster: viser looks up the types of its fields each time that it is sent: most of what
+    a picture costs.
+    """
 
     def as_serializable_dict(self, _buffers: list[memoryview] | None = None) -> dict[str, Any]:
         return {"name": self.name, "position": self.position, "owner": self.owner, "type": "SetPositionMessage"}
 
 
 class SetOrientationMessage(its.SetOrientationMessage):
-    """As SetPositionMessage."""
+    """Made faster, as SetPositionMessage."""
 
     def as_serializable_dict(self, _buffers: list[memoryview] | None = None) -> dict[str, Any]:
         return {"name": self.name, "wxyz": self.wxyz, "owner": self.owner, "type": "SetOrientationMessage"}
 
 
 class SceneNodeUpdateMessage(its.SceneNodeUpdateMessage):
-    """The same, of `points` alone."""
+    """Made faster, for `points` alone."""
 
     def as_serializable_dict(self, buffers: list[memoryview] | None = None) -> dict[str, Any]:
         points, beside = self.updates["points"], buffers if buffers is not None else []
@@ -109,7 +111,7 @@ def gathered(named: Iterable[tuple[Vector, str]], near: float) -> dict[Vector, l
 
 
 def transform_of(node: SceneNodeHandle) -> Transform:
-    """Where a node is, in the frame of its parent."""
+    """The pose of a node in the frame of its parent."""
     w, x, y, z = map(float, node.wxyz)
     px, py, pz = map(float, node.position)
     s = 2.0 / (w * w + x * x + y * y + z * z)

@@ -56,7 +56,7 @@ def _joints(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
 
 
 def _shares(arm: RobotArm, timeline: Timeline, times: Floats) -> Floats:
-    """How fast joints move, in per cent of how fast they may."""
+    """The speeds of the joints in per cent of their limits."""
     shares: Floats = 100.0 * positions_at(arm, timeline, times).velocity / np.array(arm.model.max_velocity)
     return shares
 
@@ -145,7 +145,7 @@ class _Plot:
         self._plot.data = (times, *np.ascontiguousarray(self._kind.values(self._arm, timeline, times).T))
 
     def _legend(self, timeline: Timeline, t: float) -> str:
-        """What it is, the names of the curves, and their values then."""
+        """The title, the names of the curves, and their values at t."""
         values = self._kind.values(self._arm, timeline, np.array([t]))[0]
         told = (
             f'<span style="color:{colour}">{name} {value:.1f}</span>'

@@ -93,7 +93,7 @@ def outline(arm: RobotArm, configuration: Configuration, tip: Vector) -> Section
 
 
 def _tips(arm: RobotArm, configuration: Configuration, tip: Vector) -> Points:
-    """Where the tip gets while joint 1 is 0, in frame 0: (N, 3)."""
+    """Places of the tip while joint 1 is 0, in frame 0: (N, 3)."""
     model = arm.model
     lower, upper = np.array(model.lower), np.array(model.upper)
     parts = np.random.default_rng(1).random((POSES, model.joint_count)) * (1.0 + 2.0 * BEYOND) - BEYOND
@@ -109,7 +109,7 @@ def _tips(arm: RobotArm, configuration: Configuration, tip: Vector) -> Points:
 
 
 def _line(far: Grid, z: Grid, angle: Grid) -> Sections:
-    """Of an arm that stays in a plane: from the nearest place to the farthest one, each with its usual angle."""
+    """The boundary of an arm in a plane: from the nearest place to the farthest, each with its usual angle."""
     edges = np.linspace(far.min(), far.max(), CELLS + 1)
     cell = np.clip(np.digitize(far, edges) - 1, 0, CELLS - 1)
     sums = np.array([np.bincount(cell, weights, CELLS) for weights in (np.cos(angle), np.sin(angle))])
@@ -137,7 +137,7 @@ def _contour(far: Grid, z: Grid, angle: Grid) -> Sections:
 
 
 def _closed(hit: Flags) -> Flags:
-    """Without the holes that chance has left: what is near is taken in, and then the rim given back."""
+    """Fill the holes that chance has left: add the neighbours, then remove the rim."""
     for axis in (0, 1):
         first, middle, last = _shifted(hit, axis)
         hit = first | middle | last

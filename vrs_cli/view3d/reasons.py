@@ -76,7 +76,7 @@ class Reasons:
 
 
 def stopping_place(reach: Reach) -> Vector:
-    """How far the tool tip comes on the straight line [m]."""
+    """The place at which the tool tip stops on the straight line [m]."""
     line = reach.line
     if line.duration is not None or line.length <= 0.0:
         return reach.end if line.duration is not None else reach.begin
@@ -121,7 +121,7 @@ def explain_refusal(robot: SocketPort, told: Callable[[ReachReport], None], text
 
 
 def place_of(text: str) -> str | None:
-    """Where a typed motion was to go, as an expression; None for what is no motion to a place."""
+    """The goal of a typed motion as an expression; None for what is no motion to a place."""
     try:
         statement = parse_prompt(text)
     except VrsError:

@@ -80,7 +80,7 @@ TOWARDS = (0.80, 0.55, 0.38)  # from the robot to who looks at it: from the fron
 
 
 class Camera(NamedTuple):
-    """Where one looks from and to [m]."""
+    """A camera: its position, and the point it looks at [m]."""
 
     position: Vector
     look_at: Vector
@@ -120,7 +120,7 @@ class Stage:
 
 
 def backdrop(scene: SceneApi) -> None:
-    """What is around every robot. Nodes /light.
+    """Add the background and the light of every scene. Nodes /light.
 
     Without viser's picture of a hall that lights the scene, which takes software seconds to prepare: a page that is not
     told so with the first that it hears has begun to.
@@ -187,7 +187,7 @@ def _named_frame(scene: SceneApi, name: str, length: float) -> FrameHandle:
 
 
 def camera_for(model: RobotModel, aspect: float, base: Transform = IDENTITY) -> Camera:
-    """From where all of the arm is seen as it is at READY, at NEST, and with what slides far out.
+    """A camera that sees all of the arm at READY, at NEST, and with sliding joints far out.
 
     `aspect`: the width of the screen by its height.
     """

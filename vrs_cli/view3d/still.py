@@ -66,7 +66,7 @@ def _aim(client: viser.ClientHandle, arm: RobotArm, size: tuple[int, int]) -> No
 
 
 def captioned(pixels: Pixels, text: str) -> Pixels:
-    """With a text at the upper left, where it covers nothing of the arm."""
+    """The picture with a text at the upper left, where it covers nothing of the arm."""
     picture = Image.fromarray(pixels)
     font = ImageFont.load_default(LETTERS)
     ImageDraw.Draw(picture).text((LETTERS, LETTERS), text, INK, font)
@@ -88,7 +88,9 @@ def write_gif(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) 
 
 
 def in_few_colours(frame: Pixels) -> Image.Image:
-    """As a GIF has it. An octree keeps the colours of thin lines, which the median cut gives to large surfaces."""
+    """Reduce a frame to the colours of a GIF. An octree keeps the colours of thin lines, which the median cut gives to
+    large surfaces.
+    """
     return Image.fromarray(frame).quantize(GIF_COLOURS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
 
 

@@ -60,7 +60,7 @@ class TimeSpan(NamedTuple):
 
     @classmethod
     def over(cls, low: float, high: float) -> TimeSpan:
-        """From and to round times: a timeline that grows is not drawn anew all the time."""
+        """A span between round times, so that a timeline that grows is not drawn again all the time."""
         high = max(high, low + SHORTEST)
         length = high - low
         power = 10.0 ** floor(log10(length / MARKS))
@@ -112,7 +112,7 @@ def _doubts(doubts: Doubts, span: TimeSpan, width: float) -> Iterator[str]:
 
 
 def segments_in(timeline: Timeline, span: TimeSpan) -> Iterator[Segment]:
-    """Those of which something is in it, in order."""
+    """The segments that lie at least partly in a span, in order."""
     for index in range(timeline.index_at(span.low), len(timeline)):
         segment = timeline[index]
         if segment.start >= span.high:

@@ -38,7 +38,7 @@ class Surveying:
         return next(iter(self.found.tasks), None) if self.found is not None else None
 
     def look(self, wall: float) -> Surveyed | None:
-        """What is known; ask, where that is due, and do not wait. While a program runs its steps are looked at."""
+        """Return what is known, and ask again if that is due, without waiting: always while a program runs."""
         if wall < self._asked_at + (PATIENCE if self._under_way else OFTEN):
             return self.found
         asked, runs = self._wanted(), self.task is not None and self.task.running

@@ -1,4 +1,4 @@
-"""What was typed and answered at a panel, as HTML: bounded, the newest last."""
+"""The transcript of a panel as HTML: bounded, the newest last."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class PanelTranscript:
         self._put(f"<pre>{pieces_html(line(text, ink).pieces)}</pre>")
 
     def type(self, text: str, newline: bool) -> None:
-        """What a program TYPEs: a line may come in parts."""
+        """Add what a program TYPEs; a line may come in parts."""
         with self._lock:
             before = self._entries.pop().open if self._entries and self._entries[-1].open else ""
             whole = (before + text)[:LONGEST]

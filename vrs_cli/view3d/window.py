@@ -126,18 +126,18 @@ class RobotWindow:
 
     @property
     def width(self) -> float:
-        """Of the picture [px]; a page that nobody sees may have none."""
+        """The width of the picture [px], at least 1: a page that nobody sees may have none."""
         return max(float(self.client.camera.image_width), 1.0)
 
     @property
     def height(self) -> float:
-        """As `width`."""
+        """The height of the picture [px], at least 1."""
         return max(float(self.client.camera.image_height), 1.0)
 
     # --- what is said ---
 
     def doing(self, act: Callable[[], object]) -> Callable[[Any], None]:
-        """What a button does: `button.on_click(window.doing(act))`. What is refused is told."""
+        """Return the callback of a button: `button.on_click(window.doing(act))`. What is refused is told."""
         return self.doing_with(lambda _event: act())
 
     def doing_with(self, act: Callable[[Any], object]) -> Callable[[Any], None]:
@@ -170,7 +170,7 @@ class RobotWindow:
 
 
 def _rests(shown: Shown) -> float:
-    """How long nothing moves from then on [s]."""
+    """The time until something moves [s]."""
     timeline, after = shown.timeline, shown.timeline.index_at(shown.t) + 1
     if shown.position.moving:
         return 0.0
