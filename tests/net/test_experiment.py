@@ -22,7 +22,7 @@ from vrs_cli.net.experiment import (
     together,
     windows_of_logs,
 )
-from vrs_cli.net.flags import Flags, FlagWindow
+from vrs_cli.net.preview import Flags, FlagWindow
 
 NOTHING = Error(0.0, 0.0, 0.0, 0.0)
 USUAL = Gamma(0.2, 0.08)

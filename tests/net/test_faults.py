@@ -21,7 +21,8 @@ from tests.live import until
 from tests.net.cable import cable
 from tests.net.serving import Caller, Serving, serving
 from vrs_cli.interfaces.station.lease import RobotLease
-from vrs_cli.net.limits import Allowance
+from vrs_cli.net.limits import MUCH, Allowance
+from vrs_cli.net.limits import PATIENCE as PACE
 from vrs_cli.net.messages import (
     Abort,
     Done,
@@ -34,8 +35,6 @@ from vrs_cli.net.messages import (
     Welcome,
     Who,
 )
-from vrs_cli.net.pace import MUCH
-from vrs_cli.net.pace import PATIENCE as PACE
 from vrs_cli.net.server import BACKLOG, HELD, HIGH_WATER
 
 MOST = 1_000_000  # bytes that somebody may cost who does not read

@@ -17,10 +17,9 @@ from vrs_cli.interfaces.steering import Steering
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.net import messages
 from vrs_cli.net.far_end import PATIENCE, Ahead, Predicted
-from vrs_cli.net.flags import Flags
 from vrs_cli.net.messages import Abort, At, Clock, Done, Line, Pong, Told
 from vrs_cli.net.mirror import Mirror, parting
-from vrs_cli.net.preview import CHANGING, changing
+from vrs_cli.net.preview import CHANGING, Flags, changing
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.acts import Execute, Go, Goal, ListMotions, Say, Undo
 from vrs_cli.values.commands import Move, Stamp

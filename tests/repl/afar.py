@@ -27,8 +27,8 @@ from vrs_cli.interfaces.port.user_session import UserSession
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.net import messages
-from vrs_cli.net.last_status import LastStatus
 from vrs_cli.net.messages import FromClient, FromServer, ServerMessage
+from vrs_cli.net.mirror import LastStatus
 from vrs_cli.repl.front_end import DraftPage, FrontEnd
 from vrs_cli.repl.place import Local, Remote
 from vrs_cli.values.prompt import PromptStatus

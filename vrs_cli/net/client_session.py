@@ -32,8 +32,7 @@ from vrs_cli.net import messages, robot_folder
 from vrs_cli.net.broadcast import Broadcast, Listener, Sink
 from vrs_cli.net.delivery_log import DeliveryLog
 from vrs_cli.net.driving import Driving
-from vrs_cli.net.limits import Allowance, Bucket, Share
-from vrs_cli.net.pace import SendPace
+from vrs_cli.net.limits import Allowance, Bucket, SendPace, Share
 from vrs_cli.net.parts import is_long, parts_of
 from vrs_cli.net.places import without
 from vrs_cli.net.protocol import ServerConnection

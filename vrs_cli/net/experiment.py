@@ -32,10 +32,9 @@ from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.net import messages
 from vrs_cli.net.delay_line import DelayWays
-from vrs_cli.net.flags import Flags, FlagWindow, merged
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.playout import Playout
-from vrs_cli.net.preview import Preview
+from vrs_cli.net.preview import Flags, FlagWindow, Preview, merged
 from vrs_cli.net.timesync import TimeSync
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 from vrs_cli.values.commands import Move, SetParameter, Stamp

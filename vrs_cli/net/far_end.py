@@ -24,11 +24,9 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.net import messages
-from vrs_cli.net.flags import Flags
-from vrs_cli.net.last_status import LastStatus
 from vrs_cli.net.messages import Done, Request, ServerMessage
-from vrs_cli.net.mirror import WINDOW, ClockReading, Mirror, parting
-from vrs_cli.net.preview import Preview, Wishes, changing
+from vrs_cli.net.mirror import WINDOW, ClockReading, LastStatus, Mirror, parting
+from vrs_cli.net.preview import Flags, Preview, Wishes, changing
 from vrs_cli.net.protocol import ClientConnection, ConnectionState
 from vrs_cli.net.timesync import Estimate, TimeSync
 from vrs_cli.trajectory.timeline import Timeline

@@ -1,9 +1,11 @@
 """What one client, and one robot, may take of a server; each limit has its clear refusal. Pure: clocks are passed in.
 
-Robots stop the lines and programs of their own users alone: nobody waits for what another one has used up.
+A robot stops only the lines and programs of its own users: nobody waits for what others have used up.
 """
 
 from __future__ import annotations
+
+from math import inf
 
 from msgspec import Struct, structs
 
@@ -187,3 +189,34 @@ def check_growth(allowance: Allowance, names: int) -> None:
     """Raises LimitReached for a robot that has grown too large to take more."""
     if names > allowance.names:
         raise LimitReached(f"it has {names} variables and programs, {allowance.names} at most", TO_MAKE_ROOM)
+
+
+MUCH, LITTLE = 256 * 1024, 64 * 1024  # bytes: who is so far behind is waited for, until it is no further than that
+LUMP = 32 * 1024  # bytes that it takes meanwhile
+PATIENCE = (
+    5.0  # [s] in which it takes a LUMP, or is waited for no longer: TCP gives a slow reader hundreds of KB at once
+)
+
+
+class SendPace:
+    """Whether a robot waits for a user who has not taken what a program TYPEs: in virtual time a program types as fast
+    as it computes. `waiting`: bytes that wait for the user's socket, as the thread of the connections sees them. A user
+    who does not take a LUMP in PATIENCE is not waited for again before catching up.
+    """
+
+    def __init__(self) -> None:
+        self.waiting = 0
+        self._least, self._until = inf, 0.0  # bytes, and when it is to have taken one more LUMP; while it is waited for
+        self._stuck = False
+
+    def lags(self, now: float) -> bool:
+        """Whether it is to be waited for. In the robot's thread."""
+        waiting, waited = self.waiting, self._least < inf
+        if waiting <= (LITTLE if waited or self._stuck else MUCH):
+            self._least, self._stuck = inf, False
+        elif not self._stuck:
+            if waiting <= self._least - LUMP:
+                self._least, self._until = waiting, now + PATIENCE
+            elif now > self._until:
+                self._least, self._stuck = inf, True
+        return self._least < inf

@@ -1,9 +1,8 @@
-"""A robot as those have it who are told of it from afar: a snapshot, and every change of the timeline after it.
+"""A robot as a remote user knows it: a snapshot and every change of the timeline after it, its clock, and its status.
 
-Observers and viewers look at a mirror as they look at the robot itself. It is pure: what has come is put in, the wall
-clock is an argument. What does not follow on what is known is not guessed at: the mirror is `lost`, and stays as it
-was, until another snapshot comes. Of the past it keeps a window, so that it does not grow with the time that it is
-there.
+Observers and viewers look at a mirror as they look at the robot itself. Pure: messages are put in, the wall clock is an
+argument. A change that does not follow on what is known is not guessed at: the mirror is `lost`, and stays as it was,
+until another snapshot comes. It keeps a window of the past, so that it does not grow with time.
 """
 
 from __future__ import annotations
@@ -22,6 +21,7 @@ from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced, fitted
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.instant import down_to_grid
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.wire.records import Form, RecordError
 from vrs_cli.wire.steered import SteeredRecord, steered_delta
 
@@ -30,8 +30,8 @@ SLACK = 0.25  # of the window may be there beside it: what has become too old go
 
 
 class ClockReading(Struct, frozen=True):
-    """The clock of a robot: it was at `now` [s] when a wall clock was at `since` [s]. It goes on at `rate`, or (None)
-    stands: the robot moves in virtual time, or the clock is paused. While it goes it shows no time before `floor` [s].
+    """A reading of a robot's clock: `now` [s] when a wall clock was at `since` [s]. The clock goes on at `rate`;
+    with None it stands, as time is virtual or paused. While it goes it shows no time before `floor` [s].
     """
 
     now: float = 0.0
@@ -46,15 +46,15 @@ class ClockReading(Struct, frozen=True):
         return max(self.now, self.floor, down_to_grid(self.now + self.rate * (wall - self.since)))
 
     def then(self, later: ClockReading, wall: float) -> ClockReading:
-        """A later reading of the same clock, which does not go back: if it was thought to be ahead, it stands until its
-        time has come.
+        """Follow this reading by a later one. The clock does not go back: if it was shown too far ahead, it stands
+        until its time has come.
         """
         goes_on = self.rate is not None and later.rate is not None
         return replace(later, floor=self.at(wall)) if goes_on else later
 
 
 class _Held(Struct, frozen=True):
-    """What is known at one moment: the timeline from its segment number `first` on, after change `seq`."""
+    """The state at one moment: the timeline from its segment number `first` on, after change `seq`."""
 
     timeline: Timeline
     first: int
@@ -66,18 +66,18 @@ class _Held(Struct, frozen=True):
         return cls(snapshot.timeline(), snapshot.first, snapshot.settings, seq)
 
     def since(self, t: float) -> _Held:
-        """The same without what was before time t [s]."""
+        """Return the state without the segments that ended before t [s]."""
         gone = self.timeline.index_at(t)
         kept = Timeline(islice(self.timeline, gone, None), self.timeline.version)
         return replace(self, timeline=kept, first=self.first + gone)
 
 
 class Mirror:
-    """One robot that others move. One thread puts in what comes, any thread reads.
+    """A robot that others move. One thread puts in what comes, any thread reads.
 
-    `window`: so many seconds before the robot's clock are kept. `begins` is the time from which on the timeline is
-    known: before it the robot was elsewhere than the mirror says. `events` tells of every change as the robot itself
-    does, of what is known here.
+    `window`: so many seconds before the robot's clock are kept. `begins`: the timeline is known from this time on;
+    before it the robot was elsewhere than the mirror says. `events` tells of every change of the known timeline, as the
+    robot does.
     """
 
     def __init__(
@@ -102,7 +102,7 @@ class Mirror:
 
     @property
     def now(self) -> float:
-        """The robot's clock [s], by the last that was heard of it."""
+        """The robot's clock [s], by its last reading."""
         return self.clock.at(self._wall())
 
     @property
@@ -117,19 +117,19 @@ class Mirror:
 
     @property
     def begins(self) -> float:
-        """From when on it is known where the robot is [s]: always, or since a window begins."""
+        """The time [s] from which on the timeline is known; -infinity if all of it is."""
         return self._held.timeline.start if self._held.first else -inf
 
     # --- what comes ---
 
     def replace(self, snapshot: Snapshot, seq: int) -> None:
-        """The timeline as it is after change `seq`, all of it or a window up to its end: all is known again."""
+        """Take the timeline after change `seq`: all of it, or a window up to its end. The mirror is no longer lost."""
         self._held, self.lost = self._kept(_Held.of(snapshot, seq)), False
         self.events.publish([TimelineReplaced(self.timeline, self.settings)])
 
     def change(self, delta: TimelineDelta, seq: int) -> None:
-        """The change of that number, which follows on the last one. One that is known already changes nothing; any
-        other makes the mirror `lost`, as does one that reaches back behind what is known.
+        """Apply the change with the next number. A known one changes nothing; any other makes the mirror `lost`, as
+        does one that reaches back behind what is known.
         """
         held = self._held
         if self.lost or seq <= held.seq:
@@ -145,8 +145,8 @@ class Mirror:
         self.events.publish([here, TimelineReplaced(self.timeline, self.settings)] if forgot else [here])
 
     def steer(self, target: SteeredRecord, seq: int) -> None:
-        """The change of that number, which is one target of steering, in short. Where it does not become what it was,
-        the mirror is `lost`, and changes have to come in full.
+        """Apply the change of that number, given in short as one target of steering. If it cannot be rebuilt, the
+        mirror is `lost`, and changes have to come in full.
         """
         held = self._held
         if self.lost or seq <= held.seq:
@@ -159,8 +159,8 @@ class Mirror:
             self.change(delta, seq)
 
     def extend(self, older: Snapshot) -> bool:
-        """More of the past: an older window, which reaches up to what is known. False where it does not fit any more:
-        it has to be asked for again.
+        """Add an older window, which reaches up to what is known. False if it does not fit any more: ask for it
+        again.
         """
         held, count = self._held, self._held.first - older.first
         joint = older.segments[count : count + 1]  # the first that is held, perhaps cut off by now
@@ -172,14 +172,14 @@ class Mirror:
         return True
 
     def _kept(self, held: _Held) -> _Held:
-        """What is older than the window goes, where that is enough to be worth it."""
+        """Drop what is older than the window, if that is enough to be worth the copy."""
         begin = self.now - self.window
         old = held.timeline.start < begin - SLACK * self.window and held.timeline.index_at(begin)
         return held.since(begin) if old else held
 
 
 def parting(before: Timeline, after: Timeline) -> float:
-    """From when on two timelines differ, of what both know [s]; infinity where they do not."""
+    """Return the time [s] from which on two timelines differ, where both are known; infinity if they do not."""
     begin = max(before.start, after.start)
     pairs = zip_longest(*(islice(one, one.index_at(begin), None) for one in (before, after)))
     for one, other in pairs:
@@ -190,3 +190,33 @@ def parting(before: Timeline, after: Timeline) -> float:
             same = one.truncated(end) == other.truncated(end)
             return end if same else max(min(one.start, other.start), begin)
     return inf
+
+
+class LastStatus:
+    """The last status, and the robot's clock since. A clock that was shown does not go back while time passes."""
+
+    def __init__(self, wall: Callable[[], float]) -> None:
+        self._wall = wall
+        self._status, self._told_at = PromptStatus(), 0.0
+        self._floor = -inf  # [s] of the clock that was shown
+
+    def see(self, status: PromptStatus) -> None:
+        """A status was told. It was some time on its way: it tells of the clock only that it is not earlier."""
+        now, before = self._wall(), self._status
+        goes_on = before.pace is not None and status.pace is not None and not (before.pace.paused or status.pace.paused)
+        self._floor = self.now().clock if goes_on else -inf
+        if goes_on and status.pace == before.pace:
+            status = replace(status, clock=max(status.clock, self._extrapolated(now)))
+        self._status, self._told_at = status, now
+
+    def forget_pace(self) -> None:
+        """The robot may be another one, with a clock of its own."""
+        self._status = replace(self._status, pace=None)
+
+    def now(self) -> PromptStatus:
+        """The status with the clock as it is now."""
+        return replace(self._status, clock=max(self._floor, self._extrapolated(self._wall())))
+
+    def _extrapolated(self, now: float) -> float:
+        pace, clock = self._status.pace, self._status.clock
+        return clock if pace is None or pace.paused else clock + pace.rate * (now - self._told_at)

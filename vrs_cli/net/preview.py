@@ -1,14 +1,21 @@
-"""What a robot behind a slow line will do, as its user can know it: with the commands still on their way to it. Pure.
+"""What a robot behind a slow line will do, as its user can know it, and what was shown wrongly. Pure.
 
-The user's side plans such a command as the robot will: it applies f to the same timeline, at the time when the command
-should arrive. The planned change is unconfirmed until the robot's own change has come.
+The user's side plans a command that is still on its way as the robot will: it applies f to the same timeline, at the
+time when the command should arrive. The planned change is unconfirmed until the robot's own change has come.
+
+A viewer shows g at the time of its look, or `ahead` of it. A change of the timeline that arrives a while after it was
+applied makes wrong what was shown meanwhile of the times after its cut: `Flags` keeps these times.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import deque
+from collections.abc import Iterable
 from math import inf
+from operator import attrgetter
 from threading import Lock
+from typing import NamedTuple
 
 from msgspec import Struct, structs
 
@@ -234,3 +241,53 @@ class Wishes:
         with self._lock:
             self._forget(now - round_trip - PASSED_OVER)
             return self._under_way[0] if self._under_way else None
+
+
+class FlagWindow(NamedTuple):
+    """Times from `begin` on, up to `end` [s]."""
+
+    begin: float
+    end: float
+
+
+class Flags:
+    """The times of which something wrong was shown, by the robot's clock [s]. `ahead`: a viewer shows so much more than
+    the present [s].
+    """
+
+    def __init__(self, ahead: float = 0.0) -> None:
+        self.ahead = ahead
+        self.windows: tuple[FlagWindow, ...] = ()  # all of them, in order, and none that touches another
+
+    def arrived(self, cut: float, applied: float, at: float) -> FlagWindow | None:
+        """Note that a change of what is after `cut`, `applied` at the robot, became known to a viewer `at` that time.
+        Return the times of which something wrong was shown; None if nothing was.
+        """
+        window = FlagWindow(max(cut, applied), at + self.ahead)
+        if window.end <= window.begin:
+            return None
+        self._put(window)
+        return window
+
+    def _put(self, window: FlagWindow) -> None:
+        """Insert a window. Usually it comes last, so the search begins at the end."""
+        windows, first = self.windows, len(self.windows)
+        while first and windows[first - 1].end >= window.begin:
+            first -= 1
+        self.windows = windows[:first] + merged([*windows[first:], window])
+
+    def forget(self, before: float) -> None:
+        """Forget the windows that ended before that time."""
+        gone = bisect_left(self.windows, before, key=attrgetter("end"))
+        self.windows = self.windows[gone:] if gone else self.windows
+
+
+def merged(windows: Iterable[FlagWindow]) -> tuple[FlagWindow, ...]:
+    """Return the same times in order, in windows that do not touch each other."""
+    found: list[FlagWindow] = []
+    for window in sorted(windows):
+        if found and window.begin <= found[-1].end:
+            found[-1] = FlagWindow(found[-1].begin, max(found[-1].end, window.end))
+        else:
+            found.append(window)
+    return tuple(found)

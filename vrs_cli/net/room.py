@@ -48,8 +48,7 @@ from vrs_cli.net.client_session import ClientSession, ClientSocket
 from vrs_cli.net.delivery_log import BESIDE, DeliveryLog
 from vrs_cli.net.driving import Driving, WhenGone
 from vrs_cli.net.durable_log import DurableLog, MemoryFile
-from vrs_cli.net.limits import USUAL, Allowance, Meter, advice, check_growth
-from vrs_cli.net.pace import MUCH
+from vrs_cli.net.limits import MUCH, USUAL, Allowance, Meter, advice, check_growth
 from vrs_cli.net.parts import is_long
 from vrs_cli.net.places import prefixes_of
 from vrs_cli.net.robot_folder import check_room
