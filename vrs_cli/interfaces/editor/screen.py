@@ -53,9 +53,15 @@ class ScreenDraft:
         self._station.user_state.drafted = drafted
         if isinstance(act, ReadDraft):
             return Findings((yield from self._read(act.text)).findings)
-        said = yield from self._saved(act.text)
+        program, findings = yield from self._read(act.text)
+        if program is None:
+            raise LineRefused(findings[0])
+        if program.key != key_of(self.name) and program.key in self._station.programs:
+            raise ProgramExists(program.name, "give this one another name")
+        self.said = yield from stored(self._station, program)
+        self.name = self._station.user_state.last_edited = program.name
         self._stored, self._station.user_state.drafted = act.text, ""
-        return Kept(self.name, said)
+        return Kept(self.name, next((one.text for one in reversed(self.said) if isinstance(one, Message)), ""))
 
     def _read(self, text: str) -> Dialogue[ProgramReading]:
         """A text among what is in memory; another thread reads a long one, among a copy of that."""
@@ -69,16 +75,6 @@ class ScreenDraft:
             return ProgramReading(program, ordered((*findings, *analysis_of(memory, program).diagnostics)))
 
         return (yield from beside_if(long, work))
-
-    def _saved(self, text: str) -> Dialogue[str]:
-        program, findings = yield from self._read(text)
-        if program is None:
-            raise LineRefused(findings[0])
-        if program.key != key_of(self.name) and program.key in self._station.programs:
-            raise ProgramExists(program.name, "give this one another name")
-        self.said = yield from stored(self._station, program)
-        self.name = self._station.user_state.last_edited = program.name
-        return next((reply.text for reply in reversed(self.said) if isinstance(reply, Message)), "")
 
 
 def read(text: str, dialect: Dialect) -> ProgramReading:

@@ -132,7 +132,7 @@ class Station:
         self.actor = Actor(self.driver)
         self.tasks = self.driver.tasks
         self.tasks.told = self._tell
-        self._closing = finalize(self, self.driver.devices.close_all)
+        self.close = finalize(self, self.driver.devices.close_all)  # called by itself when the process ends
         self.engine.postponed.append(self._postponed)
         self.engine.turned.append(self._turned)
         self.dialect = Dialect.VPLUS  # of what is typed, and of files that name none
@@ -162,10 +162,6 @@ class Station:
         self.folder = folder
         if not folder.closed:
             self.driver.disk.folder = folder
-
-    def close(self) -> None:
-        """Close the files of programs. It happens by itself when the process ends."""
-        self._closing()
 
     # --- programs ---
 
@@ -201,7 +197,7 @@ class Station:
         self._check_free(loaded.file)
         self.environment.take(loaded.variables)
         self.layout = self.layout.with_file(loaded.layout)
-        self._store(loaded)
+        self.programs.update({stored.program.key: stored for stored in loaded.programs})
 
     def _check_free(self, file: File) -> None:
         if all(track.task.ended for track in self.tasks):
@@ -216,12 +212,8 @@ class Station:
         long = len(program.steps) > LONG_PROGRAM
         loaded = yield from beside_if(long, lambda: LoadedFile.of(File((program,)), text, memory, vplus=vplus))
         yield from self._compiled_for_tasks(loaded)
-        self._store(loaded)
+        self.programs.update({stored.program.key: stored for stored in loaded.programs})
         return loaded.diagnostics
-
-    def _store(self, loaded: LoadedFile) -> None:
-        for stored in loaded.programs:
-            self.programs[stored.program.key] = stored
 
     # --- running ---
 
