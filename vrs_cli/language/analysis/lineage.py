@@ -102,7 +102,8 @@ _BLOCKS: Mapping[type, str] = {
 def beyond(program: Program) -> Iterator[Diagnostic]:
     """Yield the refusal of each word and form of a program that its dialect has not."""
     told = _Told(program.dialect, "this program is in")
-    return (found for statement in program.statements for found in _beyond(statement, told))
+    statements = () if program.dialect is Dialect.VPLUS else program.statements
+    return (found for statement in statements for found in _beyond(statement, told))
 
 
 def beyond_dialect(statement: Statement, dialect: Dialect) -> Iterator[Diagnostic]:

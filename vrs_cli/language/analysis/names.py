@@ -234,7 +234,8 @@ class NameFindings(DiagnosticCollector):
         """Return the kind of a name. If nothing has decided it yet, this use does where it leaves one choice; a warning
         tells if the variable has a value of the other kind now.
         """
-        key, name, decided = variable.key, variable.name, self._decided(variable)
+        key, name = variable.key, variable.name
+        decided = self._decided(variable.sigil, key)
         if decided is None:
             choice = wanted & BARE
             if not choice:
@@ -253,14 +254,17 @@ class NameFindings(DiagnosticCollector):
             self.mismatch(variable, decided.kind, wanted, decided.step)
         return decided.kind
 
-    def _decided(self, variable: ast.Variable) -> Decided | None:
+    def _decided(self, sigil: str, key: str) -> Decided | None:
         """What the sigil of a name says, or its uses have decided, or (at the prompt) its present value."""
-        kind = SIGIL_KINDS.get(variable.sigil) or (self._known.get(variable.key) if self._at_prompt else None)
-        return self.kinds.get(variable.key) or (None if kind is None else Decided(kind, None))
+        decided = self.kinds.get(key)
+        if decided is None:
+            kind = SIGIL_KINDS.get(sigil) or (self._known.get(key) if self._at_prompt else None)
+            decided = None if kind is None else Decided(kind, None)
+        return decided
 
     def certain_kind(self, variable: ast.Variable) -> Kind | None:
         """Return the kind of a variable as far as it is certain."""
-        decided = self._decided(variable)
+        decided = self._decided(variable.sigil, variable.key)
         return None if decided is None else decided.kind
 
     def mismatch(self, expression: Expression, kind: Kind, wanted: Kinds, step: int | None = None) -> None:

@@ -111,10 +111,11 @@ class _Pairing(DiagnosticCollector):
         missing = [block for block in self._open if not block.vague]
         for block in missing[: max(0, len(missing) - self._vague_ends)]:
             self._fault(block.span, f"{block.name} has no {block.closing}")
-        unread = {one.text.split(maxsplit=1)[0] for one in program.statements if isinstance(one, ast.BadLine)}
+        statements = program.statements
+        unread = {one.text.split(maxsplit=1)[0] for one in statements if isinstance(one, ast.BadLine)}
         known = ", ".join(str(label) for label in sorted(self.labels)[:8])
         hint = f"the labels are {known}" if known else "a label is a number before a statement"
-        for statement in program.statements:
+        for statement in statements:
             label = label_of(statement)
             if label is not None and label not in self.labels and str(label) not in unread:
                 self.fault(UndefinedLabel, statement.span, str(label), hint)

@@ -302,7 +302,7 @@ class Program(Node, frozen=True, dict=True, weakref=True):
     @property
     def statements(self) -> tuple[Statement, ...]:
         """The statements of its steps; blank lines and comments have none."""
-        return tuple(step.statement for step in self.steps if step.statement is not None)
+        return tuple([step.statement for step in self.steps if step.statement is not None])
 
     @property
     def key(self) -> str:
