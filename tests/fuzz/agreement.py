@@ -148,7 +148,7 @@ class Agreement:
                 station.begin(stored.name, primed=True)
             except VrsError as refused:
                 raise AssertionError(f"check finds nothing in {stored.name}, EXECUTE refuses it: {refused}") from None
-            station.environment.executable(stored).fresh_slots()
+            _ = station.environment.executable(stored).compiled
             self.counted["programs primed"] += 1
 
 
