@@ -9,7 +9,7 @@ import pytest
 from vrs_cli.devices.device import ENOUGH, FULL, YET, Device, Waits
 from vrs_cli.devices.outside import Address, Arrival, Event, Outside
 from vrs_cli.errors import DeviceNotReady, FileNotOpened, FileOpened, NetworkClosed, NoDataReceived
-from vrs_cli.language.run.units import CLOSED, OPENED, SUCCESS
+from vrs_cli.language.run.effects import CLOSED, OPENED, SUCCESS
 
 NAME = "TCP:7"
 

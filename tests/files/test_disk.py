@@ -22,7 +22,7 @@ from vrs_cli.errors import (
 from vrs_cli.files.atomic import NewFile, create_beside
 from vrs_cli.files.bounds import Folder
 from vrs_cli.files.disk import Disk
-from vrs_cli.language.run.units import DISKS, SUCCESS, Access
+from vrs_cli.language.run.effects import DISKS, SUCCESS, Access
 
 MAIN, OTHER = 0, 2
 UNIT = 5

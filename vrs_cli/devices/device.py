@@ -25,7 +25,7 @@ from vrs_cli.errors import (
     NoDataReceived,
     VrsError,
 )
-from vrs_cli.language.run.units import CLOSED, OPENED, SUCCESS
+from vrs_cli.language.run.effects import CLOSED, OPENED, SUCCESS
 
 FULL = 65536  # bytes that are sent to a peer before the program waits until he has taken them
 ENOUGH = 8192  # bytes

@@ -29,8 +29,7 @@ from vrs_cli.errors import FileDamaged, did_you_mean
 from vrs_cli.files.opening import text_at
 from vrs_cli.language.run.signals import Cell, Follow
 from vrs_cli.language.words.instructions import RESERVED, why_reserved
-from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
-from vrs_cli.language.words.values import STRING_LENGTH
+from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS, STRING_LENGTH
 from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values.numbers import LIMIT, Value
 

@@ -16,8 +16,7 @@ from vrs_cli.errors import FileDamaged
 from vrs_cli.files.opening import text_at
 from vrs_cli.files.target_file import fields_of
 from vrs_cli.language.run.signals import InputChange, Inputs
-from vrs_cli.language.words.signals import INPUTS, INTERNAL
-from vrs_cli.language.words.values import plain, read_number
+from vrs_cli.language.words.values import INPUTS, INTERNAL, plain, read_number
 from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values.numbers import count
 

@@ -7,7 +7,7 @@ from html import escape
 
 import viser
 
-from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
+from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.render.html import pieces_html
 from vrs_cli.render.scan import scan
 from vrs_cli.values.acts import StepList, Surveyed, TaskRow

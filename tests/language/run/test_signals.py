@@ -8,7 +8,7 @@ from vrs_cli.errors import (
     IllegalSignal,
 )
 from vrs_cli.language.run.signals import Signals
-from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
+from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS
 
 
 def test_signals_are_on_off_and_inverted() -> None:

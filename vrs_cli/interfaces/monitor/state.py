@@ -34,8 +34,7 @@ from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.run.effects import PROCESS_CONTROL
 from vrs_cli.language.run.semantics.motions import MODE_WORDS
 from vrs_cli.language.text.ast import Instruction
-from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
-from vrs_cli.language.words.values import plain, whole
+from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS, plain, whole
 from vrs_cli.values.commands import SetMonitorSpeed
 from vrs_cli.values.replies import (
     FileText,

@@ -21,7 +21,7 @@ from vrs_cli.errors import (
     UnitNotAttached,
 )
 from vrs_cli.files.disk import Disk
-from vrs_cli.language.run.units import (
+from vrs_cli.language.run.effects import (
     ANY,
     OTHERS,
     SUCCESS,

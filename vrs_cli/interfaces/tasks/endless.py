@@ -12,7 +12,7 @@ from vrs_cli.language.run.effects import AttachRobot, Wait, WaitEvent
 from vrs_cli.language.text.ast import Call, Expression, Instruction, nodes, plain_number
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.functions import BY_TIME
-from vrs_cli.language.words.signals import INPUTS
+from vrs_cli.language.words.values import INPUTS
 
 UNTIMED = (Wait, WaitEvent, AttachRobot)  # what may be waited for in vain
 

@@ -21,7 +21,9 @@ from vrs_cli.interfaces.tasks.holder_times import HolderTimes
 from vrs_cli.interfaces.tasks.limits import GO_ON, Advice, Limits, Spent
 from vrs_cli.interfaces.tasks.tasks import Aborted, Onward, PendingInput, Stopped, Tasks, Track
 from vrs_cli.language.run.effects import (
+    TERMINAL,
     AttachRobot,
+    AwaitLine,
     Budget,
     ControlTask,
     CycleBegins,
@@ -32,19 +34,20 @@ from vrs_cli.language.run.effects import (
     Pause,
     ProgramCompleted,
     Prompt,
+    ReadRecord,
     RunSignal,
     SetEvent,
     StartTask,
     TaskControl,
     TaskState,
     Type,
+    UnitEffect,
     Wait,
     WaitEvent,
 )
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.robot import TICK, RobotReadings
 from vrs_cli.language.run.runtime import Task
-from vrs_cli.language.run.units import TERMINAL, AwaitLine, ReadRecord, UnitEffect
 from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values.commands import Brake, Break, Move, Request, SetMonitorSpeed, SetParameter, SetSwitch, Stamp
 from vrs_cli.values.results import RunOutcome

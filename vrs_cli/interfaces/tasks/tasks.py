@@ -21,15 +21,17 @@ from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.effects import (
     LAST_TASK,
     AttachRobot,
+    AwaitLine,
     Event,
     Prompt,
+    ReadRecord,
     TaskState,
+    UnitEffect,
     Wait,
     WaitEvent,
 )
 from vrs_cli.language.run.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
 from vrs_cli.language.run.robot import ROBOT_NUMBER, System
-from vrs_cli.language.run.units import AwaitLine, ReadRecord, UnitEffect
 from vrs_cli.language.words.values import key_of
 from vrs_cli.values.commands import Request
 from vrs_cli.values.numbers import Value

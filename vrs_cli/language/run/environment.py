@@ -24,10 +24,9 @@ from vrs_cli.language.compile.expressions import CELLS, ExpressionCompiler, Libr
 from vrs_cli.language.run.effects import CallProgram, Event, Return, Wait
 from vrs_cli.language.run.memory import Context, Definable, Memory, StoredProgram, Wording, stamp_of
 from vrs_cli.language.run.operations import IN_CONTEXT, OF_VALUES, modulo, power
-from vrs_cli.language.run.semantics.assignments import ASSIGNMENTS
 from vrs_cli.language.run.semantics.input_output import INPUT_OUTPUT
-from vrs_cli.language.run.semantics.motions import MOTIONS, SETTINGS
-from vrs_cli.language.run.semantics.tasks import SIGNALS, TASKS
+from vrs_cli.language.run.semantics.motions import MOTIONS
+from vrs_cli.language.run.semantics.tasks import TASKS
 from vrs_cli.language.run.variables import NO_CELLS, Reference, new_variable
 from vrs_cli.language.text.ast import Variable
 from vrs_cli.language.words.values import (
@@ -101,7 +100,7 @@ UNSET = Unset()
 
 # Who carries out which instruction: functions from evaluated operands to what the program asks for. What needs neither
 # robot nor terminal (variables, signals, timers) an instruction does by itself, at its own instant of the program.
-HANDLERS = {**MOTIONS, **SETTINGS, **ASSIGNMENTS, **SIGNALS, **INPUT_OUTPUT, **TASKS}
+HANDLERS = {**MOTIONS, **INPUT_OUTPUT, **TASKS}
 
 _OPERATORS = (compose, modulo, power)
 _BITS: Mapping[str, Callable[..., float]] = {

@@ -25,6 +25,7 @@ from vrs_cli.errors import IllegalValue, LimitReached, LineMissing, StackOverflo
 from vrs_cli.language.run.effects import (
     CYCLE_SETTINGS,
     OF_ERRORS,
+    AwaitLine,
     Budget,
     CallProgram,
     CycleBegins,
@@ -51,7 +52,6 @@ from vrs_cli.language.run.environment import (
 )
 from vrs_cli.language.run.memory import Context, StoredProgram
 from vrs_cli.language.run.robot import RobotReadings
-from vrs_cli.language.run.units import AwaitLine
 from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.text.ast import Statement
 from vrs_cli.language.words.values import key_of

@@ -14,8 +14,7 @@ from msgspec import Struct, structs
 
 from vrs_cli.errors import IllegalSignal
 from vrs_cli.language.run.variables import Variables
-from vrs_cli.language.words.signals import INPUTS, INTERNAL, OUTPUTS
-from vrs_cli.language.words.values import integer_between, plain
+from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS, integer_between, plain
 from vrs_cli.values.numbers import Value
 
 MOST_BITS = 32

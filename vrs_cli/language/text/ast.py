@@ -11,8 +11,7 @@ from collections.abc import Iterable, Iterator
 
 from msgspec import Struct
 
-from vrs_cli.language.words.signals import INPUTS, OUTPUTS
-from vrs_cli.language.words.values import NAME_LENGTH
+from vrs_cli.language.words.values import INPUTS, NAME_LENGTH, OUTPUTS
 from vrs_cli.values.diagnostics import Span
 from vrs_cli.values.dialect import Dialect
 

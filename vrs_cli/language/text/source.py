@@ -6,7 +6,7 @@ language of another maker, and which warnings comments suppress: `; vrs: ignore 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from itertools import pairwise
 from typing import Final, NamedTuple, Protocol
@@ -61,7 +61,7 @@ def header_end(text: str) -> int | None:
 class Parser(Protocol):
     """What reads a line of each kind. All raise LineRefused."""
 
-    def step(self, text: str, line: int) -> Step: ...
+    step: Callable[[str, int], Step]
 
     def new_step(self, text: str, line: int) -> Step: ...
 

@@ -224,3 +224,9 @@ def quadrant(angle: float) -> tuple[int, float]:
     turned = fmod(angle, 360.0)
     right_angles = whole(turned / 90.0)
     return right_angles % 4, radians(turned - 90.0 * right_angles)
+
+
+SIGNALS_A_BANK = 512
+OUTPUTS = range(1, 1 + SIGNALS_A_BANK)
+INPUTS = range(1001, 1001 + SIGNALS_A_BANK)
+INTERNAL = range(2001, 2001 + SIGNALS_A_BANK)

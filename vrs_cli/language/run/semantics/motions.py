@@ -112,30 +112,6 @@ def _alter(_context: Context, it: Wording, _lun: float | None = None, *numbers: 
     return (Alter(shift(turn, *shift_by), it.text),)
 
 
-MOTIONS: Mapping[str, Handler] = {
-    "MOVE": partial(_move, False),
-    "MOVES": partial(_move, True),
-    "MOVET": partial(_move, False),
-    "MOVEST": partial(_move, True),
-    "GO": partial(_move, False),
-    "APPRO": partial(_approach, False),
-    "APPROS": partial(_approach, True),
-    "DEPART": partial(_depart, False),
-    "DEPARTS": partial(_depart, True),
-    "DRAW": _draw,
-    "DRIVE": _drive,
-    "READY": lambda _context, it: (Move(NamedTarget("ready"), False, stamp=it.stamp, text=it.text),),
-    "NEST": lambda _context, it: (Move(NamedTarget("nest"), False, stamp=it.stamp, text=it.text),),
-    "ALIGN": lambda _context, it: (Move(AlignedTarget(), True, stamp=it.stamp, text=it.text),),
-    "ALTON": _alter_on,
-    "ALTER": _alter,
-    **dict.fromkeys(("ALTOFF", "NOALTER"), lambda _context, _it, _lun=None: (SetAlter(None),)),
-    "DELAY": lambda _context, it, seconds: (Delay(checked_seconds("a delay", seconds), it.text),),
-    "BREAK": lambda _context, _it: (Break(),),
-    "BRAKE": lambda _context, _it: (Brake(),),
-}
-
-
 # --- what motions go by ------------------------------------------------------------------------------------------
 
 LAST_PROFILE = 8  # V+ Language Reference Guide, ACCEL
@@ -240,7 +216,27 @@ MODE_WORDS = {
 
 _HANDS = {"OPEN": 1.0, "CLOSE": 0.0, "RELAX": None}
 
-SETTINGS: Mapping[str, Handler] = {
+MOTIONS: Mapping[str, Handler] = {
+    "MOVE": partial(_move, False),
+    "MOVES": partial(_move, True),
+    "MOVET": partial(_move, False),
+    "MOVEST": partial(_move, True),
+    "GO": partial(_move, False),
+    "APPRO": partial(_approach, False),
+    "APPROS": partial(_approach, True),
+    "DEPART": partial(_depart, False),
+    "DEPARTS": partial(_depart, True),
+    "DRAW": _draw,
+    "DRIVE": _drive,
+    "READY": lambda _context, it: (Move(NamedTarget("ready"), False, stamp=it.stamp, text=it.text),),
+    "NEST": lambda _context, it: (Move(NamedTarget("nest"), False, stamp=it.stamp, text=it.text),),
+    "ALIGN": lambda _context, it: (Move(AlignedTarget(), True, stamp=it.stamp, text=it.text),),
+    "ALTON": _alter_on,
+    "ALTER": _alter,
+    **dict.fromkeys(("ALTOFF", "NOALTER"), lambda _context, _it, _lun=None: (SetAlter(None),)),
+    "DELAY": lambda _context, it, seconds: (Delay(checked_seconds("a delay", seconds), it.text),),
+    "BREAK": lambda _context, _it: (Break(),),
+    "BRAKE": lambda _context, _it: (Brake(),),
     "SPEED": _speed,
     "DURATION": lambda _context, it, seconds: (SetDuration(checked_seconds("a duration", seconds), it.always),),
     "SWIVEL": _swivel,

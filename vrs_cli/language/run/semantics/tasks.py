@@ -30,8 +30,7 @@ from vrs_cli.language.run.effects import (
     checked_signal,
 )
 from vrs_cli.language.run.memory import Context, Handler, Wording, checked_seconds
-from vrs_cli.language.words.signals import INPUTS
-from vrs_cli.language.words.values import integer, integer_between, plain, whole
+from vrs_cli.language.words.values import INPUTS, integer, integer_between, plain, whole
 
 MOST_STEPS = 9999  # that RETURN n leaves out
 
@@ -87,19 +86,6 @@ def _run_signal(context: Context, _it: Wording, number: float) -> Iterable[Event
     return (RunSignal(context.environment.signals.writable(checked_signal(number))),)
 
 
-SIGNALS: Mapping[str, Handler] = {
-    "SIGNAL": _signal,
-    "RESET": _reset,
-    "BITS": _bits,
-    "TIMER": lambda context, it, number: context.environment.timers.set(number, it.value, context.robot.time()),
-    "REACT": partial(_react, False),
-    "REACTI": partial(_react, True),
-    "REACTE": _react_to_errors,
-    "IGNORE": _ignore,
-    "LOCK": _lock,
-    "RUNSIG": _run_signal,
-}
-
 # --- tasks -------------------------------------------------------------------------------------------------------
 
 
@@ -153,6 +139,16 @@ def _event_signal(context: Context, _it: Wording, number: float, level: float | 
 
 
 TASKS: Mapping[str, Handler] = {
+    "SIGNAL": _signal,
+    "RESET": _reset,
+    "BITS": _bits,
+    "TIMER": lambda context, it, number: context.environment.timers.set(number, it.value, context.robot.time()),
+    "REACT": partial(_react, False),
+    "REACTI": partial(_react, True),
+    "REACTE": _react_to_errors,
+    "IGNORE": _ignore,
+    "LOCK": _lock,
+    "RUNSIG": _run_signal,
     "RETURN": lambda _context, _it, steps=None: (
         Return(integer_between(steps or 0.0, 0, MOST_STEPS, "a number of steps of")),
     ),
