@@ -1,8 +1,7 @@
-"""A robot afar, as who holds it has it, without sockets: a mirror of it, its clock, and what was asked of it.
+"""The client's side of a served robot, without sockets: a mirror of it, its clock, and the requests under way.
 
-Nothing is done twice and nothing by itself: of what was on its way when the connection was cut it is said that it was
-done, or that it did not come to the robot; nobody but who has asked for it asks again. The time of the day is an
-argument.
+Nothing is done twice, and nothing by itself. A request that was on its way when the connection was cut ends later: it
+was done, or it did not come to the robot. Only its user may ask again. The time of the day is an argument.
 """
 
 from __future__ import annotations
@@ -49,15 +48,17 @@ Outlet = Callable[[ServerMessage], None]
 
 
 class _Ended(NamedTuple):
-    """A command that is done. The change that it has made may still be on its way: it is waited for, until then [s]."""
+    """A command that is done. Its change of the timeline may still be on its way, and is waited for `until` then
+    [s].
+    """
 
     done: Done
     until: float
 
 
 class Ahead(Enum):
-    """How much ahead of the robot's clock, as it is heard, a viewer is shown the robot: as much as makes that the
-    present (D_b), or as finds it where a command of now will (D_f + D_b), as both are measured.
+    """How far ahead of the clock that is heard a viewer is shown the robot, by the measured delays: at the present
+    (D_b), or where a command of now will find it (D_f + D_b).
     """
 
     PRESENT = "present"
@@ -65,10 +66,10 @@ class Ahead(Enum):
 
 
 class FarEnd:
-    """`mirror` is there once the first snapshot has come, where the timeline is followed, and with it `preview`: of the
-    motions that are on their way, where time is real. `ahead`: so much after the clock that is heard is `shown` [s].
-    `flags`: the times of which something wrong was shown. `refusal` says why the robot cannot be held. `news` hears all
-    that does not belong to one request. `window`: so many seconds of the past are kept.
+    """`mirror` and `preview` (of the commands on their way) are there once the timeline is followed and the first
+    snapshot has come. `ahead`: a viewer is shown the robot so much after the clock that is heard [s]. `flags`: the
+    times of which something wrong was shown. `refusal`: why the robot cannot be held. `news`: outlets for all
+    messages that belong to no request. `window`: so many seconds of the past are kept.
     """
 
     def __init__(self, hello: messages.Hello, wall: Callable[[], float]) -> None:
@@ -118,7 +119,7 @@ class FarEnd:
 
     @property
     def unheard(self) -> float | None:
-        """For how long nothing was heard of the robot [s]; None while it is heard as usual."""
+        """For how long nothing was heard from the robot [s]; None while that is as usual."""
         silent = self._wall() - self._heard_at
         return None if self.open and silent < QUIET else silent
 
@@ -129,7 +130,7 @@ class FarEnd:
         return min([next_ping, self._cut_at + PATIENCE, *(one.until for one in self._ended.values())])
 
     def look(self) -> None:
-        """Time has passed: nobody is kept waiting for ever, and how far away the robot is is measured."""
+        """Do what time makes due: end the requests that waited too long, and measure the delays by a ping."""
         now = self._wall()
         self._release(lambda one: now >= one.until)
         if now >= self._cut_at + PATIENCE:
@@ -143,7 +144,9 @@ class FarEnd:
         self.connection.send(messages.Ping(now))
 
     def give_up(self, why: VrsError | None = None) -> None:
-        """The robot does not come back: all who wait are told why, or that nobody knows what has become of it."""
+        """End all requests, as the robot does not come back. They are told why, or that nobody knows what became of
+        them.
+        """
         self._cut_at = inf
         self._release(lambda _one: True)
         lost = RequestRefused("the connection is lost: nobody knows whether it was done", "connect again, and look")
@@ -179,18 +182,18 @@ class FarEnd:
 
     @property
     def _until(self) -> float | None:
-        """By the server's clock, as far as that is known [s]: until when what is sent now has to be there."""
+        """The time by the server's clock [s] until which a message of now has to arrive; None if that is not known."""
         known = self._estimate
         return None if known is None else known.there(self._wall()) + self._round_trip + HELD_UP
 
     @property
     def no_connection(self) -> RequestRefused:
-        """Why nothing can be sent."""
+        """The error for a message that cannot be sent, with how long there was no connection."""
         since = f" (cut {self._wall() - self._silent_since:.1f} s ago)" if self._silent_since < inf else ""
         return RequestRefused(f"there is no connection{since}: this was not sent", "give it again when it is back")
 
     def _preview(self, preview: Preview, request: Request) -> None:
-        """It is on its way, as long as half a round trip takes as a rule."""
+        """Preview a request that was sent: it usually takes half a round trip to arrive."""
         preview.forward = self.round_trip / 2.0
         match request:
             case messages.At(act=Go() as go, issued=issued):
@@ -200,7 +203,7 @@ class FarEnd:
                 preview.sent(request.id, None, self.now, text)
 
     def extend(self, part: messages.Shown) -> bool:
-        """More of the past, as far as it fits; False where it has to be asked for again: changes may overtake it."""
+        """Add an older part of the timeline. False if it does not fit, as a change overtook it: ask for it again."""
         if self.mirror is None or part.number < self.mirror.seq:
             return False
         try:
@@ -229,7 +232,7 @@ class FarEnd:
             outlet(message)
 
     def learn(self, message: ServerMessage) -> None:
-        """What is known of the robot from now on."""
+        """Take what a message says of the robot."""
         match message:
             case messages.Welcome():
                 self._welcomed(message)
@@ -295,7 +298,7 @@ class FarEnd:
         self._release(lambda one: self._is_seen(one.done, change))
 
     def _replace(self, snapshot: Snapshot, number: int, arm: RobotArm) -> None:
-        """Another timeline, perhaps the first."""
+        """Take another timeline, perhaps the first."""
         if self.mirror is None:
             self.mirror = Mirror(arm, snapshot, number, self._wall, self.window)
             self.preview = Preview(self.mirror, 0.0)
@@ -307,8 +310,8 @@ class FarEnd:
             self._flag(parting(before, self.mirror.timeline))
 
     def _flag(self, cut: float) -> None:
-        """A change has come. In real time it cuts nothing that was before it, and `applied` of its message is a moment
-        later: that is when it was told.
+        """Flag what was shown wrongly until a change came. In real time a change cuts nothing before itself, and
+        `applied` of its message is a moment later: when it was told.
         """
         if self._passes and not self.near:
             self.flags.forget(self.now - REMEMBERED)
@@ -316,14 +319,14 @@ class FarEnd:
             self.flags.arrived(cut, cut, self.now)
 
     def _find_again(self, *, full: bool) -> None:
-        """Ask for a snapshot, once, where the mirror is lost."""
+        """Ask for a snapshot, once, if the mirror is lost."""
         lost = self.mirror is not None and self.mirror.lost
         if lost and not self._resyncs and self.open:
             self.connection.send(messages.Resync(full=full))
         self._resyncs = lost
 
     def _set_clock(self, clock: messages.Clock) -> None:
-        """What the clock of the robot shows, on the clock here: it has gone on since it was told."""
+        """Convert a reading of the robot's clock to the clock here: it has gone on since it was sent."""
         self._clock = clock
         if self.mirror is None:
             return
@@ -332,7 +335,7 @@ class FarEnd:
         self.mirror.clock = self.mirror.clock.then(ClockReading(clock.now, self.rate, since), wall)
 
     def _moves_to(self, now: float) -> None:
-        """In virtual time the clock stands but for what is commanded."""
+        """Set the clock in virtual time, where only commands move it."""
         if not self._clock.realtime:
             self._set_clock(structs.replace(self._clock, now=now))
 
@@ -350,24 +353,24 @@ class FarEnd:
 
     @property
     def now(self) -> float:
-        """The robot's clock, as well as that is known here [s]: wrong by half of what D_f and D_b differ in."""
+        """The robot's clock, as it is known here [s]: wrong by half the difference of D_f and D_b."""
         return 0.0 if self.mirror is None else self.mirror.now
 
     @property
     def round_trip(self) -> float:
-        """D_f + D_b, the median of those measured, in seconds of the robot."""
+        """The median of the measured D_f + D_b, in seconds of the robot."""
         return (self.rate or 0.0) * self._round_trip
 
     @property
     def near(self) -> bool:
-        """Whether what is shown is as good as what is: always so of a robot of one's own, however busy its machine."""
+        """Whether the delays are too short to matter. Always so for a robot of one user, however busy its machine."""
         own = self.welcome is not None and self.welcome.one_user
         return own or max(self.round_trip, self.shown - self.heard) < NEAR
 
     @property
     def heard(self) -> float:
-        """The robot's clock t_c as it is heard, D_b late: by then all has happened as the timeline says [s]. Nothing is
-        heard after a cut.
+        """The robot's clock t_c as it is heard, D_b late [s]: up to then all has happened as the timeline says. After a
+        cut nothing is heard.
         """
         if self.mirror is None:
             return 0.0
@@ -375,8 +378,8 @@ class FarEnd:
 
     @property
     def shown(self) -> float:
-        """The time that a viewer is shown [s]. With AUTO it is right whatever D_f and D_b differ in: as `now` is ahead
-        of t_c by the mean of both, so is this ahead of `now`.
+        """The time that a viewer is shown [s]. AUTO is right even if D_f and D_b differ: `now` is ahead of t_c by the
+        mean of both, and this is ahead of `now` by as much.
         """
         match self.ahead:
             case Ahead.PRESENT:
@@ -388,8 +391,8 @@ class FarEnd:
 
     @property
     def _dragged(self) -> Expected | None:
-        """Of a tool that is dragged. As long as it moves it goes after the newest wish tick by tick, which nobody can
-        know who hears of that later; else a wish changes what comes from its arrival on.
+        """The expected effect of a dragged tool. While the tool moves, it follows the newest wish tick by tick, which
+        cannot be known here; else a wish changes the timeline from its arrival on.
         """
         if self.mirror is None or not self._passes or self.near:
             return None
@@ -423,7 +426,7 @@ class FarEnd:
     # --- ends ---
 
     def _done(self, done: Done) -> None:
-        """Who has commanded something sees what it has changed: that comes after the answer."""
+        """End a command when its change is in the mirror: the change comes after the answer."""
         if done.status is not None:
             self.status.see(done.status)
             self._moves_to(done.status.clock)
@@ -433,7 +436,7 @@ class FarEnd:
             self._ended[done.id] = _Ended(done, self._wall() + CATCHING_UP)
 
     def _is_seen(self, done: Done, change: messages.Change | None) -> bool:
-        """Whether what a command has changed is in the mirror, to which that `change` came last since."""
+        """Whether the change that a command made is in the mirror; `change` is the last that has come since."""
         if self.mirror is None or isinstance(change, messages.Replaced):
             return True
         timeline = self.mirror.timeline
@@ -442,7 +445,7 @@ class FarEnd:
         return timeline.version == done.version and (done.status is None or done.status.end == timeline.end)
 
     def _release(self, is_due: Callable[[_Ended], bool]) -> None:
-        """Tell those of their end who need wait no longer."""
+        """Tell the ends of the commands that need not wait any longer."""
         for id, one in tuple(self._ended.items()):
             if is_due(one):
                 del self._ended[id]
@@ -462,7 +465,7 @@ def _holds_file(message: messages.ClientMessage) -> bool:
 
 
 class Predicted:
-    """Looked at as the robot itself is; its present is what `far` shows."""
+    """A robot to be watched as it will be: with the commands on their way, at the time that `far` shows."""
 
     def __init__(self, far: FarEnd) -> None:
         self._far = far

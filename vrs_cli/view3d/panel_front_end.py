@@ -1,4 +1,5 @@
-"""Who sits at a panel: what is typed there goes to the robot, and what the robot says comes back. It knows no page.
+"""The front end of a panel: what the user does there goes to the robot, and what the robot says comes back. It does
+not know the page.
 
 Nothing waits: what comes is heard in the thread of the connection, and looked at by whoever draws the panel.
 """
@@ -26,15 +27,15 @@ HISTORY = 500  # lines
 
 
 class PanelLease(NamedTuple):
-    """Who drives, empty for nobody; who has asked the one at this panel to let him."""
+    """Who drives (empty: nobody), and who has asked the user of this panel to let him drive."""
 
     driver: str = ""
     asking: str = ""
 
 
 class PanelFrontEnd:
-    """`question`: what is asked of whoever sits here; `waiting`: commands that have not ended, by their ids; `happened`
-    is called when one has, `explained` hears what WHY says, `refused` the lines that were not done.
+    """`question`: the open question to the user. `waiting`: the commands that have not ended, by id. `happened` is
+    called when one ends, `explained` gets the report of WHY, and `refused` the lines that were not done.
     """
 
     def __init__(self, robot: SocketPort, happened: Callable[[], None] = lambda: None) -> None:
@@ -72,7 +73,7 @@ class PanelFrontEnd:
     # --- what is done ---
 
     def type(self, text: str) -> None:
-        """Lines for the robot."""
+        """Send lines to the robot."""
         if len(text) > LONGEST:
             self.note(f"{len(text)} characters at once: load them as a file", Ink.ERROR)
             return
@@ -80,7 +81,7 @@ class PanelFrontEnd:
         self.command(text)
 
     def drop(self, text: str) -> None:
-        """Lines that are not sent: they may be brought back."""
+        """Keep lines that are not sent in the history."""
         self._keep(text)
         self.note(f"Not given, for the connection was cut meanwhile: {text.strip()}", Ink.WARNING)
 
@@ -89,7 +90,7 @@ class PanelFrontEnd:
             self.history = [*self.history, text][-HISTORY:]
 
     def command(self, text: str, again: str = "") -> None:
-        """A line that somebody typed, or that a button stands for. `again` as in `Transcript.echo`."""
+        """Send a line that the user typed, or that a button stands for. `again` as in `Transcript.echo`."""
         self.transcript.echo(self.status.prompt, text, again)
         self._do(lambda id: Line(id, text), text)
 
@@ -107,13 +108,13 @@ class PanelFrontEnd:
         self._do(lambda id: Drive(id, act, to), "")
 
     def attend(self) -> None:
-        """Have what programs ask put to whoever sits here."""
+        """Have the questions of programs put to this user."""
         if not self._attends:
             self._attends = True
             self._do(lambda id: At(id, Attend()), "")
 
     def answer(self, asked: Asked, value: Answer, how: messages.How = messages.How.ANSWERED) -> None:
-        """Once: what is asked of two is answered by the first. Without a connection the question stays."""
+        """Answer a question once: the first of two users does. Without a connection the question stays open."""
         if not self.robot.open:
             self.note(str(self.robot.far.no_connection), Ink.ERROR)
             return
@@ -123,7 +124,7 @@ class PanelFrontEnd:
             self.robot.tell(messages.Answer(asked.number, value, how))
 
     def complete(self, text: str, found: Callable[[tuple[Suggestion, ...]], None]) -> None:
-        """What may come next."""
+        """Give `found` what may come next after a text."""
 
         def hear(message: ServerMessage) -> None:
             if isinstance(message, messages.Completed):
@@ -132,7 +133,7 @@ class PanelFrontEnd:
         self.robot.post(lambda id: messages.Complete(id, text), hear)
 
     def check(self, text: str, found: Callable[[Diagnostic | None], None]) -> None:
-        """The mistake in a line that is not sent yet; None too where the robot does not say."""
+        """Give `found` the mistake in a line that is not sent yet; None if there is none, or no connection."""
 
         def hear(message: ServerMessage) -> None:
             found(message.mistake if isinstance(message, messages.Checked) else None)
@@ -143,7 +144,7 @@ class PanelFrontEnd:
         self.transcript.note(text, ink)
 
     def _do(self, make: Callable[[int], Request], text: str) -> None:
-        """Send a command; what is said of it goes into the transcript."""
+        """Send a command; its replies go into the transcript."""
 
         def made(id: int) -> Request:
             self.waiting = {**self.waiting, id: text}
@@ -183,7 +184,7 @@ class PanelFrontEnd:
                 self._welcomed(resumed=resumed)
 
     def _ask(self, asked: Asked) -> None:
-        """What fills a screen has none here."""
+        """Keep a question; one that fills a screen is left, as a panel has no screen."""
         if isinstance(asked.question, OnScreen):
             self.robot.tell(messages.Answer(asked.number, None))
         else:
@@ -210,7 +211,7 @@ class PanelFrontEnd:
             self.transcript.reply(refusal(end.refusal.error(), text))
 
     def _leased(self, told: messages.Lease) -> None:
-        """Who drives is told, and what concerns who sits here."""
+        """Tell who drives, and notices of the lease."""
         notice, before = told.notice, self.lease
         asking = before.asking if told.holder == before.driver else ""
         concerned = isinstance(notice, Requested | Lost) and notice.of == self.name

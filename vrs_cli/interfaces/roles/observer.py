@@ -1,4 +1,4 @@
-"""The observer: where a robot is, at any time. It never waits for who moves the robot."""
+"""The observer: where a robot is, at any time. It never waits for those who move the robot."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class RecordedRobot(NamedTuple):
-    """A trajectory as a robot to be watched: all of it has happened."""
+    """A saved trajectory, to be watched like a robot: all of it has happened."""
 
     arm: RobotArm
     timeline: Timeline

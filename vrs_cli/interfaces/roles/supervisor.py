@@ -258,16 +258,16 @@ class Supervisor(Observer, Designer):
     # --- motions ---
 
     def wait(self) -> None:
-        """Wait until the robot stands: in real time as long as that takes. Others may ask for something meanwhile.
+        """Wait until the robot stands: in real time as long as that takes. Others may send requests meanwhile.
 
-        Raises ClockPaused where the clock stands.
+        Raises ClockPaused if the clock stands.
         """
         while (rate := self.followed.rate) is not None and (left := self.timeline.end - self.now) > 0.0:
             time.sleep(min(left / rate, SLICE))
         self.act(Rest())
 
     def undo(self, count: int) -> None:
-        """Take the last motion commands back. Raises UsageError where there are not so many."""
+        """Take back the last `count` motion commands. Raises UsageError if there are fewer."""
         self.act(Undo(count))
 
     def redo(self, count: int) -> None:
@@ -275,7 +275,7 @@ class Supervisor(Observer, Designer):
         self.act(Redo(count))
 
     def explain(self, target: Target, name: str) -> ReachReport:
-        """Why a motion to a target from here is possible or not. `name`: how the report calls it."""
+        """Return why a motion from here to a target is possible or not. `name`: what the report calls the target."""
         return self.act(Explain(Goal.of(target), name))
 
     def previewed(self) -> Previewed:
@@ -285,14 +285,14 @@ class Supervisor(Observer, Designer):
     # --- programs and variables ---
 
     def define(self, text: str, where: str = "line ") -> tuple[str, ...]:
-        """Put the programs and variables of a text in memory; the names of its programs.
+        """Put the programs and variables of a text in memory; return the names of its programs.
 
-        Raises ProgramNotExecutable for a text with mistakes, which names the first; `where` stands before its line.
+        Raises ProgramNotExecutable for a text with mistakes. It names the line of the first, with `where` before it.
         """
         return self.act(Define(text, where)).names
 
     def load(self, path: str | Path) -> tuple[str, ...]:
-        """Put the programs and variables of a file in memory; the names of its programs.
+        """Put the programs and variables of a file in memory; return the names of its programs.
 
         Raises NonexistentFile, FileError, and ProgramNotExecutable for a file with mistakes.
         """
@@ -307,7 +307,7 @@ class Supervisor(Observer, Designer):
         return self.act(Execute(program, cycles), answer)
 
     def value(self, expression: str) -> Value:
-        """What an expression is now. Raises LineRefused, ProgramError."""
+        """Return the present value of an expression. Raises LineRefused, ProgramError."""
         return self.act(Evaluate(expression)).value
 
     def assign(self, variable: str, value: Value) -> None:
@@ -317,7 +317,7 @@ class Supervisor(Observer, Designer):
     # --- the timeline, and other courses of events ---
 
     def commands(self) -> tuple[CommandRecord, ...]:
-        """All motion commands that hold."""
+        """Return all motion commands that were not taken back."""
         return self.act(ListCommands()).commands
 
     def motions(self) -> TimelineTable:
