@@ -151,6 +151,11 @@ DEFERRED = (
         ),
         "types of arguments: whoever makes these objects has loaded the modules",
     ),
+    Deferred(
+        ("interfaces/station/operands.py", "interfaces/monitor/consent.py", "interfaces/editor/lines.py"),
+        ("vrs_cli.interfaces.station.station",),
+        "as above",
+    ),
     Deferred(("files/trajectory_file.py",), ("vrs_cli.files.soundness",), "it brings numpy"),
     Deferred(
         ("view3d/pictures.py", "api/scene.py"),

@@ -26,7 +26,7 @@ from vrs_cli.files.store import EVERYTHING, MemoryPart, sections_of, store
 from vrs_cli.interfaces.conversation.entry import ProgramEntry, closes_entry, opens_entry
 from vrs_cli.interfaces.dialogue import Dialogue, beside
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.station.station import LONG_PROGRAM
+from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.printer import print_file, print_program
 from vrs_cli.trajectory.timeline import TimelineDelta

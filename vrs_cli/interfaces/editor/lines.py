@@ -12,14 +12,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from typing import NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.errors import IllegalValue, NotAvailable, ProgramNotExecutable, UsageError
 from vrs_cli.interfaces.dialogue import Dialogue, beside_if
-from vrs_cli.interfaces.station.station import LONG_PROGRAM, Station
+from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM
 from vrs_cli.language.analysis.analyzer import analyze, check_line
 from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.run.memory import Memory
@@ -32,6 +32,9 @@ from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, errors, fi
 from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.numbers import count
 from vrs_cli.values.replies import Diagnosed, DiagnosticsReport, ListedStep, Message, ProgramPart, Reply
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.station.station import Station
 
 W = TypeVar("W")
 HEADER_LINE = 1  # of a program's text; its steps follow

@@ -11,7 +11,8 @@ from typing import NamedTuple
 from vrs_cli.errors import CannotInterpret, ProgramExists
 from vrs_cli.interfaces.dialogue import Dialogue, beside_if
 from vrs_cli.interfaces.editor.lines import analysis_of, opened, stored
-from vrs_cli.interfaces.station.station import LONG_TEXT, Station
+from vrs_cli.interfaces.station.loaded_file import LONG_TEXT
+from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.text.ast import BadLine, Program, ProgramHeader, Step
 from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.text.parser import parse_prompt, parse_step

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vrs_cli.errors import FileError, FileExists
 from vrs_cli.interfaces.dialogue import Dialogue
-from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.words.values import Kind, key_of
 from vrs_cli.values.questions import Confirmation, Parting
 from vrs_cli.values.replies import Farewell, Message, Tone
+
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.station.station import Station
 
 
 def agreed(station: Station, question: str) -> Dialogue[bool]:

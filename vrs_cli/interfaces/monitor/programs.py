@@ -15,8 +15,9 @@ from vrs_cli.interfaces.dialogue import Dialogue, beside_if
 from vrs_cli.interfaces.editor.lines import Editor, asked_program, listed, named_program, opened, refuse_running
 from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.monitor.consent import agreed
+from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
-from vrs_cli.interfaces.station.station import LONG_PROGRAM, Station
+from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.run.memory import StoredProgram
 from vrs_cli.language.text.ast import Instruction, Program
 from vrs_cli.language.text.printer import program_header

@@ -19,6 +19,8 @@ from vrs_cli.language.text.source import AXES, heeded
 from vrs_cli.language.words.values import rounding
 from vrs_cli.values.diagnostics import Diagnostic, error, first_error, warning
 
+LONG_TEXT = 1000  # characters that are parsed in some milliseconds
+LONG_PROGRAM = 100  # steps that are compiled in some milliseconds
 LEAST_TOLD = 1e-6  # rounding of a number of an axis: that of single precision is less
 
 

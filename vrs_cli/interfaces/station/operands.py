@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vrs_cli.errors import NoProgramSpecified, TypeMismatch
 from vrs_cli.interfaces.dialogue import Dialogue
-from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.run.prompt import WatchedExpression, evaluate
 from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.text.ast import BareWord, Call, Expression, Instruction, ProgramCall, Variable
@@ -15,7 +15,10 @@ from vrs_cli.language.words.values import kind_of_value
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.replies import Reply
 
-Handler = Callable[[Station, Instruction], Dialogue[None] | Iterable[Reply] | None]  # None: no answer
+if TYPE_CHECKING:
+    from vrs_cli.interfaces.station.station import Station
+
+Handler = Callable[["Station", Instruction], Dialogue[None] | Iterable[Reply] | None]  # None: no answer
 
 
 def value(station: Station, expression: Expression) -> Value:

@@ -31,7 +31,7 @@ from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal, at_once, beside, beside_if, within
 from vrs_cli.interfaces.rights import check_may, must_drive
 from vrs_cli.interfaces.station.lease import RobotLease
-from vrs_cli.interfaces.station.loaded_file import LoadedFile
+from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM, LONG_TEXT, LoadedFile
 from vrs_cli.interfaces.station.unstored import Unstored
 from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.interfaces.tasks.driver import Driver
@@ -62,8 +62,6 @@ from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.replies import Message, Plot, ProgramStopped, Tone
 from vrs_cli.values.results import RunOutcome, RunResult, StoppedTask
 
-LONG_TEXT = 1000  # characters that are parsed in some milliseconds
-LONG_PROGRAM = 100  # steps that are compiled in some milliseconds
 R = TypeVar("R")
 
 
