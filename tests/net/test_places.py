@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tests.net.serving import serving
 from vrs_cli.net.messages import Done, Get, Names, Put, Refused, Told
-from vrs_cli.net.places import prefixes_of, without
+from vrs_cli.net.places import may_hold, prefixes_of, without
 from vrs_cli.values.replies import Message
 
 
@@ -29,3 +29,10 @@ def test_what_a_server_answers_of_files(tmp_path: Path) -> None:
             assert str(tmp_path) not in str(message), message
         assert any(isinstance(one, Refused) for one in ada.heard)
         assert any(isinstance(one, Done) and not one.ok for one in ada.heard)
+
+
+def test_a_value_without_a_prefix_is_told_from_one_with_it() -> None:
+    prefixes = prefixes_of((Path("/srv/röbot"),))
+    assert may_hold(prefixes, Message("/srv/röbot/a.v2 is there"))
+    assert not may_hold(prefixes, Message("a.v2 is there"))
+    assert may_hold(prefixes, Message("no text: \udcff")), "what cannot be encoded is looked at in full"

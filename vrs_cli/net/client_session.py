@@ -34,7 +34,7 @@ from vrs_cli.net.delivery_log import DeliveryLog
 from vrs_cli.net.driving import Driving
 from vrs_cli.net.limits import Allowance, Bucket, SendPace, Share
 from vrs_cli.net.parts import is_long, parts_of
-from vrs_cli.net.places import without
+from vrs_cli.net.places import may_hold, without
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.stream import MessageForm
 from vrs_cli.net.tokens import Grant
@@ -186,8 +186,10 @@ class ClientSession(UserSession):
 
     def tell(self, message: messages.Numbered) -> None:
         """Tell it what it hears exactly once: now, when it is connected again, or after the long reply before it."""
-        message = without(self._services.prefixes, message)
-        if isinstance(message, messages.Told) and is_long(message.reply):
+        prefixes, long = self._services.prefixes, isinstance(message, messages.Told) and is_long(message.reply)
+        if long or may_hold(prefixes, message):
+            message = without(prefixes, message)
+        if long and isinstance(message, messages.Told):
             self._to_tell.append(parts_of(message))
         elif self._to_tell:
             self._to_tell.append(iter((message,)))

@@ -1,4 +1,4 @@
-"""Files as who holds a robot names them: where they lie on the server is nobody's business."""
+"""Names of files as users of a served robot see them: nobody is told in which folder of the server they are."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from typing import Any, TypeVar, cast
 
 from msgspec import Struct, structs
 
+from vrs_cli.wire.codec import Encoding, encode
+
 M = TypeVar("M")
 LONGEST = 1000  # rows of a table that are looked at: longer ones hold no names of files
 
@@ -17,6 +19,15 @@ def prefixes_of(folders: Iterable[Path | None]) -> tuple[str, ...]:
     """What stands before names in these folders, and the folders alone; the longest first."""
     there = [str(folder) for folder in folders if folder is not None]
     return tuple(sorted({*there, *(folder + os.sep for folder in there)}, key=len, reverse=True))
+
+
+def may_hold(prefixes: tuple[str, ...], value: Struct) -> bool:
+    """Whether a text in the value may have one of the prefixes. Not for a long value: all of it is encoded."""
+    try:
+        data = encode(value, Encoding.MSGPACK)
+    except UnicodeError:
+        return True
+    return any(prefix.encode(errors="surrogateescape") in data for prefix in prefixes)
 
 
 def without(prefixes: tuple[str, ...], value: M) -> M:

@@ -141,37 +141,38 @@ class LocalPort:
         if seconds is not None and not inbox:
             self._do_what_is_due()
         while seconds is None and not inbox:
-            self._drive(inbox)
+            if not self._driving.acquire(timeout=PATIENCE):
+                continue  # another thread drives the robot
+            try:
+                if inbox:
+                    break  # which has filled the inbox meanwhile
+                goes_on = self._actor.lets_time_pass
+                self._actor.step()
+                if goes_on:
+                    self.console.progress(Running(self.session.engine.now))
+            except Exception as error:  # of a task that nobody waits for, which has ended with it
+                self.console.show(internal_error(error))
+            finally:
+                self._driving.release()
         return inbox.take(0.0)
 
     def _do_what_is_due(self) -> None:
         while self._actor.asked:
-            self._drive()
+            self.step()
         self.session.settle()
         if self.session.driver.withdrawn:
             for question, ticket in self.user.asked_by_programs:
                 ticket.throw(AskedInVain(), question.id)
         while self._actor.asked:
-            self._drive()
-
-    def _drive(self, inbox: Inbox[ServerMessage] | None = None) -> None:
-        """One step of the robot, unless another thread drives it, which may have filled the inbox meanwhile."""
-        if self._driving.acquire(timeout=PATIENCE):
-            try:
-                if not inbox:
-                    self.step()
-            finally:
-                self._driving.release()
+            self.step()
 
     def step(self) -> None:
         """Do the next thing that is due; where none is, wait for it, or until `wake` is called."""
-        goes_on = self._actor.lets_time_pass
-        try:
-            self._actor.step()
-        except Exception as error:  # of a task that nobody waits for, which has ended with it
-            self.console.show(internal_error(error))
-        if goes_on:
-            self.console.progress(Running(self.session.engine.now))
+        with self._driving:
+            try:
+                self._actor.step()
+            except Exception as error:
+                self.console.show(internal_error(error))
 
     def wake(self) -> None:
         """End a wait of `step`; from any thread."""
