@@ -480,17 +480,7 @@ class ClientSession(UserSession):
     def types(self, ticket: Ticket[Any]) -> bool:
         """Whether a request helps a line that is typed, or its prompt. In any thread."""
         pending = self.pending.get(ticket)
-        if pending is None or pending.id:
-            return pending is not None and isinstance(pending.message, TYPING)
-        return pending is not self._pulling
-
-    def show(self, reply: Reply, id: int | None = None) -> None:
-        """Tell it what the robot says by itself; `id`: during which of its commands."""
-        self.tell(messages.Told(reply, id))
-
-    def type(self, text: str, newline: bool) -> None:
-        """What a program TYPEs."""
-        self.tell(messages.Typed(text, newline))
+        return pending is not None and (isinstance(pending.message, TYPING) or pending.answer == self._changed)
 
     def look(self) -> None:
         """Ask what stands around the prompt; it is told where that is something else than before."""

@@ -401,7 +401,7 @@ class Room:
             said = Message(f"{client.name} stops the robot", Tone.WARNING)
             for other in self.clients.values():
                 if other is not client:
-                    other.show(said)
+                    other.tell(messages.Told(said))
                     self._flush(other)
 
     @staticmethod
@@ -503,7 +503,7 @@ class Room:
         self._given_bytes += size
         hearing = [client for client in self.clients.values() if client.console or client.user_state is user_state]
         for client in hearing:
-            client.type(text, newline)
+            client.tell(messages.Typed(text, newline))
         return hearing
 
     def _show(self, user_state: object, reply: Reply, ticket: Ticket[Any] | None = None) -> list[ClientSession]:
@@ -514,7 +514,7 @@ class Room:
         hearing = [client for client in everybody if client.user_state is user_state] or everybody
         for client in hearing:
             asked = None if ticket is None else client.pending.get(ticket)
-            client.show(reply, None if asked is None else asked.id or None)
+            client.tell(messages.Told(reply, None if asked is None else asked.id or None))
         return hearing
 
     def _tell_lease(self, notice: Notice | None) -> list[ClientSession]:
