@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import acos, atan2, cos, pi, sin, sqrt
 
-from vrs_cli.kinematics.arm import turned_near
 from vrs_cli.kinematics.clearance import BOUNDARY, ON_BOUNDARY, SINGULAR
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import TURN, Joints
@@ -151,6 +150,13 @@ def make_branch(offsets: Offsets) -> Branch:
         n1, n2, n3, n4, n5, n6 = q1 - n1, q2 - n2, q3 - n3, q4 - n4, q5 - n5, q6 - n6
         if n1 * n1 + n2 * n2 + n3 * n3 + n4 * n4 + n5 * n5 + n6 * n6 < HALF_TURN_SQUARED:
             return q1, q2, q3, q4, q5, q6  # no joint can be half a turn away
-        return turned_near((q1, q2, q3, q4, q5, q6), near)
+        return (
+            q1 if -pi <= n1 <= pi else q1 - TURN * round(n1 / TURN),
+            q2 if -pi <= n2 <= pi else q2 - TURN * round(n2 / TURN),
+            q3 if -pi <= n3 <= pi else q3 - TURN * round(n3 / TURN),
+            q4 if -pi <= n4 <= pi else q4 - TURN * round(n4 / TURN),
+            q5 if -pi <= n5 <= pi else q5 - TURN * round(n5 / TURN),
+            q6 if -pi <= n6 <= pi else q6 - TURN * round(n6 / TURN),
+        )
 
     return branch

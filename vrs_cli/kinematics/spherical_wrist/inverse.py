@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import acos, atan2, cos, pi, sin, sqrt
 
-from vrs_cli.kinematics.arm import turned_near
 from vrs_cli.kinematics.clearance import BOUNDARY, ON_BOUNDARY, SINGULAR
 from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
@@ -228,7 +227,19 @@ def make_branch(geometry: Geometry) -> Branch:
         n6 -= q6
         if n1 * n1 + n2 * n2 + n3 * n3 + n4 * n4 + n5 * n5 + n6 * n6 < HALF_TURN_SQUARED:
             return q1, q2, q3, q4, q5, q6  # no joint can be half a turn away
-        return turned_near((q1, q2, q3, q4, q5, q6), near)
+        if not -pi <= n1 <= pi:
+            q1 += TURN * round(n1 / TURN)
+        if not -pi <= n2 <= pi:
+            q2 += TURN * round(n2 / TURN)
+        if not -pi <= n3 <= pi:
+            q3 += TURN * round(n3 / TURN)
+        if not -pi <= n4 <= pi:
+            q4 += TURN * round(n4 / TURN)
+        if not -pi <= n5 <= pi:
+            q5 += TURN * round(n5 / TURN)
+        if not -pi <= n6 <= pi:
+            q6 += TURN * round(n6 / TURN)
+        return q1, q2, q3, q4, q5, q6
 
     return branch
 

@@ -38,6 +38,7 @@ POSES = 64  # whose searches go on at once
 DAMPING = 1e-13  # [m2, rad2] of the way to a place, which matters in singular joints alone
 NEARER, WAITS = 0.7, 5  # steps without coming so much nearer to the place, after which a search is given up
 LONGER, SHORTER = 1.5, 0.5  # radius after a step that goes on, and after one that goes back
+FAR = 0.05  # [rad] of a turn that is missing, where another search of the pose has ended
 ALIKE = 0.03  # [rad, m] joints of searches for one pose that go the same way from then on
 MERGED = 6, 3  # the first step after which such searches are made one, and how many later again
 
@@ -198,7 +199,11 @@ class SteadyBatch(SerialBatch):
             back = (step * before[rows]).sum(axis=1) < 0.0
             shorter, longer = SHORTER * np.minimum(radius[rows], size), np.minimum(LONGER * radius[rows], LARGEST_STEP)
             radius[rows], before[rows] = np.where(back, shorter, longer), step
-            rows = rows[~(done | settled | (waited[rows] > WAITS))]
+            ended = done | settled | (waited[rows] > WAITS)
+            if pose is not None:  # where a pose itself is reached, searches that are far from it lead to no other way
+                had = pose[rows[done & bounded[rows] & (turned < STRAIGHT)]]
+                ended |= np.isin(pose[rows], had) & (turned > FAR)
+            rows = rows[~ended]
             if pose is not None and count + 1 in range(MERGED[0], steps, MERGED[1]):
                 same = np.column_stack((pose[rows], bounded[rows], np.rint(q[rows] / ALIKE)))
                 rows = rows[np.sort(np.unique(same, axis=0, return_index=True)[1])]
