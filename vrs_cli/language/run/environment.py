@@ -102,17 +102,21 @@ UNSET = Unset()
 # robot nor terminal (variables, signals, timers) an instruction does by itself, at its own instant of the program.
 HANDLERS = {**MOTIONS, **INPUT_OUTPUT, **TASKS}
 
-_OPERATORS = (compose, modulo, power)
-_BITS: Mapping[str, Callable[..., float]] = {
+_CALLED: tuple[Callable[..., Any], ...] = (
+    *(compose, modulo, power),
+    *(for_step, guarded, at_once, stamp_of, storable, whole, within_range),
+    *(setting, by_value, CallProgram, Definable, Reference, Wait, Wording),
+)
+_NAMES: Mapping[str, object] = {  # what compiled programs find as globals
+    **{one.__name__: one for one in _CALLED},
     "complement": lambda x: wrap(~integer(x)),
     "bit_and": lambda a, b: wrap(integer(a) & integer(b)),
     "bit_or": lambda a, b: wrap(integer(a) | integer(b)),
     "bit_xor": lambda a, b: wrap(integer(a) ^ integer(b)),
+    "NO_CELLS": NO_CELLS,
+    "BREAK": Break(),
+    "RETURN": Return(),
 }
-_CHECKS = (for_step, guarded, at_once, stamp_of, storable, whole, within_range)
-_OPERANDS = (setting, by_value, CallProgram, Definable, Reference, Wait, Wording)
-_VALUES = {"NO_CELLS": NO_CELLS, "BREAK": Break(), "RETURN": Return()}
-_NAMES = {**{one.__name__: one for one in (*_OPERATORS, *_CHECKS, *_OPERANDS)}, **_BITS, **_VALUES}
 
 LIBRARY = Library(_NAMES, OF_VALUES, IN_CONTEXT, HANDLERS)
 

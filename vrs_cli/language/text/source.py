@@ -92,7 +92,11 @@ def lines_of(text: str) -> list[SourceLine]:
     texts = _LINE_END.split(text.rstrip(DISK_END).removeprefix("\ufeff"))
     if texts and not texts[-1]:
         texts.pop()
-    return [SourceLine(number, line, _directive(line)) for number, line in enumerate(texts, 1)]
+    found = (_DIRECTIVE.match(line) if "." in line else None for line in texts)
+    return [
+        SourceLine(number, line, "" if match is None else match[1].upper())
+        for number, (line, match) in enumerate(zip(texts, found, strict=True), 1)
+    ]
 
 
 def cut(lines: Sequence[SourceLine]) -> Iterator[Sequence[SourceLine]]:
@@ -104,11 +108,6 @@ def cut(lines: Sequence[SourceLine]) -> Iterator[Sequence[SourceLine]]:
 def end_of(lines: Iterable[SourceLine]) -> int | None:
     """The index of the first `.END`."""
     return next((i for i, line in enumerate(lines) if line.directive == END), None)
-
-
-def _directive(text: str) -> str:
-    match = _DIRECTIVE.match(text) if "." in text else None
-    return match[1].upper() if match is not None else ""
 
 
 def named_above(text: str, what: str) -> tuple[str, Span] | None:
