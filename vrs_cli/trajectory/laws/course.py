@@ -7,6 +7,7 @@ do in these times is the same. The formulas of `Change` stand in `scurve_times`.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import repeat
 from typing import NamedTuple
 
 from vrs_cli.kinematics.joints import Joints
@@ -52,6 +53,10 @@ class Blend(NamedTuple):
     def polynomials(self, p: float, v0: float, a0: float, v1: float) -> list[Polynomial]:  # noqa: ARG002
         """Return the change from v0 to v1 from position p on: a polynomial for each stretch."""
         return [parabola(p, v0, v1, self.lasts)]
+
+    def paths(self, p: Sequence[float], v0: Sequence[float], v1: Sequence[float]) -> list[tuple[Polynomial, ...]]:
+        """Return the changes of several joints, out of no acceleration: their polynomials for each stretch."""
+        return [tuple(map(parabola, p, v0, v1, repeat(self.lasts)))]
 
 
 class Change(NamedTuple):
@@ -116,6 +121,9 @@ class Change(NamedTuple):
                 p, v, a = value(polynomials[-1], duration), v + 0.5 * duration * (a + after), after
         return polynomials
 
+    def paths(self, p: Sequence[float], v0: Sequence[float], v1: Sequence[float]) -> list[tuple[Polynomial, ...]]:
+        return list(zip(*map(self.polynomials, p, v0, repeat(0.0), v1), strict=True))
+
     @property
     def durations(self) -> list[float]:
         """The times that last."""
@@ -170,10 +178,17 @@ def joint_stretches(
     course: Course, joints: Joints, velocity: Joints, cruising: Sequence[float], first: Phase
 ) -> Iterator[tuple[float, Phase, Path]]:
     """Yield the stretches of joints that go on from their velocities to these cruise velocities, and come to rest."""
-    rows = zip(joints, velocity, cruising, strict=True)
-    ways = [course.polynomials(q, v, 0.0, v1) for q, v, v1 in rows]
-    for (duration, phase), *path in zip(course.stretches(first), *ways, strict=True):
-        yield duration, phase, JointPath(tuple(path))
+    change, cruise, slow = course  # stretch by stretch, not joint by joint: the most frequent plan of all
+    paths = change.paths(joints, velocity, cruising)
+    durations = change.durations
+    q = [value(a, durations[-1]) for a in paths[-1]]
+    if cruise:
+        paths.append(tuple(zip(q, cruising, strict=True)))
+        q = [value(a, cruise) for a in paths[-1]]
+    if slow.lasts:
+        paths += slow.paths(q, cruising, (0.0,) * len(q))
+    for (duration, phase), path in zip(course.stretches(first), paths, strict=True):
+        yield duration, phase, JointPath(path)
 
 
 class ToolMotion:

@@ -52,8 +52,8 @@ def joint_motion(
     reach, first = course.reach, Phase.ACCELERATE if resting else Phase.BLEND
     if reach <= 0.0:
         return ()
-    change, going = course.change, not course.stops_at_once
-    cruising = [change.ahead(way, v, 0.0) / reach if going else 0.0 for way, v, *_ in components]
+    blend, still = course.change.lasts, (0.0,) * len(components)
+    cruising = still if course.stops_at_once else [(way - 0.5 * v * blend) / reach for way, v, *_ in components]
     return segments_of(start, motion, joint_stretches(course, state.joints, state.velocity, cruising, first))
 
 
