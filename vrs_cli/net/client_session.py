@@ -1,4 +1,4 @@
-"""One holder of a robot that is served, over all the connections that it has one after the other.
+"""One user of a served robot, over all the connections that it has one after the other.
 
 What a client asks for becomes a request to the robot; what comes of it becomes messages, in the order in which the
 robot said it. Nothing here waits.
@@ -77,7 +77,7 @@ class ClientSocket(Protocol):
 
 
 class RoomServices(Protocol):
-    """What all holders of one robot share. `lookers`: of those who do not drive it."""
+    """Services of a room for its client sessions. `lookers`: the request budget of users who do not drive."""
 
     @property
     def session(self) -> Session: ...
@@ -164,7 +164,7 @@ class ClientSession(UserSession):
     # --- connections ---
 
     def attach(self, link: ClientSocket, hello: messages.Hello) -> None:
-        """It has a socket, in place of the one before."""
+        """Give the client a socket, in place of the one before."""
         self.detach()
         self.link, self.address = link, link.address
         form = MessageForm(text=hello.format is Encoding.JSON, full=hello.full)
@@ -173,19 +173,19 @@ class ClientSession(UserSession):
         self.beat()
 
     def detach(self) -> None:
-        """Its socket is gone; it may have another one soon."""
+        """The socket is gone; the client may come again with another one."""
         listener, self._listener, self.link = self._listener, None, None
         self.pace.waiting = 0
         if listener is not None:
             self._services.broadcast.leave(listener)
 
     def beat(self) -> None:
-        """It is there."""
+        """Note that the client was heard."""
         self.heard_at = self._wall()
         self._services.driving.beat(self.name)
 
     def tell(self, message: messages.Numbered) -> None:
-        """Tell it what it hears exactly once: now, when it is connected again, or after the long reply before it."""
+        """Send what the client has to hear once: now, when it is connected again, or after the long reply before it."""
         prefixes, long = self._services.prefixes, isinstance(message, messages.Told) and is_long(message.reply)
         if long or may_hold(prefixes, message):
             message = without(prefixes, message)
@@ -198,7 +198,7 @@ class ClientSession(UserSession):
 
     @property
     def has_more(self) -> bool:
-        """Whether it is in the middle of a long reply."""
+        """Whether a long reply is being sent."""
         return bool(self._to_tell)
 
     def tell_more(self) -> None:
@@ -214,7 +214,7 @@ class ClientSession(UserSession):
         self.session.actor.let_go_on(self.user_state)
 
     def say(self, message: messages.ServerMessage) -> None:
-        """What it hears if it is connected."""
+        """Send a message if the client is connected; else it is lost."""
         if self.link is not None:
             self.link.connection.send(message, self._wall())
 
@@ -430,7 +430,7 @@ class ClientSession(UserSession):
             self._drag_refused = self._drag_refused and wish.pose is not None
 
     def _known(self, name: str) -> str:
-        """Somebody who holds the robot too. Raises RequestRefused."""
+        """Return the name if a user of the robot has it. Raises RequestRefused."""
         holders = self._services.present(self)[1]
         if name not in holders:
             raise RequestRefused(f"{name} does not hold this robot", f"there is {', '.join(holders)}")

@@ -1,4 +1,4 @@
-"""One robot that is served: its session in a thread of its own, who holds it, and who hears of it.
+"""One served robot: its session in a thread of its own, its users, and those who watch it.
 
 Requests go into the robot's inbox. What the robot says comes back in one queue, in the order in which it was said; the
 thread of the connections is woken once for all that is there, and gives it to those whom it concerns: answers first,
@@ -89,7 +89,7 @@ class Plan(Struct, frozen=True):
 
 
 class _Console:
-    """The terminal of a session that nobody sits at: what it says goes to those who hold the robot."""
+    """The terminal of a served session: what it says goes to the users of the robot."""
 
     attended = False
 
@@ -104,7 +104,7 @@ class _Console:
         self._type(self._concerned(), text, newline)
 
     def _concerned(self) -> object:
-        """Who has begun what speaks now."""
+        """The user who began what speaks now."""
         assert self.session is not None
         tasks = self.session.tasks
         track = tasks.get(tasks.current) or tasks.get(ROBOT_PROGRAM)
@@ -243,10 +243,10 @@ class Room:
             if self._journal is not None:
                 self._journal.close()
 
-    # --- who holds it ---
+    # --- its users ---
 
     def enter(self, grant: Grant, hello: messages.Hello, link: ClientSocket) -> ClientSession:
-        """Somebody is there, perhaps again; the connection is welcomed."""
+        """Let a user in, perhaps again; the connection is welcomed."""
         client = self._known(grant, hello) or self._new(grant, hello)
         self._away.pop(client, None)
         connection, now = link.connection, self._wall()
@@ -262,7 +262,7 @@ class Room:
         return client
 
     def _known(self, grant: Grant, hello: messages.Hello) -> ClientSession | None:
-        """Who goes on: with the key of its connection, and the same token."""
+        """The client that resumes with the key of its connection and the same token, if it is known."""
         client = None if hello.resume is None else self._delivery_logs.get(hello.resume.connection)
         return client if client is not None and client.grant == grant else None
 
@@ -282,7 +282,7 @@ class Room:
         return client
 
     def _free(self, wanted: str) -> str:
-        """A name that no other holder has."""
+        """Return a name that no other user has."""
         wanted = "".join(character if character.isprintable() else "?" for character in wanted)[:40]
         name, number = wanted, 1
         while name in self.clients:
@@ -326,7 +326,7 @@ class Room:
                 self.leave(next(iter(self._away)))
 
     def leave(self, client: ClientSession) -> None:
-        """A holder is gone for good."""
+        """A user has left for good."""
         self._away.pop(client, None)
         self._seated.pop(client, None)
         if self.clients.pop(client.name, None) is None:

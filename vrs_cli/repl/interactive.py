@@ -55,7 +55,7 @@ QUESTION = "\0"  # comes in place of a line when a program asks for one
 
 
 class Work(NamedTuple):
-    """What is made behind the first prompt: a seat, and a terminal that can ask."""
+    """What is made behind the first prompt: a front end, and a terminal that can ask."""
 
     front_end: FrontEnd
     terminal: ShellTerminal

@@ -149,7 +149,7 @@ class ScreenEditor:
             self._touched, self.message = self._row, ""
 
     def _found(self, findings: tuple[Diagnostic, ...]) -> None:
-        """Of this text, or from afar of one shortly before."""
+        """Show the findings of this text, or over a connection of one shortly before."""
         self.findings = findings
         if self._draws:
             self.app.invalidate()

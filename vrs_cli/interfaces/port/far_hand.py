@@ -1,4 +1,4 @@
-"""The arm of JOG at a robot afar."""
+"""The arm of JOG, moved by requests over a port."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ Begin = Callable[[Callable[[int], Request], Callable[[ServerMessage], None]], ob
 
 
 class FarHand:
-    """What is held down comes to the arm as fast as that answers, and no faster: nothing that was pressed before is
-    done after the key is let go. `begin` sends a request, and has told what comes of it; `seen`: the arm before.
+    """Sends the steps of keys that are held down as fast as the arm answers, and no faster: after a key is let go, no
+    earlier step follows. `begin`: that of a port; `seen`: the arm before the first step.
     """
 
     def __init__(self, begin: Begin, joints: int, units: JointUnits, seen: Seen) -> None:
