@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import radians
+from math import acos, dist, pi, radians
 
 import pytest
 
@@ -11,7 +11,17 @@ from vrs_cli.engine.targets import align
 from vrs_cli.errors import JointOutOfRange
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import Transform, compose, inverse, rotation_x, rotation_y, translation
+from vrs_cli.kinematics.transform import (
+    IDENTITY,
+    Transform,
+    angle_between,
+    compose,
+    dot,
+    inverse,
+    rotation_x,
+    rotation_y,
+    translation,
+)
 from vrs_cli.values.commands import Break, Move, SetBase, Stamp
 from vrs_cli.values.motion import AlignedTarget, JointOffsetTarget, JointTarget, PoseTarget, Target, ToolOffsetTarget
 
@@ -72,6 +82,19 @@ def test_align_keeps_the_place_that_an_inserted_motion_reached() -> None:
     give(engine, JointTarget(ASIDE), at=1.0)
     assert close(tip(engine, engine.end), align(tip(engine, 4.9)))
     assert not close(tip(engine, engine.end), tip(engine, 4.9))
+
+
+@pytest.mark.parametrize("axis", [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)])
+def test_align_turns_the_shortest_way_to_the_nearest_of_six_axes(axis: tuple[int, int, int]) -> None:
+    along = next(
+        T
+        for T in (IDENTITY, rotation_x(pi), *(turn(s * pi / 2) for turn in (rotation_x, rotation_y) for s in (1, -1)))
+        if dist((T.ax, T.ay, T.az), axis) < 1e-9
+    )
+    tilted = compose(along, compose(rotation_x(0.3), rotation_y(-0.4)))
+    aligned = align(tilted)
+    assert (aligned.ax, aligned.ay, aligned.az) == pytest.approx(axis, abs=1e-12)
+    assert angle_between(aligned, tilted) == pytest.approx(acos(dot((tilted.ax, tilted.ay, tilted.az), axis)))
 
 
 def test_motions_that_follow_a_relative_one_are_planned_from_its_new_end() -> None:

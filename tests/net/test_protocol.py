@@ -348,6 +348,16 @@ def test_a_question_is_asked_until_its_answer_has_come() -> None:
     assert len(pair.connect()) == 1
 
 
+def test_the_question_of_another_run_of_the_robot_is_a_new_one() -> None:
+    pair = Pair()
+    pair.tell(Asked(1, LineWanted("first? ")))
+    pair.to_client()
+    pair.cut()
+    pair.connect(DeliveryLog("other", Bounds()), life="b")
+    pair.tell(Asked(1, LineWanted("second? ")))
+    assert pair.to_client() == [Asked(1, LineWanted("second? "), seq=1)]
+
+
 def test_a_question_is_asked_again_where_its_answer_was_held_up_or_not_sent() -> None:
     pair = Pair()
     question = LineWanted("? ")
