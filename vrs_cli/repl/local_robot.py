@@ -55,7 +55,7 @@ class ShellRobot:
         self.front_end.opening, self.front_end.after, self.front_end.closing = self._open, self._keep, self._close
         conversation = self.port.user.conversation
         self._keeper = None if recovery is None else Keeper(conversation, recovery, self._terminal)
-        self._said = None if recorder is None else recorder.begin(session)
+        self._said = None if recorder is None else recorder.begin(session, self._terminal)
 
     def _open(self) -> None:
         if self._said is not None:
