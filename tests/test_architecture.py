@@ -413,7 +413,7 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 49_936  # of Python, in all
+MAX_STATEMENTS = 49_939  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 205,
@@ -430,7 +430,7 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "net": 5294,
     "render": 1410,
     "view3d": 3719,
-    "repl": 2395,
+    "repl": 2398,
     "api": 911,
     "highlight": 37,
     "lsp": 611,

@@ -94,11 +94,11 @@ def test_rates_that_are_not_solved_at_once_are_found_one_by_one(monkeypatch: pyt
     def singular(*_arguments: object) -> None:
         raise np.linalg.LinAlgError
 
-    monkeypatch.setattr(engine.arm, "rates_batch", singular, raising=True)
+    monkeypatch.setattr(engine.arm.batch, "rates", singular, raising=True)
     alone = positions_at(engine.arm, engine.timeline, times)
     assert alone.velocity == pytest.approx(usual.velocity, abs=1e-9)
     assert alone.acceleration == pytest.approx(usual.acceleration, abs=1e-7)
-    monkeypatch.setattr(engine.arm, "rates_batch", lambda q, *_rest: (q + 1e9, q + 1e9), raising=True)
+    monkeypatch.setattr(engine.arm.batch, "rates", lambda q, *_rest: (q + 1e9, q + 1e9), raising=True)
     again = positions_at(engine.arm, engine.timeline, times)
     assert again.velocity.tobytes() == alone.velocity.tobytes()
 

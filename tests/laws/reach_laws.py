@@ -37,7 +37,8 @@ def _check_option(engine: Engine, option: Option, T_robot_flange: Transform) -> 
         assert engine.arm.branch_joints(T_robot_flange, option.configuration, engine.position().joints) is None
         return
     model = engine.model
-    check_pose(engine, engine.arm.forward(option.joints), T_robot_flange)
+    tip = compose(engine.arm.forward(option.joints), engine.frames.tool)
+    check_pose(engine, tip, compose(T_robot_flange, engine.frames.tool))
     if min(engine.arm.singularity(option.joints)) > BORDER:
         assert option.configuration == engine.arm.configuration(option.joints)
     assert tuple(over.joint for over in option.overruns) == joints_outside(option.joints, model.lower, model.upper)
