@@ -51,9 +51,8 @@ class Quiet:
 
 def main() -> None:
     segments, names = [int(text) for text in sys.argv[2:4]] or (SEGMENTS, NAMES)
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, collect_in_small_parts():
         os.chdir(folder)
-        collect_in_small_parts()
         session = crowded(segments, names)
         print(f"{len(session.engine.timeline)} segments, {names} names: the longest step of a word [ms of CPU]")
         steps, holder = timed(session), Holder(session)

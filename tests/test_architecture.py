@@ -413,7 +413,7 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 49_939  # of Python, in all
+MAX_STATEMENTS = 49_944  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 205,
@@ -422,7 +422,7 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "values": 1082,
     "trajectory": 2649,
     "engine": 4116,
-    "language": 6663,
+    "language": 6669,
     "wire": 773,
     "files": 2623,
     "devices": 1008,

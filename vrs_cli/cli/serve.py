@@ -85,10 +85,10 @@ def serve(options: Namespace) -> int:
     from vrs_cli.net.server import Server
     from vrs_cli.net.tokens import TokenFile
 
-    collect_in_small_parts()
     sys.setswitchinterval(SWITCHED)
     tell = teller(options.prog)
     with ExitStack() as at_end:
+        at_end.enter_context(collect_in_small_parts())
         path = options.audit or (options.journal and Path(options.journal) / "audit.jsonl")
         audit = Audit(Path(path) if path else None, time.time, tell)
         at_end.callback(audit.close)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import gc
 import weakref
 from collections.abc import Callable, Iterator
-from threading import Event
+from threading import Event, active_count
+from threading import enumerate as threads
 
 import pytest
 
 from tests.live import PATIENCE
-from vrs_cli.language.text import collector
 from vrs_cli.language.text.collector import FREED_AT_ONCE, collect_in_small_parts, free_in_parts
 
 
@@ -27,12 +27,8 @@ class Step:
 
 @pytest.fixture
 def served() -> Iterator[None]:
-    thresholds = gc.get_threshold()
-    collect_in_small_parts()
-    yield
-    gc.callbacks.remove(collector._leave_alone)
-    gc.set_threshold(*thresholds)
-    gc.unfreeze()
+    with collect_in_small_parts():
+        yield
 
 
 def owner_of(count: int) -> tuple[Owner, Callable[[], int]]:
@@ -57,6 +53,21 @@ def test_where_nobody_waits_it_is_freed_at_once() -> None:
     owner, there = owner_of(3 * FREED_AT_ONCE)
     del owner
     assert there() == 0
+
+
+def test_a_process_is_as_before_when_it_no_longer_serves() -> None:
+    before, running = gc.get_threshold(), active_count()
+    with collect_in_small_parts():
+        assert gc.get_threshold() != before
+    assert gc.get_threshold() == before
+    assert gc.get_freeze_count() == 0
+    owner, there = owner_of(3 * FREED_AT_ONCE)
+    del owner
+    assert there() == 0
+    for thread in threads():
+        if thread.name == "free":
+            thread.join(PATIENCE)
+    assert active_count() == running
 
 
 @pytest.mark.usefixtures("served")

@@ -31,13 +31,22 @@ def pause_collector() -> Iterator[None]:
             gc.enable()
 
 
-def collect_in_small_parts() -> None:
-    """In a process that others wait for: what has outlived two collections is looked at no more, so that none takes
-    long, however much there is (0.2 s for a million values). A cycle of values that old stays until the process ends.
+@contextmanager
+def collect_in_small_parts() -> Iterator[None]:
+    """While others wait for this process: what has outlived two collections is looked at no more, so that none takes
+    long, however much there is (0.2 s for a million values). A cycle of values that old stays until the block ends.
     """
+    thresholds = gc.get_threshold()
     gc.set_threshold(COLLECT_AFTER, COLLECTIONS)
     gc.callbacks.append(_leave_alone)
     Thread(target=_free, name="free", daemon=True).start()
+    try:
+        yield
+    finally:
+        gc.callbacks.remove(_leave_alone)
+        gc.set_threshold(*thresholds)
+        gc.unfreeze()
+        _unused.put(())
 
 
 def free_in_parts(owner: object, *parts: Sequence[object]) -> None:
@@ -52,8 +61,7 @@ _unused: SimpleQueue[tuple[Sequence[object], ...]] = SimpleQueue()
 
 
 def _free() -> None:
-    while True:
-        waiting = list(_unused.get())
+    while waiting := list(_unused.get()):
         while waiting:
             rest = list(waiting.pop())
             while rest:
