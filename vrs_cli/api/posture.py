@@ -1,4 +1,4 @@
-"""Where a robot is, at one time or at many, and where it will be with the commands that are on their way to it."""
+"""The posture of a robot at one time or at many, and previews with the commands that are on their way to it."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def _list(numbers: Floats) -> str:
 
 
 class Preview(Struct, frozen=True, eq=False):
-    """As it was known when it was asked for: a value, which later commands do not change. Times are seconds.
+    """A preview of the robot, as it was known when the preview was made; later commands do not change it. Times [s].
 
     `timeline`: with all that is on its way; from `unconfirmed` on it is not what the robot has said (infinity: all of
     it is). `commands`: what is expected of each that is on its way, in the order of sending: `text`, `issued`, `begin`
@@ -130,9 +130,7 @@ class Preview(Struct, frozen=True, eq=False):
         return cls(arm, units, it.timeline, it.arrives, it.unconfirmed, it.expected, it.round_trip, it.flagged)
 
     def where(self, t: ArrayLike | None = None) -> Posture:
-        """Where the robot will be at a time [s], or at times (N,); where none is given, when a command of now comes to
-        it.
-        """
+        """Return the posture at a time [s] or at times (N,); without `t`, when a command sent now will arrive."""
         observer = Observer(RecordedRobot(self.arm, self.timeline))
         return Posture.seen(observer, self.arrives if t is None else t, self.arm.model, self.units)
 

@@ -1,4 +1,4 @@
-"""How subcommands read their arguments: shared options, checked values, errors of one line."""
+"""Read the arguments of subcommands: shared options, checked values, errors of one line."""
 
 from __future__ import annotations
 

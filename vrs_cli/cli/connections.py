@@ -1,4 +1,4 @@
-"""What subcommands share that use a network: the address of a robot, the token, delays, and how a signal ends them."""
+"""Options of subcommands that use a network: a robot's address, the token, delays; and the end by a signal."""
 
 from __future__ import annotations
 

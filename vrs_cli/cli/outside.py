@@ -56,7 +56,7 @@ OUTSIDE = group(  # for `chosen_outside`
 
 
 def chosen_outside(options: argparse.Namespace, *, patience: float = inf) -> Outside:
-    """What programs may attach, as the options OUTSIDE say. What is real makes `options.realtime` so.
+    """Return the devices that programs may attach, by the options OUTSIDE. Real devices set `options.realtime`.
 
     Raises CommandLineError, FileError.
     """

@@ -57,7 +57,7 @@ there and back. What concerns the connection is told on stderr.
 
 
 def once(told: Callable[[str], None]) -> Callable[[str], None]:
-    """The same, but for a text that was told just before: attempts to connect fail alike."""
+    """Return a teller that leaves out a text equal to the one before: failed attempts to connect repeat theirs."""
     last = ""
 
     def tell(text: str) -> None:

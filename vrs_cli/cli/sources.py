@@ -124,7 +124,7 @@ LENIENT = option("--lenient", action="store_true", help="read what can be read o
 
 
 def is_recording(name: str) -> bool:
-    """Whether a trajectory file is meant, and no address."""
+    """Tell whether a name is that of a trajectory file, not an address."""
     return name.endswith(".vrst") or (os.path.exists(name) and not is_program(name))
 
 

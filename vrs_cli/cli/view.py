@@ -236,7 +236,7 @@ def show(options: argparse.Namespace) -> int:
 
 
 def nothing(_window: RobotWindow) -> None:
-    """Nothing is to be done."""
+    """Do nothing."""
 
 
 def _door(options: argparse.Namespace) -> Door:

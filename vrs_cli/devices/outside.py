@@ -1,4 +1,4 @@
-"""What units are attached to: they ask it to open and to send, and it gives them what arrives.
+"""The devices outside that units attach to: they open and send on request, and deliver what arrives.
 
 What arrives does so at an instant of the robot's clock, before all that programs do at that instant. So programs that
 are given the same arrivals at the same times do the same: a recording holds no more, and a script stands for peers.
@@ -44,7 +44,7 @@ class Address(Struct, frozen=True):
 
 
 def read_address(how: str) -> Address:
-    """Where a unit of TCP is opened, by the text of FOPEN as public V+ programs have it. Raises IllegalValue.
+    """The address at which a unit of TCP is opened, from the text of FOPEN in public V+ programs. Raises IllegalValue.
 
     /LOCAL_PORT 11000 /CLIENTS 5 /BUFFER_SIZE 1024      wait for clients
     192.168.0.7 /REMOTE_PORT 3000                       connect to another program
@@ -75,7 +75,7 @@ def _number(key: str, digits: str) -> int:
 
 
 class Event(Enum):
-    """What happens on a device by itself."""
+    """Events that happen on a device without a request."""
 
     OPENED = "opened"  # a connection
     REFUSED = "refused"  # one that was asked for: the code says why

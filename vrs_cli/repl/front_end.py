@@ -23,7 +23,7 @@ from vrs_cli.interfaces.dialogue import Running, Terminal
 from vrs_cli.interfaces.editor.screen import Found
 from vrs_cli.interfaces.jog.jogger import JogArm
 from vrs_cli.interfaces.port.far_hand import FarHand
-from vrs_cli.interfaces.port.port import MakeRequest, Outlet, Port, answer_to
+from vrs_cli.interfaces.port.port import MakeRequest, Outlet, Port, answer_to, checked
 from vrs_cli.repl.piped import KEEPING_UP, RESTING, SHORTEST, Driven
 from vrs_cli.values.acts import Attend, Findings, KeepDraft, Kept, LeaveEntry, ReadDraft, Say, StopProgram
 from vrs_cli.values.hand import Look, Seen
@@ -408,8 +408,8 @@ class DraftPage:
     def save(self, text: str) -> str:
         """Store the program; what is said of it. Raises VrsError."""
         end = self._front_end.end_of(lambda id: At(id, KeepDraft(text)), COMING_BACK)
-        if isinstance(end, Done | Refused) and end.refusal is not None:
-            raise end.refusal.error()
+        if end is not None:
+            checked(end)
         if not isinstance(end, Done) or not isinstance(end.found, Kept):
             raise RequestRefused("the robot does not answer", "store it again")
         self._front_end.after()

@@ -7,7 +7,7 @@ from copy import copy
 from itertools import count
 from math import inf
 from threading import Lock
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Event
@@ -209,7 +209,7 @@ class LocalPort:
     @property
     def due(self) -> float:
         """Something happens in so many seconds that `take` lets happen; infinity in virtual time."""
-        clock: Any = self.session.engine.clock
+        clock = self.session.engine.clock
         return clock.until(self.session.driver.peek()) if isinstance(clock, WallClock) else inf
 
     def close(self) -> None:

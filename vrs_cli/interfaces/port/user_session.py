@@ -271,12 +271,11 @@ class UserSession:
 
     def _tell_found(self, pending: Pending, ticket: Ticket[Any], error: BaseException | None) -> None:
         assert pending.answer is not None, "Done ends all others"
-        found = None
         try:
             found = pending.answer(ticket.result()) if error is None else None
         except Exception as wrong:
-            error = wrong.with_traceback(None)
-        if error is None and found is not None:
+            found, error = None, wrong.with_traceback(None)
+        if found is not None:
             pending.outlet(found)
         elif error is not None and pending.id:
             pending.outlet(Refused(self.refusal(error), pending.id))
