@@ -11,12 +11,13 @@ from tests.devices.peers import LONGEST, Door, client, run
 from tests.interfaces.programs import load
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.devices.outside import Arrival, Event
-from vrs_cli.devices.script import DeviceRecording, Script, line_of, parse_script, read_script
+from vrs_cli.devices.script import DeviceRecording, Script, UnitLine, line_of, parse_script, read_script
 from vrs_cli.devices.sockets import Sockets
 from vrs_cli.engine.clock import VirtualClock
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.values.replies import Message
+from vrs_cli.wire.codec import Encoding, decode, encode
 
 SERVER = (
     'ATTACH (lun, 4) "TCP"',
@@ -93,10 +94,8 @@ def test_arrivals_come_after_what_was_done_at_the_present_instant() -> None:
 
 def test_a_recorded_line_is_read_as_it_was() -> None:
     arrival = Arrival("TCP:7", Event.CAME, 2, bytes(range(256)))
-    from vrs_cli.wire.unit_lines import read_unit_line, written_unit_line
-
     line = line_of(arrival, 0.123456789)
-    assert read_unit_line(written_unit_line(line)) == line
+    assert decode(encode(line, Encoding.JSON), UnitLine) == line
 
 
 # --- recordings ---

@@ -23,12 +23,27 @@ from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import DeviceNotReady, FileDamaged, FileError, PortTaken, VrsError
 from vrs_cli.files.opening import text_at
 from vrs_cli.trajectory.instant import LATEST, TICK, on_grid
+from vrs_cli.wire.codec import Encoding, decode, encode
 from vrs_cli.wire.records import RecordError
-from vrs_cli.wire.unit_lines import UnitLine, read_unit_line, written_unit_line
 
 SENT, OPEN = "sent", "open"  # lines of a recording: what the program wrote, and what came of opening the device
 EVENTS = {event.value: event for event in Event}
 FAULTS: dict[int, type[VrsError]] = {error.code: error for error in (DeviceNotReady, PortTaken)}
+
+
+class UnitLine(Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True, rename={"within": "in"}):
+    """An event on a device at a `time` [s] of the robot's clock; or `within` so many seconds [s] after the line before,
+    or after the program has written the text `after`. `data`: bytes as characters, code for code.
+    """
+
+    time: float | None = None
+    after: str | None = None
+    within: float = 0.0
+    device: str = ""
+    event: str = "data"
+    handle: int | None = None
+    data: str = ""
+    code: int = 0
 
 
 class _Part(Struct):
@@ -132,7 +147,7 @@ def parse_script(text: str, path: str = "units") -> list[UnitLine]:
         if not written.strip() or written.lstrip().startswith("#"):
             continue
         try:
-            line = read_unit_line(written)
+            line = decode(written, UnitLine)
             device, handle = line.device or device, handle if line.handle is None and not line.device else line.handle
             if handle is None:
                 handle = 0 if device.startswith(SERIAL) or device.count(":") > 1 else 1
@@ -244,7 +259,7 @@ class DeviceRecording(Outside):
         if self._file is None:
             return
         try:
-            self._file.write(written_unit_line(line))
+            self._file.write(encode(line, Encoding.JSON).encode() + b"\n")
             self._file.flush()
         except OSError as error:
             self.tell(f"{self._path}: {error.strerror}; no more is recorded")

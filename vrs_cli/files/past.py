@@ -23,13 +23,13 @@ from vrs_cli.kinematics.model_data import from_dict
 from vrs_cli.trajectory.rope import Leaf, OffsetNode
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.timeline import PART, DeltaLog, Timeline, TimelineDelta
+from vrs_cli.wire.codec import decode
 from vrs_cli.wire.lines import (
     CHECKPOINT,
     CheckpointRecord,
     Checksums,
     HeaderRecord,
     PartRecord,
-    decode,
     decode_delta,
     decode_row,
     is_object,

@@ -28,6 +28,7 @@ from vrs_cli.language.text.collector import pause_collector
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import PART, Timeline, TimelineDelta
 from vrs_cli.version import __version__
+from vrs_cli.wire.codec import decode
 from vrs_cli.wire.lines import (
     FORMAT,
     START,
@@ -35,7 +36,6 @@ from vrs_cli.wire.lines import (
     HeaderRecord,
     LineEncoder,
     Marks,
-    decode,
     decode_delta,
     is_object,
     is_repeated,

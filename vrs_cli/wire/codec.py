@@ -92,6 +92,14 @@ def marks_of(frame: Frame) -> MessageMarks | None:
         return None
 
 
+def decode(data: Frame, kind: type[M]) -> M:
+    """Read JSON as a value of that type. Raises RecordError."""
+    try:
+        return msgspec.json.decode(data, type=kind)
+    except UNREADABLE as error:
+        raise RecordError(str(error)) from None
+
+
 def schema_text(title: str, **kinds: Any) -> str:
     """A JSON Schema in which each of the unions has its name, and each of its messages."""
     (*unions,), components = msgspec.json.schema_components(kinds.values(), ref_template="#/$defs/{name}")

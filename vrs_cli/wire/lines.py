@@ -10,7 +10,7 @@ import re
 import zlib
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 import msgspec
 
@@ -21,6 +21,7 @@ from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import PART, TimelineDelta
 from vrs_cli.values.motion import Motion
 from vrs_cli.version import __version__
+from vrs_cli.wire.codec import decode
 from vrs_cli.wire.records import (
     Count,
     DeltaRecord,
@@ -38,8 +39,6 @@ from vrs_cli.wire.records import (
 
 FORMAT = 1
 UNITS = {"length": "m", "angle": "rad", "time": "s"}
-UNREADABLE = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
-
 
 START = 0  # what the first line begins from
 KEY = b',"crc":"'
@@ -49,22 +48,24 @@ _SAID = re.compile(rb',"crc":"([0-9a-f]{8})"}$')
 
 
 class Checksums:
-    """Those of the lines of one file, in their order. `last`: that of the last line; None where the lines have none,
-    as files had it before."""
+    """The checksums of the lines of one file, in order. `last`: that of the last line; None if the lines have none, as
+    in older files.
+    """
 
     def __init__(self, last: int | None = START) -> None:
         self.last = last
 
     def seal(self, record: bytes) -> bytes:
-        """The next line with its checksum; `record` is one JSON object that is not empty."""
+        """Add the checksum to the next line; `record` is one JSON object that is not empty."""
         if self.last is None:
             return record
         self.last = zlib.crc32(record[:-1], self.last)
         return record[:-1] + SEALED % self.last
 
     def open(self, line: bytes) -> bytes:
-        """The record of the next line, which may have its line end. Raises RecordError where the checksum is not that
-        of the line."""
+        """Take the checksum off the next line, which may have its line end. Raises RecordError if the checksum does not
+        fit the line.
+        """
         if self.last is None:
             return line
         line = line.removesuffix(b"\n")
@@ -77,14 +78,14 @@ class Checksums:
 
     @classmethod
     def after(cls, line: bytes) -> Checksums:
-        """Those of the lines after this one. Raises RecordError where it has none."""
+        """Continue the checksums after this line. Raises RecordError if it has none."""
         said = _SAID.search(line.removesuffix(b"\n"))
         if said is None:
             raise RecordError("a line without a checksum")
         return cls(int(said[1], 16))
 
     def skip(self, line: bytes) -> bytes:
-        """The record of a line whose checksum does not fit; the next line is held against what this one says."""
+        """Take off a checksum that does not fit; the next line is checked against what this line says."""
         line = line.removesuffix(b"\n")
         said = _SAID.search(line)
         if said is None:
@@ -94,9 +95,9 @@ class Checksums:
 
 
 class HeaderRecord(msgspec.Struct, frozen=True, omit_defaults=True):
-    """The first line; keys that a later version may add are passed over. `laws`: the version of the motion laws of the
-    vrs that began the file, 1 in files of before. `crc` says that every line has its checksum, which `Checksums`
-    puts there and takes away.
+    """The first line; unknown keys of later versions are ignored. `laws`: the version of the motion laws of the vrs
+    that began the file, 1 in older files. `crc` says that every line has its checksum, which `Checksums` adds and takes
+    off.
     """
 
     vrst: Count
@@ -129,8 +130,9 @@ class PartRecord(StrictRecord, frozen=True, array_like=True):
 
 
 class CheckpointRecord(StrictRecord, frozen=True):
-    """What the lines above make. `checkpoint`: the version of the timeline; `number`: of the last motion; `commands`:
-    how many hold; `deltas`: where the lines of each PART-th delta begin; `before`: the checkpoint before this one.
+    """The state after the lines above. `checkpoint`: the version of the timeline; `number`: of the last motion;
+    `commands`: how many are in effect; `deltas`: where the lines of each PART-th delta begin; `before`: the checkpoint
+    before this one.
     """
 
     checkpoint: Count
@@ -145,18 +147,13 @@ ROW, CHECKPOINT = b'{"row":', b'{"checkpoint":'  # how these lines begin
 
 
 class Marks(msgspec.Struct):
-    """What tells a trajectory file from others, whatever its version."""
+    """The keys of the first line that tell a trajectory file of any version from other files."""
 
     vrst: Count
     vrs: Annotated[str, msgspec.Meta(max_length=40)] = ""
 
 
-_Record = TypeVar("_Record", Marks, HeaderRecord, RowRecord, CheckpointRecord)
-
 _encoder = msgspec.json.Encoder()
-
-_delta_decoder = msgspec.json.Decoder(DeltaRecord)
-_object_decoder = msgspec.json.Decoder(dict[str, msgspec.Raw])
 
 
 # --- writing --------------------------------------------------------------------------------------------
@@ -173,7 +170,7 @@ class LineEncoder:
 
     @property
     def checksum(self) -> int | None:
-        """That of the last line; None where they have none."""
+        """The checksum of the last line; None if lines have none."""
         return self._checksums.last
 
     def header(self, model: RobotModel, initial: Iterable[Segment]) -> bytes:
@@ -188,7 +185,7 @@ class LineEncoder:
         return self._line(delta_record(delta, self._motions))
 
     def row(self, segments: Iterable[Segment]) -> bytes:
-        """The next line, which is of segments."""
+        """The next line, which holds segments."""
         return self._line(RowRecord(segment_records(segments, Motions(), None)))
 
     def checkpoint(self, record: CheckpointRecord) -> bytes:
@@ -202,36 +199,25 @@ class LineEncoder:
 # --- reading --------------------------------------------------------------------------------------------
 
 
-def decode(line: bytes, kind: type[_Record]) -> _Record:
-    """A line of that kind. Raises RecordError."""
-    try:
-        return msgspec.json.decode(line, type=kind)
-    except UNREADABLE as error:
-        raise RecordError(str(error)) from None
-
-
 def decode_delta(line: bytes, motions: Motions, form: Form) -> TimelineDelta:
-    """The delta of a line without its checksum. Raises RecordError."""
-    try:
-        return delta_of(_delta_decoder.decode(line), motions, form)
-    except UNREADABLE as error:
-        raise RecordError(str(error)) from None
+    """Read a line without its checksum as a delta. Raises RecordError."""
+    return delta_of(decode(line, DeltaRecord), motions, form)
 
 
 def decode_row(line: bytes, form: Form) -> tuple[Segment, ...]:
-    """The segments of a line without its checksum. Raises RecordError."""
+    """Read a line without its checksum as the segments of a row. Raises RecordError."""
     return segments_of(decode(line, RowRecord).row, Motions(), None, form)
 
 
 def is_repeated(line: bytes) -> bool:
-    """Whether a line says again what those above say."""
+    """Return whether a line repeats what the lines above say."""
     return line.startswith((ROW, CHECKPOINT))
 
 
 def is_object(line: bytes) -> bool:
-    """Whether a line is one whole object."""
+    """Return whether a line is one whole JSON object."""
     try:
-        _object_decoder.decode(line)
-    except UNREADABLE:
+        decode(line, dict[str, msgspec.Raw])
+    except RecordError:
         return False
     return True

@@ -1,12 +1,12 @@
-"""Segments, motions and deltas as records of msgspec, and the way between them and the values they stand for.
+"""Segments, motions and deltas as records of msgspec, and conversions between the records and the values.
 
-A field that holds its default is not written. `docs/trajectory-file.md` describes every key. What is read is a
-trajectory of a robot of that form; whether it keeps the laws of motion is for others to say.
+A field that holds its default is not written. `docs/trajectory-file.md` describes every key. Reading checks that a
+trajectory fits the robot; it does not check the laws of motion.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sized
 from math import copysign, hypot
 from typing import Annotated
 
@@ -149,9 +149,10 @@ class DeltaRecord(StrictRecord, frozen=True):
 
 
 class Form(msgspec.Struct, frozen=True):
-    """What the paths of a robot have: so many joints, and a configuration of these, each by its words.
+    """The shape of a robot's paths: the number of joints, and its configurations by their words.
 
-    `redundancy`: the guides of a line; `held`: the joints, by index, that stood still where an older file has none.
+    `redundancy`: the number of guides of a line; `held`: the joints, by index, that stood still on the lines of older
+    files, which have no guides.
     """
 
     joint_count: int
@@ -168,14 +169,14 @@ class Form(msgspec.Struct, frozen=True):
 
 
 class RecordError(ValueError):
-    """What was read, or received, is no record, or one that cannot be; the message says why."""
+    """The error for data that is no valid record; the message says why."""
 
 
 class Motions(dict[int, Motion]):
-    """The motions that were written in full so far: what a bare number in a later record means."""
+    """The motions that were written in full so far, which later records refer to by number."""
 
     def reference(self, motion: Motion) -> int | MotionRecord:
-        """The number when exactly this motion is known already; else all of it, known from now on."""
+        """Return the motion's number if it was written before; else the whole motion, which is known from now on."""
         known = self.get(motion.number)
         if known is motion or known == motion:
             return motion.number
@@ -183,7 +184,7 @@ class Motions(dict[int, Motion]):
         return _motion_record(motion)
 
     def resolve(self, reference: int | MotionRecord, form: Form) -> Motion:
-        """The motion meant. Raises RecordError."""
+        """Return the motion that a reference names. Raises RecordError."""
         if isinstance(reference, MotionRecord):
             motion = _motion_of(reference, form)
             self[motion.number] = motion
@@ -197,7 +198,7 @@ class Motions(dict[int, Motion]):
 
 
 def segment_records(segments: Iterable[Segment], motions: Motions, owner: Motion | None) -> tuple[SegmentRecord, ...]:
-    """`owner`: the motion of the delta, to which its segments need not refer."""
+    """Convert segments to records. `owner`: the motion of the delta, to which its segments need not refer."""
     return tuple(
         [
             SegmentRecord(
@@ -214,7 +215,7 @@ def segment_records(segments: Iterable[Segment], motions: Motions, owner: Motion
 
 
 def delta_record(delta: TimelineDelta, motions: Motions) -> DeltaRecord:
-    """`motions` learns what the record describes."""
+    """Convert a delta to a record, and add the motion that the record describes to `motions`."""
     values = delta._asdict()
     values["motion"] = motions.reference(delta.motion)
     values["segments"] = segment_records(delta.segments, motions, delta.motion)
@@ -263,7 +264,7 @@ def _rows_unless_identity(T: Transform) -> Rows | None:
 
 
 def _default(value: float, default: float) -> float:
-    """The default itself, which is not negative, for a value that is the same to the bit."""
+    """Return the default object, which is not negative, for a value that is the same to the bit."""
     return default if value == default and copysign(1.0, value) > 0.0 else value
 
 
@@ -273,12 +274,12 @@ def _default(value: float, default: float) -> float:
 def segments_of(
     records: Iterable[SegmentRecord], motions: Motions, owner: Motion | None, form: Form
 ) -> tuple[Segment, ...]:
-    """`owner`: the motion of those that name none. Raises RecordError."""
+    """Convert records to segments. `owner`: the motion of the records that name none. Raises RecordError."""
     return tuple([_segment(record, motions, owner, form) for record in records])
 
 
 def delta_of(record: DeltaRecord, motions: Motions, form: Form) -> TimelineDelta:
-    """`motions` learns what the record describes. Raises RecordError."""
+    """Convert a record to a delta, and add the motion that it describes to `motions`. Raises RecordError."""
     motion = motions.resolve(record.motion, form)
     if record.cut * TICKS_PER_SECOND % 1.0 or record.shift * TICKS_PER_SECOND % 1.0:
         raise _off_grid(record.cut, record.shift)
@@ -302,8 +303,7 @@ def _segment(record: SegmentRecord, motions: Motions, owner: Motion | None, form
 def _path(record: SegmentRecord, form: Form) -> Path:
     rows, line = record.joints, record.line
     if rows is not None and line is None:
-        if len(rows) != form.joint_count:
-            raise _wrong_count(len(rows), form)
+        _check_count(rows, form)
         if len(lengths := {*map(len, rows)}) > 1:
             raise RecordError(f"polynomials of {min(lengths)} and of {max(lengths)} coefficients in one segment")
         return JointPath(rows)
@@ -313,30 +313,23 @@ def _path(record: SegmentRecord, form: Form) -> Path:
 
 
 def _line(record: LineRecord, form: Form) -> CartesianPath:
-    for seed in record.seeds:
-        if len(seed) != form.joint_count:
-            raise _wrong_count(len(seed), form)
+    for joints in (*record.seeds, *[guide.weights for guide in record.guides]):
+        _check_count(joints, form)
     if len(record.seeds) > 1 and not record.seed_interval > 0.0:
         raise RecordError(f"seed_interval is {record.seed_interval!r}; it must be above 0")
     configuration = form.ways.get((record.arm, record.elbow, record.wrist))
     if configuration is None:
         raise RecordError("a configuration that the robot has not: arm, elbow and wrist")
     orientation, turns = _transform(record.orientation), tuple(map(_turn, record.turns))
-    guides = tuple([_guide(guide, form) for guide in record.guides]) or _as_held(record.seeds[0], form)
+    guides = tuple([Guide(guide.weights, guide.value) for guide in record.guides]) or _as_held(record.seeds[0], form)
     if len(guides) != form.redundancy:
         raise RecordError(f"{len(guides)} guides of a line of a robot that needs {form.redundancy}")
     seeds = record.seeds, record.seed_interval
     return CartesianPath(record.position, orientation, turns, configuration, *seeds, guides)
 
 
-def _guide(record: GuideRecord, form: Form) -> Guide:
-    if len(record.weights) != form.joint_count:
-        raise _wrong_count(len(record.weights), form)
-    return Guide(record.weights, record.value)
-
-
 def _as_held(joints: tuple[float, ...], form: Form) -> tuple[Guide, ...]:
-    """The guides of a line that was written when joints too many stood still on it."""
+    """The guides of a line of an older file, on which redundant joints stood still."""
     axes = [(i, tuple(float(i == k) for k in range(form.joint_count))) for i in form.held]
     return tuple(Guide(weights, (joints[i],)) for i, weights in axes)
 
@@ -351,18 +344,18 @@ def _motion_of(record: MotionRecord, form: Form) -> Motion:
     need = NEEDS.get(record.kind)
     if need is not None and getattr(record, need) is None:
         raise RecordError(f"a motion of kind {record.kind.value} needs a {need}")
-    if record.goal is not None and len(record.goal) != form.joint_count:
-        raise _wrong_count(len(record.goal), form)
+    if record.goal is not None:
+        _check_count(record.goal, form)
     values = structs.asdict(record)
     values["pose"] = None if record.pose is None else _transform(record.pose)
-    if record.frames is None:
-        values["frames"] = NO_FRAMES
-    else:
-        both = (record.frames.base, record.frames.tool)
-        values["frames"] = Frames(*(IDENTITY if rows is None else _transform(rows) for rows in both))
+    values["frames"] = NO_FRAMES if record.frames is None else Frames(*map(_frame, structs.astuple(record.frames)))
     values["relative"] = None if record.relative is None else _relative(record.relative, form)
     values["swivel"] = None if record.swivel is None else _swivel(record.swivel, form)
     return Motion(**values)
+
+
+def _frame(rows: Rows | None) -> Transform:
+    return IDENTITY if rows is None else _transform(rows)
 
 
 def _swivel(record: SwivelRecord, form: Form) -> Swivel:
@@ -398,5 +391,6 @@ def _off_grid(one: float, other: float) -> RecordError:
     return RecordError(f"{one!r} s or {other!r} s is no multiple of 2^-30 s")
 
 
-def _wrong_count(found: int, form: Form) -> RecordError:
-    return RecordError(f"{found} joint values for a robot of {form.joint_count} joints")
+def _check_count(joints: Sized, form: Form) -> None:
+    if len(joints) != form.joint_count:
+        raise RecordError(f"{len(joints)} joint values for a robot of {form.joint_count} joints")
