@@ -66,7 +66,7 @@ LIVES_IN = {
     "trimesh": {"view3d/meshes.py"},
     "PIL": {"view3d/still.py"},
     "msgspec": {*FLOORS[FLOORS.index("values") :]},  # but see `test_bytes_are_made_and_read_in_one_room`
-    "filelock": {"files/lock.py"},
+    "filelock": {"files/atomic.py"},
     "mcap": {"files/mcap_log.py"},
     "shtab": {"cli/settings.py"},
     "xacro": {"kinematics/urdf/macros.py"},
@@ -108,7 +108,7 @@ DEFERRED = (
     Deferred(("repl/echo.py",), ("termios",), "Windows has none"),
     Deferred(("files/atomic.py",), ("fcntl",), "Windows has none"),
     Deferred(("devices/sockets.py",), ("termios", "tty", "fcntl"), "Windows has none"),
-    Deferred(("files/lock.py",), ("filelock",), "most runs write nothing"),
+    Deferred(("files/atomic.py",), ("filelock",), "most runs write nothing"),
     Deferred(("files/mcap_log.py",), ("mcap",), "mcap is an extra"),
     Deferred(("cli/settings.py",), ("shtab",), "a wrong name of a shell is told without it"),
     Deferred(("kinematics/urdf/macros.py",), ("xacro",), "xacro is an extra"),

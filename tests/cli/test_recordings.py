@@ -18,7 +18,7 @@ import pytest
 from tests.cli.conftest import Vrs
 from tests.files.trajectories import puma, without_checksums
 from vrs_cli.engine.position import position_at
-from vrs_cli.files.lock import hold
+from vrs_cli.files.atomic import hold
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.kinematics.forms import arm_for
 

@@ -15,11 +15,11 @@ from tests.files.identity import CHANGES
 from tests.files.journals import Kept
 from tests.files.trajectories import appended, initial, planned, puma, without_checksums
 from vrs_cli.errors import FileError, FileOpened
-from vrs_cli.files import lock
+from vrs_cli.files import atomic
 from vrs_cli.files.journal import take
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 
-stays = pytest.mark.skipif(lock.WINDOWS, reason="a file that is open stays where it is")
+stays = pytest.mark.skipif(atomic.WINDOWS, reason="a file that is open stays where it is")
 FIVE = planned(5)[1]
 
 
@@ -107,13 +107,13 @@ def test_a_file_without_checksums_goes_on_as_it_is(path: Path) -> None:
 
 
 def test_a_journal_has_one_writer_by_whatever_name(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(lock, "PATIENCE", 0.02)
+    monkeypatch.setattr(atomic, "PATIENCE", 0.02)
     kept = Kept.on(saved(path))
     before = path.read_bytes()
     (link := path.with_name("link.vrst")).symlink_to(path)
     (hard := path.with_name("hard.vrst")).hardlink_to(path)
     for name, way in ((path, Kept.on), (path, Kept.new), (link, Kept.on), (link, Kept.new), (hard, Kept.on)):
-        if name is hard and lock.WINDOWS:
+        if name is hard and atomic.WINDOWS:
             continue  # a lock on the file itself would shut its readers out
         with pytest.raises(FileOpened, match=f"{name.name} is being written by"):
             way(name)
@@ -292,7 +292,7 @@ def changed(change: Callable[[Path], object], path: Path) -> bool:
     try:
         change(path)
     except PermissionError:
-        assert lock.WINDOWS
+        assert atomic.WINDOWS
         return False
     return True
 

@@ -12,14 +12,13 @@ from pathlib import Path
 import pytest
 
 from vrs_cli.errors import FileOpened
-from vrs_cli.files import folder, lock
-from vrs_cli.files.atomic import check_writable, write_atomically
-from vrs_cli.files.lock import claim, hold
+from vrs_cli.files import atomic, folder
+from vrs_cli.files.atomic import check_writable, claim, hold, write_atomically
 
 HOLDER = """
 import sys
 from pathlib import Path
-from vrs_cli.files.lock import hold
+from vrs_cli.files.atomic import hold
 held = hold(Path(sys.argv[1]))
 print("held", flush=True)
 sys.stdin.readline()
@@ -53,7 +52,7 @@ WRITERS: dict[str, Callable[[Path], object]] = {
 def test_every_writer_keeps_away_from_a_file_that_another_process_writes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(lock, "PATIENCE", 0.02)
+    monkeypatch.setattr(atomic, "PATIENCE", 0.02)
     path = tmp_path / "day.vrst"
     path.write_text("old")
     (tmp_path / "other").write_text("other")
@@ -63,7 +62,7 @@ def test_every_writer_keeps_away_from_a_file_that_another_process_writes(
             for name in (path, tmp_path / "link"):
                 with pytest.raises(FileOpened, match=f"{name.name} is being written by another vrs") as refused:
                     act(name)
-                assert lock.WINDOWS or f"(process {process.pid})" in refused.value.detail
+                assert atomic.WINDOWS or f"(process {process.pid})" in refused.value.detail
         assert path.read_text() == "old"
     names = ["day.vrst", "link", "other"]
     assert sorted(entry.name for entry in tmp_path.iterdir() if entry.name[0] != ".") == names
@@ -85,10 +84,10 @@ def test_a_lock_is_free_when_its_owner_has_ended_however_that_was(tmp_path: Path
         assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.skipif(lock.WINDOWS, reason="a file that is open stays")
+@pytest.mark.skipif(atomic.WINDOWS, reason="a file that is open stays")
 def test_a_lock_file_that_was_removed_meanwhile_is_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Between its opening and its locking the owner before may have removed it: a lock on it would hold nothing."""
-    path, opened, before = tmp_path / "day.vrst", list[int](), lock._opened
+    path, opened, before = tmp_path / "day.vrst", list[int](), atomic._opened
 
     def removed(beside: Path) -> int | None:
         opened.append(before(beside) or 0)
@@ -96,7 +95,7 @@ def test_a_lock_file_that_was_removed_meanwhile_is_made_again(tmp_path: Path, mo
             beside.unlink()
         return opened[-1]
 
-    monkeypatch.setattr(lock, "_opened", removed)
+    monkeypatch.setattr(atomic, "_opened", removed)
     with hold(path):
         assert len(opened) == 2
         with pytest.raises(FileOpened):
@@ -110,9 +109,9 @@ def test_a_disk_without_locks_lets_everybody_write_and_clears_nothing(
     left.write_text("somebody may be writing this")
 
     def refuse(_handle: int) -> bool:
-        raise OSError(next(iter(lock.NO_LOCKS)), "no locks here")
+        raise OSError(next(iter(atomic.NO_LOCKS)), "no locks here")
 
-    monkeypatch.setattr(lock, "_locked", refuse)
+    monkeypatch.setattr(atomic, "_locked", refuse)
     with hold(path) as first, hold(path) as second:
         assert not first.firm
         assert not second.firm
@@ -121,7 +120,7 @@ def test_a_disk_without_locks_lets_everybody_write_and_clears_nothing(
     assert sorted(tmp_path.iterdir()) == [left, path]
 
 
-@pytest.mark.skipif(lock.WINDOWS, reason="a lock shuts readers out")
+@pytest.mark.skipif(atomic.WINDOWS, reason="a lock shuts readers out")
 def test_a_file_is_claimed_whatever_its_name(tmp_path: Path) -> None:
     path, other = tmp_path / "day.vrst", tmp_path / "hard"
     path.write_text("")

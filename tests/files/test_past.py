@@ -13,8 +13,8 @@ from tests.laws.windows import small_parts
 from vrs_cli.engine.book import WindowSize
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import FileDamaged, FileError, UsageError
-from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.journal import Journal, keep_journal, take_up
+from vrs_cli.files.past import GrowingFile
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.values.commands import Move

@@ -19,7 +19,7 @@ from typing import Any
 import filelock
 import pytest
 
-from vrs_cli.files import atomic, lock
+from vrs_cli.files import atomic
 
 POSIX_MODULES = ("fcntl", "grp", "pty", "pwd", "resource", "termios", "tty")
 POSIX_CALLS = ("fork", "mkfifo", "O_NOFOLLOW", "O_NONBLOCK", "fchmod", "fchown")
@@ -107,7 +107,7 @@ def pytest_configure() -> None:
     os.rename = _moving(os.rename, onto=False)  # type: ignore[assignment]
     os.replace = _moving(os.replace, onto=True)  # type: ignore[assignment]
     filelock.lock_descriptor = _locking(filelock.lock_descriptor)
-    lock.WINDOWS = atomic.WINDOWS = True
+    atomic.WINDOWS = True
 
 
 @pytest.fixture(autouse=True, scope="session")

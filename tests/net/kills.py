@@ -23,9 +23,8 @@ from tests.live import PATIENCE
 from tests.net.serving import Caller
 from vrs_cli.engine.book import WindowSize
 from vrs_cli.engine.engine import Engine
-from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.journal import keep_journal, take_up
-from vrs_cli.files.past import resumed
+from vrs_cli.files.past import GrowingFile, resumed
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot

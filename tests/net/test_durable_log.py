@@ -9,8 +9,8 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import FileError, LimitReached
-from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.journal import keep_journal, take_up
+from vrs_cli.files.past import GrowingFile
 from vrs_cli.files.store import store
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.dialogue import Work

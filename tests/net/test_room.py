@@ -593,7 +593,7 @@ def test_a_robot_with_too_many_names_takes_no_more_and_gives_some_back(tmp_path:
 def test_a_disk_that_takes_nothing_refuses_commands_and_lets_all_look(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from vrs_cli.files.growing import GrowingFile
+    from vrs_cli.files.past import GrowingFile
 
     def full(*_data: object, **_how: object) -> None:
         raise OSError(28, "No space left on device")

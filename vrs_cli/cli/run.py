@@ -305,7 +305,7 @@ class _Batch(Struct, frozen=True):
 
             station.driver.surround(read_cell(self.options.cell))
         if self.options.signals is not None:
-            from vrs_cli.files.signal_file import read_signals
+            from vrs_cli.files.timed_lines import read_signals
 
             station.driver.inputs = read_signals(self.options.signals)
         return station

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
 
     from vrs_cli.engine.clock import RobotClock
-    from vrs_cli.files.target_file import TimedTarget
+    from vrs_cli.files.timed_lines import TimedTarget
     from vrs_cli.interfaces.steering import Following, Steering
     from vrs_cli.kinematics.joints import JointKind, Joints
     from vrs_cli.kinematics.model import RobotModel
@@ -159,7 +159,7 @@ class _Run:
 
     def run(self) -> int:
         """Follow, and tell how it went, whatever ended it; the exit status."""
-        from vrs_cli.files.target_file import read_targets
+        from vrs_cli.files.timed_lines import read_targets
         from vrs_cli.repl.interrupt import Stoppable
 
         model, stop = chosen_robot(self.options), Stoppable(lambda: True)

@@ -9,9 +9,8 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from vrs_cli.errors import FileError, NonexistentFile
-from vrs_cli.files.atomic import atomically
+from vrs_cli.files.atomic import atomically, hold
 from vrs_cli.files.bounds import FREE, Folder
-from vrs_cli.files.lock import hold
 from vrs_cli.files.opening import neighbours, reason, unreadable
 from vrs_cli.values.diagnostics import did_you_mean
 from vrs_cli.values.replies import FileRow

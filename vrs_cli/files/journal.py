@@ -19,11 +19,9 @@ from msgspec import Struct
 from vrs_cli.engine.book import Book, MemoryWindow, WindowSize
 from vrs_cli.engine.engine import Bookmark, Engine
 from vrs_cli.errors import FileError, UsageError
-from vrs_cli.files.atomic import create_beside, writing
-from vrs_cli.files.growing import GrowingFile
-from vrs_cli.files.lock import HeldLock, hold, is_special
+from vrs_cli.files.atomic import HeldLock, create_beside, hold, is_special, writing
 from vrs_cli.files.opening import reason
-from vrs_cli.files.past import KeptRow, Past, Resumed, part_record, resumed
+from vrs_cli.files.past import GrowingFile, KeptRow, Past, Resumed, part_record, resumed
 from vrs_cli.files.rebuild import history_of
 from vrs_cli.files.trajectory_file import Recording, read_trajectory, trajectory_lines
 from vrs_cli.kinematics.model import RobotModel

@@ -1,21 +1,22 @@
-"""The part of a course of events that is in its journal alone.
-
-Rows and deltas are read back when somebody asks for them; a journal that goes on is read from a checkpoint near its
-end.
-"""
+"""Read the past back from a journal that goes on: a growing file, what stands where in it, and a restart."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from functools import lru_cache
+from pathlib import Path
+from threading import Lock
 from typing import NamedTuple, TypeVar
 
 from msgspec import Struct
 
 from vrs_cli.engine.book import Book
 from vrs_cli.engine.history import History
-from vrs_cli.errors import FileError, VrsError
-from vrs_cli.files.growing import GrowingFile
+from vrs_cli.errors import FileError, FileOpened, VrsError
+from vrs_cli.files.atomic import claim, is_special, sync_handle
+from vrs_cli.files.opening import reason
 from vrs_cli.files.rebuild import loaded_forward
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
@@ -36,6 +37,90 @@ from vrs_cli.wire.lines import (
     is_repeated,
 )
 from vrs_cli.wire.records import Form, Motions, RecordError, segments_of
+
+ADDING = os.O_RDWR | os.O_APPEND | getattr(os, "O_BINARY", 0)
+
+
+class GrowingFile:
+    """A file that is there; `size`: the bytes that it is to have. A device or a pipe takes what it gets, and keeps
+    nothing.
+
+    Every method raises OSError, the constructor FileOpened where somebody else adds to the file under another name.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path, self._handle = path, os.open(path, ADDING)
+        self.size = os.fstat(self._handle).st_size
+        self._special = is_special(path)
+        self._torn = False  # a line that failed could not be taken away
+        self._reading = Lock()
+        if not self._special and not claim(self._handle):
+            self.close()
+            raise FileOpened(f"{path} is being written by another vrs", "end that one, or name another file")
+
+    def changed(self) -> str:
+        """Say what others have done to the file; "" for nothing."""
+        if self._special:
+            return ""
+        try:
+            there, here = os.stat(self.path), os.fstat(self._handle)
+        except FileNotFoundError:
+            return "is gone"
+        except OSError as error:
+            return f"cannot be found: {reason(error)}"
+        if not os.path.samestat(there, here):
+            return "is another file now"
+        if self._torn:
+            return "has a torn line that could not be taken away"
+        if here.st_size != self.size:
+            return "has been cut short" if here.st_size < self.size else "has been written by others"
+        if not os.access(self.path, os.R_OK | os.W_OK):
+            return "can no longer be read and written"
+        return ""
+
+    def add(self, data: bytes, *, durable: bool) -> None:
+        """All of the data or, where that fails or Ctrl-C comes between, none of it. `durable`: it is on the disk."""
+        try:
+            rest = memoryview(data)
+            while rest:
+                rest = rest[os.write(self._handle, rest) :]  # a system may take less than it is given
+            if durable:
+                self.sync()
+            if not self._special:
+                self.size += len(data)
+        except BaseException:
+            with suppress(OSError):
+                self.cut(self.size)
+            raise
+
+    def read(self, place: int, size: int) -> bytes:
+        """Read `size` bytes from a place on, fewer at the end. Any thread may call it."""
+        with self._reading:
+            os.lseek(self._handle, place, os.SEEK_SET)  # what is added goes to the end all the same
+            return os.read(self._handle, size)
+
+    def sync(self) -> None:
+        """All that was added is on the disk."""
+        sync_handle(self._handle)
+
+    def cut(self, size: int) -> None:
+        """Leave the first `size` bytes, on the disk too."""
+        if self._special:
+            return
+        self._torn = True
+        os.ftruncate(self._handle, size)
+        sync_handle(self._handle)
+        self.size, self._torn = size, False
+
+    def close(self) -> None:
+        """Closing twice is closing once."""
+        handle, self._handle = self._handle, -1
+        if handle >= 0:
+            os.close(handle)
+
+
+# --- the past --------------------------------------------------------------------------------------------------------
+
 
 CHUNK = 1 << 16  # bytes that are read at once
 NEAR = 32  # rows, and parts of deltas, that were read last are kept, for all robots of a process
@@ -147,7 +232,7 @@ def _checksums(file: GrowingFile, place: int) -> Checksums:
     return Checksums.after(file.read(max(place - TAIL, 0), min(place, TAIL)))
 
 
-# --- going on ----------------------------------------------------------------------------------------------------
+# --- going on ---------------------------------------------------------------------------------------------------
 
 
 class Resumed(Struct, frozen=True):

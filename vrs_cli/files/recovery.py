@@ -16,8 +16,7 @@ from secrets import token_hex
 from typing import NamedTuple
 
 from vrs_cli.errors import FileError
-from vrs_cli.files.atomic import write_atomically
-from vrs_cli.files.lock import HeldLock, hold
+from vrs_cli.files.atomic import HeldLock, hold, write_atomically
 
 EXTENSION = ".v2"
 KEPT, DECLINED = "unstored-", "declined-"

@@ -20,8 +20,8 @@ from vrs_cli.engine.book import JournalWriter
 from vrs_cli.engine.settings import Settings
 from vrs_cli.errors import FileError, LimitReached
 from vrs_cli.files.atomic import write_atomically, writing
-from vrs_cli.files.growing import GrowingFile
 from vrs_cli.files.opening import unreadable
+from vrs_cli.files.past import GrowingFile
 from vrs_cli.files.store import EVERYTHING, MemoryPart, sections_of, store
 from vrs_cli.interfaces.conversation.entry import ProgramEntry, closes_entry, opens_entry
 from vrs_cli.interfaces.dialogue import Dialogue, beside

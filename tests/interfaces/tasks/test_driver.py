@@ -10,7 +10,7 @@ from tests.interfaces.programs import load, value
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import FileDamaged, IllegalSignal, LimitReached
 from vrs_cli.files.bounds import Folder
-from vrs_cli.files.signal_file import parse_signals
+from vrs_cli.files.timed_lines import parse_signals
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.language.run.robot import TICK

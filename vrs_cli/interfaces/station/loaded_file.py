@@ -6,7 +6,7 @@ from operator import itemgetter
 from typing import NamedTuple, Self
 
 from vrs_cli.errors import FileDamaged, IllegalValue, VrsError
-from vrs_cli.files.layout import Layout
+from vrs_cli.files.store import Layout
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.analysis.analyzer import analyze_among
 from vrs_cli.language.analysis.lineage import program_beyond_val2

@@ -25,8 +25,7 @@ from vrs_cli.errors import (
     UsageError,
 )
 from vrs_cli.files.bounds import FREE, Folder
-from vrs_cli.files.layout import Layout
-from vrs_cli.files.store import may_be_called
+from vrs_cli.files.store import Layout, may_be_called
 from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal, at_once, beside, beside_if, within
 from vrs_cli.interfaces.rights import check_may, must_drive

@@ -8,7 +8,7 @@ from math import radians
 import pytest
 
 from vrs_cli.errors import FileDamaged
-from vrs_cli.files.target_file import TimedTarget, read_targets
+from vrs_cli.files.timed_lines import TimedTarget, read_targets
 from vrs_cli.kinematics.joints import JointKind, JointUnits
 from vrs_cli.kinematics.transform import Transform
 
