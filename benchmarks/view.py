@@ -25,7 +25,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.values.acts import Define
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.hosted import SHELL, Hosted
-from vrs_cli.view3d.shown import Shown
+from vrs_cli.view3d.parts import Shown
 
 SECONDS = 20.0  # of motion that are measured
 SETTLED = 3.0  # [s] until the page has drawn what it was given at first

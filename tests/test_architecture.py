@@ -159,7 +159,7 @@ DEFERRED = (
     Deferred(("files/trajectory_file.py",), ("vrs_cli.files.soundness",), "it brings numpy"),
     Deferred(
         ("view3d/pictures.py", "api/scene.py"),
-        ("vrs_cli.view3d.page", "vrs_cli.view3d.still"),
+        ("vrs_cli.view3d.studio", "vrs_cli.view3d.still"),
         "viser takes half a second to load",
     ),
     Deferred(("view3d/meshes.py",), ("trimesh",), "it takes a second to load, and most robots have no such files"),

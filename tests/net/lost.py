@@ -41,8 +41,7 @@ from vrs_cli.net.messages import Done, Refused, Request, ServerMessage
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.repl.place import Remote
 from vrs_cli.repl.terminal import PlainTerminal
-from vrs_cli.view3d.panel_front_end import PanelFrontEnd
-from vrs_cli.view3d.transcript import PanelTranscript
+from vrs_cli.view3d.panel_front_end import PanelFrontEnd, PanelTranscript
 
 ROBOTS = ("python", "shell", "panel")
 LONGEST_LIFE = 1.5  # [s] between two cuts

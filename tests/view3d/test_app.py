@@ -23,7 +23,7 @@ from vrs_cli.net.tokens import add_tokens
 from vrs_cli.values.acts import Define
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.hosted import SHELL, Hosted
-from vrs_cli.view3d.shown import Shown
+from vrs_cli.view3d.parts import Shown
 
 
 @pytest.fixture(scope="module")

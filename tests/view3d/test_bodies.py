@@ -17,7 +17,7 @@ from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.shapes import MeshFile
 from vrs_cli.kinematics.transform import compose, inverse
-from vrs_cli.view3d.looks import ShapeLook, looks_of
+from vrs_cli.view3d.figure import ShapeLook, looks_of
 from vrs_cli.view3d.meshes import Mesh, Points, mesh_of, moved
 
 Shares = NDArray[np.float64]

@@ -35,10 +35,10 @@ from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.values.commands import Move, Stamp
 from vrs_cli.values.motion import JointTarget
 from vrs_cli.view3d.app import App
-from vrs_cli.view3d.delays import ERROR, HEARD, PRESENT, DelayPanel
+from vrs_cli.view3d.bar import FLAGGED
 from vrs_cli.view3d.figure import link_node
-from vrs_cli.view3d.shown import Shown
-from vrs_cli.view3d.strip import FLAGGED
+from vrs_cli.view3d.ghosts import ERROR, HEARD, PRESENT, DelayPanel
+from vrs_cli.view3d.parts import Shown
 
 VISIBLE = "(__viserSceneTree.getState()[arguments[0]] ?? {visibility: false}).visibility !== false"
 MODEL = load_robot("puma560")

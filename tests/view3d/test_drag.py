@@ -24,7 +24,7 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.drag import END, RECORD, Gizmo
-from vrs_cli.view3d.placing import wxyz
+from vrs_cli.view3d.parts import wxyz
 from vrs_cli.view3d.window import RobotWindow
 
 

@@ -15,7 +15,7 @@ from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.shapes import Box, LinkShape, Opening, opened
 from vrs_cli.kinematics.transform import IDENTITY, compose, inverse, rotation_z, translation
 from vrs_cli.view3d.figure import Figure, link_node
-from vrs_cli.view3d.placing import transform_of
+from vrs_cli.view3d.parts import transform_of
 
 BASE = compose(translation(0.1, -0.2, 0.3), rotation_z(0.7))
 

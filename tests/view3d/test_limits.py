@@ -14,8 +14,8 @@ from vrs_cli.kinematics.joints import Joints, nearest_turn
 from vrs_cli.kinematics.model import RobotModel, link_frames
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.view3d.figure import Figure, link_node
-from vrs_cli.view3d.limits import END, HAND, LimitsView
-from vrs_cli.view3d.shown import Shown
+from vrs_cli.view3d.parts import Shown
+from vrs_cli.view3d.reach import END, HAND, LimitsView
 
 
 def shown_at(model: RobotModel, q: Joints) -> Shown:

@@ -15,7 +15,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.shapes import Box, LinkShape, MeshFile
 from vrs_cli.kinematics.transform import translation
 from vrs_cli.view3d import meshes
-from vrs_cli.view3d.looks import all_of
+from vrs_cli.view3d.figure import all_of
 from vrs_cli.view3d.meshes import read_mesh
 
 

@@ -19,8 +19,8 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.figure import link_node
 from vrs_cli.view3d.needs import PictureError
-from vrs_cli.view3d.page import MOST_FRAMES, RATE, frame_times, page, stretches, usual_rate
 from vrs_cli.view3d.paths import Around
+from vrs_cli.view3d.studio import MOST_FRAMES, RATE, frame_times, page, stretches, usual_rate
 
 PROGRAMS = Path(__file__).parents[2] / "programs"
 BASE_SIZE, A_MINUTE = 1_000_000, 1_000_000  # [bytes] that a page may have
@@ -76,7 +76,7 @@ def test_frames_are_taken_while_the_robot_moves() -> None:
 def test_a_long_trajectory_has_fewer_frames_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
     timeline = ran("pick_and_place.v2").timeline
     assert usual_rate(timeline) == RATE
-    monkeypatch.setattr("vrs_cli.view3d.page.MOST_FRAMES", 20)
+    monkeypatch.setattr("vrs_cli.view3d.studio.MOST_FRAMES", 20)
     assert len(list(frame_times(timeline, usual_rate(timeline)))) <= 20 + len(timeline)
 
 

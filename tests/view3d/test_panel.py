@@ -36,7 +36,7 @@ from vrs_cli.view3d.hosted import SHELL, Hosted
 from vrs_cli.view3d.panel import DRIVE, RELEASE, Panel
 from vrs_cli.view3d.panel_hand import HELD, RESTS, HeldButton, Slider, slider_range
 from vrs_cli.view3d.panel_line import EARLIER, LATER
-from vrs_cli.view3d.placing import put
+from vrs_cli.view3d.parts import put
 from vrs_cli.view3d.window import RobotWindow
 
 WAITS = ".PROGRAM waits()\n  TYPE 1\n  WAIT SIG(1001)\n  TYPE 2\n.END\n"

@@ -16,7 +16,7 @@ from vrs_cli.net.client import hello_of
 from vrs_cli.net.messages import Abort, LeaseAct
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.view3d.panel_front_end import PanelFrontEnd
-from vrs_cli.view3d.surveying import Surveying
+from vrs_cli.view3d.window import Surveying
 
 ASK = '.PROGRAM ask()\n  PROMPT "How many? ", n\n  TYPE "got", n\n.END\n'
 

@@ -17,8 +17,8 @@ from vrs_cli.engine.tool_path import distance_from_line
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import position
+from vrs_cli.view3d.parts import Shown
 from vrs_cli.view3d.paths import BLENDS, ERROR, LABELS, MOST, PAST, PLANNED, UNDER_WAY, Path
-from vrs_cli.view3d.shown import Shown
 
 LINES = ("DRIVE 3, 60 AT 0", "DRIVE 1, 90 AT 0.5", "DRIVE 2, 30 AT 1.6", "OPENI", "DRIVE 1, -60 AT 5")
 

@@ -14,8 +14,8 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.session.survey import survey
 from vrs_cli.kinematics.transform import position
 from vrs_cli.values.acts import Survey
+from vrs_cli.view3d.parts import Shown
 from vrs_cli.view3d.places import PlacesView
-from vrs_cli.view3d.shown import Shown
 
 
 def surveyed(of: Session) -> Shown:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from vrs_cli.view3d.shown import COSTS, LEAST, Redrawing
+from vrs_cli.view3d.parts import COSTS, LEAST, Redrawing
 
 
 class Clock:

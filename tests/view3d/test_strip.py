@@ -13,7 +13,7 @@ from vrs_cli.errors import TooLate
 from vrs_cli.interfaces.port.preview import Expected, Previewed
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.view3d.strip import COLOURS, FLAGGED, MARK, UNCONFIRMED, Doubts, TimeSpan, segments_in, strip
+from vrs_cli.view3d.bar import COLOURS, FLAGGED, MARK, UNCONFIRMED, Doubts, TimeSpan, segments_in, strip
 
 LINES = "MOVE #PPOINT(10, -90, 90, 0, 0, 0)\nDELAY 1\nMOVE #PPOINT(20, -90, 90, 0, 0, 0)\nTYPE 1 < 2"
 

@@ -15,7 +15,7 @@ from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.values.commands import Move, Stamp
 from vrs_cli.values.motion import JointTarget
-from vrs_cli.view3d.shown import Shown
+from vrs_cli.view3d.parts import Shown
 from vrs_cli.view3d.window import OFTEN, PERIOD, RobotWindow
 
 MODEL = load_robot("puma560")

@@ -26,7 +26,7 @@ class Scene:
 
     @cached_property
     def html(self) -> str:
-        from vrs_cli.view3d.page import page, usual_rate
+        from vrs_cli.view3d.studio import page, usual_rate
 
         return page(self._arm, self._timeline, usual_rate(self._timeline))
 

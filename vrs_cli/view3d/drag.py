@@ -19,9 +19,7 @@ from vrs_cli.net import messages
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.values.hand import DragState, Limit
 from vrs_cli.view3d.panel_front_end import PanelFrontEnd
-from vrs_cli.view3d.panel_parts import Hands, OneOf, boxed
-from vrs_cli.view3d.placing import place, put, transform_of
-from vrs_cli.view3d.shown import Shown
+from vrs_cli.view3d.parts import Hands, OneOf, Shown, boxed, place, put, transform_of
 from vrs_cli.view3d.window import RobotWindow
 
 AGAIN = 0.1  # [s] after which a wish that stays is said again: the robot knows that the hand is there

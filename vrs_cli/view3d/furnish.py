@@ -8,17 +8,14 @@ from math import tan
 import numpy as np
 
 from vrs_cli.view3d.bar import PlaybackBar
-from vrs_cli.view3d.delays import DelayPanel
-from vrs_cli.view3d.ghosts import BranchGhosts, GoalGhost
-from vrs_cli.view3d.limits import LimitsView
-from vrs_cli.view3d.looks import all_of
+from vrs_cli.view3d.figure import all_of
+from vrs_cli.view3d.ghosts import BranchGhosts, DelayPanel, GoalGhost
 from vrs_cli.view3d.panel import Panel
+from vrs_cli.view3d.parts import Shown
 from vrs_cli.view3d.paths import Path
-from vrs_cli.view3d.places import PlacesView
+from vrs_cli.view3d.places import PlacesView, Reasons, explain_refusal
 from vrs_cli.view3d.plots import Plots
-from vrs_cli.view3d.reach import ReachView
-from vrs_cli.view3d.reasons import Reasons, explain_refusal
-from vrs_cli.view3d.shown import Shown
+from vrs_cli.view3d.reach import LimitsView, ReachView
 from vrs_cli.view3d.stage import FIELD, camera_for
 from vrs_cli.view3d.studio import scenery
 from vrs_cli.view3d.window import RobotWindow

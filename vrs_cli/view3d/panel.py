@@ -14,10 +14,8 @@ from vrs_cli.view3d.drag import Gizmo
 from vrs_cli.view3d.panel_front_end import PanelFrontEnd
 from vrs_cli.view3d.panel_hand import HandPanel
 from vrs_cli.view3d.panel_line import CommandLine
-from vrs_cli.view3d.panel_parts import Hands, boxed
 from vrs_cli.view3d.panel_programs import ProgramsPanel, SignalsPanel
-from vrs_cli.view3d.placing import put
-from vrs_cli.view3d.shown import Shown, ShownPart
+from vrs_cli.view3d.parts import Hands, Shown, ShownPart, boxed, put
 from vrs_cli.view3d.window import RobotWindow
 
 WIDTH, LEAST, SHARE = 400.0, 320.0, 0.4  # [px] usually, at least, and of the page where that is narrow

@@ -6,23 +6,108 @@ Nothing waits: what comes is heard in the thread of the connection, and looked a
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from html import escape
+from threading import Lock
 from typing import NamedTuple
+
+from msgspec.structs import replace
 
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.station.lease import Lost, Requested, notice_text
 from vrs_cli.net import messages
 from vrs_cli.net.messages import Asked, At, Done, Drive, LeaseAct, Line, Refused, Request, ServerMessage
 from vrs_cli.net.socket_port import SocketPort
+from vrs_cli.render.blocks import PIPE, Block, Grid, line
 from vrs_cli.render.colours import Ink
+from vrs_cli.render.html import blocks_html, html, pieces_html
+from vrs_cli.render.layout import blocks
+from vrs_cli.render.scan import scan
 from vrs_cli.values.acts import Attend, Define, Defined
 from vrs_cli.values.diagnostics import Diagnostic
+from vrs_cli.values.numbers import count
 from vrs_cli.values.prompt import PromptStatus, Suggestion
 from vrs_cli.values.questions import Answer, OnScreen
-from vrs_cli.values.replies import ReachReport, refusal
-from vrs_cli.view3d.transcript import PanelTranscript
+from vrs_cli.values.replies import Plot, ReachReport, Reply, refusal
 
-LONGEST = 50_000  # characters of what is typed at once
+MOST = 100  # entries
+MOST_ROWS = 60  # of one: more of them are for a file
+MAX_TYPED_CHARS = 2000  # characters of a line that a program TYPEs
+
+
+class TranscriptEntry(NamedTuple):
+    """`open`: a line that a program TYPEs and has not ended; `again`: what takes its place if it comes next."""
+
+    html: str
+    open: str = ""
+    again: str = ""
+
+
+class PanelTranscript:
+    """Any thread may add, and look. `version` is another one when something was added."""
+
+    def __init__(self) -> None:
+        self.version = 0
+        self._entries: deque[TranscriptEntry] = deque(maxlen=MOST)
+        self._lock = Lock()
+
+    def html(self) -> str:
+        with self._lock:
+            return "".join(entry.html for entry in self._entries)
+
+    def echo(self, prompt: str, text: str, again: str = "") -> None:
+        """Lines as they were typed. `again`: what they are another one of, if they come one after the other."""
+        lines = "\n".join(pieces_html(((prompt, Ink.NOTE), *scan(one))) for one in text.split("\n"))
+        entry = TranscriptEntry(f'<pre style="font-weight:600">{lines}</pre>', again=again)
+        with self._lock:
+            if again and self._entries and self._entries[-1].again == again:
+                self._entries.pop()
+            self._add(entry)
+
+    def reply(self, reply: Reply) -> None:
+        shown = html((reply,)) if isinstance(reply, Plot) else blocks_html(_shortened(blocks(reply, PIPE)))
+        self._put(shown)
+
+    def note(self, text: str, ink: Ink = Ink.NOTE) -> None:
+        self._put(f"<pre>{pieces_html(line(text, ink).pieces)}</pre>")
+
+    def type(self, text: str, newline: bool) -> None:
+        """Add what a program TYPEs; a line may come in parts."""
+        with self._lock:
+            before = self._entries.pop().open if self._entries and self._entries[-1].open else ""
+            whole = (before + text)[:MAX_TYPED_CHARS]
+            self._add(TranscriptEntry(f"<pre>{escape(whole)}</pre>", "" if newline else whole))
+
+    def _put(self, text: str) -> None:
+        with self._lock:
+            self._add(TranscriptEntry(text))
+
+    def _add(self, entry: TranscriptEntry) -> None:
+        self._entries.append(entry)
+        self.version += 1
+
+
+def _shortened(shown: Iterable[Block]) -> Iterator[Block]:
+    """The first rows; how many more there are."""
+    left = MOST_ROWS
+    more = 0
+    for block in shown:
+        rows = len(block.rows) if isinstance(block, Grid) else 1
+        more += max(rows - left, 0)
+        if isinstance(block, Grid) and left > 0:
+            yield replace(block, rows=block.rows[:left])
+        elif left > 0:
+            yield block
+        left -= rows
+    if more:
+        yield line(f"... and {count(more, 'more row')}", Ink.NOTE)
+
+
+# --- the front end ---------------------------------------------------------------------------------------------------
+
+
+MAX_SENT_CHARS = 50_000  # characters of what is typed at once
 HISTORY = 500  # lines
 
 
@@ -74,7 +159,7 @@ class PanelFrontEnd:
 
     def type(self, text: str) -> None:
         """Send lines to the robot."""
-        if len(text) > LONGEST:
+        if len(text) > MAX_SENT_CHARS:
             self.note(f"{len(text)} characters at once: load them as a file", Ink.ERROR)
             return
         self._keep(text)

@@ -25,9 +25,7 @@ from vrs_cli.render.colours import Ink
 from vrs_cli.values.acts import Surveyed
 from vrs_cli.values.hand import Axis, Frame, Press, Seen, StopJog
 from vrs_cli.view3d.panel_front_end import PanelFrontEnd
-from vrs_cli.view3d.panel_parts import Act, Hands, OneOf
-from vrs_cli.view3d.placing import put
-from vrs_cli.view3d.shown import Shown
+from vrs_cli.view3d.parts import Act, Hands, OneOf, Shown, put
 
 RESTS = 0.2  # [s] after which a slider that is moved no more is meant
 HELD = 1.0  # [s] after a slider was moved in which it does not follow the arm

@@ -23,8 +23,7 @@ from vrs_cli.values.prompt import Suggestion
 from vrs_cli.values.questions import Confirmation, Parting
 from vrs_cli.values.replies import Diagnosed, DiagnosticsReport
 from vrs_cli.view3d.panel_front_end import PanelFrontEnd
-from vrs_cli.view3d.panel_parts import Hands, boxed
-from vrs_cli.view3d.placing import put
+from vrs_cli.view3d.parts import Hands, boxed, put
 
 SAME = 0.3  # [s] in which the same text once more is an echo of what was taken, and not typed again
 

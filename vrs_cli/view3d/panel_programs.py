@@ -12,9 +12,8 @@ from vrs_cli.render.html import pieces_html
 from vrs_cli.render.scan import scan
 from vrs_cli.values.acts import StepList, Surveyed, TaskRow
 from vrs_cli.view3d.panel_front_end import PanelFrontEnd
-from vrs_cli.view3d.panel_parts import OFF, ON, Hands, boxed
-from vrs_cli.view3d.placing import put
-from vrs_cli.view3d.surveying import Surveying
+from vrs_cli.view3d.parts import OFF, ON, Hands, boxed, put
+from vrs_cli.view3d.window import Surveying
 
 RUN, STEP, PROCEED, PAUSE, GO_ON, ABORT = "Run", "Step", "Proceed", "Pause", "Go on", "Abort"
 NONE = "(none in memory)"

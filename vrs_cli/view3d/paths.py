@@ -20,8 +20,7 @@ from vrs_cli.kinematics.transform import Vector, position
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.motion import MotionKind
-from vrs_cli.view3d.placing import Rooted, gathered, move_points, put
-from vrs_cli.view3d.shown import Redrawing, Shown
+from vrs_cli.view3d.parts import Redrawing, Rooted, Shown, gathered, move_points, put
 
 ERROR = 0.0005  # [m] between the way and its lines, at most
 MOST = 6000  # lines; of a way with more the part around the present is shown

@@ -14,13 +14,13 @@ FILM_RATE = 10.0  # [1/s] frames
 
 
 def _write_page(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
-    from vrs_cli.view3d.page import write_page
+    from vrs_cli.view3d.studio import write_page
 
     write_page(stream, arm, timeline, rate)
 
 
 def _page_rate(timeline: Timeline) -> float:
-    from vrs_cli.view3d.page import usual_rate
+    from vrs_cli.view3d.studio import usual_rate
 
     return usual_rate(timeline)
 

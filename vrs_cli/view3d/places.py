@@ -1,19 +1,32 @@
-"""The named locations of a robot in a scene: small frames with their names."""
+"""Places in a scene: the named locations of a robot, small frames with their names; and WHY as a picture, the straight
+line to a place as far as the arm can follow it, and what stops it there.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from textwrap import fill
 
 import numpy as np
 from viser import SceneApi
 
 from vrs_cli.engine.position import world_pose
+from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
-from vrs_cli.kinematics.transform import Transform, position
-from vrs_cli.values.motion import Frames
-from vrs_cli.values.replies import NamedLocation
-from vrs_cli.view3d.placing import Rooted, gathered, wxyz
-from vrs_cli.view3d.shown import Shown
+from vrs_cli.kinematics.transform import Transform, Vector, along, position, subtracted
+from vrs_cli.language.text.ast import DoInstruction, Instruction
+from vrs_cli.language.text.parser import parse_prompt
+from vrs_cli.language.text.printer import expression_text
+from vrs_cli.net.messages import At, Done, ServerMessage
+from vrs_cli.net.socket_port import SocketPort
+from vrs_cli.values.acts import Evaluate, Explain, Goal, Valued
+from vrs_cli.values.motion import Frames, JointTarget, PoseTarget
+from vrs_cli.values.replies import NamedLocation, ReachReport
+from vrs_cli.values.results import Reach
+from vrs_cli.view3d.parts import Rooted, Shown, gathered, wxyz
+from vrs_cli.view3d.paths import THICK
 
 LONG = 0.055  # of the reach: the axes
 NEAR = 0.01  # of the reach: names of places so near to each other stand in one label
@@ -65,3 +78,121 @@ def _pose(arm: RobotArm, row: NamedLocation, frames: Frames) -> Transform | None
         return None
     joints: Joints = row.joints
     return world_pose(arm, frames, joints)
+
+
+# --- why a place cannot be reached -----------------------------------------------------------------------------------
+
+
+GOOD, BAD, STOP = (52, 150, 82), (214, 48, 49), (140, 20, 20)
+BALL = 0.02  # of the reach
+DASH = 0.02  # of the reach: a dash of what cannot be, and the gap behind it
+WIDTH, LINES = 44, 8  # characters of a line of the label; how many of them at most
+MOTIONS = frozenset({"MOVE", "MOVES", "MOVET", "MOVEST", "APPRO", "APPROS"})
+
+
+class Reasons:
+    """Nodes /why ...: of the report that came last, until the robot does something else."""
+
+    def __init__(self, scene: SceneApi, model: RobotModel) -> None:
+        self._scene = scene
+        _, (self._reach, *_) = levers(model)
+        self._root = scene.add_frame("/why", show_axes=False)
+        self.report: ReachReport | None = None
+        self._drawn: ReachReport | None = None
+        self._since = -1  # the version of the timeline for which it was asked
+
+    def explain(self, report: ReachReport) -> None:
+        """Show it from now on."""
+        self.report = report
+
+    def show(self, shown: Shown) -> None:
+        if self.report is not self._drawn:
+            self._drawn, self._since = self.report, shown.timeline.version
+            self._draw()
+        elif self._drawn is not None and shown.timeline.version != self._since:
+            self.report = self._drawn = None
+            self._draw()
+
+    def _draw(self) -> None:
+        self._root.remove()
+        self._root = self._scene.add_frame("/why", show_axes=False)
+        if self._drawn is None:
+            return
+        reach = self._drawn.reach
+        stop = stopping_place(reach)
+        self._line("followed", [(reach.begin, stop)], GOOD)
+        self._line("refused", list(dashes(stop, reach.end, DASH * self._reach)), BAD)
+        possible = reach.line.duration is not None
+        self._scene.add_icosphere(
+            "/why/stop", BALL * self._reach, GOOD if possible else STOP, subdivisions=2, position=stop
+        )
+        text = fill(said(self._drawn), WIDTH, max_lines=LINES, placeholder=" ...")
+        self._scene.add_label("/why/reason", text, position=stop, anchor="bottom-left")
+
+    def _line(self, name: str, parts: list[tuple[Vector, Vector]], colour: tuple[int, int, int]) -> None:
+        points = np.array(parts, dtype=np.float32).reshape(-1, 2, 3)
+        if len(points):
+            self._scene.add_line_segments(f"/why/{name}", points, colour, thickness=THICK * self._reach)
+
+
+def stopping_place(reach: Reach) -> Vector:
+    """The place at which the tool tip stops on the straight line [m]."""
+    line = reach.line
+    if line.duration is not None or line.length <= 0.0:
+        return reach.end if line.duration is not None else reach.begin
+    way = subtracted(reach.end, reach.begin)
+    return along(reach.begin, way, min((line.at or 0.0) / line.length, 1.0))
+
+
+def dashes(a: Vector, b: Vector, long: float) -> list[tuple[Vector, Vector]]:
+    """The dashes of a line, with gaps as long as they are."""
+    way = subtracted(b, a)
+    count = round(float(np.linalg.norm(way)) / long)
+    marks = [along(a, way, k / count) for k in range(count + 1)] if count else []
+    return list(zip(marks[1::2], marks[2::2], strict=False))
+
+
+def said(report: ReachReport) -> str:
+    """The name of the place, and what there is to say of the line to it."""
+    line = report.reach.line
+    if line.duration is None:
+        return f"{report.name}: {line.trouble}"
+    way = "MOVE and MOVES" if report.reach.chosen is not None else "MOVES"
+    return f"{report.name}: {way} go there, {1e3 * line.length:.0f} mm in {line.duration:.1f} s"
+
+
+def explain_refusal(robot: SocketPort, told: Callable[[ReachReport], None], text: str) -> None:
+    """Ask the robot why a typed motion was refused; `told` gets the report. Only motions to a place have a picture."""
+    name = place_of(text)
+
+    def evaluated(message: ServerMessage) -> None:
+        found = message.found if isinstance(message, Done) else None
+        value = found.location or found.joints if isinstance(found, Valued) else None
+        if value is not None and name is not None:
+            goal = Goal.of(PoseTarget(value) if isinstance(value, Transform) else JointTarget(value))
+            robot.post(lambda id: At(id, Explain(goal, name)), explained)
+
+    def explained(message: ServerMessage) -> None:
+        if isinstance(message, Done) and isinstance(message.found, ReachReport):
+            told(message.found)
+
+    if name is not None:
+        robot.post(lambda id: At(id, Evaluate(name)), evaluated)
+
+
+def place_of(text: str) -> str | None:
+    """The goal of a typed motion as an expression; None for what is no motion to a place."""
+    try:
+        statement = parse_prompt(text)
+    except VrsError:
+        return None
+    it = statement.statement if isinstance(statement, DoInstruction) else statement
+    if not isinstance(it, Instruction) or it.word not in MOTIONS or not it.arguments:
+        return None
+    place, *others = it.arguments
+    if place is None:
+        return None
+    if not (it.word.startswith("APPRO") and others):
+        return expression_text(place)
+    back = "0" if others[0] is None else expression_text(others[0])  # along the tool's axis
+    return f"{expression_text(place)}:TRANS(0, 0, -({back}))"

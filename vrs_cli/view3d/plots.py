@@ -19,10 +19,8 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.render.colours import COLOURS, CURVES
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.view3d.bar import PlaybackBar
-from vrs_cli.view3d.placing import put
-from vrs_cli.view3d.shown import Redrawing, Shown
-from vrs_cli.view3d.strip import TimeSpan
+from vrs_cli.view3d.bar import PlaybackBar, TimeSpan
+from vrs_cli.view3d.parts import Redrawing, Shown, put
 from vrs_cli.view3d.window import RobotWindow
 
 SAMPLES = 600  # of a curve: more than there are pixels

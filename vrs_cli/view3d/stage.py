@@ -14,9 +14,9 @@ from vrs_cli.kinematics.bodies import size_of
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, inverse, position, translation
-from vrs_cli.view3d.looks import floor_height, room_of
+from vrs_cli.view3d.figure import floor_height, room_of
 from vrs_cli.view3d.meshes import Mesh, joined, moved
-from vrs_cli.view3d.placing import place
+from vrs_cli.view3d.parts import place
 
 # lines through points (x, y) of a field 4 wide and 6 high
 GLYPHS: Mapping[str, tuple[tuple[tuple[float, float], ...], ...]] = {

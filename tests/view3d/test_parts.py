@@ -8,7 +8,7 @@ import viser
 from viser.infra import Message
 
 from vrs_cli.kinematics.transform import Transform, compose, rotation_x, rotation_z, translation
-from vrs_cli.view3d.placing import GRAIN, move_points, place, transform_of, wxyz
+from vrs_cli.view3d.parts import GRAIN, move_points, place, transform_of, wxyz
 
 AT = compose(translation(0.5, -0.25, 0.125), compose(rotation_z(0.7), rotation_x(-2.5)))
 POSES = ("SetPositionMessage", "SetOrientationMessage")
