@@ -23,11 +23,8 @@ class Stand(Outside):
 
     def check(self, device: str) -> None: ...
     def open(self, device: str, address: Address | None) -> None: ...
-    def send(self, device: str, handle: int, data: bytes) -> None:
-        self.asked.append(("send", device, handle, data))
-
-    def ask(self, device: str, handle: int) -> None:
-        self.asked.append(("ask", device, handle))
+    def send(self, device: str, handle: int, data: bytes, *, ask: bool = False) -> None:
+        self.asked.append(("ask", device, handle) if ask else ("send", device, handle, data))
 
     def consumed(self, device: str, handle: int, count: int) -> None:
         self.asked.append(("consumed", device, handle, count))

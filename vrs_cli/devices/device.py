@@ -306,7 +306,7 @@ class Device(Struct, eq=False):
         if one.unwritten > FULL:
             if not one.asked:
                 one.asked = True
-                self.outside.ask(self.name, one.handle)
+                self.outside.send(self.name, one.handle, b"", ask=True)
             return YET
         data = (text + END_OF_LINE * newline).encode("latin-1", "replace")
         one.unwritten += len(data)

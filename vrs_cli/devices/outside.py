@@ -122,9 +122,8 @@ class Outside:
         """
         self.check(device)
 
-    def send(self, device: str, handle: int, data: bytes) -> None: ...
-    def ask(self, device: str, handle: int) -> None:
-        """Let it be known when all that was sent there is WRITTEN."""
+    def send(self, device: str, handle: int, data: bytes, *, ask: bool = False) -> None:
+        """Send bytes to a connection. `ask`: WRITTEN arrives when all that was sent there has left."""
 
     def consumed(self, device: str, handle: int, count: int) -> None:
         """Tell that `count` bytes were read: as many more may come."""

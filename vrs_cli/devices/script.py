@@ -108,7 +108,7 @@ class Script(Outside):
             raise FAULTS[code](device)
         part.open, part.due = True, None
 
-    def send(self, device: str, handle: int, data: bytes) -> None:
+    def send(self, device: str, handle: int, data: bytes, *, ask: bool = False) -> None:  # noqa: ARG002
         part = self._parts[device]
         part.written += data
         if self._differs or handle not in part.sent:
@@ -219,12 +219,10 @@ class DeviceRecording(Outside):
             raise
         self._write(UnitLine(time=self._now, device=device, event=OPEN))
 
-    def send(self, device: str, handle: int, data: bytes) -> None:
-        self._write(UnitLine(device=device, event=SENT, handle=handle, data=data.decode("latin-1")))
-        self._outside.send(device, handle, data)
-
-    def ask(self, device: str, handle: int) -> None:
-        self._outside.ask(device, handle)
+    def send(self, device: str, handle: int, data: bytes, *, ask: bool = False) -> None:
+        if not ask:
+            self._write(UnitLine(device=device, event=SENT, handle=handle, data=data.decode("latin-1")))
+        self._outside.send(device, handle, data, ask=ask)
 
     def consumed(self, device: str, handle: int, count: int) -> None:
         self._outside.consumed(device, handle, count)

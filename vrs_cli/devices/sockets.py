@@ -12,10 +12,10 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from math import inf
 from threading import Lock
-from typing import Any, Concatenate
+from typing import Any
 
 from vrs_cli.devices.outside import SERIAL, TCP, Address, Arrival, Outside, check_known
-from vrs_cli.devices.traffic import GRACE, NonBlockingEnd, P, Traffic
+from vrs_cli.devices.traffic import GRACE, NonBlockingEnd, Traffic
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import DeviceNotReady, PortTaken
 from vrs_cli.trajectory.instant import TICK
@@ -143,14 +143,14 @@ class Sockets(Outside):
     def open(self, device: str, address: Address | None) -> None:
         if address is None:
             ends = self._serial_line(device)
-            self._opened(device).do(Traffic.connect, device, 0, ends)
+            self._opened(device).do(lambda traffic: traffic.connect(device, 0, ends))
         elif address.host:
             host = self._checked(address.host)
-            self._opened(device).do(Traffic.dial, device, host, address.port)
+            self._opened(device).do(lambda traffic: traffic.dial(device, host, address.port))
         else:
             listener = self._listener(address)
             where = listener.getsockname()
-            self._opened(device).do(Traffic.listen, device, listener, address.clients)
+            self._opened(device).do(lambda traffic: traffic.listen(device, listener, address.clients))
             self.tell(f"TCP port {where[1]} is open at {where[0]}")
 
     def _opened(self, device: str) -> Traffic:
@@ -209,21 +209,18 @@ class Sockets(Outside):
         self.tell(str(fault))
         return fault
 
-    def send(self, device: str, handle: int, data: bytes) -> None:
-        self._do(Traffic.send, device, handle, data)
-
-    def ask(self, device: str, handle: int) -> None:
-        self._do(Traffic.send, device, handle, b"", ask=True)
+    def send(self, device: str, handle: int, data: bytes, *, ask: bool = False) -> None:
+        self._do(lambda traffic: traffic.send(device, handle, data, ask=ask))
 
     def consumed(self, device: str, handle: int, count: int) -> None:
-        self._do(Traffic.consumed, device, handle, count)
+        self._do(lambda traffic: traffic.consumed(device, handle, count))
 
     def release(self, device: str, handle: int) -> None:
-        self._do(Traffic.release, device, handle)
+        self._do(lambda traffic: traffic.release(device, handle))
 
-    def _do(self, act: Callable[Concatenate[Traffic, P], None], *of: P.args, **named: P.kwargs) -> None:
+    def _do(self, act: Callable[[Traffic], None]) -> None:
         if self._traffic is not None:
-            self._traffic.do(act, *of, **named)
+            self._traffic.do(act)
 
     def close(self, device: str) -> None:
         traffic = self._traffic

@@ -1,24 +1,20 @@
-"""All that is open at once, and the one thread that waits for it.
+"""All ports and connections that are open, and the one thread that serves them.
 
-The thread owns ports and connections. Whoever wants something of them puts it in a queue and rings. Of each connection
-so much is taken as its unit can hold: a peer that sends more waits. A port has as many clients as it was opened for;
-others wait until one is released. The thread ends with the last device.
+The thread runs an event loop, and owns ports and connections; other threads give it calls. Of each connection it takes
+no more than the unit can hold: a peer that sends more waits. A port has as many clients as it was opened for; others
+wait until one is released. The thread ends with the last device.
 """
 
 from __future__ import annotations
 
+import asyncio
 import errno
-import selectors
 import socket
-import time
-from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from functools import partial
-from math import inf
 from threading import Event as Done
 from threading import Thread
-from typing import Concatenate, ParamSpec, Protocol
+from typing import NamedTuple, Protocol
 
 from vrs_cli.devices.outside import Arrival, Event
 from vrs_cli.errors import NetworkClosed
@@ -28,8 +24,6 @@ PIECE = 16384  # bytes that are taken at once
 PAUSE = 0.02  # [s] in which a line goes on whose end has not come
 GRACE = 0.5  # [s] that what was written has to leave when its device is closed
 ALONE = {"TCP_KEEPIDLE": 30, "TCP_KEEPINTVL": 10, "TCP_KEEPCNT": 3}  # [s], [s], times: a peer that is gone is missed
-
-P = ParamSpec("P")
 
 
 class NonBlockingEnd(Protocol):
@@ -69,123 +63,93 @@ class SocketEnd:
 
 
 class _Connection:
-    """`room` [bytes]: that may come before some are read. `asked`: it is to be told when all has left. `closing`: by
-    when [s] that has to be. `pause`: when [s] what has come without an end of line is a line; `packets`: is it ever.
+    """`room` [bytes]: how much may come before some is read. `asked`: WRITTEN is to be told when all has left. `ended`:
+    no more comes; `broken`: nothing can be sent either. `closing`: it is closed when all has left. `pause`: tells that
+    a line whose end has not come is a line.
     """
 
     def __init__(self, device: str, handle: int, ends: NonBlockingEnd) -> None:
         self.device, self.handle, self.ends = device, handle, ends
         self.room, self.out = WINDOW, bytearray()
-        self.asked = self.ended = self.broken = False
-        self.closing = self.pause = inf
-        self.packets = isinstance(ends, SocketEnd)
-        self.watched = 0  # for what the selector looks
-
-    def interest(self) -> int:
-        reads = self.room > 0 and not self.ended and self.closing == inf
-        return selectors.EVENT_READ * reads | selectors.EVENT_WRITE * bool(self.out)
+        self.asked = self.ended = self.broken = self.closing = False
+        self.pause: asyncio.TimerHandle | None = None
 
 
-class _Port:
-    """A port for clients: `free` handles, of so many as it has clients."""
+class _Port(NamedTuple):
+    """A port for clients, and the handles that are free."""
 
-    def __init__(self, device: str, listener: socket.socket, clients: int) -> None:
-        self.device, self.listener = device, listener
-        self.free = set(range(1, clients + 1))
-        self.watched = False
+    listener: socket.socket
+    free: set[int]
 
 
 class Traffic:
-    """`arrived` hears, in its thread, what comes."""
+    """Ports and connections in a thread of their own. `arrived` is called in it with what comes."""
 
     def __init__(self, arrived: Callable[[Arrival], None]) -> None:
         self._arrived = arrived
-        self._wanted: deque[Callable[[], None]] = deque()
         self._ports: dict[str, _Port] = {}
         self._connections: dict[tuple[str, int], _Connection] = {}
         self._dialling: dict[str, socket.socket] = {}
         self._leaving: list[_Connection] = []  # closed, with something still to be sent
         self._ended = False
-        self._selector = selectors.DefaultSelector()
-        self._bell, self._ringer = socket.socketpair()
-        for end in (self._bell, self._ringer):
-            end.setblocking(False)
+        self._loop = asyncio.SelectorEventLoop()
         self._thread = Thread(target=self._serve, name="units", daemon=True)
         self._thread.start()
 
     # --- from another thread ---
 
-    def do(self, act: Callable[Concatenate[Traffic, P], None], *of: P.args, **named: P.kwargs) -> None:
-        """Have the thread do something: `traffic.do(Traffic.send, device, handle, data)`."""
-        self._wanted.append(partial(act, self, *of, **named))
-        with suppress(OSError):  # it rings already
-            self._ringer.send(b"\0")
+    def do(self, act: Callable[[Traffic], None]) -> None:
+        """Have the thread call `act`, in the order of these calls."""
+        self._loop.call_soon_threadsafe(act, self)
 
     def close(self, device: str) -> None:
-        """Nothing of it arrives any more."""
+        """Close a device; nothing of it arrives any more."""
         done = Done()
-        self.do(Traffic._close, device, done)
+        self.do(lambda it: it._close(device, done))
         done.wait(GRACE)
 
     def end(self) -> None:
-        """Once what was written has left, all is closed."""
+        """End the thread once what was written has left."""
         self.do(Traffic._end)
         self._thread.join(2 * GRACE)
 
     # --- in the thread ---
 
+    def _serve(self) -> None:
+        self._loop.run_forever()
+        self._loop.close()
+
     def _end(self) -> None:
         self._ended = True
-
-    def _serve(self) -> None:
-        self._selector.register(self._bell, selectors.EVENT_READ, self._rung)
-        while not self._ended or self._leaving:
-            for key, mask in self._selector.select(self._rest()):
-                key.data(mask)
-            while self._wanted:
-                self._wanted.popleft()()
-            self._hurry()
-            self._hush()
-        self._selector.close()
-        self._bell.close()
-        self._ringer.close()
-
-    def _rest(self) -> float | None:
-        """The time for which the thread may wait [s]; None for ever."""
-        ends = [one.closing for one in self._leaving]
-        last = min([*ends, *(one.pause for one in self._connections.values())], default=inf)
-        return None if last == inf else max(last - time.monotonic(), 0.0)
-
-    def _rung(self, _mask: int) -> None:
-        with suppress(OSError):
-            self._bell.recv(PIECE)
+        if not self._leaving:
+            self._loop.stop()
 
     def listen(self, device: str, listener: socket.socket, clients: int) -> None:
         """Let clients in."""
-        port = self._ports[device] = _Port(device, listener, clients)
-        self._watch_port(port)
+        self._ports[device] = _Port(listener, set(range(1, clients + 1)))
+        self._watch_port(device)
 
-    def _watch_port(self, port: _Port) -> None:
-        if bool(port.free) != port.watched:
-            port.watched = bool(port.free)
-            if port.watched:
-                self._selector.register(port.listener, selectors.EVENT_READ, partial(self._accept, port))
-            else:
-                self._selector.unregister(port.listener)
+    def _watch_port(self, device: str) -> None:
+        port = self._ports[device]
+        if port.free:
+            self._loop.add_reader(port.listener, self._accept, device)
+        else:
+            self._loop.remove_reader(port.listener)
 
-    def _accept(self, port: _Port, _mask: int) -> None:
+    def _accept(self, device: str) -> None:
+        port = self._ports[device]
         try:
             client, _address = port.listener.accept()
         except OSError:  # it has gone before
             return
         handle = min(port.free)
         port.free.remove(handle)
-        self.connect(port.device, handle, SocketEnd(client))
-        self._arrived(Arrival(port.device, Event.OPENED, handle))
-        self._watch_port(port)
+        self.connect(device, handle, SocketEnd(client))
+        self._arrived(Arrival(device, Event.OPENED, handle))
+        self._watch_port(device)
 
     def connect(self, device: str, handle: int, ends: NonBlockingEnd) -> None:
-        """A connection is open. That of a device with one alone has the handle 0."""
+        """Serve a connection that is open. The only connection of a device has the handle 0."""
         one = self._connections[device, handle] = _Connection(device, handle, ends)
         self._watch(one)
 
@@ -197,10 +161,11 @@ class Traffic:
             self._refused(device, it)
             return
         self._dialling[device] = it
-        self._selector.register(it, selectors.EVENT_WRITE, partial(self._dialled, device, it))
+        self._loop.add_writer(it, self._dialled, device)
 
-    def _dialled(self, device: str, it: socket.socket, _mask: int) -> None:
-        self._selector.unregister(self._dialling.pop(device))
+    def _dialled(self, device: str) -> None:
+        it = self._dialling.pop(device)
+        self._loop.remove_writer(it)
         if it.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR):
             self._refused(device, it)
             return
@@ -212,24 +177,15 @@ class Traffic:
         self._arrived(Arrival(device, Event.REFUSED, code=NetworkClosed.code))
 
     def _watch(self, one: _Connection) -> None:
-        """Register what the selector is to watch of a connection."""
-        wanted = 0 if one.broken else one.interest()
-        if wanted == one.watched:
-            return
-        if not one.watched:
-            self._selector.register(one.ends, wanted, partial(self._ready, one))
-        elif wanted:
-            self._selector.modify(one.ends, wanted, partial(self._ready, one))
+        """Let the loop look whether a connection can be read and written, where that is of use now."""
+        if one.room > 0 and not (one.ended or one.broken or one.closing):
+            self._loop.add_reader(one.ends, self._receive, one)
         else:
-            self._selector.unregister(one.ends)
-        one.watched = wanted
-
-    def _ready(self, one: _Connection, mask: int) -> None:
-        if mask & selectors.EVENT_READ:
-            self._receive(one)
-        if mask & selectors.EVENT_WRITE and not one.broken:
-            self._push(one)
-        self._watch(one)
+            self._loop.remove_reader(one.ends)
+        if one.out:
+            self._loop.add_writer(one.ends, self._push, one)
+        else:
+            self._loop.remove_writer(one.ends)
 
     def _receive(self, one: _Connection) -> None:
         try:
@@ -240,13 +196,17 @@ class Traffic:
             self._break(one)
             return
         one.room -= len(data)
-        unended = one.packets and one.room > 0 and data[-1:] not in b"\r\n"
-        one.pause = time.monotonic() + PAUSE if unended else inf
-        if data:
-            self._arrived(Arrival(one.device, Event.CAME, one.handle, data))
-        else:
-            one.ended = True
-            self._arrived(Arrival(one.device, Event.ENDED, one.handle))
+        one.ended = not data
+        self._arrived(Arrival(one.device, Event.CAME if data else Event.ENDED, one.handle, data))
+        self._end_pause(one)
+        if isinstance(one.ends, SocketEnd) and one.room > 0 and data[-1:] not in b"\r\n":
+            one.pause = self._loop.call_later(PAUSE, self._arrived, Arrival(one.device, Event.PAUSED, one.handle))
+        self._watch(one)
+
+    @staticmethod
+    def _end_pause(one: _Connection) -> None:
+        if one.pause is not None:
+            one.pause.cancel()
 
     def _push(self, one: _Connection) -> None:
         """Send what can be sent now."""
@@ -254,6 +214,7 @@ class Traffic:
             while one.out:
                 del one.out[: one.ends.send(bytes(one.out[:WINDOW]))]
         except (BlockingIOError, InterruptedError):
+            self._watch(one)
             return
         except OSError:
             self._break(one)
@@ -261,11 +222,17 @@ class Traffic:
         if one.asked:
             one.asked = False
             self._arrived(Arrival(one.device, Event.WRITTEN, one.handle))
+        self._watch(one)
+        if one.closing:
+            self._shut(one)
 
     def _break(self, one: _Connection) -> None:
         one.broken = True
         one.out.clear()
-        if one.closing == inf:
+        self._watch(one)
+        if one.closing:
+            self._shut(one)
+        else:
             self._arrived(Arrival(one.device, Event.GONE, one.handle))
 
     def send(self, device: str, handle: int, data: bytes, *, ask: bool = False) -> None:
@@ -275,7 +242,6 @@ class Traffic:
             one.out += data
             one.asked |= ask
             self._push(one)
-            self._watch(one)
 
     def consumed(self, device: str, handle: int, count: int) -> None:
         one = self._connections.get((device, handle))
@@ -286,43 +252,37 @@ class Traffic:
     def release(self, device: str, handle: int) -> None:
         one = self._connections.pop((device, handle), None)
         if one is not None:
-            one.closing = time.monotonic() + GRACE
+            one.closing = True
+            self._end_pause(one)
             self._leaving.append(one)
             self._watch(one)
-        port = self._ports.get(device)
-        if port is not None:
-            port.free.add(handle)
-            self._watch_port(port)
+            if one.out:
+                self._loop.call_later(GRACE, self._shut, one)
+            else:
+                self._shut(one)
+        if device in self._ports:
+            self._ports[device].free.add(handle)
+            self._watch_port(device)
+
+    def _shut(self, one: _Connection) -> None:
+        """Close a released connection: all has left, or its time is over."""
+        if one in self._leaving:
+            self._leaving.remove(one)
+            one.out.clear()
+            self._watch(one)
+            one.ends.close()
+        if self._ended and not self._leaving:
+            self._loop.stop()
 
     def _close(self, device: str, done: Done) -> None:
-        port = self._ports.pop(device, None)
-        if port is not None:
-            if port.watched:
-                self._selector.unregister(port.listener)
-            port.listener.close()
-        dialled = self._dialling.pop(device, None)
-        if dialled is not None:
-            self._selector.unregister(dialled)
+        if device in self._ports:
+            listener = self._ports.pop(device).listener
+            self._loop.remove_reader(listener)
+            listener.close()
+        if device in self._dialling:
+            dialled = self._dialling.pop(device)
+            self._loop.remove_writer(dialled)
             dialled.close()
         for key in [key for key in self._connections if key[0] == device]:
             self.release(*key)
-        self._hurry()
         done.set()
-
-    def _hush(self) -> None:
-        """Report lines whose end has not come for a while."""
-        now = time.monotonic()
-        for one in self._connections.values():
-            if now >= one.pause:
-                one.pause = inf
-                self._arrived(Arrival(one.device, Event.PAUSED, one.handle))
-
-    def _hurry(self) -> None:
-        """Close the connections from which all has left, or whose time is over."""
-        now = time.monotonic()
-        for one in tuple(self._leaving):
-            if one.broken or not one.out or now >= one.closing:
-                self._leaving.remove(one)
-                one.broken = True
-                self._watch(one)
-                one.ends.close()
