@@ -13,7 +13,7 @@ import msgspec
 from hypothesis import strategies as st
 
 from tests.files.trajectories import deltas, motions, segments, transforms
-from vrs_cli.kinematics.configuration import ALL, Configuration
+from vrs_cli.kinematics.joints import ALL, Configuration
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import TimelineDelta

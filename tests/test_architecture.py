@@ -131,7 +131,7 @@ DEFERRED = (
         ("kinematics", "engine"),
         (
             "vrs_cli.engine.continuation",
-            "vrs_cli.kinematics.mapped_batch",
+            "vrs_cli.kinematics.serial_batch",
             "vrs_cli.kinematics.numeric",
             "vrs_cli.kinematics.offset_wrist.batch",
             "vrs_cli.kinematics.parallel_axes.batch",
@@ -166,7 +166,7 @@ DEFERRED = (
     Deferred(("kinematics/forms.py",), ("vrs_cli.kinematics",), "a robot loads its own closed form, and no other"),
     Deferred(
         ("kinematics/model.py", "kinematics/model_data.py"),
-        ("vrs_cli.kinematics.shapes", "vrs_cli.kinematics.shape_data"),
+        ("vrs_cli.kinematics.shapes", "vrs_cli.kinematics.shapes"),
         "a robot is seldom looked at, and its own shapes have few",
     ),
     Deferred(("kinematics/robot_file.py",), ("vrs_cli.kinematics.urdf",), "it brings an XML parser, which few need"),

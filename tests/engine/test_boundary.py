@@ -15,8 +15,8 @@ from vrs_cli.engine.following import Follower
 from vrs_cli.errors import LocationOutOfRange, LocationTooFar, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.clearance import Clearance
-from vrs_cli.kinematics.configuration import Configuration, Elbow
 from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.joints import Configuration, Elbow
 from vrs_cli.kinematics.model import PROFILES
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import (

@@ -19,7 +19,7 @@ from vrs_cli.errors import (
     UsageError,
     VrsError,
 )
-from vrs_cli.kinematics.configuration import Arm, Wrist
+from vrs_cli.kinematics.joints import Arm, Wrist
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, distance, from_oat, translation
 from vrs_cli.trajectory.timeline import Cause

@@ -7,7 +7,7 @@ import pytest
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.targets import After
 from vrs_cli.errors import IllegalValue, UsageError
-from vrs_cli.kinematics.configuration import NONE, Arm, Configuration, Elbow, Wrist
+from vrs_cli.kinematics.joints import NONE, Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.values.commands import (
     Mode,

@@ -13,9 +13,8 @@ from tests.kinematics.short_arms import forward, random_arm, turn_between
 from tests.laws.short_arms import TOOLS, check_way, lines_there_and_back, middling
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError
-from vrs_cli.kinematics.model import PROFILES
+from vrs_cli.kinematics.model import PROFILES, ArmTask
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, from_oat, position, rotation_about
 from vrs_cli.values.commands import Move, SetSpeed
 from vrs_cli.values.motion import PoseTarget

@@ -11,8 +11,8 @@ from pathlib import Path
 from hypothesis import strategies as st
 
 from vrs_cli.engine.planner import plan
-from vrs_cli.kinematics.configuration import ALL
 from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.joints import ALL
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot

@@ -11,8 +11,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import PowerOff
 from vrs_cli.interfaces.dragging import Dragging
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.jacobian import Jacobian
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import Jacobian, Joints
 from vrs_cli.kinematics.nearest import STEPS
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, angle_between, at_position, distance, from_oat

@@ -20,9 +20,8 @@ from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model import ArmTask, RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import distance
 from vrs_cli.render.text import plain_text
 from vrs_cli.repl.jog_panel import JogPanel

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model import ArmTask, RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.task import ArmTask
 
 URDF = Path(__file__).parent / "urdf"
 

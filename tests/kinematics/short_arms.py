@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.joints import JointKind
-from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.task import ArmTask
+from vrs_cli.kinematics.model import ArmTask, RobotModel
 
 Array = NDArray[np.float64]
 RIGHT = pi / 2

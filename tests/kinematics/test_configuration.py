@@ -7,8 +7,8 @@ from math import radians
 
 import pytest
 
-from vrs_cli.kinematics.configuration import ALL, Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.joints import ALL, Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.robot_file import load_robot
 
 ARM = arm_for(load_robot("puma560"))

@@ -15,12 +15,11 @@ from tests.kinematics.pointing import CLOSED, FIVE, SEVEN
 from tests.robots import KINDS, kind_of
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationOutOfRange, LocationTooClose, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.configuration import ALL, SIDES, Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.joints import ALL, SIDES, Arm, Configuration, Elbow, Wrist
+from vrs_cli.kinematics.model import ArmTask, RobotModel
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot, robot_names
-from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import (
     Transform,
     angle_between,

@@ -9,9 +9,8 @@ from math import pi, radians
 import pytest
 
 from vrs_cli.errors import JointOutOfRange, LocationTooClose, LocationTooFar
-from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.joints import Joints, largest_change
+from vrs_cli.kinematics.joints import Arm, Configuration, Elbow, Joints, Wrist, largest_change
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import (
     Transform,

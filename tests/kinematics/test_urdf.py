@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from vrs_cli.errors import FileDamaged, NonexistentFile
-from vrs_cli.kinematics.configuration import ALL
 from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.joints import ALL
+from vrs_cli.kinematics.model import ArmTask
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import compose, rotation_about, translation
 
 XACRO = "http://www.ros.org/wiki/xacro"

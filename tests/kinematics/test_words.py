@@ -21,8 +21,8 @@ from tests.kinematics.words import (
     some_joints,
 )
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
 from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.joints import Arm, Configuration, Elbow, Wrist
 
 ALL_WORDS = {"RIGHTY", "LEFTY", "ABOVE", "BELOW", "NOFLIP", "FLIP"}
 

@@ -6,8 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from vrs_cli.errors import VrsError
-from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Wrist
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import Arm, Configuration, Elbow, Joints, Wrist
 from vrs_cli.kinematics.transform import IDENTITY, Transform, translation
 from vrs_cli.language.analysis.analyzer import analyze
 from vrs_cli.language.run.effects import CycleBegins, Event, Failed, Halt, Pause, ProgramCompleted, Prompt, Type, Wait

@@ -17,9 +17,8 @@ from typing import NamedTuple
 from tests.by_hand import command
 from vrs_cli.engine.engine import Engine
 from vrs_cli.interfaces.dragging import BORDER, LAG, LEAST_AHEAD, Dragging
-from vrs_cli.kinematics.configuration import Configuration
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import Configuration, Joints
 from vrs_cli.kinematics.model import RobotModel, levers
 from vrs_cli.kinematics.nearest import Aim, Miss
 from vrs_cli.kinematics.robot_file import load_robot, robot_names

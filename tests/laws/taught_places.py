@@ -21,8 +21,7 @@ from vrs_cli.errors import MotionError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.task import ALL_PARTS, ArmTask
+from vrs_cli.kinematics.model import ALL_PARTS, ArmTask, RobotModel
 from vrs_cli.kinematics.transform import Transform
 
 PLACE = 2e-4  # [m, 1] of an arm of few joints, which is there when two decimals of a degree tell no difference

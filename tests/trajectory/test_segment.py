@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vrs_cli.kinematics.configuration import NONE
+from vrs_cli.kinematics.joints import NONE
 from vrs_cli.kinematics.transform import from_oat
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, second_derivative, third_derivative, value
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Turn

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from vrs_cli.errors import UsageError
 from vrs_cli.errors import did_you_mean as suggestion
-from vrs_cli.kinematics.task import ArmTask
+from vrs_cli.kinematics.model import ArmTask
 
 if TYPE_CHECKING:
     from vrs_cli.engine.clock import WallClock

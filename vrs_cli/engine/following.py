@@ -21,10 +21,8 @@ from vrs_cli.errors import (
     StraightLineSingular,
 )
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.configuration import Configuration
-from vrs_cli.kinematics.jacobian import Twist
-from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints, joints_outside
-from vrs_cli.kinematics.task import ArmTask
+from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Configuration, Joints, Twist, joints_outside
+from vrs_cli.kinematics.model import ArmTask
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
 from vrs_cli.trajectory.segment import CartesianPath
 

@@ -21,9 +21,8 @@ from msgspec import Struct
 
 from vrs_cli.errors import PathWithoutJoints
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.jacobian import Twist
-from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.task import ArmTask
+from vrs_cli.kinematics.joints import Joints, Twist
+from vrs_cli.kinematics.model import ArmTask
 from vrs_cli.kinematics.transform import Transform, Vector, added, compose, cross, dot, inverse, scaled, subtracted
 from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.polynomial import value_and_rate

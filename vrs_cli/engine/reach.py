@@ -17,8 +17,7 @@ from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.targets import After, Goal, check_joint_count, program_speed, resolve
 from vrs_cli.errors import LocationOutOfRange, MotionError
 from vrs_cli.kinematics.arm import RobotArm, Solution
-from vrs_cli.kinematics.configuration import NONE, Configuration
-from vrs_cli.kinematics.joints import Joints, joints_outside
+from vrs_cli.kinematics.joints import NONE, Configuration, Joints, joints_outside
 from vrs_cli.kinematics.transform import (
     Transform,
     Vector,

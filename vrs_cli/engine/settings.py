@@ -25,7 +25,7 @@ from vrs_cli.engine.parameters import (
     SWITCHES,
     name_in,
 )
-from vrs_cli.kinematics.configuration import NONE, Configuration
+from vrs_cli.kinematics.joints import NONE, Configuration
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose
 from vrs_cli.values.commands import (

@@ -22,8 +22,7 @@ from vrs_cli.engine.problem import SLOWEST, Here, NotInTime, Problem
 from vrs_cli.errors import LocationOutOfRange, MotionError, StraightLineSingular
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.clearance import WRIST
-from vrs_cli.kinematics.configuration import Configuration
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import Asked, Configuration, Joints, Walk
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import (
     Transform,
@@ -36,7 +35,6 @@ from vrs_cli.kinematics.transform import (
     rotation_about,
     subtracted,
 )
-from vrs_cli.kinematics.walk import Asked, Walk
 from vrs_cli.trajectory.laws.law import LAWS, NoTimes
 from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.segment import STILL, CartesianPath, Guide, Phase, Segment, ToolStretch, Turn, segments_of

@@ -21,9 +21,8 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.configuration import Flag
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.joints import Joints, joints_outside
+from vrs_cli.kinematics.joints import Flag, Joints, joints_outside
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import (
     Transform,

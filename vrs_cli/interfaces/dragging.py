@@ -23,8 +23,7 @@ from vrs_cli.engine.position import joints_at
 from vrs_cli.engine.targets import fraction_of_full
 from vrs_cli.interfaces.steering import SHORTEST
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.configuration import Arm, Configuration
-from vrs_cli.kinematics.joints import Joints, largest_change, put_inside
+from vrs_cli.kinematics.joints import Arm, Configuration, Joints, largest_change, put_inside
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.nearest import Aim, Nearest, Side
 from vrs_cli.kinematics.numeric.search import some_joints

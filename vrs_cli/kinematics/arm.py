@@ -22,14 +22,22 @@ from vrs_cli.errors import (
 )
 from vrs_cli.kinematics.clearance import Clearance, Hand, HandPace
 from vrs_cli.kinematics.compiled import Biases, Formulas, biases, formulas
-from vrs_cli.kinematics.configuration import NONE, Configuration, Flag
 from vrs_cli.kinematics.elimination import solve
-from vrs_cli.kinematics.jacobian import Demands, Jacobian, Singularity, Twist, beyond
 from vrs_cli.kinematics.joints import (
     LIMIT_TOLERANCE,
+    NONE,
     TURN,
+    Asked,
+    Configuration,
+    Demands,
+    Flag,
+    Jacobian,
     JointKind,
     Joints,
+    Singularity,
+    Twist,
+    Walk,
+    beyond,
     joints_outside,
     nearest_turn,
     turn_within,
@@ -37,7 +45,6 @@ from vrs_cli.kinematics.joints import (
 from vrs_cli.kinematics.model import RobotModel, levers, link_frames
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
 from vrs_cli.kinematics.unchanging import LEVEL, Unchanging, difference, unchanging
-from vrs_cli.kinematics.walk import Asked, Walk
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.continuation import Continuation

@@ -9,8 +9,7 @@ from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import RobotModel, levers, link_frames, link_pose
 from vrs_cli.kinematics.model_data import NEEDED_POSES
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
-from vrs_cli.kinematics.shape_data import ShapeReader
-from vrs_cli.kinematics.shapes import Body, Box, Capsule, Cylinder, LinkShape, Opening
+from vrs_cli.kinematics.shapes import Body, Box, Capsule, Cylinder, LinkShape, Opening, ShapeReader
 from vrs_cli.kinematics.transform import Vector, along, inverse, position, rotate, translation
 
 SHAPES = ROBOTS / "shapes"  # of the built-in robots: files of their own, for who runs a program reads none

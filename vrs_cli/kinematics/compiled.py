@@ -13,8 +13,7 @@ from math import cos, sin
 from typing import Any, NamedTuple
 
 from vrs_cli.kinematics.axes import Link
-from vrs_cli.kinematics.jacobian import Twist
-from vrs_cli.kinematics.joints import JointKind
+from vrs_cli.kinematics.joints import JointKind, Twist
 from vrs_cli.kinematics.transform import Transform
 
 Entry = float | str  # a number that is known, or the name of a variable

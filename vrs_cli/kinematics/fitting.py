@@ -9,9 +9,18 @@ from math import hypot
 from vrs_cli.kinematics.compiled import formulas
 from vrs_cli.kinematics.elimination import volume
 from vrs_cli.kinematics.joints import JointKind
-from vrs_cli.kinematics.model import RobotModel, axes_parallel, flange_steady, joint_axes, levers, plane_normal
+from vrs_cli.kinematics.model import (
+    ALL_PARTS,
+    FEWEST,
+    ArmTask,
+    RobotModel,
+    axes_parallel,
+    flange_steady,
+    joint_axes,
+    levers,
+    plane_normal,
+)
 from vrs_cli.kinematics.numeric.search import MEASURED, some_joints
-from vrs_cli.kinematics.task import ALL_PARTS, FEWEST, ArmTask
 from vrs_cli.kinematics.transform import Vector, cross, dot
 
 NOTHING = 1e-6  # of the volume that rows of a length of 1 could span: what no pose of an arm exceeds it cannot do

@@ -8,8 +8,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.task import ArmTask
+from vrs_cli.kinematics.model import ArmTask, RobotModel
 
 
 @lru_cache
@@ -24,7 +23,7 @@ def arm_for(model: RobotModel) -> RobotArm:
 
 def _spherical_wrist(model: RobotModel) -> RobotArm | None:
     from vrs_cli.kinematics.spherical_wrist.arm import SphericalWristArm
-    from vrs_cli.kinematics.spherical_wrist.geometry import ALPHAS, geometry_of, swapped
+    from vrs_cli.kinematics.spherical_wrist.inverse import ALPHAS, geometry_of, swapped
 
     geometry = geometry_of(model)
     if geometry is not None and not swapped(geometry, down=False, folded=geometry.d4 * geometry.d6 < 0.0):
@@ -40,10 +39,10 @@ def _spherical_wrist(model: RobotModel) -> RobotArm | None:
 
 
 def _offset_wrist(model: RobotModel) -> RobotArm | None:
-    from vrs_cli.kinematics.configuration import ARM, ELBOW, WRIST
+    from vrs_cli.kinematics.joints import ARM, ELBOW, WRIST
     from vrs_cli.kinematics.mapped_arm import MappedArm, canonical
     from vrs_cli.kinematics.offset_wrist.arm import OffsetWristArm
-    from vrs_cli.kinematics.offset_wrist.offsets import ALPHAS, offsets_of
+    from vrs_cli.kinematics.offset_wrist.inverse import ALPHAS, offsets_of
 
     way = canonical(model, ALPHAS)
     offsets = None if way is None else offsets_of(way.model)
@@ -55,7 +54,7 @@ def _offset_wrist(model: RobotModel) -> RobotArm | None:
 
 def _wrist_circle(model: RobotModel) -> RobotArm | None:
     from vrs_cli.kinematics.mapped_arm import canonical
-    from vrs_cli.kinematics.spherical_wrist.geometry import swapped
+    from vrs_cli.kinematics.spherical_wrist.inverse import swapped
     from vrs_cli.kinematics.wrist_circle.arm import WristCircleArm
     from vrs_cli.kinematics.wrist_circle.circle import ALPHAS, circle_of
 

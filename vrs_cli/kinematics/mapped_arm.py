@@ -13,11 +13,8 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.axes import EXACT, Chain, chain_of
 from vrs_cli.kinematics.clearance import Clearance, Hand, HandPace
 from vrs_cli.kinematics.compiled import NOTHING
-from vrs_cli.kinematics.configuration import ALL, ARM, Configuration
-from vrs_cli.kinematics.jacobian import Demands, Singularity, Twist
-from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import RobotModel, joint_axes, link_frames
-from vrs_cli.kinematics.task import ArmTask
+from vrs_cli.kinematics.joints import ALL, ARM, Configuration, Demands, Joints, Singularity, Twist
+from vrs_cli.kinematics.model import ArmTask, RobotModel, joint_axes, link_frames
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, rotate
 
 if TYPE_CHECKING:
@@ -186,6 +183,6 @@ class MappedArm(RobotArm):
 
     @cached_property
     def batch(self) -> SerialBatch:
-        from vrs_cli.kinematics.mapped_batch import MappedBatch  # here: it brings numpy
+        from vrs_cli.kinematics.serial_batch import MappedBatch  # here: it brings numpy
 
         return MappedBatch(self.model, self.unchanging, self.way.chain, self.inner.batch, self._swapped)

@@ -15,8 +15,7 @@ from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.data_reader import ANGLE, LENGTH, TINY, DataReader, Quantity
 from vrs_cli.kinematics.fitting import fitting_task, misfit_of
 from vrs_cli.kinematics.joints import JointKind, Joints, JointUnits
-from vrs_cli.kinematics.model import PROFILES, RobotModel, levers
-from vrs_cli.kinematics.task import ALL_PARTS, ArmTask
+from vrs_cli.kinematics.model import ALL_PARTS, PROFILES, ArmTask, RobotModel, levers
 from vrs_cli.kinematics.transform import IDENTITY
 
 if TYPE_CHECKING:
@@ -80,7 +79,7 @@ def to_dict(model: RobotModel) -> dict[str, Any]:
 def _looks(model: RobotModel) -> dict[str, Any]:
     if not model.shapes:
         return {}
-    from vrs_cli.kinematics.shape_data import to_tables  # here: few robots have shapes of their own
+    from vrs_cli.kinematics.shapes import to_tables  # here: few robots have shapes of their own
 
     return {"shapes": to_tables(model.shapes)}
 
@@ -131,7 +130,7 @@ class ModelReader(DataReader):
     def shapes(self, data: object, joints: int) -> tuple[LinkShape, ...]:
         if data is None:
             return ()
-        from vrs_cli.kinematics.shape_data import ShapeReader  # here: few robots have shapes of their own
+        from vrs_cli.kinematics.shapes import ShapeReader  # here: few robots have shapes of their own
 
         return ShapeReader(self.file, self.human).shapes(data, joints)
 

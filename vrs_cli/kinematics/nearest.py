@@ -16,8 +16,8 @@ from typing import NamedTuple
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.elimination import gram, positive
 from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.model import ArmTask
 from vrs_cli.kinematics.numeric.search import missing
-from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose
 
 LEVER = 0.1  # of the arm's length: by that a turn [rad] weighs as much as a way [m]

@@ -11,9 +11,8 @@ from typing import NamedTuple
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, NotAvailable
 from vrs_cli.kinematics.fitting import misfit_of
-from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model import ArmTask, RobotModel
 from vrs_cli.kinematics.model_data import URDF_OPTIONS, ModelReader
-from vrs_cli.kinematics.task import ArmTask
 
 ROBOTS = Path(__file__).parent / "robots"
 

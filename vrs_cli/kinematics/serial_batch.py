@@ -1,4 +1,4 @@
-"""What `arm` and the classes on it do, over arrays: whole timelines at once.
+"""`arm.RobotArm` and `mapped_arm.MappedArm` over arrays: whole timelines at once.
 
 Forward kinematics and Jacobian are the formulas of `compiled`, with the sine and cosine of numpy. Work goes in chunks
 that stay in the processor's cache, one contiguous row for each joint and each matrix element.
@@ -11,11 +11,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from vrs_cli.kinematics.arrays import Flags, Floats
+from vrs_cli.kinematics.axes import Chain
 from vrs_cli.kinematics.compiled import biases, formulas
-from vrs_cli.kinematics.configuration import Configuration
-from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, TURN, JointKind
+from vrs_cli.kinematics.joints import ALL, LIMIT_TOLERANCE, TURN, Configuration, JointKind
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.transform import IDENTITY, Transform
+from vrs_cli.kinematics.transform import IDENTITY, Transform, inverse
+from vrs_cli.kinematics.transform_batch import compose_batch, stack
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT, Unchanging
 
 CHUNK = 2048
@@ -127,3 +128,30 @@ class SerialBatch:
             cosine, sine = T[:, :, 2] @ approach, np.linalg.norm(np.cross(T[:, :, 2], approach), axis=1)
             within &= np.arctan2(sine, cosine) <= STRAIGHT
         return within
+
+
+class MappedBatch(SerialBatch):
+    """`MappedArm` over arrays: ask the batch of the arm that the closed form solves."""
+
+    def __init__(
+        self, model: RobotModel, unchanging: Unchanging, chain: Chain, inner: SerialBatch, swapped: int
+    ) -> None:
+        super().__init__(model, inner.ways, unchanging)
+        self.inner, self.swapped = inner, swapped
+        self.signs, self.zeros = np.array(chain.signs), np.array([link.theta for link in chain.links])
+        self.ends = stack([inverse(chain.base), inverse(chain.flange)])
+
+    def _inner_poses(self, T: Floats) -> Floats:
+        return compose_batch(compose_batch(self.ends[0], T), self.ends[1])
+
+    def _own_joints(self, q: Floats) -> Floats:
+        return np.asarray(self.signs * (q - self.zeros))
+
+    def inverse(self, T: Floats) -> tuple[Floats, Flags]:
+        q, inside = self.inner.inverse(self._inner_poses(T))
+        order = np.arange(q.shape[1]) ^ self.swapped
+        return self._own_joints(q[:, order]), inside[:, order]
+
+    def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:
+        other = ALL[configuration.index ^ self.swapped]
+        return self._own_joints(self.inner.inverse_branch(self._inner_poses(T), other, self.signs * near + self.zeros))

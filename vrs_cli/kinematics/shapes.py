@@ -1,16 +1,32 @@
-"""What a robot looks like, as values: bodies, each fixed in the frame of one link. Data, never code.
+"""The look of a robot: bodies, each fixed in the frame of one link, as values and as tables of plain data.
 
 Link 0 is the base, link i is what joint i moves; its frame is `model.link_frames(model, q)[i]`. Metres and radians.
+There is a table for each shape in a robot's TOML file and in the header of a trajectory file.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import reduce
-from math import hypot
-from typing import NamedTuple
+from math import dist, hypot
+from pathlib import Path
+from re import fullmatch
+from reprlib import repr as brief
+from typing import Any, NamedTuple
 
-from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, rotation_about, scaled, translation
+from vrs_cli.kinematics.data_reader import ANGLE, LENGTH, TINY, DataReader, Quantity
+from vrs_cli.kinematics.transform import (
+    IDENTITY,
+    Transform,
+    Vector,
+    compose,
+    cross,
+    length,
+    rotation_about,
+    scaled,
+    subtracted,
+    translation,
+)
 
 MOST_SHAPES = 1000  # of a robot
 BEVEL = 0.06  # of the smallest size of a body: how far its edges are broken
@@ -115,3 +131,181 @@ def rgb(colour: str) -> tuple[int, int, int]:
     if colour in COLOURS:
         return COLOURS[colour]
     return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
+
+
+SIZE, PLAIN = Quantity("mm", positive=True), Quantity("")
+
+
+class Keys(NamedTuple):
+    """What a kind of shape needs, and what it may have."""
+
+    needed: tuple[str, ...]
+    options: tuple[str, ...] = ()
+
+
+KINDS: Mapping[str, Keys] = {
+    "box": Keys(("size",), ("at",)),
+    "cylinder": Keys(("from", "to", "radius")),
+    "capsule": Keys(("from", "radius"), ("to",)),
+    "slab": Keys(("from", "to", "across", "radius", "thickness")),
+    "mesh": Keys(("file",), ("at", "scale")),
+}
+BODY_KEYS: Mapping[type[Body], tuple[str, ...]] = {  # the word of a kind, and a key for each of its fields
+    Box: ("box", "size", "at"),
+    Cylinder: ("cylinder", "from", "to", "radius"),
+    Capsule: ("capsule", "from", "to", "radius"),
+    Slab: ("slab", "from", "to", "across", "radius", "thickness"),
+    MeshFile: ("mesh", "file", "at", "scale"),
+}
+OPENING_KEYS: Mapping[str, Quantity] = {"slide": LENGTH, "turn": ANGLE, "point": LENGTH}
+ALL_NEED, ALL_MAY = ("link", "kind"), ("colour", "opens")
+
+
+# --- values to tables ----------------------------------------------------------------------------------------------
+
+
+def to_tables(shapes: Iterable[LinkShape]) -> list[dict[str, Any]]:
+    """One table a shape, in metres."""
+    return [
+        {
+            "link": shape.link,
+            **_body_table(shape.body),
+            "colour": shape.colour,
+            **({"opens": _opens(shape.opens)} if shape.opens else {}),
+        }
+        for shape in shapes
+    ]
+
+
+def _opens(openings: tuple[Opening, ...]) -> list[Any]:
+    first, *others = openings
+    if not others and not any(first.turn):
+        return list(first.slide)
+    return [{key: list(value) for key, value in one._asdict().items() if any(value)} for one in openings]
+
+
+def _body_table(body: Body) -> dict[str, Any]:
+    kind, *keys = BODY_KEYS[type(body)]
+    told = {key: value for key, value in zip(keys, body, strict=True) if key != "at" or value != IDENTITY}
+    return {"kind": kind} | {key: value if isinstance(value, str) else list(value) for key, value in told.items()}
+
+
+# --- tables to values ----------------------------------------------------------------------------------------------
+
+
+class ShapeReader(DataReader):
+    """Makes shapes of tables. Files of meshes are looked for beside the file that names them."""
+
+    def shapes(self, data: object, joints: int) -> tuple[LinkShape, ...]:
+        """Of a robot with so many joints. Raises FileDamaged."""
+        if not isinstance(data, list | tuple):
+            raise self.wrong("shapes", "is not a list of tables", "write one [[shapes]] table for each shape")
+        if len(data) > MOST_SHAPES:
+            raise self.wrong("shapes", f"there are {len(data)}", f"a robot has {MOST_SHAPES} at most")
+        return tuple(self.shape(table, f"shape {i}", joints) for i, table in enumerate(data, 1))
+
+    def shape(self, data: object, key: str, joints: int) -> LinkShape:
+        kind = self.kind(data, key)
+        keys = KINDS[kind]
+        table = self.table(data, key, (*ALL_NEED, *keys.needed), (*keys.options, *ALL_MAY))
+        opens = self.openings(table["opens"], f"{key}: opens") if "opens" in table else ()
+        link = self.link(table["link"], f"{key}: link", joints)
+        colour = self.colour(table.get("colour", next(iter(COLOURS))), f"{key}: colour")
+        return LinkShape(link, self.body(kind, table, key), colour, opens)
+
+    def openings(self, data: object, key: str) -> tuple[Opening, ...]:
+        """Of a part that one joint slides, [x, y, z]; of others a table for each joint."""
+        tables = [data] if isinstance(data, Mapping) else data
+        if isinstance(tables, list | tuple) and tables and all(isinstance(one, Mapping) for one in tables):
+            return tuple(self.opening(table, f"{key} {i}") for i, table in enumerate(tables, 1))
+        return (Opening(self.point(data, key)),)
+
+    def opening(self, data: object, key: str) -> Opening:
+        """A slide and a turn, of which the vector is the axis, as long as the angle."""
+        table = self.table(data, key, (), OPENING_KEYS)
+        return Opening(
+            **{name: self.three(value, f"{key}: {name}", OPENING_KEYS[name]) for name, value in table.items()}
+        )
+
+    def kind(self, data: object, key: str) -> str:
+        kind = data.get("kind") if isinstance(data, Mapping) else None
+        if not isinstance(kind, str) or kind not in KINDS:
+            known = ", ".join(f'"{kind}"' for kind in KINDS)
+            raise self.wrong(
+                f"{key}: kind", "is missing" if kind is None else f"{brief(kind)} is none", f"give {known}"
+            )
+        return kind
+
+    def link(self, value: object, key: str, joints: int) -> int:
+        if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= joints:
+            hint = f"give 0 for the base, or 1 to {joints} for what that joint moves"
+            raise self.wrong(key, f"{brief(value)} is none of this robot", hint)
+        return value
+
+    def colour(self, value: object, key: str) -> str:
+        if not isinstance(value, str) or not (value in COLOURS or fullmatch("#[0-9a-fA-F]{6}", value)):
+            raise self.wrong(key, f"{brief(value)} is none", f"give one of {', '.join(COLOURS)}, or #rrggbb")
+        return value
+
+    def body(self, kind: str, table: Mapping[str, object], key: str) -> Body:
+        at = self.at(table["at"], f"{key}: at") if "at" in table else IDENTITY
+        if kind == "box":
+            return Box(self.three(table["size"], f"{key}: size", SIZE), at)
+        if kind == "mesh":
+            return self.mesh(table, key, at)
+        start = self.point(table["from"], f"{key}: from")
+        end = self.point(table["to"], f"{key}: to") if "to" in table else start
+        radii = self.pair(table["radius"], f"{key}: radius")
+        if kind == "capsule":
+            return Capsule(start, end, radii)
+        if dist(start, end) < TINY:
+            raise self.wrong(key, "from and to are one place", "give its two ends")
+        if kind == "cylinder":
+            return Cylinder(start, end, radii)
+        return self.slab(table, key, start, end, radii)
+
+    def mesh(self, table: Mapping[str, object], key: str, at: Transform) -> MeshFile:
+        """Below zero a scale mirrors."""
+        x, y, z = self.three(table.get("scale", (1.0, 1.0, 1.0)), f"{key}: scale", PLAIN)
+        if min(abs(x), abs(y), abs(z)) < TINY:
+            raise self.wrong(f"{key}: scale", "makes it flat", "give how many times as large as in its file it is")
+        return MeshFile(self.path(table["file"], f"{key}: file"), at, (x, y, z))
+
+    def slab(
+        self, table: Mapping[str, object], key: str, start: Vector, end: Vector, radii: tuple[float, float]
+    ) -> Slab:
+        across = self.three(table["across"], f"{key}: across", PLAIN)
+        thickness = self.pair(table["thickness"], f"{key}: thickness")
+        if length(cross(across, subtracted(end, start))) < TINY * dist(start, end):
+            raise self.wrong(f"{key}: across", "does not lead across", "give the direction of its thickness")
+        if dist(start, end) <= abs(radii[0] - radii[1]) + TINY:
+            raise self.wrong(key, "one of its two discs holds the other", "give a cylinder")
+        return Slab(start, end, across, radii, thickness)
+
+    def at(self, data: object, key: str) -> Transform:
+        """A place, or a whole frame."""
+        if isinstance(data, list | tuple) and len(data) == 3:
+            return translation(*self.point(data, key))
+        return self.frame(data, key)
+
+    def point(self, data: object, key: str) -> Vector:
+        return self.three(data, key, LENGTH)
+
+    def three(self, data: object, key: str, quantity: Quantity) -> Vector:
+        if not isinstance(data, list | tuple) or len(data) != 3:
+            raise self.wrong(key, "is not a list of 3 numbers", f"give [x, y, z]{self.in_unit(quantity)}")
+        x, y, z = (self.number(value, key, quantity) for value in data)
+        return x, y, z
+
+    def pair(self, data: object, key: str) -> tuple[float, float]:
+        """One size, or that at each end."""
+        values = data if isinstance(data, list | tuple) else (data, data)
+        if len(values) != 2:
+            raise self.wrong(key, f"is a list of {len(values)}", "give one number, or that at `from` and that at `to`")
+        first, last = (self.number(value, key, SIZE) for value in values)
+        return first, last
+
+    def path(self, value: object, key: str) -> str:
+        """Of a person's file, the whole path; of a robot's data, as it is."""
+        word = self.word(value, key)
+        return str(Path(self.file).absolute().parent / word) if self.human else word

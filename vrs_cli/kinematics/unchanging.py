@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 from vrs_cli.kinematics.axes import axis_of
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import SAMPLES, RobotModel, plane_normal
-from vrs_cli.kinematics.task import ALL_PARTS
+from vrs_cli.kinematics.model import ALL_PARTS, SAMPLES, RobotModel, plane_normal
 from vrs_cli.kinematics.transform import (
     Transform,
     Vector,

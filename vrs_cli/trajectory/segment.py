@@ -17,9 +17,7 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
-from vrs_cli.kinematics.configuration import Configuration
-from vrs_cli.kinematics.jacobian import Demands, Twist
-from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Joints
+from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Configuration, Demands, Joints, Twist
 from vrs_cli.kinematics.transform import (
     Transform,
     Vector,

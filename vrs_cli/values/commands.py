@@ -10,7 +10,7 @@ from enum import Enum
 
 from msgspec import Struct
 
-from vrs_cli.kinematics.configuration import Flag
+from vrs_cli.kinematics.joints import Flag
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.values.motion import Swivel, Target
 

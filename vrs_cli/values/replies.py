@@ -11,8 +11,7 @@ from enum import Enum
 from msgspec import Struct
 
 from vrs_cli.errors import VrsError
-from vrs_cli.kinematics.configuration import Configuration
-from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
+from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Severity, ordered
 from vrs_cli.values.results import CommandRecord, Comparison, Displacement, Position, Reach

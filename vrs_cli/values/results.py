@@ -11,8 +11,7 @@ from enum import Enum
 from msgspec import Struct
 
 from vrs_cli.errors import Place
-from vrs_cli.kinematics.configuration import Configuration
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import Configuration, Joints
 from vrs_cli.kinematics.transform import Transform, Vector
 from vrs_cli.values.tagged import Spoken
 

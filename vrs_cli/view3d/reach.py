@@ -14,7 +14,7 @@ from viser import LabelHandle, MeshHandle, SceneApi, SceneNodeHandle
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Flags
 from vrs_cli.kinematics.bodies import size_of
-from vrs_cli.kinematics.configuration import Configuration
+from vrs_cli.kinematics.joints import Configuration
 from vrs_cli.kinematics.model import RobotModel, link_pose
 from vrs_cli.kinematics.transform import Transform, Vector, compose, inverse, position, rotation_z, translation
 from vrs_cli.view3d.figure import link_node, looks_of

@@ -14,12 +14,12 @@ from msgspec import structs
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalJoint, JointOutOfRange, LocationOutOfRange, LocationTooFar, NotAvailable
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.configuration import NONE
 from vrs_cli.kinematics.elimination import solve, square, squares, volume
 from vrs_cli.kinematics.forms import arm_for
+from vrs_cli.kinematics.joints import NONE
+from vrs_cli.kinematics.model import ArmTask
 from vrs_cli.kinematics.numeric.search import turn_between
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import compose, rotate, rotation_about, rotation_x, translation
 from vrs_cli.trajectory.polynomial import value
 from vrs_cli.trajectory.segment import CartesianPath, Guide

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import Joints, Walk
 from vrs_cli.kinematics.numeric import redundancy
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY
-from vrs_cli.kinematics.walk import Walk
 
 MODEL = load_robot("iiwa14")
 MIDDLE = tuple((low + high) / 2 for low, high in zip(MODEL.lower, MODEL.upper, strict=True))

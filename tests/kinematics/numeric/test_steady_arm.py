@@ -11,9 +11,8 @@ import pytest
 from tests.kinematics.short_arms import Array, forward, kept_place, random_arm, turn_between
 from vrs_cli.errors import LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.configuration import NONE
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import NONE, Joints
 from vrs_cli.kinematics.numeric.steady.arm import SteadyArm
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, position, rotation_about, translation
 

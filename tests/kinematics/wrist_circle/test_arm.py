@@ -15,9 +15,8 @@ from tests.kinematics.offset_arms import OFFSET_ARMS
 from tests.kinematics.random_arms import DrawnArm
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange
-from vrs_cli.kinematics.configuration import ALL, NONE, Configuration, Elbow
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.joints import Joints, nearest_turn
+from vrs_cli.kinematics.joints import ALL, NONE, Configuration, Elbow, Joints, nearest_turn
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.kinematics.wrist_circle import batch

@@ -11,11 +11,9 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.configuration import NONE, Configuration
 from vrs_cli.kinematics.elimination import damped, gram, square, squares, volume
-from vrs_cli.kinematics.jacobian import Demands, Jacobian, Singularity, Twist
-from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import RobotModel, levers
+from vrs_cli.kinematics.joints import NONE, Asked, Configuration, Demands, Jacobian, Joints, Singularity, Twist, Walk
+from vrs_cli.kinematics.model import ArmTask, RobotModel, levers
 from vrs_cli.kinematics.numeric.newton import NO_TWIST, Newton, newton
 from vrs_cli.kinematics.numeric.redundancy import PARTS, Follower, walk, walks
 from vrs_cli.kinematics.numeric.search import (
@@ -34,10 +32,8 @@ from vrs_cli.kinematics.numeric.search import (
     missing,
     some_joints,
 )
-from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import Transform, position
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT
-from vrs_cli.kinematics.walk import Asked, Walk
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.batch import NumericBatch

@@ -7,12 +7,10 @@ from collections.abc import Callable
 import numpy as np
 
 from vrs_cli.kinematics.arrays import Flags, Floats
-from vrs_cli.kinematics.configuration import NONE, Configuration
-from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.joints import NONE, Configuration, Joints
+from vrs_cli.kinematics.model import ArmTask, RobotModel
 from vrs_cli.kinematics.numeric.search import CONVERGED, DAMPING, FREE_STEPS, LARGEST_STEP, LEAST_DAMPING, STEPS, rounds
 from vrs_cli.kinematics.serial_batch import SerialBatch
-from vrs_cli.kinematics.task import ArmTask
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT, Unchanging
 

@@ -16,8 +16,7 @@ from typing import Any, cast
 from vrs_cli.kinematics.axes import Link
 from vrs_cli.kinematics.compiled import Column, Entry, Writer, function, minus, text_of, tilted
 from vrs_cli.kinematics.elimination import LARGE, SMALL, elimination_lines, listed
-from vrs_cli.kinematics.jacobian import Demands, Twist
-from vrs_cli.kinematics.joints import JointKind, Joints
+from vrs_cli.kinematics.joints import Demands, JointKind, Joints, Twist
 from vrs_cli.kinematics.numeric.search import as_long_as_angle
 from vrs_cli.kinematics.transform import IDENTITY, Transform, inverse
 

@@ -21,11 +21,10 @@ from operator import mul
 from typing import NamedTuple
 
 from vrs_cli.kinematics.elimination import damped
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import Asked, Joints, Walk
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.numeric.newton import NO_TWIST, Newton
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.kinematics.walk import Asked, Walk
 
 PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)  # of the gradient, over the whole walk
 ENOUGH = 0.03  # of a range: a walk that keeps so far from the ends is taken at once

@@ -20,10 +20,8 @@ from itertools import islice
 from math import atan2, hypot
 from random import Random
 
-from vrs_cli.kinematics.jacobian import Twist
-from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.task import ArmTask
+from vrs_cli.kinematics.joints import Joints, Twist
+from vrs_cli.kinematics.model import ArmTask, RobotModel
 from vrs_cli.kinematics.transform import Transform, Vector, cross, dot
 
 CONVERGED = 1e-10  # [m, rad] an error that is none

@@ -1,4 +1,4 @@
-"""The arm of six joints without a common point of the wrist; its formulas stand in `offset_wrist.offsets`."""
+"""The arm of six joints without a common point of the wrist; its formulas stand in `offset_wrist.inverse`."""
 
 from __future__ import annotations
 
@@ -22,12 +22,9 @@ from vrs_cli.kinematics.clearance import (
     turning,
     turning_beside_axis,
 )
-from vrs_cli.kinematics.configuration import ALL, WRIST_SINGULAR, Configuration
-from vrs_cli.kinematics.jacobian import Demands, Singularity, Twist
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import ALL, WRIST_SINGULAR, Configuration, Demands, Joints, Singularity, Twist
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.offset_wrist.inverse import make_branch, make_branches
-from vrs_cli.kinematics.offset_wrist.offsets import Offsets
+from vrs_cli.kinematics.offset_wrist.inverse import Offsets, make_branch, make_branches
 from vrs_cli.kinematics.transform import IDENTITY, Transform, cross, length
 
 if TYPE_CHECKING:
@@ -37,7 +34,7 @@ CLEAR = 1e-3  # of the measures of singularities, from which on the rates are th
 
 
 class OffsetWristArm(RobotArm):
-    """Documented in `arm.RobotArm`; the links are those of `offsets`."""
+    """Documented in `arm.RobotArm`; the links are those of `inverse`."""
 
     ways = ALL
     method = "closed form, joints 2 to 4 parallel"

@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING
 from vrs_cli.errors import LocationOutOfRange, LocationTooClose, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR, Clearance, Hand, HandPace, TwoBars, from_shoulder
-from vrs_cli.kinematics.configuration import SIDES, Configuration
-from vrs_cli.kinematics.jacobian import Demands, Singularity, Twist
-from vrs_cli.kinematics.joints import Joints, nearest_turn
+from vrs_cli.kinematics.joints import SIDES, Configuration, Demands, Joints, Singularity, Twist, nearest_turn
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.parallel_axes.bars import Bars
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, inverse, rotate

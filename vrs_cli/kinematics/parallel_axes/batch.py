@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.clearance import BOUNDARY, SINGULAR
-from vrs_cli.kinematics.configuration import SIDES, Configuration
+from vrs_cli.kinematics.joints import SIDES, Configuration
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.parallel_axes.bars import Bars
 from vrs_cli.kinematics.serial_batch import SerialBatch

@@ -1,6 +1,6 @@
 """The arm with six joints of which the last three meet in one point, as the PUMA 560.
 
-Formulas: `spherical_wrist.geometry`, `inverse`.
+Formulas: `spherical_wrist.inverse`.
 """
 
 from __future__ import annotations
@@ -27,12 +27,17 @@ from vrs_cli.kinematics.clearance import (
     turning,
     turning_beside_axis,
 )
-from vrs_cli.kinematics.configuration import ALL, WRIST_SINGULAR, Configuration
-from vrs_cli.kinematics.jacobian import AT_REST, Demands, Singularity, Twist
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import ALL, AT_REST, WRIST_SINGULAR, Configuration, Demands, Joints, Singularity, Twist
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.spherical_wrist.geometry import Geometry, configuration_of, outward
-from vrs_cli.kinematics.spherical_wrist.inverse import make_branch, make_branches, make_outside, make_within
+from vrs_cli.kinematics.spherical_wrist.inverse import (
+    Geometry,
+    configuration_of,
+    make_branch,
+    make_branches,
+    make_outside,
+    make_within,
+    outward,
+)
 from vrs_cli.kinematics.transform import IDENTITY, Transform, cross
 
 if TYPE_CHECKING:

@@ -9,11 +9,10 @@ import numpy as np
 
 from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.clearance import BOUNDARY, ON_BOUNDARY, SINGULAR
-from vrs_cli.kinematics.configuration import ALL, Configuration
-from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, TURN
+from vrs_cli.kinematics.joints import ALL, LIMIT_TOLERANCE, TURN, Configuration
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.serial_batch import SerialBatch, chunks, columns
-from vrs_cli.kinematics.spherical_wrist.geometry import Geometry
+from vrs_cli.kinematics.spherical_wrist.inverse import Geometry
 from vrs_cli.kinematics.unchanging import Unchanging
 
 

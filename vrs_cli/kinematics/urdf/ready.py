@@ -17,7 +17,7 @@ from vrs_cli.kinematics.elimination import volume
 from vrs_cli.kinematics.joints import JointKind, Joints
 from vrs_cli.kinematics.model import RobotModel, levers, link_frames
 from vrs_cli.kinematics.transform import Transform, Vector, cross, position, rotate, subtracted
-from vrs_cli.kinematics.urdf.approach import Z
+from vrs_cli.kinematics.urdf.hand import Z
 
 MOST_JOINTS = 12  # of an arm whose pose is looked for
 SINGULAR = 0.02  # isotropy below which a pose is no place to begin from

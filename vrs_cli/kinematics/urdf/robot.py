@@ -16,10 +16,9 @@ from typing import Any, NamedTuple
 from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.axes import PARALLEL, AxisLine, Chain, chain_of, link_transform
 from vrs_cli.kinematics.joints import JointKind
-from vrs_cli.kinematics.model import Origin, RobotModel
+from vrs_cli.kinematics.model import FEWEST, Origin, RobotModel
 from vrs_cli.kinematics.model_data import NEEDED_POSES, TOOL_KEYS, ModelReader
 from vrs_cli.kinematics.shapes import Opening
-from vrs_cli.kinematics.task import FEWEST
 from vrs_cli.kinematics.transform import (
     IDENTITY,
     Transform,
@@ -31,10 +30,9 @@ from vrs_cli.kinematics.transform import (
     scaled,
     translation,
 )
-from vrs_cli.kinematics.urdf import approach
 from vrs_cli.kinematics.urdf.chain import Choice, choice
 from vrs_cli.kinematics.urdf.document import HUGE, document
-from vrs_cli.kinematics.urdf.hand import Fingers, fingers_of, moved
+from vrs_cli.kinematics.urdf.hand import Fingers, Turned, Z, fingers_of, moved, other_than_z, pointing_note
 from vrs_cli.kinematics.urdf.macros import expanded, has_macros
 from vrs_cli.kinematics.urdf.ready import better_ready
 from vrs_cli.kinematics.urdf.tree import ENDLESS, MOVING, Joint, Mimic, Range, Tree
@@ -96,8 +94,8 @@ def robot_of(
         )
     turned = _pointing(arm)
     if turned is not None:
-        model = _noted(model, approach.note(arm.choice.tip, turned))
-    ahead = approach.Z if turned is None else turned.direction
+        model = _noted(model, pointing_note(arm.choice.tip, turned))
+    ahead = Z if turned is None else turned.direction
     if "ready" not in _poses(table) and (ready := better_ready(model, ahead)) is not None:
         model = _noted(replace(model, poses={**model.poses, "ready": ready.joints}), ready.note)
     return model
@@ -194,7 +192,7 @@ def _opening(tree: Tree, joint: Joint, T_body_joint: Transform, travel: float) -
     return Opening(turn=along, point=position(T_body_joint))
 
 
-def _pointing(arm: UrdfArm) -> approach.Turned | None:
+def _pointing(arm: UrdfArm) -> Turned | None:
     """Where its fingers point, where that is another direction than the flange's Z, along which an arm of a few joints
     could not go."""
     if len(arm.joints) < FEWEST:
@@ -202,7 +200,7 @@ def _pointing(arm: UrdfArm) -> approach.Turned | None:
     at = {link: position(place.T) for link, place in arm.places.items()}
     last = at.get(arm.joints[-1].child)
     ends = [at[link] for link in arm.fingers.tips if link in at]
-    return None if last is None else approach.other_than_z(last, ends)
+    return None if last is None else other_than_z(last, ends)
 
 
 # --- its figures ---------------------------------------------------------------------------------------------------

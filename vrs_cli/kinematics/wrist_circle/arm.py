@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange
 from vrs_cli.kinematics.arm import turned_near
-from vrs_cli.kinematics.configuration import ALL, NONE, Configuration
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import ALL, NONE, Configuration, Joints
 from vrs_cli.kinematics.mapped_arm import Canonical
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.numeric.arm import NumericArm
-from vrs_cli.kinematics.spherical_wrist.geometry import configuration_of
+from vrs_cli.kinematics.spherical_wrist.inverse import configuration_of
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.kinematics.wrist_circle.circle import Circle
 

@@ -1,22 +1,154 @@
-"""`WristCircleArm` over arrays."""
+"""`WristCircleArm` over arrays: search the wrist's circle for many poses at once (formulas and names: `circle`).
+
+A grid of joint 6 shows changes of sign. What it may have stepped over is looked at more closely, and again: places
+where f comes near 0 and turns back, where the circle enters or leaves the reach, or nearly does, and where joint 1
+turns quickly, as it does where the circle passes next to its axis.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import cos, pi, sin
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.axes import Chain
-from vrs_cli.kinematics.configuration import ALL, NONE, Configuration
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import ALL, NONE, Configuration, Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.numeric.batch import NumericBatch
 from vrs_cli.kinematics.transform import Transform, inverse
 from vrs_cli.kinematics.transform_batch import compose_batch, stack
 from vrs_cli.kinematics.unchanging import Unchanging
 from vrs_cli.kinematics.wrist_circle.circle import Circle
-from vrs_cli.kinematics.wrist_circle.search import Indices, near_solutions
+
+GRID = 96  # values of joint 6 in a turn
+CLOSER = 16  # pieces of what is looked at again
+LOOKS, MORE = 2, 4  # before solutions are taken, and at most after that, where joint 1 turns quickly
+QUICK = 0.1  # the sine of half the angle by which it does, from one value of joint 6 to the next
+NEAR = 0.1  # f, and what is out of reach, next to a solution
+FOUR = np.array(((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)))  # shoulder and fold: the ways of joints 1 to 3
+
+Indices = NDArray[np.intp]
+
+
+class Arcs(NamedTuple):
+    """Parts of circles (K,): of the poses `rows`, in one of FOUR, from one value of joint 6 to another [rad]."""
+
+    rows: Indices
+    ways: Indices
+    begin: Floats
+    end: Floats
+
+
+class SearchPlaces:
+    """What stands at values of joint 6 (K, M), of K poses each in one way of joints 1 to 3.
+
+    `beyond`: by how much the wrist is out of reach there, at most 0 where it is in reach; f and joints are then those
+    of the arm stretched as far as it goes.
+    """
+
+    def __init__(self, circle: Circle, T: Floats, ways: Indices, q6: Floats) -> None:
+        """T (K, 3, 4) of frame 6."""
+        g, self.q6 = circle.arm, q6
+        n, s, a = (T[:, None, :, k] for k in range(3))
+        c6, s6 = np.cos(q6)[..., None], np.sin(q6)[..., None]
+        self.x5 = c6 * n - s6 * s
+        self.z4 = sin(circle.alpha5) * (s6 * n + c6 * s) + cos(circle.alpha5) * a
+        wrist = T[:, None, :, 3] - circle.a5 * self.x5 - circle.d5 * self.z4
+        x, y, down = wrist[..., 0], wrist[..., 1], g.d1 - wrist[..., 2]
+        shoulder, fold = FOUR[ways].T[..., None]
+        outward2 = x * x + y * y - g.side * g.side
+        u = shoulder * np.sqrt(np.maximum(outward2, 0.0))
+        h = u - g.a1
+        k = (h * h + down * down - g.a2 * g.a2 - g.forearm * g.forearm) / (2.0 * g.a2 * g.forearm)
+        self.beyond = np.maximum(np.abs(k) - 1.0, -outward2 / (g.a2 + g.forearm) ** 2)
+        psi = fold * np.arccos(np.clip(k, -1.0, 1.0))
+        self.q1 = np.arctan2(u * y - g.side * x, u * x + g.side * y)
+        self.q2 = np.arctan2(down, h) - np.arctan2(g.forearm * np.sin(psi), g.a2 + g.forearm * np.cos(psi))
+        self.q3 = psi + g.beta
+        c1, s1 = np.cos(self.q1), np.sin(self.q1)
+        c23, s23 = np.cos(self.q2 + self.q3), np.sin(self.q2 + self.q3)
+        self.x3, self.y3 = (
+            np.stack((c1 * c23, s1 * c23, -s23), axis=-1),
+            np.stack((-s1, c1, np.zeros_like(c1)), axis=-1),
+        )
+        self.z3 = np.stack((c1 * s23, s1 * s23, c23), axis=-1)
+        self.f = (self.z3 * self.z4).sum(axis=-1) - cos(circle.alpha4)
+        self._sense = sin(circle.alpha4)
+
+    def joints(self) -> Floats:
+        """(K, M, 6)."""
+        x4 = self._sense * np.cross(self.z3, self.z4)
+        y4 = np.cross(self.z4, x4)
+        q4 = np.arctan2((x4 * self.y3).sum(axis=-1), (x4 * self.x3).sum(axis=-1))
+        q5 = np.arctan2((self.x5 * y4).sum(axis=-1), (self.x5 * x4).sum(axis=-1))
+        return np.stack((self.q1, self.q2, self.q3, q4, q5, self.q6), axis=-1)
+
+
+def near_solutions(circle: Circle, T: Floats) -> tuple[Floats, Indices]:
+    """Of poses (N, 3, 4) of frame 6: joints (K, 6), some next to every solution, and their poses (K,)."""
+    count, step = len(T), 2.0 * pi / GRID
+    rows, ways = (part.ravel() for part in np.indices((count, len(FOUR))))
+    ends = np.full(len(rows), pi + step)  # a step more at either end: as it were round
+    arcs, pieces = Arcs(rows, ways, -ends, ends), GRID + 2
+    for _ in range(LOOKS):
+        arcs, pieces = _closer(circle, T, arcs, pieces), CLOSER
+    joints, poses = list[Floats](), list[Indices]()
+    for _ in range(MORE):
+        arcs = _closer(circle, T, arcs, CLOSER)
+        at = SearchPlaces(circle, T[arcs.rows], arcs.ways, np.stack((arcs.begin, arcs.end), axis=1))
+        near = (np.abs(at.f) < NEAR) & (at.beyond < NEAR)
+        joints.append(at.joints()[near])
+        poses.append(arcs.rows[np.nonzero(near)[0]])
+        left = ~near.all(axis=1) & _quick(at.q1)[:, 0]
+        if not left.any():
+            break
+        arcs = Arcs(*(part[left] for part in arcs))
+    return np.concatenate(joints), np.concatenate(poses)
+
+
+def _closer(circle: Circle, T: Floats, arcs: Arcs, pieces: int) -> Arcs:
+    """The pieces of arcs on which f changes its sign, or joint 1 turns quickly, and pairs of pieces that need a closer
+    look.
+    """
+    q6 = arcs.begin[:, None] + (arcs.end - arcs.begin)[:, None] * np.linspace(0.0, 1.0, pieces + 1)
+    at = SearchPlaces(circle, T[arcs.rows], arcs.ways, q6)
+    inside, positive = at.beyond <= 0.0, at.f > 0.0
+    quick = _quick(at.q1)
+    k, j = np.nonzero(inside[:, 1:] & inside[:, :-1] & ((positive[:, 1:] != positive[:, :-1]) | quick))
+    turns = _turns(np.where(inside, np.abs(at.f), np.inf), positive) & ~(quick[:, 1:] & quick[:, :-1])
+    doubt = _edges(inside) | turns | _turns_at_0(at.beyond)
+    d, i = np.nonzero(doubt)
+    both, begin, end = np.concatenate((k, d)), np.concatenate((j, i)), np.concatenate((j + 1, i + 2))
+    return Arcs(arcs.rows[both], arcs.ways[both], q6[both, begin], q6[both, end])
+
+
+def _quick(q1: Floats) -> Flags:
+    """(K, M) -> (K, M - 1): whether joint 1 turns far from one neighbour to the next."""
+    return np.asarray(np.abs(np.sin(0.5 * np.diff(q1))) > QUICK)
+
+
+def _edges(inside: Flags) -> Flags:
+    """(K, M) -> (K, M - 2): whether one of three neighbours is in reach, and another is not."""
+    return np.asarray((inside[:, 1:-1] != inside[:, 2:]) | (inside[:, 1:-1] != inside[:, :-2]))
+
+
+def _turns(size: Floats, positive: Flags) -> Flags:
+    """Of three neighbours on the same side of 0: whether the middle one is nearest, and 0 may be between."""
+    a, b, c = size[:, :-2], size[:, 1:-1], size[:, 2:]
+    same = (positive[:, 1:-1] == positive[:, 2:]) & (positive[:, 1:-1] == positive[:, :-2])
+    with np.errstate(invalid="ignore"):
+        return np.asarray(same & (b <= a) & (b <= c) & (b < a - 2.0 * b + c) & (c < np.inf) & (a < np.inf))
+
+
+def _turns_at_0(beyond: Floats) -> Flags:
+    """Of three neighbours: whether the reach may end, or not end, between them, against what the three say."""
+    a, b, c = beyond[:, :-2], beyond[:, 1:-1], beyond[:, 2:]
+    return np.asarray(((b - a) * (b - c) >= 0.0) & (np.abs(b) < np.abs(a - 2.0 * b + c)))
+
 
 POSES = 64  # at once, which stay in the processor's cache
 STEPS = 12  # of Newton's method, from next to a solution

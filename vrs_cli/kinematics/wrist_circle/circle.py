@@ -31,7 +31,7 @@ from typing import NamedTuple
 
 from vrs_cli.kinematics.axes import EXACT
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.spherical_wrist.geometry import Geometry
+from vrs_cli.kinematics.spherical_wrist.inverse import Geometry
 
 ALPHAS = (-pi / 2, 0.0, pi / 2, None, None)
 SKEW = 0.1  # the sine of an angle between axes of the wrist, at least

@@ -15,8 +15,7 @@ from math import cos, radians, sin, sqrt
 from operator import or_
 
 from vrs_cli.errors import ArithmeticOverflow, IllegalValue, NegativeSquareRoot, TypeMismatch, UndefinedValue, VrsError
-from vrs_cli.kinematics.configuration import Arm, Configuration, Elbow, Flag, Wrist
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import Arm, Configuration, Elbow, Flag, Joints, Wrist
 from vrs_cli.kinematics.transform import (
     IDENTITY,
     Transform,

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 from vrs_cli.engine.parameters import FULL_SPEED
 from vrs_cli.engine.targets import check_joint_limits
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationTooClose, MotionError, UnitNotAttached
-from vrs_cli.kinematics.configuration import Configuration
-from vrs_cli.kinematics.joints import Joints, put_inside
+from vrs_cli.kinematics.joints import Configuration, Joints, put_inside
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.trajectory.instant import on_grid
 

@@ -8,7 +8,7 @@ import pytest
 
 from tests.language.run.semantics.asked import close, only
 from tests.language.running import run_lines
-from vrs_cli.kinematics.configuration import Arm, Elbow, Wrist
+from vrs_cli.kinematics.joints import Arm, Elbow, Wrist
 from vrs_cli.kinematics.transform import IDENTITY, compose, rotation_z, translation
 from vrs_cli.language.run.effects import Event
 from vrs_cli.values.commands import (

@@ -14,9 +14,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.configuration import NONE, Configuration
-from vrs_cli.kinematics.jacobian import Demands, Singularity, Twist
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import NONE, Configuration, Demands, Joints, Singularity, Twist
 from vrs_cli.kinematics.model import RobotModel, levers
 from vrs_cli.kinematics.numeric.search import MEASURED, some_joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, length, position
@@ -24,8 +22,8 @@ from vrs_cli.kinematics.unchanging import Unchanging
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.steady.batch import SteadyBatch
+    from vrs_cli.kinematics.numeric.steady.conditions import Way
     from vrs_cli.kinematics.numeric.steady.continuation import SteadyContinuation
-    from vrs_cli.kinematics.numeric.steady.way import Way
 
 R = TypeVar("R")
 
@@ -80,7 +78,7 @@ class SteadyArm(RobotArm):
         return self.batch.within_ranges(T, near)
 
     def missing_turn(self, q: Joints, T: Transform) -> float:
-        from vrs_cli.kinematics.numeric.steady.way import Way  # here: it brings numpy
+        from vrs_cli.kinematics.numeric.steady.conditions import Way  # here: it brings numpy
 
         return float(Way(self.batch.conditions, q, T).at.angle[0])
 
@@ -151,7 +149,7 @@ class SteadyArm(RobotArm):
         return self._way(q, poses(0.0), T_flange_tool, lambda way: way.acceleration_and_jerk(twist, poses))
 
     def _way(self, q: Joints, T: Transform, T_flange_tool: Transform, rates: Callable[[Way], R]) -> R:
-        from vrs_cli.kinematics.numeric.steady.way import CannotFollow, Way  # here: it brings numpy
+        from vrs_cli.kinematics.numeric.steady.conditions import CannotFollow, Way  # here: it brings numpy
 
         try:
             return rates(Way(self.holding(T_flange_tool).batch.conditions, q, T))
@@ -171,7 +169,7 @@ class SteadyArm(RobotArm):
 
     def _freedom(self, q: Joints) -> float:
         """How well the joints move the place, times how well they turn the tool while it stays."""
-        from vrs_cli.kinematics.numeric.steady.way import Way  # here: it brings numpy
+        from vrs_cli.kinematics.numeric.steady.conditions import Way  # here: it brings numpy
 
         return Way(self.batch.conditions, q, self.forward(q)).freedom
 

@@ -16,14 +16,12 @@ from typing import NamedTuple
 import numpy as np
 
 from vrs_cli.kinematics.arrays import Flags, Floats, Rows
-from vrs_cli.kinematics.configuration import NONE, Configuration
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import NONE, Configuration, Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.numeric.search import LARGEST_STEP
 from vrs_cli.kinematics.numeric.steady.box import least_in_box
 from vrs_cli.kinematics.numeric.steady.conditions import PLACES, SteadyConditions, Terms
-from vrs_cli.kinematics.numeric.steady.planar import PlanarStarts, is_planar
-from vrs_cli.kinematics.numeric.steady.sampled import OTHERS, SampledStarts
+from vrs_cli.kinematics.numeric.steady.starts import OTHERS, PlanarStarts, SampledStarts, is_planar
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT, Unchanging

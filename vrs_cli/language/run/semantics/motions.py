@@ -18,8 +18,7 @@ from vrs_cli.engine.parameters import (
     ROTATION_SPEED,
 )
 from vrs_cli.errors import IllegalJoint, IllegalValue
-from vrs_cli.kinematics.configuration import Arm, Elbow, Flag, Wrist
-from vrs_cli.kinematics.joints import Joints
+from vrs_cli.kinematics.joints import Arm, Elbow, Flag, Joints, Wrist
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, rotation_x, rotation_y, rotation_z, translation
 from vrs_cli.language.run.effects import Event

@@ -13,8 +13,19 @@ from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.bodies import SHAPES, shapes_of
 from vrs_cli.kinematics.model_data import from_dict, to_dict
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot, robot_names
-from vrs_cli.kinematics.shape_data import KINDS
-from vrs_cli.kinematics.shapes import COLOURS, Box, Capsule, Cylinder, LinkShape, MeshFile, Opening, Slab, opened, rgb
+from vrs_cli.kinematics.shapes import (
+    COLOURS,
+    KINDS,
+    Box,
+    Capsule,
+    Cylinder,
+    LinkShape,
+    MeshFile,
+    Opening,
+    Slab,
+    opened,
+    rgb,
+)
 from vrs_cli.kinematics.transform import IDENTITY, from_oat, position, translation
 
 ALL_KINDS = """

@@ -1,23 +1,27 @@
-"""Starts of searches for arms whose joints 2 to 4 have parallel axes, as most arms for teaching have.
+"""Joints from which searches of steady arms start.
 
-While the last joint of five stands at an angle, joint 1 follows from the place of the tip: it turns the plane of joints
-2 to 4 to where the tip is as far out of it as these leave it, in two ways. For each direction of the hand in that plane
-joints 2 and 3 are two bars that reach a point, in two ways (complex numbers are vectors of the plane). So all joints
-that reach a place are a table over the angle of the last joint and the direction of the hand, and each least turn is
-near an entry that is less than its neighbours. Axes may be parallel as nearly as a measured robot's are: a search makes
-the joints exact.
+Arms whose joints 2 to 4 have parallel axes, as most arms for teaching have, start from a table. While the last joint of
+five stands at an angle, joint 1 follows from the place of the tip: it turns the plane of joints 2 to 4 to where the tip
+is as far out of it as these leave it, in two ways. For each direction of the hand in that plane joints 2 and 3 are two
+bars that reach a point, in two ways (complex numbers are vectors of the plane). So all joints that reach a place are a
+table over the angle of the last joint and the direction of the hand, and each least turn is near an entry that is less
+than its neighbours. Axes may be parallel as nearly as a measured robot's are: a search makes the joints exact.
+
+Other arms start from those of many joints in their ranges that bring the tip nearest to a place.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 from math import cos, pi, sqrt
 
 import numpy as np
 
-from vrs_cli.kinematics.arrays import Flags, Floats
+from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 from vrs_cli.kinematics.joints import TURN
 from vrs_cli.kinematics.model import RobotModel, joint_axes, link_frames
+from vrs_cli.kinematics.numeric.search import some_joints
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform_batch import rotation_about_batch
 
@@ -174,3 +178,33 @@ def _least(missed: Floats) -> Flags:
         for k in range(3):
             least &= missed <= wide[i : i + missed.shape[0], ..., k : k + missed.shape[-1]]
     return least
+
+
+SAMPLES = 512
+FIRST_SAMPLES, OTHERS = 16, 32  # starts of one pose
+TURN_COUNTS = 0.1  # [lengths of the arm/rad] of a turn that is missing, beside the way
+
+
+class SampledStarts:
+    """Starts for one arm and the tip of one tool (3,), in the frame of the flange."""
+
+    def __init__(self, batch: SerialBatch, tip: Floats) -> None:
+        self.tip, self.joints = tip, np.array(list(islice(some_joints(batch.model), SAMPLES)))
+        self.poses = batch.forward(self.joints)
+        self.tips = self.poses[:, :, :3] @ tip + self.poses[:, :, 3]
+        self.length = np.ptp(self.tips, axis=0).max() / 2.0
+
+    def first(self, T: Floats) -> Floats:
+        """(FIRST_SAMPLES, n) for a pose (3, 4)."""
+        return np.asarray(self.joints[self._order(T)[:FIRST_SAMPLES]])
+
+    def others(self, T: Floats) -> Floats:
+        """(OTHERS, n): the next ones."""
+        return np.asarray(self.joints[self._order(T)[FIRST_SAMPLES : FIRST_SAMPLES + OTHERS]])
+
+    def _order(self, T: Floats) -> Rows:
+        """The numbers of the samples, those first that miss a pose least."""
+        away = np.linalg.norm(self.tips - (T[:, :3] @ self.tip + T[:, 3]), axis=1)
+        cosine = 0.5 * (np.einsum("nij,ij->n", self.poses[:, :, :3], T[:, :3]) - 1.0)
+        missed = away / self.length + TURN_COUNTS * np.arccos(np.clip(cosine, -1.0, 1.0))
+        return np.asarray(np.argsort(missed), dtype=np.intp)
