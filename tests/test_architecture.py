@@ -63,7 +63,7 @@ LIVES_IN = {
     "websockets": {"net/client.py", "net/server.py", "net/sockets.py", "view3d/guard.py"},
     "rich": {"render", "view3d/app.py", "view3d/studio.py"},
     "viser": {"view3d"},
-    "trimesh": {"view3d/meshes.py"},
+    "trimesh": {"files/mesh_file.py", "view3d/meshes.py"},
     "PIL": {"view3d/still.py"},
     "msgspec": {*FLOORS[FLOORS.index("values") :]},  # but see `test_bytes_are_made_and_read_in_one_room`
     "filelock": {"files/atomic.py"},
@@ -162,7 +162,11 @@ DEFERRED = (
         ("vrs_cli.view3d.studio", "vrs_cli.view3d.still"),
         "viser takes half a second to load",
     ),
-    Deferred(("view3d/meshes.py",), ("trimesh",), "it takes a second to load, and most robots have no such files"),
+    Deferred(
+        ("files/mesh_file.py", "view3d/meshes.py"),
+        ("trimesh",),
+        "it takes a second to load, and few have such files",
+    ),
     Deferred(("kinematics/forms.py",), ("vrs_cli.kinematics",), "a robot loads its own closed form, and no other"),
     Deferred(
         ("kinematics/model.py", "kinematics/model_data.py"),

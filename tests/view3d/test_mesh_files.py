@@ -11,10 +11,10 @@ import trimesh
 
 from tests.view3d.test_meshes import assert_closed, volume
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
+from vrs_cli.files import mesh_file
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.shapes import Box, LinkShape, MeshFile
 from vrs_cli.kinematics.transform import translation
-from vrs_cli.view3d import meshes
 from vrs_cli.view3d.figure import all_of
 from vrs_cli.view3d.meshes import read_mesh
 
@@ -76,7 +76,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
 
 
 def test_a_small_file_of_many_faces_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(meshes, "MOST_FACES", 3)
+    monkeypatch.setattr(mesh_file, "MOST_FACES", 3)
     (tmp_path / "bomb.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n" + 4 * "f 1 2 3\n", encoding="utf-8")
     with pytest.raises(FileError, match="4 faces"):
         read_mesh(MeshFile(str(tmp_path / "bomb.obj")))

@@ -1,4 +1,4 @@
-"""The file of `--cell`: a TOML file with the names of signals, and what follows of which.
+"""The file of `--cell`: a TOML file with the names of signals, what follows of which, and the scene (`scene_file`).
 
 [signals]
 "feeder.go" = 3
@@ -22,171 +22,96 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 from vrs_cli.errors import FileDamaged, did_you_mean
+from vrs_cli.files.cell_text import CellEntry, CellText
 from vrs_cli.files.opening import text_at
+from vrs_cli.files.scene_file import SCENE_KEYS, read_scene
 from vrs_cli.language.run.signals import Cell, Follow
 from vrs_cli.language.words.instructions import RESERVED, why_reserved
-from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS, STRING_LENGTH
-from vrs_cli.trajectory.instant import LATEST, on_grid
+from vrs_cli.language.words.values import OUTPUTS, STRING_LENGTH
 from vrs_cli.values.numbers import LIMIT, Value
 
 KEYS = ("when", "set", "after", "lasting", "variables", "rows", "again")
-_KNOWN = f"there are {', '.join(KEYS)}"
+TABLES = ("signals", "follow", *SCENE_KEYS)
+LARGEST = 2_000_000  # characters of a cell
 _VARIABLE = re.compile(r"(?i)\$?[A-Z][A-Z0-9._]*")  # NAME of grammar/val2.lark, without locations
 
 
 def read_cell(path: str) -> Cell:
-    """Raises NonexistentFile, and FileDamaged which says what is wrong where."""
-    return parse_cell(text_at(path), path)
+    """Read a cell and the meshes that it names. Raises NonexistentFile, and FileDamaged which says what is wrong
+    where.
+    """
+    return parse_cell(text_at(path, LARGEST), path)
 
 
 def parse_cell(text: str, path: str = "cell") -> Cell:
     """The cell that a text describes. Raises FileDamaged."""
+    if len(text) > LARGEST:
+        raise FileDamaged(f"{path}: {len(text)} characters", f"at most {LARGEST} are read")
     try:
         given = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        raise FileDamaged(f"{path}: {error}", "a cell is a TOML file: [signals] and [[follow]]") from None
-    reader = _Reader(path, text, given)
+        raise FileDamaged(f"{path}: {str(error)[:500]}", f"a cell is a TOML file: {_KNOWN}") from None
+    reader = CellText(path, text)
+    for key in given.keys() - set(TABLES):
+        reader.fault(reader.whole, key, did_you_mean(key[:80], TABLES, f"there are {_KNOWN}"))
+    signals = given.get("signals", {})
+    if isinstance(signals, dict):
+        reader.name_signals(signals)
+    else:
+        reader.fault(reader.whole, "signals", "write [signals], and below it part.there = 1003")
+    follows = [_follow(reader, entry) for entry in reader.entries("follow", given.get("follow", []), KEYS)]
+    scene = read_scene(reader, given)
     if reader.wrong:
-        raise FileDamaged("\n".join(reader.wrong), "[signals] names signals, each [[follow]] says what follows")
-    return Cell({number: name for name, number in reader.names.items()}, tuple(reader.follows))
+        raise FileDamaged("\n".join(reader.wrong), f"there are {_KNOWN}")
+    names = {number: name for name, number in reader.names.items()}
+    return Cell(names, tuple(rule for rule in follows if rule is not None), scene)
 
 
-class _Part(NamedTuple):
-    """A part of the file: how it is called in messages, and its lines, from 0."""
-
-    name: str
-    lines: range
+_KNOWN = "[signals], [[follow]], [[part]], [[fixture]], [[sensor]], [[feeder]], [[sink]], [hand] and floor"
 
 
-class _Reader:
-    """Reads a cell, and goes on after each mistake."""
-
-    def __init__(self, path: str, text: str, given: Mapping[str, Any]) -> None:
-        self.wrong: list[str] = []
-        self.names: dict[str, int] = {}
-        self._path, self._lines = path, text.splitlines()
-        self._whole = _Part("", range(len(self._lines)))
-        for key in given.keys() - {"signals", "follow"}:
-            near = did_you_mean(key, ("signals", "follow"), "there are [signals] and [[follow]]")
-            self._fault(self._whole, key, near)
-        signals, rules = given.get("signals", {}), given.get("follow", [])
-        if isinstance(signals, dict):
-            self._name(signals)
-        else:
-            self._fault(self._whole, "signals", "write [signals], and below it part.there = 1003")
-        if not isinstance(rules, list):
-            self._fault(self._whole, "follow", "write [[follow]], and below it what follows of what")
-            rules = []
-        parts = zip(self._parts(len(rules)), rules, strict=True)
-        self.follows = [one for part, rule in parts if (one := self._follow(part, rule)) is not None]
-
-    def _parts(self, count: int) -> Iterator[_Part]:
-        """The lines of each [[follow]]; of none where they stand otherwise, as in `follow = [{when = 3}]`."""
-        heads = [at for at, line in enumerate(self._lines) if re.match(r"\s*\[\[\s*follow\s*\]\]", line)]
-        ends = [*heads[1:], len(self._lines)]
-        lines = list(map(range, heads, ends)) if len(heads) == count else [self._whole.lines] * count
-        return (_Part(f"[[follow]] {number}: ", one) for number, one in enumerate(lines, 1))
-
-    def _fault(self, part: _Part, key: str, what: str) -> None:
-        """`key`: what is wrong in that part; its line, or the first of the part where none begins with it."""
-        last = re.escape(key.rpartition(".")[2])
-        begins = re.compile(rf"""(?i)[\s\["'\w.-]*(?<!\w){last}["']?\s*[=.\]]""")
-        line = next((at for at in part.lines if begins.match(self._lines[at])), min(part.lines, default=0))
-        self.wrong.append(f"{self._path}:{line + 1}: {part.name}{key}: {what}")
-
-    # --- signals ---
-
-    def _name(self, given: Mapping[str, Any], before: str = "") -> None:
-        """A name with dots need not stand in quotes: TOML makes tables of it."""
-        for last, number in given.items():
-            name = f"{before}{last}".lower()
-            twin = next((known for known, other in self.names.items() if other == number), "")
-            if isinstance(number, dict):
-                self._name(number, f"{before}{last}.")
-            elif not _is_signal(number):
-                self._fault(self._whole, name, f"{number!r} is no signal: 1-512, 1001-1512 or 2001-2512")
-            elif twin:
-                self._fault(self._whole, name, f"signal {number} is called {twin} already")
-            else:
-                self.names[name] = number
-
-    def _signal(self, part: _Part, key: str, given: Any) -> int | None:
-        """Read a signal, by name or number; a minus stands for off."""
-        if isinstance(given, str):
-            name = given.removeprefix("-").lower()
-            found = self.names.get(name)
-            if found is None:
-                near = did_you_mean(name, self.names)
-                self._fault(part, key, f"no signal is called {name}" + (f" ({near})" if near else ""))
-                return None
-            return -found if given.startswith("-") else found
-        if type(given) is int and _is_signal(abs(given)):
-            return given
-        self._fault(part, key, "it is missing" if given is None else f"{given!r} is no signal")
+def _follow(text: CellText, entry: CellEntry) -> Follow | None:
+    """Read one [[follow]]; None where it is wrong."""
+    rule, mistakes = entry.given, len(text.wrong)
+    when = text.signal(entry, "when")
+    sets = text.signal(entry, "set") if "set" in rule else None
+    after, lasting = (text.seconds(entry, key) for key in ("after", "lasting"))
+    variables, rows = _table(text, entry)
+    again = text.switch(entry, "again")
+    if sets is not None and abs(sets) in OUTPUTS:
+        text.fault(entry, "set", "an output is the program's; an input or an internal signal follows")
+    if "set" not in rule and not {"variables", "rows"} & rule.keys():
+        text.fault(entry, "set", "nothing follows: it needs set, or variables and rows")
+    if len(text.wrong) > mistakes or when is None:
         return None
+    return Follow(when, sets, after or 0.0, lasting, variables, rows, again)
 
-    # --- what follows ---
 
-    def _follow(self, part: _Part, rule: Any) -> Follow | None:
-        mistakes = len(self.wrong)
-        if not isinstance(rule, dict):
-            self._fault(part, "follow", "it is a table")
-            return None
-        for key in rule.keys() - set(KEYS):
-            self._fault(part, key, did_you_mean(key, KEYS, _KNOWN))
-        when = self._signal(part, "when", rule.get("when"))
-        sets = self._signal(part, "set", rule["set"]) if "set" in rule else None
-        after, lasting = (self._seconds(part, key, rule.get(key)) for key in ("after", "lasting"))
-        variables, rows = self._table(part, rule)
-        again = rule.get("again", False)
-        if type(again) is not bool:
-            self._fault(part, "again", f"{again!r} is neither true nor false")
-        if sets is not None and abs(sets) in OUTPUTS:
-            self._fault(part, "set", "an output is the program's; an input or an internal signal follows")
-        if "set" not in rule and not {"variables", "rows"} & rule.keys():
-            self._fault(part, "set", "nothing follows: it needs set, or variables and rows")
-        if len(self.wrong) > mistakes or when is None:
-            return None
-        return Follow(when, sets, after or 0.0, lasting, variables, rows, again)
-
-    def _seconds(self, part: _Part, key: str, given: Any) -> float | None:
-        if given is None:
-            return None
-        if type(given) not in (int, float) or not 0.0 <= given <= LATEST:
-            self._fault(part, key, f"{given!r} is no time from 0 to {LATEST:g} s")
-            return None
-        return on_grid(float(given))
-
-    def _table(self, part: _Part, rule: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[tuple[Value, ...], ...]]:
-        variables, rows = rule.get("variables", []), rule.get("rows", [])
-        if not (isinstance(variables, list) and all(isinstance(one, str) for one in variables)):
-            self._fault(part, "variables", "a list of names, such as x, or $name for a string")
+def _table(text: CellText, entry: CellEntry) -> tuple[tuple[str, ...], tuple[tuple[Value, ...], ...]]:
+    """Read the variables of a rule and their rows."""
+    rule = entry.given
+    variables, rows = rule.get("variables", []), rule.get("rows", [])
+    if not (isinstance(variables, list) and all(isinstance(one, str) for one in variables)):
+        text.fault(entry, "variables", "a list of names, such as x, or $name for a string")
+        return (), ()
+    for name in variables:
+        if wrong := _wrong_variable(name):
+            text.fault(entry, "variables", wrong)
+    if not (isinstance(rows, list) and all(isinstance(row, list) for row in rows)):
+        text.fault(entry, "rows", "a list of rows, each a list of values")
+        return (), ()
+    if not variables or not rows:
+        if {"variables", "rows"} & rule.keys():
+            text.fault(entry, "rows" if variables else "variables", "variables and rows belong together")
+        return (), ()
+    for number, row in enumerate(rows, 1):
+        if len(row) != len(variables) or not all(map(_fits, variables, row)):
+            text.fault(entry, "rows", f"row {number}: a value for each of {', '.join(variables)} is wanted")
             return (), ()
-        for name in variables:
-            if wrong := _wrong_variable(name):
-                self._fault(part, "variables", wrong)
-        if not (isinstance(rows, list) and all(isinstance(row, list) for row in rows)):
-            self._fault(part, "rows", "a list of rows, each a list of values")
-            return (), ()
-        if not variables or not rows:
-            if {"variables", "rows"} & rule.keys():
-                self._fault(part, "rows" if variables else "variables", "variables and rows belong together")
-            return (), ()
-        for number, row in enumerate(rows, 1):
-            if len(row) != len(variables) or not all(map(_fits, variables, row)):
-                self._fault(part, "rows", f"row {number}: a value for each of {', '.join(variables)} is wanted")
-                return (), ()
-        return tuple(variables), tuple(
-            tuple(one if isinstance(one, str) else float(one) for one in row) for row in rows
-        )
-
-
-def _is_signal(given: Any) -> bool:
-    return type(given) is int and any(given in bank for bank in (OUTPUTS, INPUTS, INTERNAL))
+    return tuple(variables), tuple(tuple(one if isinstance(one, str) else float(one) for one in row) for row in rows)
 
 
 def _wrong_variable(name: str) -> str:

@@ -47,11 +47,14 @@ def text_of(content: bytes) -> str:
         return content.decode("latin-1")
 
 
-def text_at(path: str) -> str:
-    """The text of a file, which is UTF-8. Raises NonexistentFile."""
+def text_at(path: str, most: int = -1) -> str:
+    """The text of a file, which is UTF-8; `most`: bytes that may be in it, -1: any number. Raises NonexistentFile."""
     try:
         with open_to_read(Path(path)) as stream:
-            return stream.read().decode("utf-8-sig")
+            content = stream.read(most + 1 if most >= 0 else -1)
+        if 0 <= most < len(content):
+            raise NonexistentFile(f"{path} cannot be read: more than {most} bytes")
+        return content.decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         why = error.strerror if isinstance(error, OSError) and error.strerror else "it is no text"
         raise NonexistentFile(f"{path} cannot be read: {why}") from None

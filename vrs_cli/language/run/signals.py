@@ -16,6 +16,7 @@ from vrs_cli.errors import IllegalSignal
 from vrs_cli.language.run.variables import Variables
 from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS, integer_between, plain
 from vrs_cli.values.numbers import Value
+from vrs_cli.values.scene import NO_SCENE, CellScene
 
 MOST_BITS = 32
 
@@ -171,10 +172,11 @@ class Follow(Struct, frozen=True):
 
 
 class Cell(Struct, frozen=True):
-    """`names`: of signals, by number."""
+    """`names`: of signals, by number. `scene`: what is around the robot."""
 
     names: Mapping[int, str] = {}
     follows: tuple[Follow, ...] = ()
+    scene: CellScene = NO_SCENE
 
     def fill(self, variables: Variables) -> None:
         """Give the variables of its tables, those without a value, the values of the first rows."""

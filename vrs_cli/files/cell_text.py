@@ -1,0 +1,228 @@
+"""The text of a cell file and the mistakes in it, each with its line."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from math import radians, sqrt
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from vrs_cli.errors import did_you_mean
+from vrs_cli.kinematics.transform import Transform, Vector, from_oat
+from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS
+from vrs_cli.trajectory.instant import LATEST, on_grid
+
+MOST_MISTAKES = 50  # that are told
+FARTHEST = 100_000.0  # [mm] of a place from the world's origin, and the largest size of a body
+
+
+class CellEntry(NamedTuple):
+    """One table of the file: how messages name it, its lines from 0, and what it says."""
+
+    name: str
+    lines: range
+    given: Mapping[str, Any]
+
+
+class CellText:
+    """Reads values out of a cell, and goes on after each mistake. `names`: the signals that have one."""
+
+    def __init__(self, path: str, text: str) -> None:
+        self.wrong: list[str] = []
+        self.names: dict[str, int] = {}
+        self._claimed: dict[int, str] = {}
+        self.path, self._lines = path, text.splitlines()
+
+    @property
+    def whole(self) -> CellEntry:
+        return CellEntry("", range(len(self._lines)), {})
+
+    def entries(self, key: str, given: Any, keys: Iterable[str]) -> Iterator[CellEntry]:
+        """Each [[key]]; all lines of the file where it stands otherwise, as in `follow = [{when = 3}]`."""
+        if not isinstance(given, list):
+            self.fault(self.whole, key, f"write [[{key}]], and below it what it is")
+            return
+        head = re.compile(rf"\s*\[\[\s*{key}\s*\]\]")
+        heads = [at for at, line in enumerate(self._lines) if head.match(line)]
+        ends = [*heads[1:], len(self._lines)]
+        lines = list(map(range, heads, ends)) if len(heads) == len(given) else [range(len(self._lines))] * len(given)
+        for number, (one, where) in enumerate(zip(given, lines, strict=True), 1):
+            entry = CellEntry(f"[[{key}]] {number}: ", where, one if isinstance(one, dict) else {})
+            if isinstance(one, dict):
+                self.check_keys(entry, keys)
+                yield entry
+            else:
+                self.fault(entry, key, "it is a table")
+
+    def entry(self, key: str, given: Mapping[str, Any], keys: Iterable[str]) -> CellEntry:
+        """The table [key]: its lines reach to the next heading."""
+        head = re.compile(rf"\s*\[\s*{key}\s*\]")
+        first = next((at for at, line in enumerate(self._lines) if head.match(line)), 0)
+        ends = (at for at in range(first + 1, len(self._lines)) if self._lines[at].lstrip().startswith("["))
+        entry = CellEntry(f"[{key}] ", range(first, next(ends, len(self._lines))), given)
+        self.check_keys(entry, keys)
+        return entry
+
+    def check_keys(self, entry: CellEntry, keys: Iterable[str]) -> None:
+        known = tuple(keys)
+        for key in entry.given.keys() - set(known):
+            self.fault(entry, key, did_you_mean(key, known, f"there are {', '.join(known)}"))
+
+    def fault(self, entry: CellEntry, key: str, what: str) -> None:
+        """`key`: what is wrong in that table; its line, or the first of the table where none begins with it."""
+        if len(self.wrong) == MOST_MISTAKES:
+            self.wrong.append(f"{self.path}: there are more mistakes")
+        if len(self.wrong) > MOST_MISTAKES:
+            return
+        line = min(self.lines_from(entry, key), default=0)
+        self.wrong.append(f"{self.path}:{line + 1}: {entry.name}{key}: {what}")
+
+    def lines_from(self, entry: CellEntry, key: str) -> range:
+        """The lines of a table from the one that begins with a key; all of them where none does."""
+        last = re.escape(key.rpartition(".")[2])
+        begins = re.compile(rf"""(?i)[\s\["'\w.-]*(?<!\w){last}["']?\s*[=.\]]""")
+        first = next((at for at in entry.lines if begins.match(self._lines[at])), entry.lines.start)
+        return range(first, entry.lines.stop)
+
+    # --- signals and times ---
+
+    def name_signals(self, given: Mapping[str, Any], before: str = "") -> None:
+        """A name with dots need not stand in quotes: TOML makes tables of it."""
+        for last, number in given.items():
+            name = f"{before}{last}".lower()
+            twin = next((known for known, other in self.names.items() if other == number), "")
+            if isinstance(number, dict):
+                self.name_signals(number, f"{before}{last}.")
+            elif not _is_signal(number):
+                self.fault(self.whole, name, f"{_told(number)} is no signal: 1-512, 1001-1512 or 2001-2512")
+            elif twin:
+                self.fault(self.whole, name, f"signal {number} is called {twin} already")
+            else:
+                self.names[name] = number
+
+    def signal(self, entry: CellEntry, key: str) -> int | None:
+        """Read a signal, by name or number; a minus stands for off."""
+        given = entry.given.get(key)
+        if isinstance(given, str):
+            name = given.removeprefix("-").lower()
+            found = self.names.get(name)
+            if found is None:
+                near = did_you_mean(name, self.names)
+                self.fault(entry, key, f"no signal is called {name[:80]}" + (f" ({near})" if near else ""))
+                return None
+            return -found if given.startswith("-") else found
+        if type(given) is int and _is_signal(abs(given)):
+            return given
+        self.fault(entry, key, "it is missing" if given is None else f"{_told(given)} is no signal")
+        return None
+
+    def input_signal(self, entry: CellEntry, key: str) -> int | None:
+        """Read the signal of a sensor, which is an input."""
+        found = self.signal(entry, key)
+        if found is not None and abs(found) not in INPUTS:
+            self.fault(entry, key, f"{found} is no input: a sensor sets one of 1001 to 1512")
+            return None
+        return found
+
+    def claim(self, entry: CellEntry, key: str, signal: int) -> None:
+        """Refuse a signal that something else in the scene sets."""
+        if signal and (other := self._claimed.setdefault(abs(signal), entry.name)) != entry.name:
+            self.fault(entry, key, f"{abs(signal)} is set by {other.rstrip(' :')} already")
+
+    def seconds(self, entry: CellEntry, key: str) -> float | None:
+        given = entry.given.get(key)
+        if given is None:
+            return None
+        if type(given) not in (int, float) or not 0.0 <= given <= LATEST:
+            self.fault(entry, key, f"{_told(given)} is no time from 0 to {LATEST:g} s")
+            return None
+        return on_grid(float(given))
+
+    def switch(self, entry: CellEntry, key: str) -> bool:
+        given = entry.given.get(key, False)
+        if type(given) is not bool:
+            self.fault(entry, key, f"{_told(given)} is neither true nor false")
+        return given is True
+
+    # --- lengths and places: millimetres and degrees in the file, metres and radians inside ---
+
+    def length(self, entry: CellEntry, key: str, default: float | None = None, *, least: float = 0.01) -> float:
+        """Read a length in mm; `default` in mm; None: it must be there."""
+        given = entry.given.get(key, default)
+        if type(given) not in (int, float) or not least <= given <= FARTHEST:
+            missing = "it is missing; " if given is None else f"{_told(given)}: "
+            self.fault(entry, key, f"{missing}a length from {least:g} to {FARTHEST:g} mm")
+            return 1.0
+        return float(given) / 1000.0
+
+    def size(self, entry: CellEntry, key: str = "size") -> Vector:
+        """Read three lengths in mm."""
+        found = self._numbers(entry, key, (3,), "[x, y, z] in mm, such as [40, 40, 60]")
+        if found is None:
+            return (1.0, 1.0, 1.0)
+        if not all(0.01 <= one <= FARTHEST for one in found):
+            self.fault(entry, key, f"sizes are from 0.01 to {FARTHEST:g} mm")
+        x, y, z = found
+        return (x / 1000.0, y / 1000.0, z / 1000.0)
+
+    def place(self, entry: CellEntry, key: str) -> Vector:
+        """Read a point in mm."""
+        x, y, z = self._numbers(entry, key, (3,), "[X, Y, Z] in mm") or (0.0, 0.0, 0.0)
+        return (x / 1000.0, y / 1000.0, z / 1000.0)
+
+    def direction(self, entry: CellEntry, key: str) -> Vector:
+        """Read a direction of any length; return it with length 1."""
+        x, y, z = self._numbers(entry, key, (3,), "[x, y, z], such as [0, 0, -1]") or (0.0, 0.0, 1.0)
+        length = sqrt(x * x + y * y + z * z)
+        if not length > 1e-6:
+            self.fault(entry, key, "[0, 0, 0] has no direction")
+            return (0.0, 0.0, 1.0)
+        return (x / length, y / length, z / length)
+
+    def pose(self, entry: CellEntry, key: str) -> Transform:
+        """Read [X, Y, Z] or [X, Y, Z, O, A, T]; without angles the axes are those of the world."""
+        wanted = "[X, Y, Z] in mm, or [X, Y, Z, O, A, T] with degrees"
+        x, y, z, *angles = self._numbers(entry, key, (3, 6), wanted) or (0.0, 0.0, 0.0)
+        o, a, t = map(radians, angles or UPRIGHT)
+        return from_oat(x / 1000.0, y / 1000.0, z / 1000.0, o, a, t)
+
+    def _numbers(self, entry: CellEntry, key: str, lengths: tuple[int, ...], wanted: str) -> tuple[float, ...] | None:
+        given = entry.given.get(key)
+        if (
+            isinstance(given, list)
+            and len(given) in lengths
+            and all(type(one) in (int, float) and abs(one) <= FARTHEST for one in given)
+        ):
+            return tuple(map(float, given))
+        missing = "it is missing: " if given is None else f"{_told(given)}: "
+        self.fault(entry, key, f"{missing}{wanted}")
+        return None
+
+    # --- other values ---
+
+    def one_of(self, entry: CellEntry, key: str, known: Iterable[str]) -> str | None:
+        """Read a word out of a table of them."""
+        given, words = entry.given.get(key), tuple(known)
+        if isinstance(given, str) and given in words:
+            return given
+        otherwise = f"it is one of {', '.join(words)}"
+        self.fault(entry, key, did_you_mean(given[:80], words, otherwise) if isinstance(given, str) else otherwise)
+        return None
+
+    def beside(self, name: str) -> Path:
+        """A file whose path counts from the folder of the cell."""
+        return Path(self.path).parent / name
+
+
+UPRIGHT = (90.0, -90.0, 0.0)  # O, A, T of a body whose axes are those of the world
+
+
+def _told(given: Any) -> str:
+    """A value in a message, cut where it is long."""
+    text = repr(given) if not isinstance(given, int) or abs(given) < 1e30 else "a huge number"
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def _is_signal(given: Any) -> bool:
+    return type(given) is int and any(given in bank for bank in (OUTPUTS, INPUTS, INTERNAL))

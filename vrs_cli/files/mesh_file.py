@@ -1,0 +1,154 @@
+"""Mesh files (STL, OBJ, GLB, DAE), read by trimesh: the only file that imports it.
+
+A file is read whole before trimesh sees it, so a mesh loads nothing else from this machine or another.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from io import BytesIO
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, VrsError
+from vrs_cli.extras import how_to_install
+from vrs_cli.kinematics.transform import Vector
+
+if TYPE_CHECKING:
+    import numpy as np
+    from trimesh import Trimesh
+
+KINDS = (".stl", ".obj", ".dae", ".glb")
+LARGEST = 50_000_000  # [B] of a file: no link of an arm has more
+MOST_FACES = 1_000_000  # of an OBJ or GLB file, whose faces are a few bytes each: an STL file of that size has as many
+MOST_PIECES = 64  # convex pieces of a part or fixture
+MOST_POINTS = 4000  # of a convex piece
+DENT = 1e-3  # of its size: a face of a convex piece may lie so far within the hull of the others
+FLAT = 1e-6  # of its size: how thin a solid is at most
+
+
+class MeshMissing(FileError, text="No mesh reader"):
+    """A mesh file is to be read, and trimesh is not installed."""
+
+
+def load_mesh(path: Path) -> Trimesh:
+    """All triangles of a file as one mesh, in its own units. Raises NonexistentFile, FileError, FileDamaged."""
+    mesh: Trimesh = _loaded(path).to_mesh()
+    return mesh
+
+
+def convex_pieces(path: Path, scale: float) -> tuple[tuple[Vector, ...], ...]:
+    """The convex pieces in a file, each by its points in metres. A file of STL, OBJ or DAE is in millimetres if it
+    does not say otherwise, GLB in metres. Raises NonexistentFile, FileError, FileDamaged.
+    """
+    scene = _loaded(path)
+    pieces = scene.dump()
+    if not 0 < len(pieces) <= MOST_PIECES:
+        raise FileDamaged(f"{path}: {len(pieces)} pieces", f"from 1 to {MOST_PIECES} pieces are read")
+    unit = metres_of(scene.units, 1e-3)
+    return tuple(
+        _hull(f"{path}: piece {number}" if len(pieces) > 1 else str(path), piece, unit * scale)
+        for number, piece in enumerate(pieces, 1)
+    )
+
+
+def metres_of(units: str | None, otherwise: float = 1.0) -> float:
+    """The length of a unit by its name [m], or another one where a file names none, as STL and OBJ files do."""
+    from trimesh.units import unit_conversion
+
+    return float(unit_conversion(units, "meters")) if units else otherwise
+
+
+def _loaded(path: Path) -> Any:
+    """The scene in a file. Raises NonexistentFile, FileError, FileDamaged."""
+    check(path)
+    try:
+        import trimesh
+    except ImportError:
+        raise MeshMissing(f"{path}: meshes need trimesh, which is not installed", how_to_install("trimesh")) from None
+    kind = path.suffix.lower()[1:]
+    try:
+        content = path.read_bytes()
+        _check_faces(path, kind, content)
+        found = trimesh.load_scene(BytesIO(content), file_type=kind, process=True, skip_materials=True)
+        if not found.dump() or not all(_sound(piece) for piece in found.dump()):
+            raise FileDamaged(f"{path}: it has no triangles", _WANTED)
+        return found
+    except VrsError:
+        raise
+    except Exception as error:  # whatever the readers of many formats run into
+        raise FileDamaged(f"{path}: {str(error) or type(error).__name__}", _WANTED) from None
+
+
+_WANTED = "a mesh is an STL, OBJ, GLB or DAE file"
+
+
+def _sound(piece: Any) -> bool:
+    import numpy as np
+
+    return hasattr(piece, "faces") and len(piece.faces) > 0 and bool(np.isfinite(piece.vertices).all())
+
+
+def _check_faces(path: Path, kind: str, content: bytes) -> None:
+    """Refuse a small file that stands for a huge mesh. Raises FileError."""
+    count = content.count(b"\nf ") if kind == "obj" else 0
+    if kind == "glb":  # trimesh makes room for as many as its JSON part claims
+        length = int.from_bytes(content[12:16], "little")
+        count = sum(row.get("count", 0) for row in json.loads(content[20 : 20 + length]).get("accessors", ()))
+    if count > MOST_FACES:
+        raise FileError(f"{path}: {count} faces", f"at most {MOST_FACES} are read")
+
+
+def check(path: Path) -> None:
+    """Raises NonexistentFile, FileError: only small files of this machine are read, and only meshes."""
+    if path.suffix.lower() not in KINDS:
+        raise FileError(f"{path}: no mesh", f"its name ends in {', '.join(KINDS)}")
+    if str(path).startswith(("//", "\\\\")):
+        raise FileError(f"{path}: on another machine", "give a file of this one")
+    try:
+        size = path.stat().st_size if path.is_file() else None
+    except (OSError, ValueError) as error:
+        raise FileError(f"{path}: {error}") from None
+    if size is None:
+        raise NonexistentFile(str(path))
+    if size > LARGEST:
+        raise FileError(f"{path}: {size} bytes", f"at most {LARGEST} are read")
+
+
+# --- convex pieces ---------------------------------------------------------------------------------------------------
+
+
+def _hull(name: str, piece: Trimesh, scale: float) -> tuple[Vector, ...]:
+    """The points of a convex piece [m]. Raises FileDamaged for a piece that is concave, flat or too fine."""
+    import numpy as np
+
+    used = np.unique(piece.faces)
+    points = np.unique(piece.vertices[used], axis=0)
+    if len(points) > MOST_POINTS:
+        raise FileDamaged(f"{name} has {len(points)} points", f"simplify it to at most {MOST_POINTS} points")
+    size = float(np.ptp(points, axis=0).max())
+    if not size > 0.0 or np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[-1] < FLAT * size:
+        raise FileDamaged(f"{name} is flat", "give a solid")
+    if any(gap > DENT * size for gap in _dents(piece, points)):
+        raise FileDamaged(f"{name} is concave", "give it as convex pieces: several objects in one OBJ or GLB file")
+    return tuple((float(x), float(y), float(z)) for x, y, z in points * scale)
+
+
+def _dents(piece: Trimesh, points: np.ndarray[Any, np.dtype[np.float64]]) -> Iterator[float]:
+    """How far points lie outside each plane of the faces, which is told from the middle of all points."""
+    import numpy as np
+
+    corners = piece.vertices[piece.faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    size = float(np.ptp(points, axis=0).max())
+    kept = lengths > (1e-6 * size) ** 2
+    normals, corners = normals[kept] / lengths[kept, None], corners[kept]
+    inward = np.einsum("ij,ij->i", normals, points.mean(axis=0) - corners[:, 0]) > 0.0
+    normals[inward] *= -1.0
+    chunk = max(1, 2_000_000 // len(points))
+    for first, last in pairwise([*range(0, len(normals), chunk), len(normals)]):
+        above = points @ normals[first:last].T - np.einsum("ij,ij->i", normals[first:last], corners[first:last, 0])
+        yield float(above.max())
