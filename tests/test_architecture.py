@@ -444,7 +444,7 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
 }
 MAX_FILES = 400  # with content
 MAX_DEPTH = 28  # modules in a chain of imports
-MAX_BEHIND_PROTOCOL = 59  # modules that `import vrs_cli.net.protocol` loads
+MAX_BEHIND_PROTOCOL = 61  # modules that `import vrs_cli.net.protocol` loads
 
 
 @cache

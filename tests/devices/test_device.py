@@ -7,7 +7,7 @@ import random
 import pytest
 
 from vrs_cli.devices.device import ENOUGH, FULL, YET, Device, Waits
-from vrs_cli.devices.outside import Address, Arrival, Event, Outside
+from vrs_cli.devices.outside import Address, Arrival, DeviceEvent, Outside
 from vrs_cli.errors import DeviceNotReady, FileNotOpened, FileOpened, NetworkClosed, NoDataReceived
 from vrs_cli.language.run.effects import CLOSED, OPENED, SUCCESS
 
@@ -52,10 +52,10 @@ def device(stand: Stand) -> Device:
 
 def come(device: Device, handle: int, *pieces: bytes) -> None:
     for piece in pieces:
-        device.arrive(Arrival(NAME, Event.CAME, handle, piece))
+        device.arrive(Arrival(NAME, DeviceEvent.CAME, handle, piece))
 
 
-def arrive(device: Device, event: Event, handle: int = 1) -> None:
+def arrive(device: Device, event: DeviceEvent, handle: int = 1) -> None:
     device.arrive(Arrival(NAME, event, handle))
 
 
@@ -73,7 +73,7 @@ def test_the_pieces_do_not_matter(device: Device, seed: int) -> None:
     ends = [rng.choice(["\n", "\r\n"] if following == "" else ["\n", "\r\n", "\r"]) for following in [*texts[1:], ""]]
     said = "".join(text + end for text, end in zip(texts, ends, strict=False)).encode("latin-1")
     cuts = sorted(rng.randrange(len(said) + 1) for _ in range(rng.randrange(9)))
-    arrive(device, Event.OPENED)
+    arrive(device, DeviceEvent.OPENED)
     read = list[str]()
     for piece in [said[a:b] for a, b in zip([0, *cuts], [*cuts, len(said)], strict=True)]:
         come(device, 1, piece)
@@ -82,28 +82,28 @@ def test_the_pieces_do_not_matter(device: Device, seed: int) -> None:
 
 
 def test_a_line_that_is_longer_than_the_longest_comes_in_several(device: Device) -> None:
-    arrive(device, Event.OPENED)
+    arrive(device, DeviceEvent.OPENED)
     come(device, 1, b"0123456789abcdef\n", b"0123456789abcdefX", b"Y\n")
     assert lines(device) == ["0123456789abcdef", "0123456789abcdef", "XY"]
 
 
 def test_a_line_without_an_end_comes_when_its_peer_has_closed(device: Device) -> None:
-    arrive(device, Event.OPENED)
+    arrive(device, DeviceEvent.OPENED)
     come(device, 1, b"half")
     assert device.read(notices=True, wait=True) is None
     assert device.status == OPENED
     assert device.read(notices=True, wait=True) is YET
-    arrive(device, Event.ENDED)
+    arrive(device, DeviceEvent.ENDED)
     assert device.read(notices=True, wait=True) == "half"
     assert device.read(notices=True, wait=True) is None
     assert (device.status, device.handle) == (CLOSED, 1)
 
 
 def test_a_packet_without_an_end_of_line_comes_when_its_peer_pauses(device: Device) -> None:
-    arrive(device, Event.OPENED)
+    arrive(device, DeviceEvent.OPENED)
     come(device, 1, b"\0\0\0\1")
     assert lines(device) == []
-    arrive(device, Event.PAUSED)
+    arrive(device, DeviceEvent.PAUSED)
     assert lines(device) == ["\0\0\0\1"]
     come(device, 1, b"\0\0", b"\0\2")
     assert lines(device) == [], "the next one goes on"
@@ -111,7 +111,7 @@ def test_a_packet_without_an_end_of_line_comes_when_its_peer_pauses(device: Devi
 
 def test_connections_have_their_turns(device: Device) -> None:
     for handle in (1, 2, 3):
-        arrive(device, Event.OPENED, handle)
+        arrive(device, DeviceEvent.OPENED, handle)
     come(device, 1, b"a\nb\nc\n")
     come(device, 3, b"d\n")
     come(device, 2, b"e\n")
@@ -119,8 +119,8 @@ def test_connections_have_their_turns(device: Device) -> None:
 
 
 def test_a_handle_is_free_for_another_once_its_end_was_told(device: Device, stand: Stand) -> None:
-    arrive(device, Event.OPENED)
-    arrive(device, Event.ENDED)
+    arrive(device, DeviceEvent.OPENED)
+    arrive(device, DeviceEvent.ENDED)
     assert ("release", NAME, 1) not in stand.asked
     device.read(notices=False, wait=True)
     assert device.status == NetworkClosed.code
@@ -128,21 +128,21 @@ def test_a_handle_is_free_for_another_once_its_end_was_told(device: Device, stan
 
 
 def test_a_peer_that_has_said_all_hears_the_answers(device: Device, stand: Stand) -> None:
-    arrive(device, Event.OPENED)
+    arrive(device, DeviceEvent.OPENED)
     come(device, 1, b"question\n")
-    arrive(device, Event.ENDED)
+    arrive(device, DeviceEvent.ENDED)
     assert lines(device)[0] == "question"
-    arrive(device, Event.OPENED)
+    arrive(device, DeviceEvent.OPENED)
     come(device, 1, b"again\n")
-    arrive(device, Event.ENDED)
+    arrive(device, DeviceEvent.ENDED)
     assert device.read(notices=False, wait=True) == "again"
     assert device.write("answer", newline=True, handle=None, wait=True) is None
     assert stand.asked[-1] == ("send", NAME, 1, b"answer\r\n")
 
 
 def test_who_is_gone_is_told_when_something_is_written(device: Device, stand: Stand) -> None:
-    arrive(device, Event.OPENED)
-    arrive(device, Event.GONE)
+    arrive(device, DeviceEvent.OPENED)
+    arrive(device, DeviceEvent.GONE)
     with pytest.raises(NetworkClosed):
         device.write("x", newline=True, handle=1, wait=True)
     with pytest.raises(NetworkClosed):
@@ -161,26 +161,26 @@ def test_nothing_has_come(device: Device) -> None:
 
 
 def test_what_was_read_makes_room_now_and_then(device: Device, stand: Stand) -> None:
-    arrive(device, Event.OPENED)
+    arrive(device, DeviceEvent.OPENED)
     come(device, 1, b"123456789012345\n" * (ENOUGH // 16))
     lines(device)
     assert stand.asked == [("consumed", NAME, 1, ENOUGH)]
 
 
 def test_a_program_that_writes_more_than_its_peer_takes_waits(device: Device, stand: Stand) -> None:
-    arrive(device, Event.OPENED)
+    arrive(device, DeviceEvent.OPENED)
     text, count = "x" * 998, 0
     while device.write(text, newline=True, handle=1, wait=True) is None:
         count += 1
     assert count == FULL // 1000 + 1
     assert device.write(text, newline=True, handle=1, wait=True) is YET
     assert stand.asked.count(("ask", NAME, 1)) == 1
-    arrive(device, Event.WRITTEN)
+    arrive(device, DeviceEvent.WRITTEN)
     assert device.write(text, newline=True, handle=1, wait=True) is None
 
 
 def test_a_character_that_is_put_back_is_read_again(device: Device) -> None:
-    arrive(device, Event.OPENED)
+    arrive(device, DeviceEvent.OPENED)
     come(device, 1, b"abc")
     assert [device.character(wait=True), device.character(wait=True)] == [97, 98]
     device.put_back([97, 98])
@@ -201,11 +201,11 @@ def test_a_connection_that_is_asked_for(stand: Stand) -> None:
     device = Device("TCP", "TCP", stand)
     device.open_at("h /REMOTE_PORT 7")
     assert device.dialled() is YET
-    device.arrive(Arrival("TCP:h:7", Event.REFUSED, code=NetworkClosed.code))
+    device.arrive(Arrival("TCP:h:7", DeviceEvent.REFUSED, code=NetworkClosed.code))
     assert device.dialled() is None
     assert (device.status, device.open) == (NetworkClosed.code, False)
     device.open_at("h /REMOTE_PORT 7")
-    device.arrive(Arrival("TCP:h:7", Event.OPENED))
+    device.arrive(Arrival("TCP:h:7", DeviceEvent.OPENED))
     assert device.dialled() is None
     assert device.status == SUCCESS
 

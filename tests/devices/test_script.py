@@ -10,7 +10,7 @@ import pytest
 from tests.devices.peers import LONGEST, Door, client, run
 from tests.interfaces.programs import load
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.devices.outside import Arrival, Event
+from vrs_cli.devices.outside import Arrival, DeviceEvent
 from vrs_cli.devices.script import DeviceRecording, Script, UnitLine, line_of, parse_script, read_script
 from vrs_cli.devices.sockets import Sockets
 from vrs_cli.engine.clock import VirtualClock
@@ -89,11 +89,11 @@ def test_arrivals_come_after_what_was_done_at_the_present_instant() -> None:
     clock.set(due)
     later = script.due(clock)
     assert later > due
-    assert list(script.take(later)) == [Arrival("SERIAL:1", Event.CAME, 0, b"c")]
+    assert list(script.take(later)) == [Arrival("SERIAL:1", DeviceEvent.CAME, 0, b"c")]
 
 
 def test_a_recorded_line_is_read_as_it_was() -> None:
-    arrival = Arrival("TCP:7", Event.CAME, 2, bytes(range(256)))
+    arrival = Arrival("TCP:7", DeviceEvent.CAME, 2, bytes(range(256)))
     line = line_of(arrival, 0.123456789)
     assert decode(encode(line, Encoding.JSON), UnitLine) == line
 

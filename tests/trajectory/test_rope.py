@@ -55,7 +55,7 @@ def check_sound(held: OffsetNode) -> None:
 
 def cut_up(pieces: int, length: int = SMALL) -> OffsetNode:
     """A rope of so many leaves of this length, all of one row."""
-    held = rope.rope_of(row(pieces * length))
+    held = rope.rope_of(Row(row(pieces * length)))
     assert held is not None
     for piece in range(1, pieces):
         again = rope.splice(held, piece * length, piece * length, (), 1.0)  # a shift cuts
@@ -66,15 +66,15 @@ def cut_up(pieces: int, length: int = SMALL) -> OffsetNode:
 
 @pytest.mark.parametrize("count", [1, 2, 1000])
 def test_made_of_a_list(count: int) -> None:
-    held = rope.rope_of(row(count))
+    held = rope.rope_of(Row(row(count)))
     assert held is not None
     check_sound(held)
     assert held.node.count == count
-    assert rope.segment(held, count - 1) == segment(count - 1.0)
+    assert rope.item(held, count - 1) == segment(count - 1.0)
 
 
 def test_of_nothing() -> None:
-    assert rope.rope_of([]) is None
+    assert rope.rope_of(Row()) is None
 
 
 @examples(80)
@@ -100,7 +100,7 @@ def test_splices_as_of_a_list(seed: int) -> None:
             held, plain = source.choice(versions)
         check_sound(held)
         for index in {0, len(plain) - 1, source.randrange(len(plain))}:
-            assert rope.segment(held, index) == plain[index]
+            assert rope.item(held, index) == plain[index]
         if all(a.finish <= b.start for a, b in pairwise(plain)):
             for t in (source.uniform(-5.0, plain[-1].finish + 5.0) for _ in range(20)):
                 found = [k for k, s in enumerate(plain) if s.start <= t]
@@ -126,11 +126,11 @@ def held_row(held: OffsetNode) -> rope.Row:
 
 def test_many_edits_leave_no_crumbs() -> None:
     """Leaves are a sixth of a small one on the average, and the tree is no higher than it must be for that."""
-    source, held = Random(5), rope.rope_of(row(50 * SMALL))
+    source, held = Random(5), rope.rope_of(Row(row(50 * SMALL)))
     for _ in range(3000):
         assert held is not None
         keep = source.randrange(1, held.node.count - 6)
-        new = [rope.segment(held, keep + k) for k in range(source.choice([0, 1, 2, 4]))]
+        new = [rope.item(held, keep + k) for k in range(source.choice([0, 1, 2, 4]))]
         held = rope.splice(held, keep, keep + 2, new, source.choice([0.0, 2 * TICK]))
     assert held is not None
     check_sound(held)
@@ -140,7 +140,7 @@ def test_many_edits_leave_no_crumbs() -> None:
 
 
 def test_what_is_put_on_behind_lengthens_the_row() -> None:
-    held = rope.rope_of(row(3))
+    held = rope.rope_of(Row(row(3)))
     for k in range(1000):
         assert held is not None
         held = rope.splice(held, held.node.count, held.node.count, row(3, 3.0 * k + 3.0), 0.0)
@@ -150,7 +150,7 @@ def test_what_is_put_on_behind_lengthens_the_row() -> None:
 
 
 def test_two_versions_that_go_on_from_one_do_not_disturb_each_other() -> None:
-    held = rope.rope_of(row(3))
+    held = rope.rope_of(Row(row(3)))
     assert held is not None
     one, other = (rope.splice(held, 3, 3, row(2, begin), 0.0) for begin in (3.0, 7.0))
     assert listed(held) == row(3)
@@ -160,7 +160,7 @@ def test_two_versions_that_go_on_from_one_do_not_disturb_each_other() -> None:
 
 def test_threads_that_go_on_from_one_version_do_not_disturb_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
     """Both find the end of the row free; the other one is let in just before this one takes it."""
-    held, grow, made = rope.rope_of(row(3)), Row.grow, list[OffsetNode | None]()
+    held, grow, made = rope.rope_of(Row(row(3))), Row.grow, list[OffsetNode | None]()
     assert held is not None
     other = Thread(target=lambda: made.append(rope.splice(held, 3, 3, row(2, 7.0), 0.0)))
 
@@ -185,7 +185,7 @@ def test_an_edit_that_is_interrupted_leaves_no_trace() -> None:
         def extend(self, _motions: object) -> None:
             raise KeyboardInterrupt
 
-    held = rope.rope_of(row(3))
+    held = rope.rope_of(Row(row(3)))
     assert held is not None
     one = held_row(held)
     one.motions = Interrupted(one.motions)
@@ -200,11 +200,11 @@ def test_an_edit_that_is_interrupted_leaves_no_trace() -> None:
 
 def test_a_stream_that_takes_back_its_last_segments_makes_long_rows() -> None:
     """As steering does: what is planned ahead is dropped and planned again, over and over."""
-    held = rope.rope_of(row(1))
+    held = rope.rope_of(Row(row(1)))
     for _ in range(20 * SMALL):
         assert held is not None
         keep = max(held.node.count - 3, 1)
-        begin = rope.segment(held, keep - 1).finish
+        begin = rope.item(held, keep - 1).finish
         held = rope.splice(held, keep, held.node.count, row(4, begin), 0.0)
     assert held is not None
     check_sound(held)
@@ -219,7 +219,7 @@ def test_leaves_of_a_stretch_of_time() -> None:
 
 def test_blocks_of_a_stretch_of_time() -> None:
     """Parts of rows that do not go across a multiple of BLOCK, from the segment in force at the beginning."""
-    held = rope.rope_of(row(4 * BLOCK))
+    held = rope.rope_of(Row(row(4 * BLOCK)))
     assert held is not None
     found = list(rope.blocks(held, BLOCK - 1.5, 2.0 * BLOCK + 3.0))
     assert [(block.first, block.last) for block in found] == [

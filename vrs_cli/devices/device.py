@@ -15,7 +15,7 @@ from typing import Final
 
 from msgspec import Struct, field
 
-from vrs_cli.devices.outside import LONGEST, TCP, Address, Arrival, Event, Outside, read_address
+from vrs_cli.devices.outside import LONGEST, TCP, Address, Arrival, DeviceEvent, Outside, read_address
 from vrs_cli.errors import (
     FileError,
     FileNotOpened,
@@ -190,22 +190,22 @@ class Device(Struct, eq=False):
         """Keep it until it is read."""
         self._fresh = True
         handle, event = arrival.handle, arrival.event
-        if event is Event.REFUSED:
+        if event is DeviceEvent.REFUSED:
             self._refused = arrival.code or NetworkClosed.code
-        elif event is Event.OPENED:
+        elif event is DeviceEvent.OPENED:
             self._connections[handle] = DeviceConnection(handle, told=self.dialing)
             self._refused = 0
         elif (one := self._connections.get(handle)) is None:
             return
-        elif event is Event.CAME:
+        elif event is DeviceEvent.CAME:
             one.data += arrival.data
             one.paused = False
-        elif event is Event.PAUSED:
+        elif event is DeviceEvent.PAUSED:
             one.paused = True
-        elif event is Event.WRITTEN:
+        elif event is DeviceEvent.WRITTEN:
             one.unwritten, one.asked = 0, False
         else:
-            one.ended, one.gone = True, one.gone or event is Event.GONE
+            one.ended, one.gone = True, one.gone or event is DeviceEvent.GONE
 
     # --- reading ---
 

@@ -74,7 +74,7 @@ def _number(key: str, digits: str) -> int:
     return int(digits)
 
 
-class Event(Enum):
+class DeviceEvent(Enum):
     """Events that happen on a device without a request."""
 
     OPENED = "opened"  # a connection
@@ -90,7 +90,7 @@ class Arrival(Struct, frozen=True):
     """`device`: the name by which it was opened; `handle`: of the connection, 0 where there is only one."""
 
     device: str
-    event: Event
+    event: DeviceEvent
     handle: int = 0
     data: bytes = b""
     code: int = 0

@@ -18,7 +18,7 @@ from typing import BinaryIO
 
 from msgspec import Struct, field, structs
 
-from vrs_cli.devices.outside import SERIAL, TCP, Address, Arrival, Event, Outside, check_known
+from vrs_cli.devices.outside import SERIAL, TCP, Address, Arrival, DeviceEvent, Outside, check_known
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import DeviceNotReady, FileDamaged, FileError, PortTaken, VrsError
 from vrs_cli.files.opening import text_at
@@ -27,7 +27,7 @@ from vrs_cli.wire.codec import Encoding, decode, encode
 from vrs_cli.wire.records import RecordError
 
 SENT, OPEN = "sent", "open"  # lines of a recording: what the program wrote, and what came of opening the device
-EVENTS = {event.value: event for event in Event}
+EVENTS = {event.value: event for event in DeviceEvent}
 FAULTS: dict[int, type[VrsError]] = {error.code: error for error in (DeviceNotReady, PortTaken)}
 
 

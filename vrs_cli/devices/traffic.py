@@ -16,7 +16,7 @@ from threading import Event as Done
 from threading import Thread
 from typing import NamedTuple, Protocol
 
-from vrs_cli.devices.outside import Arrival, Event
+from vrs_cli.devices.outside import Arrival, DeviceEvent
 from vrs_cli.errors import NetworkClosed
 
 WINDOW = 65536  # bytes that have come and were not read, of one connection
@@ -145,7 +145,7 @@ class Traffic:
         handle = min(port.free)
         port.free.remove(handle)
         self.connect(device, handle, SocketEnd(client))
-        self._arrived(Arrival(device, Event.OPENED, handle))
+        self._arrived(Arrival(device, DeviceEvent.OPENED, handle))
         self._watch_port(device)
 
     def connect(self, device: str, handle: int, ends: NonBlockingEnd) -> None:
@@ -170,11 +170,11 @@ class Traffic:
             self._refused(device, it)
             return
         self.connect(device, 0, SocketEnd(it))
-        self._arrived(Arrival(device, Event.OPENED))
+        self._arrived(Arrival(device, DeviceEvent.OPENED))
 
     def _refused(self, device: str, it: socket.socket) -> None:
         it.close()
-        self._arrived(Arrival(device, Event.REFUSED, code=NetworkClosed.code))
+        self._arrived(Arrival(device, DeviceEvent.REFUSED, code=NetworkClosed.code))
 
     def _watch(self, one: _Connection) -> None:
         """Let the loop look whether a connection can be read and written, where that is of use now."""
@@ -197,10 +197,10 @@ class Traffic:
             return
         one.room -= len(data)
         one.ended = not data
-        self._arrived(Arrival(one.device, Event.CAME if data else Event.ENDED, one.handle, data))
+        self._arrived(Arrival(one.device, DeviceEvent.CAME if data else DeviceEvent.ENDED, one.handle, data))
         self._end_pause(one)
         if isinstance(one.ends, SocketEnd) and one.room > 0 and data[-1:] not in b"\r\n":
-            one.pause = self._loop.call_later(PAUSE, self._arrived, Arrival(one.device, Event.PAUSED, one.handle))
+            one.pause = self._loop.call_later(PAUSE, self._arrived, Arrival(one.device, DeviceEvent.PAUSED, one.handle))
         self._watch(one)
 
     @staticmethod
@@ -221,7 +221,7 @@ class Traffic:
             return
         if one.asked:
             one.asked = False
-            self._arrived(Arrival(one.device, Event.WRITTEN, one.handle))
+            self._arrived(Arrival(one.device, DeviceEvent.WRITTEN, one.handle))
         self._watch(one)
         if one.closing:
             self._shut(one)
@@ -233,7 +233,7 @@ class Traffic:
         if one.closing:
             self._shut(one)
         else:
-            self._arrived(Arrival(one.device, Event.GONE, one.handle))
+            self._arrived(Arrival(one.device, DeviceEvent.GONE, one.handle))
 
     def send(self, device: str, handle: int, data: bytes, *, ask: bool = False) -> None:
         """Send bytes. `ask`: WRITTEN arrives when all has left."""

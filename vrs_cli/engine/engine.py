@@ -52,6 +52,7 @@ from vrs_cli.values.commands import (
     OperateHand,
     Request,
     SetBase,
+    SetChannels,
     SetConfiguration,
     SetParameter,
     SetSwivel,
@@ -201,6 +202,8 @@ class Engine:
                 self.clock.advance(self.end)
             case Brake():
                 self.stop()
+            case SetChannels():
+                raise NotImplementedError("channels are not set yet")
             case _:
                 if isinstance(request, SetConfiguration):
                     check_flag(self.arm, request.flag)

@@ -323,7 +323,7 @@ def _resumed(file: GrowingFile, place: int, record: CheckpointRecord) -> Resumed
     )
 
 
-def _parts(record: CheckpointRecord, past: Past) -> Iterator[OffsetNode]:
+def _parts(record: CheckpointRecord, past: Past) -> Iterator[OffsetNode[Row]]:
     rows: dict[int, Row] = {}
     for it in record.parts:
         row = rows.get(it.place)
@@ -332,7 +332,7 @@ def _parts(record: CheckpointRecord, past: Past) -> Iterator[OffsetNode]:
         yield OffsetNode(it.offset, Leaf(row, it.first, it.last, it.begin, it.end))
 
 
-def part_record(offset: float, leaf: Leaf) -> PartRecord:
+def part_record(offset: float, leaf: Leaf[Row]) -> PartRecord:
     """A part of a row that is in a journal; the timeline has its times `offset` [s] later."""
     kept = leaf.row.kept
     assert isinstance(kept, KeptRow), "the row is in a journal"

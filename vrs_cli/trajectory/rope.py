@@ -18,12 +18,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import accumulate, pairwise
 from math import inf
 from threading import Lock
-from typing import NamedTuple
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 from msgspec import Struct
 
+from vrs_cli.trajectory.events import EventRow
 from vrs_cli.trajectory.row import BlockTable, Row, later, table_of
 from vrs_cli.trajectory.segment import Segment
+from vrs_cli.values.events import Event
 
 SMALL = 128  # segments: a leaf of no more may be copied
 BLOCK = 128  # segments of a row that are read as arrays at once
@@ -32,10 +34,31 @@ SPARSE = 4  # a node that holds less than this part of SMALL or FAN is put toget
 MENDED = 2  # where both together hold at most this part of it
 
 
-class Leaf(Struct):
+class Columns(Protocol):
+    """What the leaves of a rope are parts of: segments (`Row`) or events (`EventRow`), as columns of plain numbers."""
+
+    closed: bool
+
+    def __init__(self, rows: Iterable[Any] = ()) -> None: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int, /) -> Any: ...
+    @property
+    def starts(self) -> array[float]: ...
+    @property
+    def finishes(self) -> array[float]: ...
+    def between(self, first: int, last: int) -> Iterator[Any]: ...
+    def grow(self, rows: Iterable[Any], /) -> None: ...
+    def take(self, other: Any, first: int, last: int, shift: float) -> None: ...
+
+
+R = TypeVar("R", bound=Columns)
+Shiftable = TypeVar("Shiftable", Segment, Event)
+
+
+class Leaf(Struct, Generic[R]):
     """The segments of a row from `first` to before `last`, from time `begin` to `end` [s]. Never changed once made."""
 
-    row: Row
+    row: R
     first: int
     last: int
     begin: float
@@ -47,29 +70,32 @@ class Leaf(Struct):
         return self.last - self.first
 
 
-class Branch(Struct):
+class Branch(Struct, Generic[R]):
     """Children in time order, each shifted so that it begins at its time in `begins` [s]; `counts`: segments before
-    each, and in all. The numbers stand side by side in memory. Never changed once made."""
+    each, and in all. The numbers stand side by side in memory. Never changed once made, but for `last`: in a rope of
+    events, what each channel is after all of them, once somebody has asked.
+    """
 
     height: int
-    nodes: tuple[Node, ...]
+    nodes: tuple[Node[R], ...]
     begins: array[float]
     counts: array[int]
     count: int
     begin: float
     end: float
+    last: dict[int, float] | None = None
 
 
-Node = Leaf | Branch
+Node = Leaf[R] | Branch[R]
 
 
-class OffsetNode(NamedTuple):
+class OffsetNode(NamedTuple, Generic[R]):
     """A node and the `offset` [s] that is added to all its times."""
 
     offset: float
-    node: Node
+    node: Node[R]
 
-    def shifted(self, shift: float) -> OffsetNode:
+    def shifted(self, shift: float) -> OffsetNode[R]:
         return OffsetNode(self.offset + shift, self.node) if shift else self
 
 
@@ -103,37 +129,42 @@ class RowPart(NamedTuple):
 # --- making ------------------------------------------------------------------------------------------------------
 
 
-def _leaf(row: Row) -> Leaf:
+def _leaf(row: R) -> Leaf[R]:
     """Make a leaf of all of a row."""
     count = len(row)
     return Leaf(row, 0, count, row.starts[0], row.finishes[count - 1])
 
 
-def _part(leaf: Leaf, first: int, last: int) -> Leaf:
+def _part(leaf: Leaf[R], first: int, last: int) -> Leaf[R]:
     """Make a leaf of the segments of a leaf from `first` to before `last`."""
     row, first, last = leaf.row, leaf.first + first, leaf.first + last
     return Leaf(row, first, last, row.starts[first], row.finishes[last - 1])
 
 
-def _copy(leaf: Leaf, count: int) -> Row:
+def _row_like(leaf: Leaf[R], new: Sequence[Any] = ()) -> R:
+    """Make a row of the kind that a leaf has."""
+    return type(leaf.row)(new)
+
+
+def _copy(leaf: Leaf[R], count: int) -> R:
     """Copy the first segments of a leaf into a new row."""
-    row = Row()
+    row = _row_like(leaf)
     row.take(leaf.row, leaf.first, leaf.first + count, 0.0)
     return row
 
 
-def _grown(leaf: Leaf) -> Leaf:
+def _grown(leaf: Leaf[R]) -> Leaf[R]:
     """Make a leaf that also has what its row has got since."""
     row, last = leaf.row, len(leaf.row)
     return Leaf(row, leaf.first, last, leaf.begin, row.finishes[last - 1])
 
 
-def _ends_row(node: Node) -> bool:
+def _ends_row(node: Node[R]) -> bool:
     """Return whether a leaf ends a row that may still grow."""
     return isinstance(node, Leaf) and not node.row.closed and node.last == len(node.row)
 
 
-def _branch(children: Sequence[OffsetNode]) -> OffsetNode:
+def _branch(children: Sequence[OffsetNode[R]]) -> OffsetNode[R]:
     """Make a branch over nodes of one height."""
     nodes = tuple([node for _, node in children])
     begins = array("d", [offset + node.begin for offset, node in children])
@@ -142,14 +173,14 @@ def _branch(children: Sequence[OffsetNode]) -> OffsetNode:
     return OffsetNode(0.0, Branch(last.height + 1, nodes, begins, counts, counts[-1], begins[0], offset + last.end))
 
 
-def _branches(children: Sequence[OffsetNode]) -> list[OffsetNode]:
+def _branches(children: Sequence[OffsetNode[R]]) -> list[OffsetNode[R]]:
     """Make as few branches as hold the children, with about as many children in each."""
     pieces = -(-len(children) // FAN)
     cuts = [len(children) * piece // pieces for piece in range(pieces + 1)] if pieces else []
     return [_branch(children[first:last]) for first, last in pairwise(cuts)]
 
 
-def root(level: list[OffsetNode]) -> OffsetNode | None:
+def root(level: list[OffsetNode[R]]) -> OffsetNode[R] | None:
     """Make one node over nodes of the same height in time order, no higher than it must be; None over none."""
     while len(level) > 1:
         level = _branches(level)
@@ -161,19 +192,19 @@ def root(level: list[OffsetNode]) -> OffsetNode | None:
     return held
 
 
-def rope_of(segments: Sequence[Segment]) -> OffsetNode | None:
-    """Make a rope of segments in time order; None of none."""
-    return OffsetNode(0.0, _leaf(Row(segments))) if segments else None
+def rope_of(row: R) -> OffsetNode[R] | None:
+    """Make a rope of a row; None of an empty one."""
+    return OffsetNode(0.0, _leaf(row)) if len(row) else None
 
 
-def parts(held: OffsetNode, index: int = 0) -> Iterator[tuple[int, float, Leaf]]:
+def parts(held: OffsetNode[R], index: int = 0) -> Iterator[tuple[int, float, Leaf[R]]]:
     """The leaves from the one that has segment number `index` on, each with the number of its first segment, and with
     the offset of its times [s].
     """
     yield from _parts(held, 0, index)
 
 
-def _parts(held: OffsetNode, before: int, index: int) -> Iterator[tuple[int, float, Leaf]]:
+def _parts(held: OffsetNode[R], before: int, index: int) -> Iterator[tuple[int, float, Leaf[R]]]:
     offset, node = held
     if isinstance(node, Leaf):
         yield before, offset, node
@@ -183,9 +214,9 @@ def _parts(held: OffsetNode, before: int, index: int) -> Iterator[tuple[int, flo
         yield from _parts(_child(node, number).shifted(offset), before + node.counts[number], index)
 
 
-def in_rows(held: OffsetNode, most: int) -> OffsetNode:
+def in_rows(held: OffsetNode[Row], most: int) -> OffsetNode[Row]:
     """Return the same rope, in which no row in memory is longer than `most` segments."""
-    pieces: list[OffsetNode] = []
+    pieces: list[OffsetNode[Row]] = []
     for _, offset, leaf in parts(held):
         if leaf.row.away or len(leaf.row) <= most:
             pieces.append(OffsetNode(offset, leaf))
@@ -204,7 +235,7 @@ def in_rows(held: OffsetNode, most: int) -> OffsetNode:
 _EDITING = Lock()  # two threads that go on from one version must not both put something on behind the same row
 
 
-def splice(held: OffsetNode, first: int, last: int, new: Sequence[Segment], shift: float) -> OffsetNode | None:
+def splice(held: OffsetNode[R], first: int, last: int, new: Sequence[Any], shift: float) -> OffsetNode[R] | None:
     """Put `new` in place of the segments from index `first` to before `last`, and shift all after them by `shift`
     [s].
     """
@@ -213,8 +244,8 @@ def splice(held: OffsetNode, first: int, last: int, new: Sequence[Segment], shif
 
 
 def _splice(
-    held: OffsetNode, base: float, first: int, last: int, new: Sequence[Segment], shift: float
-) -> list[OffsetNode]:
+    held: OffsetNode[R], base: float, first: int, last: int, new: Sequence[Any], shift: float
+) -> list[OffsetNode[R]]:
     """Splice a node; return nodes of the same height, none if nothing is left. `base`: what the offset of `held` counts
     from.
     """
@@ -243,7 +274,7 @@ def _splice(
     return [part.shifted(offset) for part in _branches(row)]
 
 
-def _patch(node: Branch, first: int, last: int, middle: list[OffsetNode], shift: float) -> Branch:
+def _patch(node: Branch[R], first: int, last: int, middle: list[OffsetNode[R]], shift: float) -> Branch[R]:
     """Make a branch with `middle` in place of the children from `first` to before `last`, those after it shifted by
     `shift`.
 
@@ -261,59 +292,59 @@ def _patch(node: Branch, first: int, last: int, middle: list[OffsetNode], shift:
     return Branch(node.height, nodes, begins, counts, counts[-1], begins[0], end)
 
 
-def _child(node: Branch, place: int) -> OffsetNode:
+def _child(node: Branch[R], place: int) -> OffsetNode[R]:
     child = node.nodes[place]
     return OffsetNode(node.begins[place] - child.begin, child)
 
 
-def _children(node: Branch, first: int, last: int, shift: float = 0.0) -> list[OffsetNode]:
+def _children(node: Branch[R], first: int, last: int, shift: float = 0.0) -> list[OffsetNode[R]]:
     """Return the children from `first` to before `last`, shifted by `shift`."""
     row = zip(node.begins[first:last], node.nodes[first:last], strict=True)
     return [OffsetNode(begin - child.begin + shift, child) for begin, child in row]
 
 
 def _splice_leaf(
-    offset: float, leaf: Leaf, base: float, first: int, last: int, new: Sequence[Segment], shift: float
-) -> list[OffsetNode]:
+    offset: float, leaf: Leaf[R], base: float, first: int, last: int, new: Sequence[Any], shift: float
+) -> list[OffsetNode[R]]:
     """Splice a leaf; what is before and after the new segments stays in its row."""
     count = leaf.count
     new = list(_shifted(new, -(base + offset)))
     if last < count:
         parts = [OffsetNode(offset, _part(leaf, 0, first))] if first else []
-        parts += [OffsetNode(offset, _leaf(Row(new)))] if new else []
+        parts += [OffsetNode(offset, _leaf(_row_like(leaf, new)))] if new else []
         return [*parts, OffsetNode(offset + shift, _part(leaf, last, count) if last else leaf)]
     return [OffsetNode(offset, part) for part in _replace_end(leaf, first, new)]
 
 
-def _replace_end(leaf: Leaf, first: int, new: Sequence[Segment]) -> list[Leaf]:
+def _replace_end(leaf: Leaf[R], first: int, new: Sequence[Any]) -> list[Leaf[R]]:
     """Put `new` in place of all segments of a leaf from `first` on."""
     if not new:
         return [_part(leaf, 0, first)]
     if not first:
-        return [_leaf(Row(new))]
+        return [_leaf(_row_like(leaf, new))]
     if first == leaf.count and _ends_row(leaf):
         leaf.row.grow(new)
         return [_grown(leaf)]
     if first == leaf.count > SMALL // 2:
-        return [leaf, _leaf(Row(new))]
+        return [leaf, _leaf(_row_like(leaf, new))]
     if first + len(new) <= SMALL:
         row = _copy(leaf, first)
         row.grow(new)
         return [_leaf(row)]
     kept = _leaf(_copy(leaf, first)) if first <= SMALL else _part(leaf, 0, first)  # the copy ends its row
-    return [kept, _leaf(Row(new))]
+    return [kept, _leaf(_row_like(leaf, new))]
 
 
-def _shifted(segments: Iterable[Segment], shift: float) -> Iterator[Segment]:
-    return (segment.shifted(shift) for segment in segments) if shift else iter(segments)
+def _shifted(rows: Iterable[Shiftable], shift: float) -> Iterator[Shiftable]:
+    return (one.shifted(shift) for one in rows) if shift else iter(rows)
 
 
-def _merge_sparse(row: list[OffsetNode]) -> list[OffsetNode]:
+def _merge_sparse(row: list[OffsetNode[R]]) -> list[OffsetNode[R]]:
     """Join sparse nodes with the neighbour before them if that has room.
 
     A small leaf joins the row of the leaf before it if more follows behind it.
     """
-    made: list[OffsetNode] = []
+    made: list[OffsetNode[R]] = []
     for place, held in enumerate(row):
         if made and (_is_sparse(held.node) or _is_sparse(made[-1].node)):
             made[-1:] = _merge_neighbours(made[-1], held)
@@ -326,13 +357,13 @@ def _merge_sparse(row: list[OffsetNode]) -> list[OffsetNode]:
     return made
 
 
-def _is_sparse(node: Node) -> bool:
+def _is_sparse(node: Node[R]) -> bool:
     if isinstance(node, Leaf):
         return node.count * SPARSE < SMALL
     return len(node.nodes) * SPARSE < FAN
 
 
-def _merge_neighbours(left: OffsetNode, right: OffsetNode) -> list[OffsetNode]:
+def _merge_neighbours(left: OffsetNode[R], right: OffsetNode[R]) -> list[OffsetNode[R]]:
     """Make one node of two neighbours of one height, if it can hold both."""
     a, b = left.node, right.node
     if isinstance(a, Branch) and isinstance(b, Branch):
@@ -343,13 +374,14 @@ def _merge_neighbours(left: OffsetNode, right: OffsetNode) -> list[OffsetNode]:
     if (left.node.count + right.node.count) * MENDED > SMALL:
         return [left, right]
     offset = max(left, right, key=lambda held: held.node.count).offset
-    row = Row()
+    assert isinstance(a, Leaf)
+    row = _row_like(a)
     _take(row, left, offset)
     _take(row, right, offset)
     return [OffsetNode(offset, _leaf(row))]
 
 
-def _take(row: Row, held: OffsetNode, offset: float) -> None:
+def _take(row: R, held: OffsetNode[R], offset: float) -> None:
     """Put the segments of a leaf behind a row, their times counted from `offset`."""
     leaf = held.node
     assert isinstance(leaf, Leaf)
@@ -359,7 +391,7 @@ def _take(row: Row, held: OffsetNode, offset: float) -> None:
 # --- reading -----------------------------------------------------------------------------------------------------
 
 
-def locate(held: OffsetNode, t: float) -> tuple[float, Row, int]:
+def locate(held: OffsetNode[Row], t: float) -> tuple[float, Row, int]:
     """Find the last segment that begins by time t, or the first one: return the offset [s] of its times, its row, and
     its place there.
     """
@@ -370,12 +402,12 @@ def locate(held: OffsetNode, t: float) -> tuple[float, Row, int]:
         offset += node.begins[place]
         node = node.nodes[place]
         offset -= node.begin
-    leaf: Leaf = node  # type: ignore[assignment]  # what is no branch is a leaf
+    leaf: Leaf[Row] = node  # type: ignore[assignment]  # what is no branch is a leaf
     place, first = bisect_right(leaf.row.starts, t - offset, leaf.first, leaf.last) - 1, leaf.first
     return offset, leaf.row, place if place > first else first
 
 
-def index_at(held: OffsetNode, t: float) -> int:
+def index_at(held: OffsetNode[R], t: float) -> int:
     """The index of the last segment that begins by time t; 0 before the first."""
     offset, node = held
     before = 0
@@ -388,8 +420,8 @@ def index_at(held: OffsetNode, t: float) -> int:
     return before + max(bisect_right(node.row.starts, t - offset, node.first, node.last) - node.first - 1, 0)
 
 
-def segment(held: OffsetNode, index: int) -> Segment:
-    """The segment of an index, 0 <= index < count, at its time."""
+def item(held: OffsetNode[R], index: int) -> Any:
+    """The segment or the event of an index, 0 <= index < count, at its time."""
     offset, node = held
     while isinstance(node, Branch):
         place = bisect_right(node.counts, index) - 1
@@ -400,7 +432,7 @@ def segment(held: OffsetNode, index: int) -> Segment:
     return node.row[node.first + index].shifted(offset)
 
 
-def leaves(held: OffsetNode, first: float, last: float) -> Iterator[tuple[float, Leaf]]:
+def leaves(held: OffsetNode[R], first: float, last: float) -> Iterator[tuple[float, Leaf[R]]]:
     """The leaves that are in force at some time from `first` to `last`, in order, each with the offset of its times."""
     offset, node = held
     if isinstance(node, Leaf):
@@ -412,7 +444,7 @@ def leaves(held: OffsetNode, first: float, last: float) -> Iterator[tuple[float,
         yield from leaves(child, first, last)
 
 
-def blocks(held: OffsetNode, first: float, last: float) -> Iterator[RowPart]:
+def blocks(held: OffsetNode[Row], first: float, last: float) -> Iterator[RowPart]:
     """Yield the blocks that are in force at some time from `first` to `last`, in order."""
     for offset, leaf in leaves(held, first, last):
         row = leaf.row
@@ -423,7 +455,92 @@ def blocks(held: OffsetNode, first: float, last: float) -> Iterator[RowPart]:
             yield RowPart(offset, row, begin, end)
 
 
-def segments(held: OffsetNode) -> Iterator[Segment]:
+def segments(held: OffsetNode[Row]) -> Iterator[Segment]:
     """All segments at their times."""
     for offset, leaf in leaves(held, -inf, inf):
         yield from _shifted(leaf.row.between(leaf.first, leaf.last), offset)
+
+
+# --- events ------------------------------------------------------------------------------------------------------
+
+
+def events(held: OffsetNode[EventRow], first: int, last: int) -> Iterator[Event]:
+    """The events from index `first` to before `last`, at their times."""
+    for before, offset, leaf in parts(held, first) if first < last else ():
+        if before >= last:
+            return
+        low, high = max(first - before, 0), min(last - before, leaf.count)
+        yield from _shifted(leaf.row.between(leaf.first + low, leaf.first + high), offset)
+
+
+def count_by(held: OffsetNode[EventRow], t: float, *, before: bool = False) -> int:
+    """How many events there are up to time t [s], or (`before`) earlier than t."""
+    cut = bisect_left if before else bisect_right
+    offset, node = held
+    gone = 0
+    while isinstance(node, Branch):
+        place = max(cut(node.begins, t - offset) - 1, 0)
+        gone += node.counts[place]
+        child = node.nodes[place]
+        offset += node.begins[place] - child.begin
+        node = child
+    return gone + cut(node.row.starts, t - offset, node.first, node.last) - node.first
+
+
+def value_at(held: OffsetNode[EventRow], channel: int, t: float) -> float | None:
+    """What a channel is at time t [s]; None if it has not changed until then."""
+    offset, node = held
+    t -= offset
+    way: list[tuple[Branch[EventRow], int]] = []
+    while node.__class__ is Branch:  # not isinstance: g asks for the hand
+        place = bisect_right(node.begins, t) - 1
+        if place < 0:
+            break
+        way.append((node, place))
+        begin, node = node.begins[place], node.nodes[place]
+        t += node.begin - begin  # exact, as all times are on the grid
+    if node.__class__ is Leaf:
+        row = node.row
+        places = row.places.get(channel)
+        if places is not None:
+            first = node.first
+            last = bisect_right(row.starts, t, first, node.last)
+            i = bisect_left(places, last) - 1
+            if i >= 0 and places[i] >= first:
+                return row.values[places[i]]
+    for branch, place in reversed(way):
+        for child in branch.nodes[:place][::-1]:
+            value = _last(child, channel)
+            if value is not None:
+                return value
+    return None
+
+
+def _last(node: Node[EventRow], channel: int) -> float | None:
+    """What a channel is after all events of a node; None if they do not change it."""
+    if isinstance(node, Branch):
+        if node.last is None:
+            node.last = {}
+            for child in node.nodes:
+                node.last.update(_values(child))
+        return node.last.get(channel)
+    places = node.row.places.get(channel)
+    if places is None:
+        return None
+    i = bisect_left(places, node.last) - 1
+    return node.row.values[places[i]] if i >= 0 and places[i] >= node.first else None
+
+
+def _values(node: Node[EventRow]) -> dict[int, float]:
+    """What the channels are after all events of a node that changes them."""
+    if isinstance(node, Branch):
+        _last(node, 0)
+        assert node.last is not None
+        return node.last
+    found = ((channel, _last(node, channel)) for channel in tuple(node.row.places))
+    return {channel: value for channel, value in found if value is not None}
+
+
+def channels(held: OffsetNode[EventRow] | None) -> tuple[int, ...]:
+    """The channels that events change, in order."""
+    return () if held is None else tuple(sorted(_values(held.node)))

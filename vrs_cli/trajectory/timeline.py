@@ -13,13 +13,15 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
-from itertools import accumulate, chain
+from itertools import accumulate, chain, groupby
 from typing import NamedTuple, Protocol, overload
 
 from vrs_cli.trajectory import rope
+from vrs_cli.trajectory.events import EventRow
 from vrs_cli.trajectory.rope import Leaf, OffsetNode, RowPart
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import Path, Segment
+from vrs_cli.values.events import Event, EventEdit
 from vrs_cli.values.motion import Motion
 
 PART = 128  # deltas
@@ -38,6 +40,7 @@ class TimelineDelta(NamedTuple):
     The first `keep` segments stay; if the last of them ends after `cut` [s] it is truncated there. The next `drop`
     segments go. `segments` come in their place. All segments after them are shifted by `shift` [s], their paths
     untouched to the bit. `motion` is the motion that caused it, `issued` and `executed` its issue and execution time.
+    `events` is the same for the events; None if they stay as they are.
     """
 
     version: int
@@ -50,18 +53,23 @@ class TimelineDelta(NamedTuple):
     drop: int
     shift: float
     segments: Sequence[Segment]
+    events: EventEdit | None = None
 
 
 class Timeline:
-    """tau[k]; `version` is k. The first segment is s_0: the initial pose, of no length, at its start time."""
+    """tau[k]; `version` is k. The first segment is s_0: the initial pose, of no length, at its start time.
 
-    __slots__ = ("_rope", "version")
+    Beside the segments it has dated events, in order of time: channels take values (`value_at`).
+    """
 
-    def __init__(self, segments: Iterable[Segment], version: int = 0) -> None:
-        made = rope.rope_of(tuple(segments))
+    __slots__ = ("_events", "_rope", "version")
+
+    def __init__(self, segments: Iterable[Segment], version: int = 0, events: Iterable[Event] = ()) -> None:
+        made = rope.rope_of(Row(segments))
         if made is None:
             raise ValueError("a timeline has at least one segment: s_0, the initial pose")
-        self._rope: OffsetNode = made
+        self._rope: OffsetNode[Row] = made
+        self._events: OffsetNode[EventRow] | None = rope.rope_of(EventRow(events))
         self.version = version
 
     # --- reading ---
@@ -75,7 +83,8 @@ class Timeline:
             index += count
         if not 0 <= index < count:
             raise IndexError(index)
-        return rope.segment(self._rope, index)
+        found: Segment = rope.item(self._rope, index)
+        return found
 
     def __iter__(self) -> Iterator[Segment]:
         return rope.segments(self._rope)
@@ -85,6 +94,7 @@ class Timeline:
             isinstance(other, Timeline)
             and len(self) == len(other)
             and all(a == b for a, b in zip(self, other, strict=True))
+            and tuple(self.events) == tuple(other.events)
         )
 
     def __hash__(self) -> int:
@@ -121,26 +131,81 @@ class Timeline:
         """What is in force from time `first` to `last` in order, as parts of the rows that versions share."""
         return rope.blocks(self._rope, first, last)
 
+    # --- events ---
+
+    @property
+    def events(self) -> Iterator[Event]:
+        """All events in order of time; of one instant, in the order in which they were given."""
+        return iter(()) if self._events is None else rope.events(self._events, 0, self.event_count)
+
+    @property
+    def event_count(self) -> int:
+        return 0 if self._events is None else self._events.node.count
+
+    @property
+    def channels(self) -> tuple[int, ...]:
+        """The channels that events change, in order."""
+        return rope.channels(self._events)
+
+    def event(self, index: int) -> Event:
+        """The event of an index, counted from 0. Raises IndexError."""
+        if self._events is None or not 0 <= index < self.event_count:
+            raise IndexError(index)
+        found: Event = rope.item(self._events, index)
+        return found
+
+    def events_by(self, t: float, *, before: bool = False) -> int:
+        """How many events there are up to time t [s], or (`before`) earlier than t."""
+        return 0 if self._events is None else rope.count_by(self._events, t, before=before)
+
+    def events_between(self, first: float, last: float) -> Iterator[Event]:
+        """The events from time `first` to time `last` [s], both included."""
+        if self._events is None:
+            return iter(())
+        return rope.events(self._events, self.events_by(first, before=True), self.events_by(last))
+
+    def event_after(self, t: float) -> Event | None:
+        """The first event that is later than t [s]."""
+        index = self.events_by(t)
+        return self.event(index) if index < self.event_count else None
+
+    def value_at(self, channel: int, t: float) -> float:
+        """What a channel is at time t [s]: 0 until the first event that changes it. The last event of an instant
+        counts.
+        """
+        found = None if self._events is None else rope.value_at(self._events, channel, t)
+        return 0.0 if found is None else found
+
+    def changes(self, channel: int) -> Iterator[tuple[float, float]]:
+        """When a channel becomes another value [s], and which."""
+        before = 0.0
+        changes = (event for event in self.events if event.channel == channel and not event.observed)
+        for time, several in groupby(changes, lambda event: event.time):
+            value = list(several)[-1].value
+            if value != before:
+                yield time, value
+            before = value
+
     # --- in which rows it is ---
 
     @classmethod
-    def of_parts(cls, parts: Iterable[OffsetNode], version: int) -> Timeline:
-        """Make the timeline whose rope has these leaves, each with the offset of its times.
+    def of_parts(cls, parts: Iterable[OffsetNode[Row]], version: int, events: Iterable[Event] = ()) -> Timeline:
+        """Make the timeline whose rope has these leaves, each with the offset of its times, and these events.
 
         Raises ValueError for none.
         """
         made = rope.root(list(parts))
         if made is None:
             raise ValueError("a timeline has at least one segment")
-        return cls._made(made, version)
+        return cls._made(made, rope.rope_of(EventRow(events)), version)
 
     @classmethod
-    def _made(cls, held: OffsetNode, version: int) -> Timeline:
+    def _made(cls, held: OffsetNode[Row], events: OffsetNode[EventRow] | None, version: int) -> Timeline:
         timeline = cls.__new__(cls)
-        timeline._rope, timeline.version = held, version
+        timeline._rope, timeline._events, timeline.version = held, events, version
         return timeline
 
-    def parts(self, index: int = 0) -> Iterator[tuple[int, float, Leaf]]:
+    def parts(self, index: int = 0) -> Iterator[tuple[int, float, Leaf[Row]]]:
         """Its leaves, from the one that has segment number `index` on, each with the number of its first segment, and
         with the offset of its times [s].
         """
@@ -148,7 +213,7 @@ class Timeline:
 
     def in_rows(self, most: int) -> Timeline:
         """The same timeline, with no more than so many segments in each row that is in memory."""
-        return self._made(rope.in_rows(self._rope, most), self.version)
+        return self._made(rope.in_rows(self._rope, most), self._events, self.version)
 
     # --- changing: a new version ---
 
@@ -157,13 +222,19 @@ class Timeline:
         if delta.version != self.version:
             raise ValueError(f"a delta of version {delta.version} does not fit timeline version {self.version}")
         keep, new = delta.keep, delta.segments
-        last = rope.segment(self._rope, keep - 1) if keep else None
+        last: Segment | None = rope.item(self._rope, keep - 1) if keep else None
         if last is not None and last.finish > delta.cut:
             keep, new = keep - 1, (last.truncated(delta.cut), *new)
         made = rope.splice(self._rope, keep, delta.keep + delta.drop, new, delta.shift)
         if made is None:
             raise ValueError("the delta leaves a timeline without segments")
-        return self._made(made, self.version + 1)
+        events = self._events if delta.events is None else self._with_events(delta.events)
+        return self._made(made, events, self.version + 1)
+
+    def _with_events(self, edit: EventEdit) -> OffsetNode[EventRow] | None:
+        if self._events is None:
+            return rope.rope_of(EventRow(edit.events))
+        return rope.splice(self._events, edit.keep, edit.keep + edit.drop, edit.events, edit.shift)
 
     def inverse(self, delta: TimelineDelta) -> TimelineDelta:
         """Return the delta that takes `delta` back: self is the timeline before it, the result fits the timeline after
@@ -183,7 +254,12 @@ class Timeline:
             drop=delta.keep - kept_whole + len(delta.segments),
             shift=0.0 - delta.shift,  # not -0.0
             segments=tuple(self[index] for index in range(kept_whole, delta.keep + delta.drop)),
+            events=None if delta.events is None else self._inverse_of(delta.events),
         )
+
+    def _inverse_of(self, edit: EventEdit) -> EventEdit:
+        gone = tuple(self.event(index) for index in range(edit.keep, edit.keep + edit.drop))
+        return EventEdit(edit.keep, len(edit.events), 0.0 - edit.shift, gone)
 
 
 def _since(row: Row, place: int, offset: float, t: float) -> float:
@@ -289,7 +365,7 @@ class DeltaColumns:
 
     __slots__ = (  # `_rest`: `drop` and `shift`; None where they are 0, as in steering
         *("_version", "_causes", "_which", "_issued", "_executed", "_cut", "_keep", "_rest"),
-        *("_firsts", "_segments"),
+        *("_firsts", "_segments", "_events"),
     )
 
     def __init__(self, deltas: list[TimelineDelta]) -> None:
@@ -311,6 +387,7 @@ class DeltaColumns:
         self._keep = array("q", [delta.keep for delta in deltas])
         drops, shifts = [delta.drop for delta in deltas], [delta.shift for delta in deltas]
         self._rest = (array("I", drops), array("d", shifts)) if any(drops) or any(shifts) else None
+        self._events = {place: delta.events for place, delta in enumerate(deltas) if delta.events is not None} or None
 
     def __len__(self) -> int:
         return len(self._which)
@@ -331,6 +408,7 @@ class DeltaColumns:
             drop,
             shift,
             tuple(self._segments.between(first, last)),
+            None if self._events is None else self._events.get(index),
         )
 
 

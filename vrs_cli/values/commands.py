@@ -71,6 +71,20 @@ class OperateHand(Struct, frozen=True):
     width: float | None = None
 
 
+class SetChannels(Struct, frozen=True):
+    """Channels of the timeline take values, in this order: (HAND or the number of a signal, value).
+
+    Without a stamp: now, tied to the motions there. With a stamp: at its own time. `text`: the instruction as typed;
+    without a text the change came from outside (a script, a device, a rule of the cell), and UNDO takes it along with
+    the command before it. `observed`: nothing changes; a program has read these values.
+    """
+
+    changes: tuple[tuple[int, float], ...]
+    stamp: Stamp | None = None
+    text: str = ""
+    observed: bool = False
+
+
 class SpeedUnit(Enum):
     PERCENT = "%"
     MMPS = "MMPS"
@@ -193,4 +207,4 @@ SettingChange = (
     | SetSwitch
     | SetAlter
 )
-Request = Move | Alter | Delay | Break | Brake | OperateHand | SetTool | SetBase | SettingChange
+Request = Move | Alter | Delay | Break | Brake | OperateHand | SetChannels | SetTool | SetBase | SettingChange
