@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from tests.net.serving import serving
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.socket_port import SocketPort
-from vrs_cli.repl.place import Remote
+from vrs_cli.repl.connection import Remote
 from vrs_cli.repl.terminal import PlainTerminal
 
 

@@ -286,7 +286,7 @@ def test_the_jog_panel_shows_each_joint_in_its_unit(session: Session) -> None:
     units = session.engine.model.units
     panel = JogPanel(Jogger(session))
     for joint in range(1, session.engine.model.joint_count + 1):
-        panel.panel.choose(joint - 1)
+        panel.choose(joint - 1)
         assert f"step 2 {units.unit(joint)}" in panel.text()
     assert plain_text(Whereabouts(session.engine.position(), units=units)) in panel.text()
 

@@ -13,8 +13,9 @@ from vrs_cli.errors import FileError, FileOpened
 from vrs_cli.files.bounds import Folder
 from vrs_cli.files.journal import keep_journal, take_up
 from vrs_cli.files.trajectory_file import read_trajectory
-from vrs_cli.interfaces.jog.jogger import Jogger, JogKeys
+from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.session.session import Session
+from vrs_cli.repl.jog_panel import JogPanel
 
 MEDDLE = """.PROGRAM meddle()
     ATTACH (lun, 4) "DISK"
@@ -75,7 +76,7 @@ def test_abort_stops_the_arm_also_in_real_time() -> None:
 
 def test_a_key_that_moves_nothing_says_why() -> None:
     session = Session(RecordingTerminal())
-    panel, paper = JogKeys(Jogger(session)), recorded(session)
+    panel, paper = JogPanel(Jogger(session)), recorded(session)
     before, paper.torn = session.engine.timeline, True
     panel.move(1.0)
     assert "no paper" in panel.look().said

@@ -19,12 +19,13 @@ from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.jog.jogger import Jogger, JogKeys
+from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.session.acts import act_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.transform import translation
+from vrs_cli.repl.jog_panel import JogPanel
 from vrs_cli.trajectory.instant import TICK
 from vrs_cli.trajectory.state import Target
 from vrs_cli.values.acts import Go, Goal, Redo, Undo
@@ -188,7 +189,7 @@ class Shell:
         self.clock = self.wall.clock()
         self.session = Session(RecordingTerminal(), MODEL, clock=self.clock)
         self.session.load_text(PROGRAMS)
-        self.panel = JogKeys(Jogger(self.session))
+        self.panel = JogPanel(Jogger(self.session))
         self.steering = Steering(self.session.engine, speed=0.5)
         self.seen: dict[float, str] = {}
 

@@ -20,7 +20,7 @@ from tests.laws.streams import check_stream
 from tests.laws.test_motion_laws import MODEL
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError
-from vrs_cli.interfaces.jog.jogger import AXES, Jogger, JogKeys, moved
+from vrs_cli.interfaces.jog.jogger import AXES, Jogger, JogPanel, moved
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.forms import arm_for
@@ -195,7 +195,7 @@ def test_a_robot_that_is_jogged_keeps_the_laws(profile: str, seed: int) -> None:
     session = Session(RecordingTerminal(), clock=clock)
     session.perform(f"PARAMETER PROFILE = {profile}")
     session.perform("MOVE TRANS(0, 450, -150, 90, 90, 0)")
-    panel = JogKeys(Jogger(session))
+    panel = JogPanel(Jogger(session))
     for _ in range(25):
         key = source.choice([panel.next_frame, panel.stop, *[lambda: panel.next_axis(source.randint(1, 5))] * 4])
         key()

@@ -39,7 +39,7 @@ from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.far_end import HELD_UP, QUIET
 from vrs_cli.net.messages import Done, Refused, Request, ServerMessage
 from vrs_cli.net.socket_port import SocketPort
-from vrs_cli.repl.place import Remote
+from vrs_cli.repl.connection import Remote
 from vrs_cli.repl.terminal import PlainTerminal
 from vrs_cli.view3d.panel_front_end import PanelFrontEnd, PanelTranscript
 

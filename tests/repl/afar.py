@@ -29,8 +29,9 @@ from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.net import messages
 from vrs_cli.net.messages import FromClient, FromServer, ServerMessage
 from vrs_cli.net.mirror import LastStatus
-from vrs_cli.repl.front_end import DraftPage, FrontEnd
-from vrs_cli.repl.place import Local, Remote
+from vrs_cli.repl.connection import Remote
+from vrs_cli.repl.front_end import FrontEnd
+from vrs_cli.repl.place import Local
 from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.values.questions import Editing
 from vrs_cli.wire.codec import Encoding, Reader, encode
@@ -157,11 +158,11 @@ def front_end_at(session: Session, terminal: Terminal | None = None) -> FrontEnd
     return FrontEnd(terminal or session.terminal, LocalPort(session, Console()), lambda _text: None)
 
 
-def page_of(front_end: FrontEnd, name: str, step: int = 1) -> DraftPage:
-    """What SEE has for the screen."""
+def question_of(front_end: FrontEnd, name: str, step: int = 1) -> Editing:
+    """The question of SEE, whose program has the screen."""
     session = session_of(front_end)
     draft = session.user_state.on_screen = ScreenDraft(session, named_program(name), step)
-    return DraftPage(Editing(draft.name, draft.text, draft.row, draft.dialect), front_end)
+    return Editing(draft.name, draft.text, draft.row, draft.dialect)
 
 
 def session_of(front_end: FrontEnd) -> Session:

@@ -10,11 +10,9 @@ from io import StringIO, UnsupportedOperation
 from prompt_toolkit.application import create_app_session
 from prompt_toolkit.data_structures import Size
 from prompt_toolkit.input import create_pipe_input
-from prompt_toolkit.key_binding import KeyBindings
 from prompt_toolkit.output.vt100 import Vt100_Output
 
 from tests.interfaces.monitor.test_showing import session
-from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.render.arm_picture import arm_picture
 from vrs_cli.render.blocks import Page
 from vrs_cli.repl.arm_window import ArmScreen
@@ -45,9 +43,8 @@ class Watching:
     def __init__(self, terminal: Terminal) -> None:
         of = session(*LINES)
         self.terminal, self.t, self.text = terminal, 1.0, TEXT
-        sight = Sight(of.engine.arm)
-        self.look = lambda: sight.picture(of.engine.timeline, self.t)
-        self.screen = ArmScreen(self.look, lambda: self.text, KeyBindings())
+        self.screen = ArmScreen(of.engine, lambda: self.t, lambda: self.text, {})
+        self.look = self.screen.look
 
     def drawn(self) -> str:
         """What is written for one more picture."""

@@ -16,8 +16,9 @@ from types import FrameType
 from tests.net.serving import serving
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.socket_port import SocketPort
+from vrs_cli.repl.connection import Remote
 from vrs_cli.repl.front_end import FrontEnd
-from vrs_cli.repl.place import Local, Remote
+from vrs_cli.repl.place import Local
 from vrs_cli.repl.terminal import PlainTerminal
 from vrs_cli.values.replies import Reply
 

@@ -26,11 +26,11 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.values import Kind
 from vrs_cli.render.colours import Ink, toolkit_style
 from vrs_cli.repl import interactive
+from vrs_cli.repl.colours import ValLexer
 from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.repl.history import recovery_folder
 from vrs_cli.repl.interactive import FromHistory, Shell, ValCompleter
 from vrs_cli.repl.interrupt import stoppable
-from vrs_cli.repl.lexer import ValLexer
 from vrs_cli.repl.place import Local
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.replies import Message

@@ -34,9 +34,9 @@ def test_keys_move_the_arm_and_leave(leave: str) -> None:
 def test_it_shows_axes_step_speed_place_and_keys() -> None:
     session = Session(RecordingTerminal())
     panel = JogPanel(Jogger(session))
-    panel.panel.next_frame()
-    panel.panel.choose(2)
-    panel.panel.move(-1.0)
+    panel.next_frame()
+    panel.choose(2)
+    panel.move(-1.0)
     text = panel.text()
     assert text.startswith("JOG world:  X    Y   [Z]   RX    RY    RZ    step 2 mm, speed 100 %\n")
     assert "at rest" in text
@@ -53,12 +53,10 @@ def test_it_shows_the_arm_where_there_is_room() -> None:
     with create_pipe_input() as keys, create_app_session(input=keys, output=DummyOutput()):
         keys.send_text(UP + UP + "q")
         panel.run()
-        look = panel.picture()
-        assert look is not None
-        drawn.append(look())
+        drawn.append(panel.screen().look())
     assert drawn == [sight.picture(session.engine.timeline, session.engine.now)]
     assert drawn[0].past
-    assert JogPanel(Jogger(session)).picture() is None
+    assert not hasattr(JogPanel(Jogger(session)).screen(), "look")
 
 
 def test_it_says_that_the_clock_stands() -> None:
@@ -66,5 +64,5 @@ def test_it_says_that_the_clock_stands() -> None:
     session = Session(RecordingTerminal(), clock=wall.clock())
     panel = JogPanel(Jogger(session))
     session.perform("CLOCK PAUSE")
-    panel.panel.move(1.0)
+    panel.move(1.0)
     assert "t 0.00 s, clock paused, moves until 0." in panel.text()

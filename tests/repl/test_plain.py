@@ -188,7 +188,7 @@ def test_main_takes_the_pipe_where_there_is_no_terminal(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("sys.stdin", StringIO("LISTR 7\n"))
-    assert shell.main() == 0
+    assert shell.run(Local()) == 0
     assert capsys.readouterr().out.split() == ["7", "7"]
 
 
@@ -196,7 +196,7 @@ def test_another_robot(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: py
     source = (Path(shell.__file__).parents[1] / "kinematics" / "robots" / "puma560.toml").read_text()
     (folder / "mine.toml").write_text(source.replace('name = "puma560"', 'name = "mine"'))
     monkeypatch.setattr("sys.stdin", StringIO("ID\n"))
-    assert shell.main(load_robot("mine.toml")) == 0
+    assert shell.run(Local(load_robot("mine.toml"))) == 0
     assert "(mine)" in capsys.readouterr().out
 
 

@@ -24,11 +24,11 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.net import messages
 from vrs_cli.repl import plain
-from vrs_cli.repl.connection import WORDS
+from vrs_cli.repl.connection import WORDS, Remote
 from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.repl.interactive import Shell
 from vrs_cli.repl.piped import KEEPING_UP, RESTING
-from vrs_cli.repl.place import Local, Place, Remote
+from vrs_cli.repl.place import Local, Place
 from vrs_cli.repl.terminal import PlainTerminal
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.questions import Answer, Question
@@ -349,7 +349,7 @@ def test_who_waits_at_a_prompt_is_woken_and_looks_at_nothing_else(monkeypatch: p
     line, woken = Line(attended=True, clock=ManualWall().clock()), list[str]()
     front_end, _ = attended(line, [], [])
     assert front_end.rest() == RESTING
-    front_end.woken_by(lambda: woken.append("woken"))
+    front_end.wake = lambda: woken.append("woken")
     line._tell(messages.Told(Message("something was said")))
     assert woken == ["woken"]
     front_end.take("DRIVE 1, 40")

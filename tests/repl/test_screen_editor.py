@@ -9,13 +9,12 @@ from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
 from tests.interfaces.terminals import RecordingTerminal
-from tests.repl.afar import front_end_at, page_of
+from tests.repl.afar import front_end_at, question_of
 from vrs_cli.errors import ProgramExists, UsageError
 from vrs_cli.interfaces.dialogue import at_once
 from vrs_cli.interfaces.editor.lines import named_program
 from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.repl.front_end import DraftPage
 from vrs_cli.repl.screen_editor import UNSAVED, ScreenEditor
 from vrs_cli.values.acts import KeepDraft
 from vrs_cli.values.diagnostics import LineRefused
@@ -40,7 +39,7 @@ def see(session: Session, keys: str, name: str = "p", step: int = 1, *, vi: bool
     with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
         pipe.send_text(keys)
         front_end = front_end_at(session)
-        editor = ScreenEditor(page_of(front_end, name, step), front_end, vi=vi)
+        editor = ScreenEditor(question_of(front_end, name, step), front_end, vi=vi)
         editor.run()
     return editor
 
@@ -56,7 +55,7 @@ def test_what_is_typed_is_noted_line_by_line_until_it_is_stored() -> None:
         pipe.send_text(f"move part{ENTER}ready{ENTER}{SAVE}{QUIT}")
         front_end = front_end_at(session)
         front_end.after = lambda: noted.append(session.user_state.drafted)
-        ScreenEditor(page_of(front_end, "p"), front_end).run()
+        ScreenEditor(question_of(front_end, "p"), front_end).run()
     assert ".PROGRAM p()\n    MOVE part\n    \n.END\n" in noted
     assert ".PROGRAM p()\n    MOVE part\n    READY\n    \n.END\n" in noted
     assert (noted[-1], session.user_state.drafted) == ("", "")
@@ -196,7 +195,7 @@ class Screen(RecordingTerminal):
         with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
             pipe.send_text(self.keys)
             front_end = front_end_at(self.session)
-            ScreenEditor(DraftPage(question, front_end), front_end).run()
+            ScreenEditor(question, front_end).run()
         return True
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def connect(options: Namespace) -> int:
     """Hand over to the shell; returns its exit status. Raises what the robot refuses."""
     from vrs_cli.net.socket_port import SocketPort
-    from vrs_cli.repl.place import Remote
+    from vrs_cli.repl.connection import Remote
     from vrs_cli.repl.shell import at, on_terminal
 
     attended = on_terminal()

@@ -28,10 +28,12 @@ if TYPE_CHECKING:
 def shell(options: Namespace) -> int:
     """Hand over to the shell; returns its exit status."""
     outside = chosen_outside(options)
-    from vrs_cli.repl.shell import main
+    from vrs_cli.repl.place import Local
+    from vrs_cli.repl.shell import run
 
-    clock, dialect, cell = clock_of(options.realtime), chosen_dialect(options), options.cell
-    return main(_robot(options), options.file, options.save, clock, outside, dialect, cell)
+    clock, dialect = clock_of(options.realtime), chosen_dialect(options)
+    place = Local(_robot(options), options.file, clock=clock, outside=outside, dialect=dialect, cell=options.cell)
+    return run(place, options.save)
 
 
 shell_parser = command(

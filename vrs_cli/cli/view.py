@@ -346,7 +346,7 @@ def _with_shell(options: argparse.Namespace, stack: ExitStack) -> int:
     hosted = _hosted(options, stack, model)
     _open(options, stack, door, hosted.hold_for_browser)
     from vrs_cli.net.socket_port import SocketPort
-    from vrs_cli.repl.place import Remote
+    from vrs_cli.repl.connection import Remote
     from vrs_cli.repl.shell import at, on_terminal
 
     connection = SocketPort(hosted.client(attended=on_terminal()))

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import asyncio
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import chain, groupby, repeat, zip_longest
 from operator import itemgetter
 
 from prompt_toolkit.application import Application, get_app
 from prompt_toolkit.data_structures import Point
-from prompt_toolkit.key_binding import KeyBindings
+from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.layout import Container, Dimension, FormattedTextControl, HSplit, Layout, Window
 from prompt_toolkit.layout.mouse_handlers import MouseHandlers
 from prompt_toolkit.layout.screen import Char, Screen, WritePosition
 from prompt_toolkit.output import Output
 from prompt_toolkit.styles import Style
 
+from vrs_cli.engine.position import Watched
+from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.render.arm_picture import ArmDrawing
 from vrs_cli.render.blocks import Page, TextLine
 from vrs_cli.render.colours import Ink, toolkit_style
@@ -148,27 +151,41 @@ def _cells(line: TextLine) -> Iterator[Cell]:
 
 
 class ArmScreen:
-    """The picture, where there is one, and text below it, until a key ends it. Both are looked at as often as the text
-    changes. `over`: whether there is nothing more to be seen; `abort`: what Ctrl-X does, beside the other keys.
+    """The picture of a robot at the time `t` [s] (now, if that is None), if the robot is seen, and text below it, until
+    a key ends both. Both are looked at as often as the text changes. `actions`: what each key does, None for keys that
+    leave; `over`: whether there is nothing more to be seen; `abort`: what Ctrl-X does.
     """
 
     def __init__(
         self,
-        look: Callable[[], ArmPicture] | None,
+        robot: Watched | None,
+        t: Callable[[], float] | None,
         text: Callable[[], str],
-        keys: KeyBindings,
+        actions: Mapping[str, Callable[[], object] | None],
         over: Callable[[], bool] = lambda: False,
         abort: Callable[[], object] | None = None,
     ) -> None:
         self._text, self._shown, self._over = text, text(), over
-        if abort is not None:
-            keys.add("c-x")(lambda _event: abort())
+        keys = KeyBindings()
+        for key, act in (dict(actions) if abort is None else {**actions, "c-x": abort}).items():
+            keys.add(key)(partial(self._press, act))
+        above = list[Container]()
+        if robot is not None:
+            sight = Sight(robot.arm)
+            self.look = lambda: sight.picture(robot.timeline, robot.now if t is None else t())
+            above.append(ArmWindow(self.look, lambda: self._shown.count("\n") + 1))
         below = Window(FormattedTextControl(lambda: self._shown), dont_extend_height=True, wrap_lines=True)
-        above = () if look is None else (ArmWindow(look, lambda: self._shown.count("\n") + 1),)
         layout = Layout(HSplit([*above, below]))
         self.app: Application[None] = Application(layout=layout, key_bindings=keys, color_depth=colour_depth())
         self.app.ttimeoutlen = ESCAPE
         self.app.key_processor.after_key_press += lambda _: self._look()
+
+    @staticmethod
+    def _press(act: Callable[[], object] | None, event: KeyPressEvent) -> None:
+        if act is None:
+            event.app.exit()
+        else:
+            act()
 
     def run(self) -> None:
         self.app.run(pre_run=self._begin)

@@ -1,13 +1,17 @@
-"""The colours of `render.colours` for what prompt-toolkit draws: bars, messages, menus."""
+"""The colours of `render.colours` for what prompt-toolkit draws: bars, messages, menus, and the line that is typed."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Container
 
+from prompt_toolkit.document import Document
+from prompt_toolkit.formatted_text import StyleAndTextTuples
+from prompt_toolkit.lexers import Lexer
 from prompt_toolkit.output import ColorDepth
 from prompt_toolkit.styles import Style
 
-from vrs_cli.render.colours import Bar, Ink, bar_style, toolkit_style
+from vrs_cli.render.colours import COLOURS, Bar, Ink, Palette, bar_style, toolkit_style
 
 STYLE = Style.from_dict(
     {
@@ -37,3 +41,29 @@ def colour_depth() -> ColorDepth | None:
     if os.environ.get("COLORTERM", "").lower() in ("truecolor", "24bit"):
         return ColorDepth.from_env() or ColorDepth.DEPTH_24_BIT
     return None
+
+
+class ValLexer(Lexer):
+    """Plain text until `ready()`: the tables of the language are heavy, and the first prompt does not wait for them.
+
+    `names`: the keys of the variables that have a value.
+    """
+
+    def __init__(
+        self, ready: Callable[[], bool], names: Callable[[], Container[str]] = frozenset, palette: Palette = COLOURS
+    ) -> None:
+        self._styles = {ink: toolkit_style(ink, palette) for ink in Ink}
+        self._ready = ready
+        self._names = names
+
+    def lex_document(self, document: Document) -> Callable[[int], StyleAndTextTuples]:
+        if not self._ready():
+            return lambda number: [("", document.lines[number])]
+        from vrs_cli.language.text.parser import variables_in
+        from vrs_cli.render.scan import scan
+
+        variables = variables_in(document.lines) if len(document.lines) > 1 else self._names()
+        return lambda number: [(self._styles[ink], text) for text, ink in scan(document.lines[number], variables)]
+
+    def invalidation_hash(self) -> object:
+        return self._ready()

@@ -1,4 +1,4 @@
-"""What a user sets of the shell: `config.toml` in the folder of the platform for such files."""
+"""The user's settings of the shell: `config.toml` in the folder of the platform for such files."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def config_path(environment: Mapping[str, str], platform: str = sys.platform) ->
 
 
 def read_config(environment: Mapping[str, str]) -> Config:
-    """What the file says; the defaults where there is none, and for what is wrong in it."""
+    """Read the file; the defaults where there is none, and for what is wrong in it."""
     try:
         path = config_path(environment)
         text = path.read_text(encoding="utf-8")
@@ -78,18 +78,6 @@ def config_of(text: str, path: str) -> Config:
     return Config(**good, wrong=tuple(wrong))
 
 
-def _keys(value: object) -> str:
-    return "" if value in KEYS else f'{value!r} is neither "emacs" nor "vi"'
-
-
-def _pager(value: object) -> str:
-    return "" if isinstance(value, bool | str) else f"{value!r} is neither true nor false nor a command"
-
-
-def _switch(value: object) -> str:
-    return "" if isinstance(value, bool) else f"{value!r} is neither true nor false"
-
-
 def _colours(value: object) -> str:
     if not isinstance(value, dict):
         return 'a table is wanted: [colours], and lines as number = "#d700af"'
@@ -103,9 +91,11 @@ def _colours(value: object) -> str:
 
 
 SETTINGS: Mapping[str, Callable[[object], str]] = {  # what is wrong with a value, or ""
-    "keys": _keys,
-    "pager": _pager,
-    "suggestions": _switch,
+    "keys": lambda value: "" if value in KEYS else f'{value!r} is neither "emacs" nor "vi"',
+    "pager": lambda value: (
+        "" if isinstance(value, bool | str) else f"{value!r} is neither true nor false nor a command"
+    ),
+    "suggestions": lambda value: "" if isinstance(value, bool) else f"{value!r} is neither true nor false",
     "colours": _colours,
 }
 

@@ -1,11 +1,16 @@
-"""What the user of a shell says and hears of the connection to a served robot, and of who drives it."""
+"""A robot behind a connection: the lines of its user, and messages to that user, about the connection and the lease."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 
+from msgspec import Struct
+
 from vrs_cli.errors import RequestRefused
-from vrs_cli.interfaces.station.lease import Notice, Requested, notice_text
+from vrs_cli.interfaces.dialogue import Terminal
+from vrs_cli.interfaces.port.port import Port
+from vrs_cli.interfaces.station.lease import Requested, notice_text
 from vrs_cli.net.messages import At, Drive, Lease, LeaseAct, Present, ServerMessage, Welcome, Who
 from vrs_cli.repl.front_end import FrontEnd
 from vrs_cli.values.acts import Attend
@@ -14,16 +19,28 @@ SLASH = "/"  # no line of VAL-II begins with it
 WORDS = "/who is there and drives, /ask to drive, /give NAME lets another drive, /release lets anybody; all may ABORT"
 
 
+class Remote(Struct):
+    """A robot behind a connection, which is there. `told` hears what becomes of that."""
+
+    port: Port
+    told: Callable[[str], None]
+
+    remote = lives = waits = True
+
+    def front_end(self, terminal: Terminal) -> FrontEnd:
+        return ConnectionWords(FrontEnd(terminal, self.port, self.told)).front_end
+
+
 class ConnectionWords:
     """The lines of a front end that begin with a slash, and the messages that are about the connection."""
 
     def __init__(self, front_end: FrontEnd) -> None:
         self.front_end, self._port, self._told = front_end, front_end.port, front_end.told
         self._attended = front_end.terminal.attended
-        front_end.connected, front_end.opening = self, self._begin
+        front_end.about_connection, front_end.hear_connection, front_end.opening = self.take, self.hear, self._begin
 
     def _begin(self) -> None:
-        """What a prompt shows comes with the answer to the first request."""
+        """Ask for what a prompt shows, which comes with the answer to the first request."""
         if self._attended:
             self.front_end.answer()
             if not self._port.one_user:
@@ -41,18 +58,13 @@ class ConnectionWords:
                 found = self.front_end.end_of(Who)
                 if isinstance(found, Present):
                     self._told(f"there are {', '.join(found.holders)}; {self._named(found.driver)}")
-            case ["ask"]:
-                self._drive(LeaseAct.ASK)
+            case [("ask" | "release") as act]:
+                self.front_end.do(lambda id: Drive(id, LeaseAct(act)))
             case ["give", to]:
-                self._drive(LeaseAct.GIVE, to)
-            case ["release"]:
-                self._drive(LeaseAct.RELEASE)
+                self.front_end.do(lambda id: Drive(id, LeaseAct.GIVE, to))
             case _:
                 self._told(WORDS)
         return True
-
-    def _drive(self, act: LeaseAct, to: str = "") -> None:
-        self.front_end.do(lambda id: Drive(id, act, to))
 
     def hear(self, message: ServerMessage) -> None:
         """Tell that the connection is there again, or what became of the lease."""
@@ -65,13 +77,10 @@ class ConnectionWords:
                     with suppress(RequestRefused):  # what the prompt shows is asked for
                         self.front_end.begin(lambda id: At(id, Attend()), self.front_end.come)
             case Lease(holder, notice) if self._attended:
-                self._told(self._noticed(holder, notice))
+                text = notice_text(notice, self._port.name) or self._named(holder)
+                if isinstance(notice, Requested) and notice.of == self._port.name:
+                    text += f": /give {notice.by}"
+                self._told(text)
 
     def _named(self, driver: str) -> str:
         return f"{driver or 'nobody'} drives" if driver != self._port.name else "you drive"
-
-    def _noticed(self, holder: str, notice: Notice | None) -> str:
-        text = notice_text(notice, self._port.name) or self._named(holder)
-        if isinstance(notice, Requested) and notice.of == self._port.name:
-            return f"{text}: /give {notice.by}"
-        return text

@@ -11,7 +11,6 @@ from collections import deque
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Protocol, TypeVar
 
 from vrs_cli.engine.feed import Inbox
 from vrs_cli.engine.position import Watched
@@ -21,7 +20,6 @@ from vrs_cli.interfaces.conversation.complete import Signature, signature
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import Running, Terminal
 from vrs_cli.interfaces.editor.screen import Found
-from vrs_cli.interfaces.jog.jogger import JogArm
 from vrs_cli.interfaces.port.far_hand import FarHand
 from vrs_cli.interfaces.port.port import MakeRequest, Outlet, Port, answer_to, checked
 from vrs_cli.repl.piped import KEEPING_UP, RESTING, SHORTEST, Driven
@@ -37,16 +35,6 @@ from vrs_cli.wire.messages import Abort, Asked, At, Done, How, Line, Refused, Se
 AT_ONCE = 1.0  # [s] that the answer to a look is waited for: a key does not wait longer
 COMING_BACK = 60.0  # [s] that a file is waited for
 MAX_CHARS = 50_000  # of one message over a connection
-M = TypeVar("M", bound=ServerMessage)
-
-
-class Connected(Protocol):
-    """What a front end says and hears of a connection, and of who drives (`repl/connection.py`)."""
-
-    def take(self, text: str) -> bool:
-        """Carry out a line that is about the connection; whether it is one."""
-
-    def hear(self, message: ServerMessage) -> None: ...
 
 
 class FrontEnd:
@@ -58,7 +46,9 @@ class FrontEnd:
         self.terminal, self.port, self.told = terminal, port, told
         self.interrupted = self.failed = False
         self.noted = ""
-        self.connected: Connected | None = None
+        # `repl/connection.py`: carries out a line that is about the connection, and hears what else comes of that
+        self.about_connection: Callable[[str], bool] = lambda _text: False
+        self.hear_connection: Callable[[ServerMessage], None] = lambda _message: None
         self.driven: Driven | None = None  # a robot of this process, whose time goes on while a line is waited for
         self.opening: Callable[[], None] = lambda: None  # what comes before the first line
         self.after: Callable[[], None] = lambda: None  # is called after each command
@@ -70,7 +60,7 @@ class FrontEnd:
         self._breaks = self._count_breaks()  # when the last line was taken
         self._withdrawn: set[int] = set()
         self._question = 0  # that is before the user
-        self._wake: Callable[[], object] = int  # nobody waits
+        self.wake: Callable[[], object] = int  # is called, from any thread, when `keep_up` has something to do
         port.listen(self.come)
 
     # --- what is done: each returns when it is done, and whatever went wrong has been shown ---
@@ -79,7 +69,7 @@ class FrontEnd:
         """Carry out a line, or several that were pasted together."""
         self.interrupted = False
         self._breaks = self._count_breaks()
-        if self.connected is not None and self.connected.take(text):
+        if self.about_connection(text):
             return
         *parts, last = _parts(text) if self.port.name else [text]
         for part in parts:
@@ -193,8 +183,8 @@ class FrontEnd:
                     self.terminal.progress(Running(around.clock))
             case Done() | Refused():
                 self._ended(message, "")
-            case _ if self.connected is not None:
-                self.connected.hear(message)
+            case _:
+                self.hear_connection(message)
 
     def _show(self, reply: Reply) -> None:
         """What cannot be shown is an error of vrs, which is shown in its place."""
@@ -263,11 +253,6 @@ class FrontEnd:
             end.refusal.error()
         return list(end.choices) if isinstance(end, messages.Completed) else []
 
-    def _look(self, make: MakeRequest, kind: type[M], seconds: float = AT_ONCE) -> M | None:
-        """What a look finds; None where it finds nothing in that time."""
-        end = self.end_of(make, seconds)
-        return end if isinstance(end, kind) else None
-
     def end_of(self, make: MakeRequest, seconds: float = AT_ONCE) -> ServerMessage | None:
         """Send a request of which nothing is shown, and return its end; None where that does not come in time."""
         found: Inbox[ServerMessage] = Inbox()
@@ -287,14 +272,10 @@ class FrontEnd:
         now = self.status()
         return min(max(self.port.due, SHORTEST), KEEPING_UP if now.clock < now.end else RESTING)
 
-    def woken_by(self, wake: Callable[[], object]) -> None:
-        """Have it called, from any thread, when something has come from elsewhere: `keep_up` is to be called."""
-        self._wake = wake
-
     def come(self, message: ServerMessage) -> None:
         """Something is there to be looked at, perhaps in the thread of a connection."""
         self._heard.put(message)
-        self._wake()
+        self.wake()
 
     def keep_up(self) -> None:
         """Let happen, or show, what has become due while nobody was looking. What belongs to a command whose question
@@ -313,14 +294,10 @@ class FrontEnd:
 
     # --- what fills the screen ---
 
-    def page(self, question: Editing) -> DraftPage:
-        """The program of SEE."""
-        return DraftPage(question, self)
-
-    def hand(self, question: Jogging) -> JogArm:
-        """The arm of JOG."""
-        seen = self._look(lambda id: At(id, Look()), Done)
-        if seen is None or not isinstance(seen.found, Seen):
+    def hand(self, question: Jogging) -> FarHand:
+        """Return the arm of JOG. Raises RequestRefused if the robot does not answer."""
+        seen = self.end_of(lambda id: At(id, Look()))
+        if not isinstance(seen, Done) or not isinstance(seen.found, Seen):
             raise RequestRefused("the robot does not answer", "JOG again")
         return FarHand(self.begin, question.joints, question.units, seen.found)
 
@@ -335,8 +312,8 @@ class FrontEnd:
         """The trajectory of REPLAY: its file comes here, unless the robot of this process has it."""
         if isinstance(self.port.on_screen, Recording):
             return self.port.on_screen
-        fetched = self._look(lambda id: messages.Get(id, question.path), messages.Fetched, COMING_BACK)
-        if fetched is None:
+        fetched = self.end_of(lambda id: messages.Get(id, question.path), COMING_BACK)
+        if not isinstance(fetched, messages.Fetched):
             raise RequestRefused(f"{question.path} does not come from the robot", "REPLAY again")
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / Path(question.path).name

@@ -22,23 +22,21 @@ from prompt_toolkit.buffer import Buffer
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
 from prompt_toolkit.enums import EditingMode
-from prompt_toolkit.filters import Condition, emacs_insert_mode, to_filter, vi_insert_mode
+from prompt_toolkit.filters import Condition, completion_is_selected, emacs_insert_mode, to_filter, vi_insert_mode
 from prompt_toolkit.formatted_text import StyleAndTextTuples
 from prompt_toolkit.history import InMemoryHistory
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.patch_stdout import patch_stdout
 
 from vrs_cli.repl.backstage import Backstage
-from vrs_cli.repl.colours import STYLE, colour_depth
+from vrs_cli.repl.colours import STYLE, ValLexer, colour_depth
 from vrs_cli.repl.config import Config, read_config
 from vrs_cli.repl.echo import typed_ahead, unechoed
 from vrs_cli.repl.history import history_path, open_history
 from vrs_cli.repl.interrupt import Ended, aborting, stoppable
-from vrs_cli.repl.lexer import ValLexer
 from vrs_cli.repl.piped import KEEPING_UP, RESTING
 from vrs_cli.repl.place import Place
-from vrs_cli.repl.toolbar import GAP, signature_row, toolbar, vi_mode
-from vrs_cli.repl.word_at import asked_about
+from vrs_cli.repl.toolbar import GAP, asked_about, signature_row, toolbar, vi_mode
 from vrs_cli.version import __version__
 
 if TYPE_CHECKING:
@@ -226,7 +224,7 @@ class Shell:
         while True:
             work = self.backstage.ready
             if work is not None:
-                work.front_end.woken_by(partial(_soon, loop, woken.set))
+                work.front_end.wake = partial(_soon, loop, woken.set)
             await rested(woken, KEEPING_UP if work is None else work.front_end.rest())
             if work is not None:
                 work.front_end.keep_up()
@@ -396,7 +394,9 @@ def key_bindings(explain: Callable[[Document], None], abort: Callable[[], None])
         event.app.clipboard.set_text(event.current_buffer.text)
         event.current_buffer.document = Document()
 
-    @bindings.add("up", filter=Condition(_nothing_chosen))
+    menu = Condition(lambda: get_app().current_buffer.complete_state is not None)
+
+    @bindings.add("up", filter=menu & ~completion_is_selected)
     def back(event: KeyPressEvent) -> None:
         event.current_buffer.cancel_completion()
         event.current_buffer.auto_up(count=event.arg)
@@ -410,8 +410,3 @@ def key_bindings(explain: Callable[[Document], None], abort: Callable[[], None])
         event.app.exit(exception=EOFError, style="class:exiting")
 
     return bindings
-
-
-def _nothing_chosen() -> bool:
-    state = get_app().current_buffer.complete_state
-    return state is not None and state.current_completion is None

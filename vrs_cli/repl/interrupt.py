@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from types import FrameType
 from typing import Any, Self
 
@@ -35,18 +35,14 @@ class Stoppable:
         self.number: int | None = None
         self.waiting = False
         self._stop = stop
-        self._before: dict[int, Any] = {}
+        self._handling = _handling(SAID, self._heard)
 
     def __enter__(self) -> Self:
-        if threading.current_thread() is threading.main_thread():
-            for number in SAID:
-                if signal.getsignal(number) is not signal.SIG_IGN:
-                    self._before[number] = signal.signal(number, self._heard)
+        self._handling.__enter__()
         return self
 
-    def __exit__(self, *_error: object) -> None:
-        for number, before in self._before.items():
-            signal.signal(number, before)
+    def __exit__(self, *error: Any) -> None:
+        self._handling.__exit__(*error)
 
     def _heard(self, number: int, _frame: FrameType | None) -> None:
         again = self.number is not None
@@ -85,32 +81,31 @@ def stoppable(interrupt: Callable[[], bool]) -> Iterator[None]:
 
 
 @contextmanager
-def ending() -> Iterator[None]:
+def _handling(
+    numbers: Iterable[int], handler: Callable[[int, FrameType | None], None], *, ignored_too: bool = False
+) -> Iterator[None]:
+    """Handle signals, in the main thread. `ignored_too`: also signals that are ignored."""
+    before = {}
+    if threading.current_thread() is threading.main_thread():
+        heard = [number for number in numbers if ignored_too or signal.getsignal(number) is not signal.SIG_IGN]
+        before = {number: signal.signal(number, handler) for number in heard}
+    try:
+        yield
+    finally:
+        for number, handled in before.items():
+            signal.signal(number, handled)
+
+
+def ending() -> AbstractContextManager[None]:
     """Signals that end the process raise Ended, wherever it is."""
 
     def end(number: int, _frame: FrameType | None) -> None:
         raise Ended(number)
 
-    before = {}
-    if threading.current_thread() is threading.main_thread():
-        heard = [number for number in ENDINGS if signal.getsignal(number) is not signal.SIG_IGN]
-        before = {number: signal.signal(number, end) for number in heard}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+    return _handling(ENDINGS, end)
 
 
-@contextmanager
-def aborting(abort: Callable[[], None]) -> Iterator[None]:
+def aborting(abort: Callable[[], None]) -> AbstractContextManager[None]:
     """Call `abort` at SIGQUIT, the signal of Ctrl-X (`repl/echo.py`), while a line is carried out. Windows has none."""
-    quit = getattr(signal, "SIGQUIT", None)
-    if quit is None or threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(quit, lambda _number, _frame: abort())
-    try:
-        yield
-    finally:
-        signal.signal(quit, before)
+    quit = [signal.SIGQUIT] if hasattr(signal, "SIGQUIT") else []
+    return _handling(quit, lambda _number, _frame: abort(), ignored_too=True)

@@ -4,21 +4,37 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
+from datetime import datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vrs_cli.devices.outside import Outside
 from vrs_cli.engine.clock import RobotClock
-from vrs_cli.interfaces.dialogue import Terminal
+from vrs_cli.errors import FileError
+from vrs_cli.files.recovery import Left, Recovery, left
+from vrs_cli.interfaces.conversation.conversation import Conversation
+from vrs_cli.interfaces.dialogue import Reading, Running, Terminal
+from vrs_cli.interfaces.monitor.consent import listed
 from vrs_cli.interfaces.port.local import Console, LocalPort
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.language.text.ast import Program, Section
+from vrs_cli.language.text.parser import parse_file
 from vrs_cli.repl.front_end import FrontEnd
-from vrs_cli.repl.keeping import Keeper
-from vrs_cli.repl.logged import LoggedTerminal
 from vrs_cli.repl.recorder import Recorder
 from vrs_cli.values.dialect import Dialect
-from vrs_cli.values.replies import Message, Plot, Tone
+from vrs_cli.values.numbers import count
+from vrs_cli.values.questions import Answer, Confirmation, OnScreen, Question
+from vrs_cli.values.replies import Message, Plot, Reply, Tone, report
+
+if TYPE_CHECKING:
+    from vrs_cli.render.transcript import Transcript
+
+ROBOT = "; robot: "  # of which it was: the first line of a file
+SLOW, REST = 0.1, 10.0  # a text that takes more than SLOW [s] is followed by REST times as long without one
 
 
 class ShellRobot:
@@ -93,3 +109,163 @@ def _draw(path: Path, plot: Plot) -> None:
     from vrs_cli.render.plots import plot_curves
 
     plot_curves(path, plot)
+
+
+# --- LOG ---
+
+
+class LoggedTerminal:
+    """`terminal`, with a transcript while one is wanted."""
+
+    def __init__(self, terminal: Terminal) -> None:
+        self._terminal = terminal
+        self._transcript: Transcript | None = None
+
+    @property
+    def attended(self) -> bool:
+        return self._terminal.attended
+
+    @property
+    def path(self) -> Path | None:
+        """The file that is being written."""
+        return None if self._transcript is None else self._transcript.path
+
+    def begin(self, path: Path) -> None:
+        """Write from now on. Raises FileError."""
+        from vrs_cli.render.transcript import Transcript
+
+        self.end()
+        try:
+            self._transcript = Transcript(path, time.monotonic)
+        except OSError as error:
+            raise FileError(f"{path} cannot be written: {(error.strerror or str(error)).lower()}") from None
+
+    def end(self) -> None:
+        if self._transcript is not None:
+            transcript, self._transcript = self._transcript, None
+            try:
+                transcript.close()
+            except OSError as error:
+                self._failed(transcript.path, error)
+
+    def typed(self, prompt: str, text: str) -> None:
+        """Lines were typed."""
+        for line in text.splitlines():
+            self._keep(lambda transcript, line=line: transcript.typed(prompt, line))  # type: ignore[misc]
+
+    # --- as a terminal ---
+
+    def show(self, reply: Reply) -> None:
+        self._terminal.show(reply)
+        self._keep(lambda transcript: transcript.reply(reply))
+
+    def type(self, text: str, newline: bool) -> None:
+        self._terminal.type(text, newline)
+        self._keep(lambda transcript: transcript.type(text + "\n" * newline))
+
+    def progress(self, doing: Running | Reading) -> None:
+        self._terminal.progress(doing)
+
+    def ask(self, question: Question) -> Answer:
+        answer = self._terminal.ask(question)
+        if not isinstance(question, OnScreen):
+            said = answer if isinstance(answer, str) else "Y" if answer else "N"
+            self._keep(lambda transcript: transcript.typed(f"{question.text} ", said))
+        return answer
+
+    # --- writing ---
+
+    def _keep(self, write: Callable[[Transcript], None]) -> None:
+        """Write something, where a transcript is wanted. A disk that is full ends it, and nothing else."""
+        if self._transcript is None:
+            return
+        try:
+            write(self._transcript)
+        except OSError as error:
+            path, self._transcript = self._transcript.path, None
+            self._failed(path, error)
+
+    def _failed(self, path: Path, error: OSError) -> None:
+        what = f"{path} is not complete: {(error.strerror or str(error)).lower()}"
+        self._terminal.show(Message(what, Tone.ERROR))
+
+
+# --- the recovery file ---
+
+
+class Keeper:
+    """Writes the recovery file of a conversation after each line that has changed something."""
+
+    def __init__(
+        self,
+        conversation: Conversation,
+        folder: Path,
+        terminal: Terminal,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._conversation, self._folder, self._terminal, self._clock = conversation, folder, terminal, clock
+        self._recovery = Recovery(folder)
+        self._kept: object = None
+        self._not_before = 0.0
+
+    def keep(self) -> None:
+        """After a line: write what is not stored, remove the file where all is."""
+        session, unfinished = self._conversation.session, self._conversation.unfinished
+        if not (unfinished or session.unstored.programs() or session.unstored.items()):
+            self.forget()
+            return
+        from vrs_cli.files.store import store
+
+        begun = self._clock()
+        now = (session.unstored.state(), unfinished)
+        if now == self._kept or begun < self._not_before:
+            return
+        worked = time.process_time()
+        whose = f"{ROBOT}{session.engine.arm.model.name}\n"
+        self._recovery.write(whose + store(session.environment, layout=session.layout) + unfinished)
+        self._kept, took = now, time.process_time() - worked
+        self._not_before = begun + REST * took if took > SLOW else begun
+
+    def forget(self) -> None:
+        """All is stored, or the user has left: nothing need be kept."""
+        self._recovery.remove()
+        self._kept = None
+
+    def offer(self) -> None:
+        """Ask about what other shells have left."""
+        for one in left(self._folder):
+            self._offer(one)
+
+    def _offer(self, one: Left) -> None:
+        session = self._conversation.session
+        terminal, (robot, text) = self._terminal, _robot_of(one.text)
+        whose = f", robot {robot}" if robot not in ("", session.engine.arm.model.name) else ""
+        if not terminal.ask(Confirmation(f"Recovered from {_moment(one.written)}{whose}: {_held(text)}. Load (Y/N)?")):
+            terminal.show(Message(f"Not loaded; LOAD {one.decline()} brings it back"))
+            return
+        terminal.show(report(session.load_text(text), text))
+        terminal.show(Message("Loaded, and not stored yet: STORE file stores all", Tone.WARNING))
+        self.keep()
+        self._recovery.wait()
+        one.remove()
+
+
+def _robot_of(text: str) -> tuple[str, str]:
+    """The name of the robot, "" where a file does not tell it; and the rest."""
+    first, _, rest = text.partition("\n")
+    return (first.removeprefix(ROBOT), rest) if first.startswith(ROBOT) else ("", text)
+
+
+def _moment(when: datetime) -> str:
+    """`14:05`, with the day if it is not today."""
+    return f"{when:%H:%M}" if when.date() == datetime.now().date() else f"{when:%d %b %Y %H:%M}"
+
+
+def _held(text: str) -> str:
+    """`programs pick, place, 2 locations`."""
+    parts = parse_file(text)[0].parts
+    programs = list(dict.fromkeys(part.name for part in parts if isinstance(part, Program)))
+    said = [listed("program", programs)] if programs else []
+    nouns = {".LOCATIONS": "location", ".REALS": "real", ".STRINGS": "string"}
+    said += [count(len(part.entries), nouns[part.name]) for part in parts if isinstance(part, Section)]
+    return ", ".join(said) or "nothing"

@@ -1,18 +1,18 @@
-"""A robot watched on the terminal, with prompt-toolkit: where it is while time goes by, of a trajectory or of one that
-others move.
+"""A robot watched on the terminal, with prompt-toolkit: a trajectory that is played (REPLAY), a robot that others move,
+and the arm until it stands (SHOW).
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 from msgspec import Struct
-from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
+from prompt_toolkit.patch_stdout import patch_stdout
 
 from vrs_cli.engine.position import Watched, position_at
-from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.interfaces.roles.observer import RecordedRobot
 from vrs_cli.interfaces.roles.playback import Playback
 from vrs_cli.kinematics.arm import RobotArm
@@ -20,15 +20,17 @@ from vrs_cli.render.text import plain_text
 from vrs_cli.repl.arm_window import ArmScreen
 from vrs_cli.repl.toolbar import ABORT
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.replies import ArmPicture, Whereabouts
+from vrs_cli.values.replies import Whereabouts
 
 BAR = 30  # characters
 SKIP, FAR_SKIP = 1.0, 10.0  # [s]
+STANDS = 1.0  # [s] after its last motion the arm is believed to be at rest
+LIVE_KEYS = f"{ABORT}   any other key ends the picture, not the motion"
 
 
 class Action(NamedTuple):
-    """What keys do: `change` makes the next playback; None leaves the player. `live`: only where the robot is watched
-    while it moves."""
+    """The effect of some keys: `change` makes the next playback; None leaves the player. `live`: only where the robot
+    is watched while it moves."""
 
     keys: tuple[str, ...]
     shown: str
@@ -51,11 +53,6 @@ ACTIONS: tuple[Action, ...] = (
 )
 
 
-def nothing_else(_t: float) -> str:
-    """There is nothing to tell of a trajectory but where the robot is."""
-    return ""
-
-
 class Player(Struct):
     """Holds the playback and draws it; `wall` tells the time of the day [s]. `news`: lines of what else there is to
     tell of the time that is shown, such as who drives the robot; `live`: others move it; `passes`: whether its time
@@ -65,13 +62,13 @@ class Player(Struct):
     watched: Watched
     playback: Playback
     wall: Callable[[], float] = time.monotonic
-    news: Callable[[float], str] = nothing_else
+    news: Callable[[float], str] = lambda _t: ""
     live: bool = False
     passes: Callable[[], bool] = lambda: False
     abort: Callable[[], object] | None = None
 
     def text(self) -> str:
-        """What is shown now."""
+        """Return the text that is shown now."""
         wall, watched = self.wall(), self.watched
         timeline = watched.timeline
         self.playback = self.playback.look(wall, timeline.start, timeline.end, watched.now)
@@ -100,29 +97,13 @@ class Player(Struct):
         return [action for action in ACTIONS if self.live or not action.live]
 
     def screen(self) -> ArmScreen:
-        """What plays on the terminal until the user leaves."""
-        sight = Sight(self.watched.arm)
-        return ArmScreen(lambda: self._picture(sight), self.text, self._bindings(), abort=self.abort)
+        """Return the application that plays on the terminal until the user leaves."""
+        keys = {key: action.change for action in self._actions() for key in action.keys}
+        actions = {key: None if change is None else partial(self._change, change) for key, change in keys.items()}
+        return ArmScreen(self.watched, lambda: self.playback.at(self.wall()), self.text, actions, abort=self.abort)
 
-    def _picture(self, sight: Sight) -> ArmPicture:
-        """The arm at the time that is shown."""
-        return sight.picture(self.watched.timeline, self.playback.at(self.wall()))
-
-    def _bindings(self) -> KeyBindings:
-        bindings = KeyBindings()
-        for action in self._actions():
-            for key in action.keys:
-                bindings.add(key)(self._handler(action.change))
-        return bindings
-
-    def _handler(self, change: Callable[[Playback, float], Playback] | None) -> Callable[[KeyPressEvent], None]:
-        def handle(event: KeyPressEvent) -> None:
-            if change is None:
-                event.app.exit()
-            else:
-                self.playback = change(self.playback, self.wall())
-
-        return handle
+    def _change(self, change: Callable[[Playback, float], Playback]) -> None:
+        self.playback = change(self.playback, self.wall())
 
 
 def play(arm: RobotArm, timeline: Timeline, rate: float) -> None:
@@ -141,3 +122,21 @@ async def watch(
     playback = Playback.following(timeline.start, timeline.end, watched.now, time.monotonic())
     player = Player(watched, playback, news=news, live=True, passes=passes, abort=abort)
     await player.screen().run_async()
+
+
+def show_motion(watched: Watched, keep_up: Callable[[], None], abort: Callable[[], None]) -> None:
+    """SHOW while the arm moves: picture it as it is now, until it stands or a key is pressed. `keep_up` lets happen
+    what is due; `abort` stops the robot.
+    """
+
+    def text() -> str:
+        at = position_at(watched.arm, watched.timeline, watched.now)
+        doing = at.text or "moving" if at.moving else "at rest"
+        return f"t {at.time:.2f} s, {doing}\n{plain_text(Whereabouts(at, units=watched.arm.model.units))}{LIVE_KEYS}"
+
+    def over() -> bool:
+        keep_up()
+        return watched.now > watched.timeline.end + STANDS
+
+    with patch_stdout(raw=True):
+        ArmScreen(watched, None, text, {"<any>": None}, over, abort).run()

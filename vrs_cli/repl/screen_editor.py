@@ -39,13 +39,12 @@ from vrs_cli.interfaces.editor.screen import canonical, canonical_line
 from vrs_cli.interfaces.monitor.help import page as help_page
 from vrs_cli.render.colours import COLOURS, Palette
 from vrs_cli.render.text import plain_text
-from vrs_cli.repl.colours import STYLE, colour_depth
+from vrs_cli.repl.colours import STYLE, ValLexer, colour_depth
 from vrs_cli.repl.front_end import DraftPage, FrontEnd
-from vrs_cli.repl.lexer import ValLexer
-from vrs_cli.repl.toolbar import ABORT, signature_row, vi_mode
-from vrs_cli.repl.word_at import asked_about
+from vrs_cli.repl.toolbar import ABORT, asked_about, signature_row, vi_mode
 from vrs_cli.values.diagnostics import Diagnostic, Severity
 from vrs_cli.values.prompt import Suggestion
+from vrs_cli.values.questions import Editing
 
 _BEGUN = re.compile(r"[#$]?[A-Za-z][\w.]*$")
 _NAME = re.compile(r"[#$]?\b[a-z][a-z0-9_.]*\b")
@@ -89,8 +88,8 @@ class Underlined(Processor):
 class ScreenEditor:
     """One program on the screen."""
 
-    def __init__(self, page: DraftPage, screens: FrontEnd, palette: Palette = COLOURS, *, vi: bool = False) -> None:
-        self.page, self._screens = page, screens
+    def __init__(self, question: Editing, screens: FrontEnd, palette: Palette = COLOURS, *, vi: bool = False) -> None:
+        self.page, self._screens = (page := DraftPage(question, screens)), screens
         self.message = ""
         self.findings: tuple[Diagnostic, ...] = ()
         self._draws = False  # there is a screen

@@ -1,11 +1,10 @@
-"""How a session talks at a terminal, with somebody there to answer; and where there is nobody (a pipe)."""
+"""The terminal of a session: with somebody there to answer, and where there is nobody (a pipe)."""
 
 from __future__ import annotations
 
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, TextIO
 
@@ -21,12 +20,12 @@ from vrs_cli.values.questions import (
     Answer,
     Confirmation,
     Editing,
+    Jogging,
     LineWanted,
     OnScreen,
     Parting,
     Playing,
     Question,
-    Watching,
     ended,
 )
 from vrs_cli.values.replies import Reply, is_error
@@ -91,7 +90,16 @@ class PlainTerminal:
         """The next line of the input, if it is an answer. Raises EndOfInput."""
         if isinstance(question, LineWanted):
             return self._line(question)
-        return self._yes_or_no(question) if isinstance(question, Confirmation) else None
+        if not isinstance(question, Confirmation):
+            return None
+        self._write(question.text)
+        self.stream.flush()
+        line = next(self.lines, None)
+        self.stream.write("\n")
+        agreed = None if line is None else yes_or_no(line)
+        if line is not None and agreed is None:
+            self.lines.put_back(line)
+        return agreed
 
     def _line(self, question: LineWanted) -> str | None:
         prompt = question.text
@@ -108,16 +116,6 @@ class PlainTerminal:
         if prompt:
             self.stream.write("\n")
         return self._entered.rstrip("\r\n")
-
-    def _yes_or_no(self, question: Confirmation) -> bool | None:
-        self._write(question.text)
-        self.stream.flush()
-        line = next(self.lines, None)
-        self.stream.write("\n")
-        agreed = None if line is None else yes_or_no(line)
-        if line is not None and agreed is None:
-            self.lines.put_back(line)
-        return agreed
 
 
 def yes_or_no(line: str) -> bool | None:
@@ -259,58 +257,42 @@ class ShellTerminal:
             self.type(WANTED, True)
 
     def _on_screen(self, question: OnScreen) -> bool | None:
-        """Let it fill the screen until the user leaves; None where this terminal cannot."""
+        """Let it fill the screen until the user leaves; None where this terminal cannot. What is said while the editor
+        fills the screen is shown after it.
+        """
         from prompt_toolkit.utils import is_dumb_terminal
 
+        from vrs_cli.repl.player import play, show_motion
+
+        screens = self.screens
         if isinstance(question, Playing):
-            self._play(question)
+            recording = screens.recording(question)
+            play(recording.arm, recording.timeline, 1.0)
         elif is_dumb_terminal():
             return None
         elif isinstance(question, Editing):
             from vrs_cli.repl.screen_editor import ScreenEditor
 
-            with self._covered():
-                ScreenEditor(self.screens.page(question), self.screens, self.palette, vi=self.vi).run()
-        elif isinstance(question, Watching):
-            return self._watch()
-        else:
+            later = self._later = list[Callable[[], None]]()
+            try:
+                ScreenEditor(question, screens, self.palette, vi=self.vi).run()
+            finally:
+                self._later = None
+                for say in later:
+                    say()
+        elif isinstance(question, Jogging):
             from vrs_cli.repl.jog_panel import JogPanel
 
-            JogPanel(self.screens.hand(question), question.speed, self.screens.watched(), self._abort).run()
+            JogPanel(screens.hand(question), question.speed, screens.watched(), self._abort).run()
+        elif (watched := screens.watched()) is not None:
+            show_motion(watched, screens.keep_up, self._abort)
+        else:
+            return None
         return True
-
-    @contextmanager
-    def _covered(self) -> Iterator[None]:
-        """What is said while the editor fills the screen is shown after it."""
-        later: list[Callable[[], None]] = []
-        self._later = later
-        try:
-            yield
-        finally:
-            self._later = None
-            for say in later:
-                say()
 
     def _abort(self) -> None:
         self.screens.abort()
         self.screens.keep_up()
-
-    def _watch(self) -> bool | None:
-        """The arm until it stands; what it does meanwhile goes on."""
-        from vrs_cli.repl.live import Live
-
-        watched = self.screens.watched()
-        if watched is None:
-            return None
-        Live(watched, self.screens.keep_up, self._abort).run()
-        return True
-
-    def _play(self, question: Playing) -> None:
-        """The trajectory at its own rate."""
-        from vrs_cli.repl.player import play
-
-        recording = self.screens.recording(question)
-        play(recording.arm, recording.timeline, 1.0)
 
     # --- progress ---
 
@@ -344,7 +326,7 @@ class ShellTerminal:
 
 
 def latest(reply: Reply) -> str:
-    """What the toolbar keeps of a reply: the first line of a message."""
+    """Return the part of a reply that the toolbar keeps: the first line of a message."""
     if isinstance(reply, replies.Message):
         return reply.text.split("\n")[0]
     if isinstance(reply, replies.ProgramStopped):

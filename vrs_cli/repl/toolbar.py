@@ -1,11 +1,15 @@
-"""The line at the bottom of the shell: clock, speeds, where the tool is, and what was said last."""
+"""The line at the bottom of the shell (clock, speeds, the place of the tool, the latest message), and the word that F1
+explains.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from prompt_toolkit.application import Application
+from prompt_toolkit.document import Document
 from prompt_toolkit.enums import EditingMode
 from prompt_toolkit.key_binding.vi_state import InputMode
 
@@ -90,3 +94,16 @@ def _pace(status: PromptStatus) -> tuple[str, ...]:
     doing = f"moves until {status.end:.1f} s" if status.clock < status.end else "at rest"
     pace = "paused" if clock.paused else "" if clock.rate == 1.0 else f"rate {clock.rate:g}"
     return (f"{pace}, {doing}" if pace else doing,)
+
+
+WORD = re.compile(r"[#$]?[A-Za-z][\w.]*")
+
+
+def asked_about(document: Document) -> str:
+    """The word at the cursor, where there is help on it, else the first of the line."""
+    from vrs_cli.interfaces.monitor.help import ALL_NAMES
+
+    words = list(WORD.finditer(document.current_line))
+    here = document.cursor_position_col
+    at = [word[0] for word in words if word.start() <= here <= word.end() and word[0].upper() in ALL_NAMES]
+    return next(iter((*at, *(word[0] for word in words))), "")

@@ -20,12 +20,13 @@ from vrs_cli.errors import (
     UndefinedValue,
     UsageError,
 )
-from vrs_cli.interfaces.jog.jogger import AHEAD, AXES, HeldDown, Jogger, JogKeys, axis_of
+from vrs_cli.interfaces.jog.jogger import AHEAD, AXES, HeldDown, Jogger, axis_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.joints import largest_change
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import angle_between, compose, distance, inverse
+from vrs_cli.repl.jog_panel import JogPanel
 from vrs_cli.values.commands import Break
 from vrs_cli.values.diagnostics import LineRefused
 from vrs_cli.values.hand import Axis, Frame, Look, Press, StopJog
@@ -316,7 +317,7 @@ def test_a_step_is_issued_and_executed_now(live: Session, wall: ManualWall) -> N
 
 
 def test_space_stops(live: Session, wall: ManualWall) -> None:
-    panel = JogKeys(Jogger(live))
+    panel = JogPanel(Jogger(live))
     panel.step = 50.0
     panel.move(1.0)
     wall.seconds += 0.3
@@ -357,7 +358,7 @@ def test_a_reversal_brakes_and_reverses(live: Session, wall: ManualWall, axis: A
 
 
 def test_many_keys_to_and_fro_stay_where_they_began(live: Session, wall: ManualWall) -> None:
-    panel = JogKeys(Jogger(live, speed=100.0), frame=Frame.WORLD, index=0)
+    panel = JogPanel(Jogger(live, speed=100.0), frame=Frame.WORLD, index=0)
     engine, begun = live.engine, live.engine.position().T_world_tool
     for k in range(60):
         panel.move(-1.0 if k % 2 else 1.0)
@@ -435,7 +436,7 @@ def test_keys_begin_slow(live: Session) -> None:
 
 
 def test_the_panel_steps_through_axes_frames_steps_and_speeds(session: Session) -> None:
-    panel = JogKeys(Jogger(session))
+    panel = JogPanel(Jogger(session))
     assert (panel.axis, panel.unit) == (Axis(Frame.JOINT, 0), "deg")
     panel.next_axis(-1)
     assert panel.axis.name == "6"
@@ -456,7 +457,7 @@ def test_the_panel_steps_through_axes_frames_steps_and_speeds(session: Session) 
 
 
 def test_the_panel_says_why_nothing_moves(session: Session) -> None:
-    panel = JogKeys(Jogger(session))
+    panel = JogPanel(Jogger(session))
     session.perform("DISABLE POWER")
     panel.move(1.0)
     assert "ENABLE POWER" in panel.look().said

@@ -11,11 +11,8 @@ moves.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping
 from math import ceil, copysign, radians
-from typing import Protocol
-
-from msgspec import Struct
 
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import (
@@ -32,12 +29,12 @@ from vrs_cli.errors import (
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.station.operands import real
 from vrs_cli.interfaces.station.station import Station
-from vrs_cli.kinematics.joints import Joints, JointUnits, largest_change
+from vrs_cli.kinematics.joints import Joints, largest_change
 from vrs_cli.kinematics.transform import Transform, Vector, at_position, compose, rotation_about, translation
 from vrs_cli.language.text.ast import Instruction, Variable
 from vrs_cli.language.words.values import plain
 from vrs_cli.values.commands import Move
-from vrs_cli.values.hand import CARTESIAN, Axis, Frame, Look, Press, Seen, StopJog
+from vrs_cli.values.hand import Axis, Frame, Look, Press, Seen, StopJog
 from vrs_cli.values.motion import JointTarget, PoseTarget
 from vrs_cli.values.questions import Jogging
 from vrs_cli.values.replies import Message, Tone
@@ -67,17 +64,6 @@ AXIS_WORDS: Mapping[str, str] = {
     "TRX": "about X, Y, Z of the tool [deg]",
 }
 FORM = "JOG 1, 5 turns joint 1 by 5 degrees; JOG Z, -20; axes are joints, X Y Z RX RY RZ, and TX ... TRZ of the tool"
-
-
-class JogArm(Protocol):
-    """The arm that keys move, in this process or over a connection."""
-
-    @property
-    def joints(self) -> int: ...
-    @property
-    def units(self) -> JointUnits: ...
-    def do(self, act: Press | StopJog | Look) -> Seen:
-        """Do what a key says. Over a connection, return what was seen last."""
 
 
 def jog(station: Station, it: Instruction) -> Dialogue[None]:
@@ -327,65 +313,3 @@ def moved(T_world_tool: Transform, axis: Axis, amount: float) -> Transform:
     if axis.turns:
         return at_position(compose(step, at_position(T, 0.0, 0.0, 0.0)), T.px, T.py, T.pz)
     return at_position(T, T.px + x, T.py + y, T.pz + z)
-
-
-# --- with keys -----------------------------------------------------------------------------------------------------
-
-
-class JogKeys(Struct):
-    """The axis, the length of a step and the speed, which keys change."""
-
-    hand: JogArm
-    frame: Frame = Frame.JOINT
-    index: int = 0
-    step: float = 2.0
-    speed: float = 100.0
-
-    @property
-    def axes(self) -> tuple[Axis, ...]:
-        count = self.hand.joints if self.frame is Frame.JOINT else len(CARTESIAN)
-        return tuple(Axis(self.frame, index) for index in range(count))
-
-    @property
-    def axis(self) -> Axis:
-        return self.axes[self.index]
-
-    @property
-    def unit(self) -> str:
-        if self.frame is Frame.JOINT:
-            return self.hand.units.unit(self.index + 1)
-        return "deg" if self.axis.turns else "mm"
-
-    def look(self) -> Seen:
-        return self.hand.do(Look())
-
-    def move(self, sign: float) -> None:
-        self.hand.do(Press(self.axis, sign * self.step, self.speed))
-
-    def stop(self) -> None:
-        self.hand.do(StopJog())
-
-    def choose(self, index: int) -> None:
-        """An axis by its number from 0; others stay without effect."""
-        if 0 <= index < len(self.axes):
-            self.index = index
-
-    def next_axis(self, by: int) -> None:
-        self.index = (self.index + by) % len(self.axes)
-
-    def next_frame(self) -> None:
-        frames = list(Frame)
-        self.frame = frames[(frames.index(self.frame) + 1) % len(frames)]
-        self.index = min(self.index, len(self.axes) - 1)
-
-    def longer(self, by: int) -> None:
-        self.step = _neighbour(STEPS, self.step, by)
-
-    def faster(self, by: int) -> None:
-        self.speed = _neighbour(SPEEDS, self.speed, by)
-
-
-def _neighbour(row: Iterable[float], value: float, by: int) -> float:
-    """The next greater or smaller one of a row, or the value where there is none."""
-    choose: Callable[..., float] = min if by > 0 else max
-    return choose((one for one in row if (one - value) * by > 0), default=value)

@@ -24,6 +24,7 @@ class FarHand:
         self._on_way: list[Press | StopJog | Look] = []
 
     def do(self, act: Press | StopJog | Look) -> Seen:
+        """Send what a key says; return what was seen last."""
         if act not in self._on_way:
             self._send(act)
         return self._seen

@@ -15,7 +15,7 @@ from vrs_cli.interfaces.editor.lines import named_program
 from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.repl.keeping import Keeper
+from vrs_cli.repl.local_robot import Keeper
 from vrs_cli.values.acts import ReadDraft
 
 
@@ -155,7 +155,7 @@ def test_a_memory_that_takes_long_to_write_is_written_now_and_then(
     shell = Shell(folder)
     now, worked = iter([0.0, 1.0, 1.9, 2.1]), iter([0.0, 0.2, 0.2, 0.4])
     shell.keeper._clock = lambda: next(now)
-    monkeypatch.setattr("vrs_cli.repl.keeping.time.process_time", lambda: next(worked))
+    monkeypatch.setattr("vrs_cli.repl.local_robot.time.process_time", lambda: next(worked))
     texts = []
     for number in range(4):
         shell.take(f"n = {number}")
