@@ -20,7 +20,7 @@ from tests.laws.streams import check_stream
 from tests.laws.test_motion_laws import MODEL
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import MotionError
-from vrs_cli.interfaces.jog.jogger import AXES, Jogger, JogPanel, moved
+from vrs_cli.interfaces.jog.jogger import AXES, Jogger, moved
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.steering import Steering
 from vrs_cli.kinematics.forms import arm_for
@@ -29,6 +29,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.profile import Profile
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import from_oat, translation
+from vrs_cli.repl.jog_panel import JogPanel
 from vrs_cli.trajectory.state import Target
 from vrs_cli.values.commands import Move, SetAcceleration, SetParameter, SetTool, Stamp
 from vrs_cli.values.motion import JointTarget, PoseTarget
