@@ -144,7 +144,7 @@ DEFERRED = (
         "they bring numpy",
     ),
     Deferred(
-        ("interfaces/tasks", "interfaces/actor", "language/run/robot.py"),
+        ("interfaces/tasks", "interfaces/actor", "language/run"),
         (
             *("vrs_cli.engine.engine", "vrs_cli.interfaces.tasks.driver"),
             *("vrs_cli.language.run.environment", "vrs_cli.language.run.runtime"),

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
+from vrs_cli.engine.settings import Setting
 from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.joints import Arm, Configuration, Elbow, Joints, Wrist
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY, Transform, translation
 from vrs_cli.language.analysis.analyzer import analyze
 from vrs_cli.language.run.effects import CycleBegins, Event, Failed, Halt, Pause, ProgramCompleted, Prompt, Type, Wait
@@ -14,76 +18,66 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.parser import parse_file
+from vrs_cli.values.commands import SetSpeed
+from vrs_cli.values.motion import Frames
+from vrs_cli.values.results import Position
 
 TICK = 0.028
 POSE = translation(0.5, 0.1, -0.2)
+STILL = (0.0,) * 6
+SPEEDS = Setting(SetSpeed(20.0), SetSpeed(30.0))
+MODEL = load_robot("puma560")
+FRAMES = Frames(IDENTITY, translation(0, 0, 0.1))
 
 
 @dataclass
-class StillRobot:
-    """Answers what it was told; the clock moves in `WAIT` only."""
+class StillSettings:
+    """Settings of a robot that stands still: all switches are on but those that are `off`."""
 
-    now: float = 0.0
-    pose: Transform = POSE
-    end: Transform = IDENTITY
-    angles: Joints = (0.0, -1.0, 1.0, 0.0, 0.5, 0.0)
-    opening: float = 0.0
-    settings: dict[str, float | str] = field(default_factory=lambda: {"HAND.TIME": 0.05, "PROFILE": "LSPB"})
+    parameters: dict[str, float | str] = field(default_factory=lambda: {"HAND.TIME": 0.05, "PROFILE": "LSPB"})
     off: set[str] = field(default_factory=set)
-    dof: int = 6
-
-    def here(self) -> Transform:
-        return self.pose
-
-    def destination(self) -> Transform:
-        return self.end
-
-    def joints(self) -> Joints:
-        return self.angles
-
-    destination_joints = joints
-
-    def tool(self) -> Transform:
-        return translation(0, 0, 0.1)
-
-    def base(self) -> Transform:
-        return IDENTITY
-
-    def hand(self) -> float:
-        return self.opening
-
-    def time(self) -> float:
-        return self.now
-
-    def speed(self, number: int) -> float:
-        return 10.0 * number
-
-    def acceleration(self) -> float:
-        return 100.0
-
-    def configuration(self, joints: Joints) -> Configuration:
-        return Configuration(Arm.RIGHTY, Elbow.ABOVE, Wrist.FLIP if joints[4] < 0.0 else Wrist.NOFLIP)
-
-    def place(self, joints: Joints) -> Transform:
-        return translation(joints[0], 0, 0)
-
-    def solve(self, T_world_tool: Transform, near: Joints, asked: Configuration | None) -> tuple[Joints, int]:
-        return near, int(asked is not None and T_world_tool is not self.pose)
-
-    def state(self, number: int) -> float:
-        return float(number)
-
-    def moving(self) -> bool:
-        return False
+    acceleration: float = 1.0
+    monitor_speed: float = 10.0
+    speed: Setting[SetSpeed] = SPEEDS
 
     def switch(self, name: str) -> bool:
         return name not in self.off
 
     def parameter(self, name: str) -> float | str:
-        return self.settings[name]
+        return self.parameters[name]
 
-    def in_range(self, place: Transform | Joints) -> int:
-        return 0 if isinstance(place, Transform) else 4
+
+@dataclass
+class StillRobot:
+    """Stands for the engine of a PUMA 560, and answers what it was told; the clock moves in `WAIT` only."""
+
+    now: float = 0.0
+    pose: Transform = POSE
+    goal: Transform = IDENTITY
+    angles: Joints = (0.0, -1.0, 1.0, 0.0, 0.5, 0.0)
+    settings: Any = field(default_factory=StillSettings)
+    end: float = 0.0
+    model: RobotModel = MODEL
+    frames: Frames = FRAMES
+
+    @property
+    def arm(self) -> StillRobot:
+        return self
+
+    def position(self) -> Position:
+        return Position(self.now, self.angles, STILL, STILL, self.pose, 0.0, False, "")
+
+    def destination(self, t: float) -> Position:
+        return Position(t, self.angles, STILL, STILL, self.goal, 0.0, False, "")
+
+    def configuration(self, joints: Joints) -> Configuration:
+        return Configuration(Arm.RIGHTY, Elbow.ABOVE, Wrist.FLIP if joints[4] < 0.0 else Wrist.NOFLIP)
+
+    def world_pose(self, joints: Joints) -> Transform:
+        return translation(joints[0], 0, 0)
+
+    def joints_for(self, _place: Transform, near: Joints = (), _way: Configuration | None = None) -> Joints:
+        return near or self.angles
 
 
 def environment_with(text: str, seed: int = 0) -> Environment:

@@ -22,7 +22,6 @@ from vrs_cli.language.run.constants import Constants
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Context
 from vrs_cli.language.run.operations import trans
-from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.signals import NO_CELL, Cell
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section
@@ -69,7 +68,7 @@ class Inspector:
         self._dialect, self._cell = dialect, cell
         self._engine = Engine(model)
         robot = Engine(model)  # constants may change its settings
-        self._constants = Constants(Context(Environment(units=model.units), RobotReadings(robot)), robot.perform)
+        self._constants = Constants(Context(Environment(units=model.units), robot), robot.perform)
         self._known: dict[tuple[str, ...], Part] = {}
         self._inspected: dict[Part, _Inspected] = {}
         self._ways: dict[Part, tuple[_Way, ...]] = {}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from tests.language.running import StillRobot
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import (
     ArithmeticOverflow,
@@ -28,26 +27,12 @@ from vrs_cli.language.words.word import State
 from vrs_cli.values.diagnostics import Diagnostic, Severity
 
 
-class Robot(StillRobot):
-    """One that knows what switches and parameters there are."""
-
-    def __init__(self, engine: Engine) -> None:
-        super().__init__()
-        self.engine = engine
-
-    def switch(self, name: str) -> bool:
-        return self.engine.settings.switch(name)
-
-    def parameter(self, name: str) -> float | str:
-        return self.engine.settings.parameter(name)
-
-
 def found(*lines: str) -> list[Diagnostic]:
     file, diagnostics = parse_file("\n".join([".PROGRAM p", *lines, ".END", ""]))
     assert not diagnostics
     (program,) = file.parts
     engine = Engine(load_robot("puma560"))
-    constants = Constants(Context(Environment(), Robot(engine)), engine.perform)
+    constants = Constants(Context(Environment(), engine), engine.perform)
     return list(constants.findings(program))  # type: ignore[arg-type]
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.language.running import StillRobot, run_lines
+from tests.language.running import StillRobot, StillSettings, run_lines
 from vrs_cli.errors import (
     ArithmeticOverflow,
     IllegalSignal,
@@ -118,13 +118,13 @@ REALS = [
     ("TIME()", 0.0),
     ("TIMER(3)", 0.0),
     ("SPEED(2)", 20.0),
-    ("STATE(1)", 1.0),
+    ("STATE(1)", 7.0),
     ("SWITCH(CP)", -1.0),
     ("PARAMETER(HAND.TIME)", 0.05),
     ("HAND", 0.0),
     ("HAND.TIME", 0.05),
     ("INRANGE(TRANS(500))", 0.0),
-    ("INRANGE(#PPOINT(0, 0, 200))", 4.0),
+    ("INRANGE(#PPOINT(0, 0, 300))", 4.0),
     ("ERROR(0)", 0.0),
     ("DEFINED(nothing)", 0.0),
     ("LAST(nothing[])", -1.0),
@@ -240,7 +240,7 @@ def test_error_gives_the_code_of_the_latest_error() -> None:
 
 def test_a_string_compares_as_the_switch_upper_says() -> None:
     lines = ['x = "Ab" == "aB"', 'y = "a" < "B"']
-    on, off = run_lines(*lines), run_lines(*lines, robot=StillRobot(off={"UPPER"}))
+    on, off = run_lines(*lines), run_lines(*lines, robot=StillRobot(settings=StillSettings(off={"UPPER"})))
     assert (on.value("x"), on.value("y")) == (-1.0, -1.0)
     assert (off.value("x"), off.value("y")) == (0.0, 0.0)
 

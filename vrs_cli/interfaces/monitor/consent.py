@@ -28,7 +28,7 @@ def agreed(station: Station, question: str) -> Dialogue[bool]:
 
 def confirmed(station: Station, question: str) -> Dialogue[bool | None]:
     """Ask, and return the answer, None where there is none. After DISABLE INTERACTIVE yes, without a question."""
-    if not station.robot.switch("INTERACTIVE"):
+    if not station.engine.settings.switch("INTERACTIVE"):
         return True
     answer = yield Confirmation(question)
     return None if answer is None else bool(answer)
@@ -41,7 +41,7 @@ def leave(station: Station) -> Dialogue[None]:
     if (
         station.user_state.attended
         and station.user_state is station.own_user_state
-        and station.robot.switch("INTERACTIVE")
+        and station.engine.settings.switch("INTERACTIVE")
     ):
         unstored, name_of = station.unstored, station.environment.name_of
         rows = [("program", unstored.programs())]

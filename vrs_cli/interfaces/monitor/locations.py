@@ -128,7 +128,7 @@ def next_in_series(station: Station, first: Variable) -> Variable:
     Raises InvalidName for a name that cannot be counted up.
     """
     environment, name = station.environment, first
-    while definable(environment, station.robot, name).reference.defined():
+    while definable(environment, station.engine, name).reference.defined():
         name = _counted_up(station, name)
     return name
 
@@ -177,7 +177,7 @@ def _defined(station: Station, it: Instruction) -> Dialogue[None]:
 def _defined_by(station: Station, it: Instruction) -> Reference:
     expression = operand(it, 0)
     assert expression is not None
-    return definable(station.environment, station.robot, expression).reference
+    return definable(station.environment, station.engine, expression).reference
 
 
 def changed(value: Transform | Joints, answer: str, units: JointUnits = TURNING) -> Transform | Joints:

@@ -41,7 +41,7 @@ def asked_program(
     step = whole(real_or(station, it, 2, 1.0))
     yield from station.compiled(name, everywhere=step > 1)
     given = asked.arguments if isinstance(asked, ProgramCall) else ()
-    arguments = arguments_of(station.environment, station.robot, given)
+    arguments = arguments_of(station.environment, station.engine, given)
     return name, arguments, whole(real_or(station, it, 1, 1.0)), step
 
 

@@ -104,14 +104,14 @@ def _explain(session: Session, act: Explain) -> Dialogue[ReachReport]:
 
 
 def _evaluate(session: Session, act: Evaluate) -> Valued:
-    return Valued.of(evaluate(session.environment, session.robot, _expression(session, act.expression)))
+    return Valued.of(evaluate(session.environment, session.engine, _expression(session, act.expression)))
 
 
 def _assign(session: Session, act: Assign) -> None:
     target = _expression(session, act.variable)
     if not isinstance(target, Variable) or target.grouped:
         raise UsageError(f"{act.variable} is no variable", "a name, or row[3]")
-    (reference,) = arguments_of(session.environment, session.robot, (target,))
+    (reference,) = arguments_of(session.environment, session.engine, (target,))
     assert reference is not None
     reference.assign(act.value.value)
 

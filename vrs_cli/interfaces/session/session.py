@@ -125,7 +125,7 @@ class Session(Station):
         said, role = needed(statement)
         self.check_may(said, role)
         found = (*read.findings, *beyond_dialect(statement, self.dialect))
-        found += () if self.robot.switch("VPLUS") else tuple(beyond_val2(statement, at_prompt=True))
+        found += () if self.engine.settings.switch("VPLUS") else tuple(beyond_val2(statement, at_prompt=True))
         wrong = first_error(found)
         if wrong is not None:
             raise LineRefused(wrong)

@@ -23,7 +23,7 @@ Handler = Callable[["Station", Instruction], Dialogue[None] | Iterable[Reply] | 
 
 def value(station: Station, expression: Expression) -> Value:
     """The present value of an expression. Raises ProgramError."""
-    return evaluate(station.environment, station.robot, expression)
+    return evaluate(station.environment, station.engine, expression)
 
 
 def real(station: Station, expression: Expression) -> float:
@@ -36,7 +36,7 @@ def real(station: Station, expression: Expression) -> float:
 
 def sight(station: Station, expression: Expression) -> Callable[[], Value]:
     """Return a function that evaluates an expression as the program that has stopped sees it."""
-    seen = WatchedExpression(station.environment, station.robot, expression)
+    seen = WatchedExpression(station.environment, station.engine, expression)
     return lambda: seen.value(own(station))
 
 

@@ -43,7 +43,6 @@ from vrs_cli.language.run.effects import CYCLE_SETTINGS, Pause, TaskState
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.run.prompt import statement_task
-from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.runtime import Arguments, Task
 from vrs_cli.language.run.signals import NO_INPUTS, Cell, Inputs
 from vrs_cli.language.text.ast import (
@@ -123,9 +122,8 @@ class Station:
         self.unstored = Unstored(self.environment)
         if terminal.attended:  # elsewhere no user is asked about what is not stored
             self.unstored.watch()
-        self.robot = RobotReadings(self.engine)
         self.limits, self.folder = limits, folder
-        self.driver = Driver(self.engine, terminal, self.environment, self.robot, folder, outside, advice)
+        self.driver = Driver(self.engine, terminal, self.environment, folder, outside, advice)
         self.actor = Actor(self.driver)
         self.tasks = self.driver.tasks
         self.tasks.told = self._tell
@@ -178,7 +176,7 @@ class Station:
         long, dialect = len(text) > LONG_TEXT, self.dialect
         file, unreadable = yield from beside_if(long, lambda: parse_file(text, dialect, remembered=False))
         self._check_free(file)
-        memory, vplus = self._memory(), self.robot.switch("VPLUS")
+        memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
         found = yield from beside_if(long, lambda: LoadedFile.of(file, text, memory, vplus=vplus))
         yield from self._compiled_for_tasks(found)
         return found._replace(diagnostics=(*unreadable, *found.diagnostics))
@@ -205,7 +203,7 @@ class Station:
 
     def keep(self, program: Program, text: str) -> Dialogue[tuple[Diagnostic, ...]]:
         """Put one program in memory, in the place of one of its name; `text` is its source. Return what is wrong."""
-        memory, vplus = self._memory(), self.robot.switch("VPLUS")
+        memory, vplus = self._memory(), self.engine.settings.switch("VPLUS")
         long = len(program.steps) > LONG_PROGRAM
         loaded = yield from beside_if(long, lambda: LoadedFile.of(File((program,)), text, memory, vplus=vplus))
         yield from self._compiled_for_tasks(loaded)
@@ -320,9 +318,9 @@ class Station:
             raise ProgramNotExecutable(stored.name, f"LISTP {stored.name} shows its bad lines with a ?")
         if (mistake := first_error(stored.analysis.diagnostics)) is not None:
             raise ProgramNotExecutable(stored.name, mistake.detail)
-        if not self.robot.switch("VPLUS"):
+        if not self.engine.settings.switch("VPLUS"):
             self.environment.executable(stored).refuse_beyond_val2()
-        return Task(self.environment, self.robot, stored.name, arguments, cycles, step)
+        return Task(self.environment, self.engine, stored.name, arguments, cycles, step)
 
     def _clock_runs(self) -> None:
         if self.engine.clock.paused:
@@ -539,7 +537,7 @@ class Station:
         where it was stopped.
         """
         self.user_state.last_statement = statement
-        task = statement_task(self.environment, self.robot, statement)
+        task = statement_task(self.environment, self.engine, statement)
         track = self.tasks.start(PROMPT_LINE, task, self._given)
         track.times, track.issued, self.user_state.issued = self.user_state.times, self.user_state.issued, None
         of_program = self.unstored.of_program

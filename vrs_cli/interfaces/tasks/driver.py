@@ -41,7 +41,6 @@ from vrs_cli.interfaces.tasks.tasks import (
 )
 from vrs_cli.language.run.effects import Budget, Event, Failed
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.runtime import BUDGET
 from vrs_cli.language.run.signals import NO_CELL, NO_INPUTS, Cell, Inputs, LivingCell
 from vrs_cli.language.words.values import key_of
@@ -92,7 +91,6 @@ class Driver:
         engine: Engine,
         terminal: Terminal,
         environment: Environment,
-        robot: RobotReadings,
         folder: Folder = FREE,
         outside: Outside | None = None,
         advice: Advice = at_prompt,
@@ -113,7 +111,7 @@ class Driver:
         )
         self.devices.outside.tell = lambda text: terminal.show(Message(text))
         self.tasks = Tasks(engine, environment, self.devices)
-        self._performer = Performer(engine, environment, robot, self.tasks, self._transcript, self.devices, advice)
+        self._performer = Performer(engine, environment, self.tasks, self._transcript, self.devices, advice)
         self._interrupted = False
         self._ended_by: LimitReached | None = None
         self._runs: list[_Run] = []  # the program, and a line of the prompt that is carried out beside it

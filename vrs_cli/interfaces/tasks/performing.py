@@ -46,7 +46,7 @@ from vrs_cli.language.run.effects import (
     WaitEvent,
 )
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.robot import TICK, RobotReadings
+from vrs_cli.language.run.robot import TICK
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values.commands import Brake, Break, Move, Request, SetMonitorSpeed, SetParameter, SetSwitch, Stamp
@@ -101,7 +101,6 @@ class Performer:
         self,
         engine: Engine,
         environment: Environment,
-        robot: RobotReadings,
         tasks: Tasks,
         transcript: TypedLines,
         devices: Devices,
@@ -109,7 +108,7 @@ class Performer:
     ) -> None:
         self.asked, self.last = False, inf
         self._advice = advice
-        self._engine, self._environment, self._robot, self._tasks = engine, environment, robot, tasks
+        self._engine, self._environment, self._tasks = engine, environment, tasks
         self._transcript, self._devices, self._questions = transcript, devices, count(1)
 
     # --- the terminal and the files ---
@@ -232,7 +231,7 @@ class Performer:
         """
         number = self._tasks.free() if event.number is None else event.number
         call = event.call
-        task = Task(self._environment, self._robot, call.name, call.arguments, event.cycles, event.step)
+        task = Task(self._environment, self._engine, call.name, call.arguments, event.cycles, event.step)
         started = self._tasks.start(number, task, self._devices.disk.folders.get(track.number))
         started.instant, started.before = track.instant, track.before - track.task.steps_done - STEPS_A_START
 

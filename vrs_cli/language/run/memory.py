@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from random import Random
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, field
 
@@ -15,7 +15,7 @@ from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, compose, inverse
 from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.run.effects import Event, Reactions
-from vrs_cli.language.run.robot import RobotReadings, System
+from vrs_cli.language.run.robot import System
 from vrs_cli.language.run.signals import Signals
 from vrs_cli.language.run.variables import Reference, Variables, closest
 from vrs_cli.language.text.ast import Program
@@ -24,6 +24,9 @@ from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.values import integer_between, key_of, plain
 from vrs_cli.trajectory.instant import LATEST
 from vrs_cli.values.commands import Stamp
+
+if TYPE_CHECKING:
+    from vrs_cli.engine.engine import Engine
 
 LAST_TIMER = 15  # V+ has negative ones, too
 
@@ -124,7 +127,7 @@ class Context(Struct, frozen=True):
     """What functions and instructions work on. `reactions`: those of the task."""
 
     environment: Memory
-    robot: RobotReadings
+    engine: Engine
     reactions: Reactions = field(default_factory=Reactions)
 
     def reading_begins(self) -> None:
@@ -133,7 +136,7 @@ class Context(Struct, frozen=True):
 
     def folded(self, text: str) -> str:
         """A string as comparisons see it: without regard to case while the switch UPPER is on."""
-        return text.upper() if self.robot.switch("UPPER") else text
+        return text.upper() if self.engine.settings.switch("UPPER") else text
 
 
 class Definable(Struct, frozen=True):

@@ -37,7 +37,7 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.language.run.effects import CLOSED, NO_WAIT, OPENED, checked_unit
 from vrs_cli.language.run.formats import encode
 from vrs_cli.language.run.memory import Context
-from vrs_cli.language.run.robot import ROBOT_NUMBER, TICK
+from vrs_cli.language.run.robot import ROBOT_NUMBER, TICK, in_range, speed, state
 from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.words.values import (
     FALSE,
@@ -150,7 +150,7 @@ def trans(*numbers: float | None) -> Transform:
 
 
 def precision_point(context: Context, *joints: float | None) -> Joints:
-    dof = context.robot.dof
+    dof = context.engine.model.joint_count
     if any(joint is not None for joint in joints[dof:]):
         raise IllegalValue(f"{len(joints)} joint values", f"the robot has {dof} joints")
     return context.environment.units.read(_or(joint, 0.0) for joint in (*joints, *(None,) * dof)[:dof])
@@ -335,9 +335,9 @@ def latched_place(context: Context, select: float | None) -> tuple[Transform, Jo
 
 def configured(context: Context, select: float | None) -> float:
     """CONFIG."""
-    at_end = integer_between(_or(select, 0.0), 0, 1, "CONFIG")
-    joints = context.robot.destination_joints() if at_end else context.robot.joints()
-    return float(configuration_bits(context.robot.configuration(joints)))
+    engine, at_end = context.engine, integer_between(_or(select, 0.0), 0, 1, "CONFIG")
+    place = engine.destination(engine.end) if at_end else engine.position()
+    return float(configuration_bits(engine.arm.configuration(place.joints)))
 
 
 def free(which: float) -> float:
@@ -382,12 +382,12 @@ _FIRST_DAY = 1984  # the robot clock is counted from the first day of VAL-II's y
 
 
 def clock_text(context: Context) -> str:
-    moment = datetime(_FIRST_DAY, 1, 1) + timedelta(seconds=math.floor(context.robot.time()))
+    moment = datetime(_FIRST_DAY, 1, 1) + timedelta(seconds=math.floor(context.engine.now))
     return f"{moment.day:02d}-{_MONTHS[moment.month - 1]}-{moment.year % 100:02d} {moment:%H:%M:%S}"
 
 
 def parameter(context: Context, name: str = "HAND.TIME") -> float:
-    value = context.robot.parameter(name)
+    value = context.engine.settings.parameter(name)
     if isinstance(value, str):
         raise IllegalValue(f"the parameter is the word {value}", "a number is wanted here")
     return value
@@ -483,24 +483,24 @@ OF_VALUES: Mapping[str, Evaluator] = {
 # The same, with the Context of the program before the arguments.
 IN_CONTEXT: Mapping[str, Evaluator] = {
     "RANDOM": lambda it: it.environment.random.random(),
-    "INRANGE": lambda it, place: float(it.robot.in_range(place)),
+    "INRANGE": lambda it, place: float(in_range(it.engine, place)),
     "#PPOINT": precision_point,
-    "HERE": lambda it: it.robot.here(),
-    "DEST": lambda it: it.robot.destination(),
-    "TOOL": lambda it: it.robot.tool(),
-    "BASE": lambda it: it.robot.base(),
-    "#PDEST": lambda it: it.robot.destination_joints(),
-    "#PHERE": lambda it: it.robot.joints(),
+    "HERE": lambda it: it.engine.position().T_world_tool,
+    "DEST": lambda it: it.engine.destination(it.engine.end).T_world_tool,
+    "TOOL": lambda it: it.engine.frames.tool,
+    "BASE": lambda it: it.engine.frames.base,
+    "#PDEST": lambda it: it.engine.destination(it.engine.end).joints,
+    "#PHERE": lambda it: it.engine.position().joints,
     "SIG": signals_on,
     "SIG.INS": lambda it, number: truth(it.environment.signals.exists(number)),
     "BITS": lambda it, first, count: float(it.environment.signals.read_bits(first, _or(count, 1.0))),
-    "TIMER": lambda it, number: it.environment.timers.read(number, it.robot.time()),
-    "TIME": lambda it: it.robot.time(),
-    "SPEED": lambda it, n: float(it.robot.speed(whole(n))),
-    "STATE": lambda it, n: float(it.robot.state(whole(n))),
-    "SWITCH": lambda it, name: truth(it.robot.switch(name)),
+    "TIMER": lambda it, number: it.environment.timers.read(number, it.engine.now),
+    "TIME": lambda it: it.engine.now,
+    "SPEED": lambda it, n: float(speed(it.engine, whole(n))),
+    "STATE": lambda it, n: float(state(it.engine, whole(n))),
+    "SWITCH": lambda it, name: truth(it.engine.settings.switch(name)),
     "PARAMETER": parameter,
-    "HAND": lambda it: float(it.robot.hand()),
+    "HAND": lambda it: float(it.engine.position().hand),
     "HAND.TIME": parameter,
     "ERROR": lambda it, *_: float(it.environment.last_error),
     "$ENCODE": lambda it, *items: encode(items, it.environment.units)[0],

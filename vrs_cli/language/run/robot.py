@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from vrs_cli.engine.parameters import FULL_SPEED
 from vrs_cli.engine.targets import check_joint_limits
 from vrs_cli.errors import IllegalValue, JointOutOfRange, LocationTooClose, MotionError, UnitNotAttached
 from vrs_cli.kinematics.joints import Configuration, Joints, put_inside
@@ -29,119 +28,48 @@ COMPUTER_CONTROL = 5  # STATE(3): the last of the modes that the V+ 12.4 release
 NO_FLAGS, AUTOMATIC = 0, 1  # STATE(4), whose bit 3 is the emergency stop, and STATE(5), as drivers for ROS read them
 
 
-class RobotReadings:
-    """What a program may ask of the robot, always at the present instant of the task. Metres, radians, seconds."""
+def speed(engine: Engine, number: int) -> float:
+    """What SPEED tells [%]. Raises IllegalValue."""
+    settings = engine.settings
+    speeds = (settings.monitor_speed, settings.speed.always.value, settings.speed.present.value)
+    if not 1 <= number <= len(speeds):
+        raise IllegalValue(f"SPEED({number})", "1 monitor speed, 2 program speed, 3 speed of the next motion")
+    return speeds[number - 1]
 
-    def __init__(self, engine: Engine) -> None:
-        self.engine = engine
 
-    @property
-    def dof(self) -> int:
-        return self.engine.model.joint_count
+def state(engine: Engine, number: int) -> float:
+    """What STATE tells. Raises IllegalValue."""
+    tell = STATES.get(number)
+    if tell is None:
+        raise IllegalValue(f"STATE({number})", f"it tells {', '.join(map(str, STATES))}")
+    return float(tell(engine))
 
-    def here(self) -> Transform:
-        """T_world_tool now."""
-        return self.engine.position().T_world_tool
 
-    def destination(self) -> Transform:
-        """T_world_tool where the last motion ends."""
-        return self.engine.destination(self.engine.end).T_world_tool
+def in_range(engine: Engine, place: Transform | Joints) -> int:
+    """Return 0 if the place can be reached, otherwise the reasons as bits."""
+    try:
+        if isinstance(place, Transform):
+            engine.joints_for(place)
+        else:
+            check_joint_limits(engine.model, place)
+    except MotionError as error:
+        return _reason(error)
+    return 0
 
-    def joints(self) -> Joints:
-        return self.engine.position().joints
 
-    def destination_joints(self) -> Joints:
-        return self.engine.destination(self.engine.end).joints
-
-    def tool(self) -> Transform:
-        """T_flange_tool."""
-        return self.engine.frames.tool
-
-    def base(self) -> Transform:
-        """T_robot_world."""
-        return self.engine.frames.base
-
-    def hand(self) -> float:
-        """1 open, 0 closed."""
-        return self.engine.position().hand
-
-    def time(self) -> float:
-        """The robot clock [s]."""
-        return self.engine.now
-
-    def speed(self, number: int) -> float:
-        settings = self.engine.settings
-        speeds = (settings.monitor_speed, settings.speed.always.value, settings.speed.present.value)
-        if not 1 <= number <= len(speeds):
-            raise IllegalValue(f"SPEED({number})", "1 monitor speed, 2 program speed, 3 speed of the next motion")
-        return speeds[number - 1]
-
-    def acceleration(self) -> float:
-        """In percent of the usual one."""
-        return self.engine.settings.acceleration * FULL_SPEED
-
-    def configuration(self, joints: Joints) -> Configuration:
-        return self.engine.arm.configuration(joints)
-
-    def state(self, number: int) -> float:
-        tell = STATES.get(number)
-        if tell is None:
-            raise IllegalValue(f"STATE({number})", f"it tells {', '.join(map(str, STATES))}")
-        return float(tell(self))
-
-    def motion_span(self) -> tuple[float, float] | None:
-        """When the present motion begins and ends [s]; None where the robot stands."""
-        if not self.moving():
-            return None
-        timeline = self.engine.timeline
-        first = last = timeline.index_at(self.engine.now)
-        number = timeline[first].motion.number
-        while first and timeline[first - 1].motion.number == number:
-            first -= 1
-        while last + 1 < len(timeline) and timeline[last + 1].motion.number == number:
-            last += 1
-        return timeline[first].start, timeline[last].finish
-
-    def moving(self) -> bool:
-        return self.engine.position().moving
-
-    def switch(self, name: str) -> bool:
-        """Raises UsageError for a switch that does not exist."""
-        return self.engine.settings.switch(name)
-
-    def parameter(self, name: str) -> float | str:
-        """Raises UsageError for a parameter that does not exist."""
-        return self.engine.settings.parameter(name)
-
-    def in_range(self, place: Transform | Joints) -> int:
-        """0 where the place can be reached, otherwise the reasons as bits."""
-        try:
-            if isinstance(place, Transform):
-                self.engine.joints_for(place)
-            else:
-                check_joint_limits(self.engine.model, place)
-        except MotionError as error:
-            return _reason(error)
-        return 0
-
-    def place(self, joints: Joints) -> Transform:
-        """T_world_tool of joints."""
-        return self.engine.world_pose(joints)
-
-    def solve(self, T_world_tool: Transform, near: Joints, asked: Configuration | None) -> tuple[Joints, int]:
-        """Return the joints of a place in a configuration (that of `near` where none is asked), each within its range,
-        and 0 or the reasons why the joints do not reach the place, as bits.
-        """
-        engine = self.engine
-        way = engine.arm.configuration(near) if asked is None else asked
-        try:
-            return engine.joints_for(T_world_tool, near, way), 0
-        except JointOutOfRange as error:
-            T_robot_flange = compose(compose(engine.frames.base, T_world_tool), inverse(engine.frames.tool))
-            found = engine.arm.branch_joints(T_robot_flange, way, near) or near
-            return put_inside(found, engine.model.lower, engine.model.upper), _reason(error)
-        except MotionError as error:
-            return near, _reason(error)
+def solve(engine: Engine, T_world_tool: Transform, near: Joints, asked: Configuration | None) -> tuple[Joints, int]:
+    """Return the joints of a place in a configuration (that of `near` if none is asked), each within its range, and 0
+    or the reasons why the joints do not reach the place, as bits.
+    """
+    way = engine.arm.configuration(near) if asked is None else asked
+    try:
+        return engine.joints_for(T_world_tool, near, way), 0
+    except JointOutOfRange as error:
+        T_robot_flange = compose(compose(engine.frames.base, T_world_tool), inverse(engine.frames.tool))
+        found = engine.arm.branch_joints(T_robot_flange, way, near) or near
+        return put_inside(found, engine.model.lower, engine.model.upper), _reason(error)
+    except MotionError as error:
+        return near, _reason(error)
 
 
 def _reason(error: MotionError) -> int:
@@ -151,32 +79,46 @@ def _reason(error: MotionError) -> int:
     return TOO_CLOSE_BIT if isinstance(error, LocationTooClose) else TOO_FAR_BIT
 
 
-def _motion_state(it: RobotReadings) -> int:
-    if it.moving():
+def _motion_state(engine: Engine) -> int:
+    if engine.position().moving:
         return MOVING
-    return AT_REST if len(it.engine.timeline) > 1 else NEVER_MOVED
+    return AT_REST if len(engine.timeline) > 1 else NEVER_MOVED
 
 
-def _time_left(it: RobotReadings) -> float:
+def _present_motion(engine: Engine) -> tuple[float, float] | None:
+    """When the present motion begins and ends [s]; None if the robot stands."""
+    if not engine.position().moving:
+        return None
+    timeline = engine.timeline
+    first = last = timeline.index_at(engine.now)
+    number = timeline[first].motion.number
+    while first and timeline[first - 1].motion.number == number:
+        first -= 1
+    while last + 1 < len(timeline) and timeline[last + 1].motion.number == number:
+        last += 1
+    return timeline[first].start, timeline[last].finish
+
+
+def _time_left(engine: Engine) -> float:
     """The time until the present motion ends [s]."""
-    span = it.motion_span()
-    return 0.0 if span is None else span[1] - it.engine.now
+    span = _present_motion(engine)
+    return 0.0 if span is None else span[1] - engine.now
 
 
-def _done(it: RobotReadings) -> float:
-    """How much of the present motion is done [%]; all of it where the robot stands."""
-    span = it.motion_span()
-    return 100.0 if span is None else 100.0 * (it.engine.now - span[0]) / (span[1] - span[0])
+def _done(engine: Engine) -> float:
+    """How much of the present motion is done [%]; all of it if the robot stands."""
+    span = _present_motion(engine)
+    return 100.0 if span is None else 100.0 * (engine.now - span[0]) / (span[1] - span[0])
 
 
 # What STATE tells, by its argument. 1 to 3: V+ 12.4 release notes. 9 is above 0 in motion, as drivers for ROS expect;
 # that it counts seconds, and what 10 is, is from memory of the eV+ reference.
-STATES: Mapping[int, Callable[[RobotReadings], float]] = {
-    1: lambda it: PROGRAM_CONTROL if it.engine.settings.switch("POWER") else NO_POWER,
+STATES: Mapping[int, Callable[[Engine], float]] = {
+    1: lambda engine: PROGRAM_CONTROL if engine.settings.switch("POWER") else NO_POWER,
     2: _motion_state,
-    3: lambda _it: COMPUTER_CONTROL,
-    4: lambda _it: NO_FLAGS,
-    5: lambda _it: AUTOMATIC,
+    3: lambda _engine: COMPUTER_CONTROL,
+    4: lambda _engine: NO_FLAGS,
+    5: lambda _engine: AUTOMATIC,
     9: _time_left,
     10: _done,
 }

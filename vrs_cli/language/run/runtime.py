@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Generator, Mapping, Sequence
 from inspect import GEN_CLOSED, getgeneratorstate
 from itertools import islice, repeat
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 from vrs_cli.errors import IllegalValue, LimitReached, LineMissing, StackOverflow, VrsError
 from vrs_cli.language.run.effects import (
@@ -51,13 +51,15 @@ from vrs_cli.language.run.environment import (
     overflow,
 )
 from vrs_cli.language.run.memory import Context, StoredProgram
-from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.text.ast import Statement
 from vrs_cli.language.words.values import key_of
 from vrs_cli.values.commands import Brake, Break
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.results import ProgramFault
+
+if TYPE_CHECKING:
+    from vrs_cli.engine.engine import Engine
 
 STACK_LIMIT = 10_000  # programs that have called one another
 MOST_CYCLES = 32767
@@ -77,7 +79,7 @@ class Task:
     def __init__(
         self,
         environment: Environment,
-        robot: RobotReadings,
+        engine: Engine,
         program: str | StoredProgram | Executable,
         arguments: Arguments = (),
         cycles: int = 1,
@@ -85,7 +87,7 @@ class Task:
     ) -> None:
         self._environment = environment
         self.reactions = Reactions()
-        self._context = Context(environment, robot, self.reactions)
+        self._context = Context(environment, engine, self.reactions)
         stored = environment.program(program) if isinstance(program, str) else program
         main = self._allowed(stored if isinstance(stored, Executable) else environment.executable(stored))
         self._main: Executable | None = main  # None when all cycles are done: the program may be deleted then
@@ -252,7 +254,7 @@ class Task:
 
     def _allowed(self, program: Executable) -> Executable:
         """Raises ProgramNotExecutable for what V+ alone has while VPLUS is off."""
-        if not self._context.robot.switch("VPLUS"):
+        if not self._context.engine.settings.switch("VPLUS"):
             program.refuse_beyond_val2()
         return program
 
@@ -321,9 +323,9 @@ class Task:
                 below.skip()
                 return
             # a step that is tried twice at one instant waits a tick: a REACTE that mends nothing must not take for ever
-            if self._tried == (below, below.op, self._context.robot.time()):
+            if self._tried == (below, below.op, self._context.engine.now):
                 yield from self._say(Wait(at_once, 1))
-            self._tried = (below, below.op, self._context.robot.time())
+            self._tried = (below, below.op, self._context.engine.now)
         elif interruption.waiting is not None:
             yield from self._say(interruption.waiting)
 

@@ -46,6 +46,7 @@ from vrs_cli.language.run.effects import (
 from vrs_cli.language.run.formats import TypeItem, encode
 from vrs_cli.language.run.memory import Context, Definable, Handler, Wording, transform
 from vrs_cli.language.run.operations import configuration_bits, configuration_of, element, frame, pack, shift
+from vrs_cli.language.run.robot import in_range, solve
 from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.text.ast import Format
 from vrs_cli.language.words.values import Kind, integer_between, kind_of_value, numbers_of, read_number, storable, whole
@@ -74,7 +75,8 @@ def _shift(_context: Context, _it: Wording, target: Definable, *distances: float
 
 def _here(context: Context, _it: Wording, target: Definable) -> None:
     joints = target.reference.cells.kind is Kind.PRECISION
-    target.define(context.robot.joints() if joints else context.robot.here())
+    here = context.engine.position()
+    target.define(here.joints if joints else here.T_world_tool)
 
 
 def _decompose(context: Context, it: Wording, first: Reference) -> None:
@@ -95,24 +97,24 @@ def _solve_angles(
     before: Reference | None = None,
     asked: float | None = None,
 ) -> None:
-    robot = context.robot
-    near = robot.joints() if before is None else _joints_from(context, before)
-    joints, reasons = robot.solve(transform(place), near, None if asked is None else configuration_of(asked))
+    engine = context.engine
+    near = engine.position().joints if before is None else _joints_from(context, before)
+    joints, reasons = solve(engine, transform(place), near, None if asked is None else configuration_of(asked))
     for offset, number in enumerate(numbers_of(joints, context.environment.units)):
         element(_beginning(first), offset).assign(number)
-    flags.assign(float(configuration_bits(robot.configuration(joints))))
+    flags.assign(float(configuration_bits(engine.arm.configuration(joints))))
     error.assign(float(reasons))
 
 
 def _solve_place(context: Context, it: Wording, target: Definable, error: Reference) -> None:
     joints = _joints_from(context, it.value)
-    target.define(context.robot.place(joints))
-    error.assign(float(context.robot.in_range(joints)))
+    target.define(context.engine.world_pose(joints))
+    error.assign(float(in_range(context.engine, joints)))
 
 
 def _joints_from(context: Context, array: Reference) -> Joints:
     """Raises UndefinedValue where an element has no value."""
-    first, count = _beginning(array), context.robot.dof
+    first, count = _beginning(array), context.engine.model.joint_count
     values = [element(first, offset).value() for offset in range(count)]
     return context.environment.units.read(value for value in values if isinstance(value, float))
 

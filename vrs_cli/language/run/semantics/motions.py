@@ -85,15 +85,15 @@ def _depart(straight: bool, _context: Context, it: Wording, distance: float) -> 
 
 
 def _drive(context: Context, it: Wording, joint: float, change: float, speed: float | None = None) -> Iterable[Event]:
-    if not 0.5 <= joint < context.robot.dof + 0.5:
-        raise IllegalJoint(plain(joint), f"joints are 1 to {context.robot.dof}")
+    if not 0.5 <= joint < context.engine.model.joint_count + 0.5:
+        raise IllegalJoint(plain(joint), f"joints are 1 to {context.engine.model.joint_count}")
     target = JointOffsetTarget(whole(joint), context.environment.units.one_read(whole(joint), change))
     fraction = None if speed is None else JOINT_SPEED.checked(speed) / FULL_SPEED
     return (Move(target, False, speed=fraction, stamp=it.stamp, text=it.text),)
 
 
 def _draw(context: Context, it: Wording, *distances: float | None) -> Iterable[Event]:
-    target = shift(context.robot.destination(), *distances)
+    target = shift(context.engine.destination(context.engine.end).T_world_tool, *distances)
     return (Move(PoseTarget(target), True, stamp=it.stamp, text=it.text),)
 
 
@@ -130,8 +130,8 @@ def _swivel(context: Context, it: Wording, joint: float | None = None, value: fl
         if value is not None:
             raise IllegalValue("SWIVEL of no joint", "name the joint that has the value: SWIVEL 3, 20")
         return (SetSwivel(None, it.always),)
-    if not 0.5 <= joint < context.robot.dof + 0.5:
-        raise IllegalJoint(plain(joint), f"joints are 1 to {context.robot.dof}")
+    if not 0.5 <= joint < context.engine.model.joint_count + 0.5:
+        raise IllegalJoint(plain(joint), f"joints are 1 to {context.engine.model.joint_count}")
     number = whole(joint)
     end = None if value is None else context.environment.units.one_read(number, value)
     return (SetSwivel(Swivel(number, end), it.always),)
@@ -150,7 +150,7 @@ def _acceleration(
     if acceleration is not None or deceleration is not None:
         if deceleration is not None:
             DECELERATION.checked(deceleration)
-        given = context.robot.acceleration() if acceleration is None else acceleration
+        given = context.engine.settings.acceleration * FULL_SPEED if acceleration is None else acceleration
         yield SetAcceleration(ACCELERATION.checked(given), deceleration)
 
 
@@ -169,7 +169,7 @@ def _payload(context: Context, _it: Wording, percent: float | None = None, joint
         raise IllegalValue(
             f"PAYLOAD {plain(percent)}", "a load is 0 to 100 % of the largest, or negative: the usual one"
         )
-    integer_between(joint or 0.0, 0, context.robot.dof, "joint")
+    integer_between(joint or 0.0, 0, context.engine.model.joint_count, "joint")
 
 
 def _mode(mode: Mode, on: bool, _context: Context, it: Wording, tolerance: float | None = None) -> Iterable[Event]:

@@ -142,7 +142,7 @@ TASKS: Mapping[str, Handler] = {
     "SIGNAL": _signal,
     "RESET": _reset,
     "BITS": _bits,
-    "TIMER": lambda context, it, number: context.environment.timers.set(number, it.value, context.robot.time()),
+    "TIMER": lambda context, it, number: context.environment.timers.set(number, it.value, context.engine.now),
     "REACT": partial(_react, False),
     "REACTI": partial(_react, True),
     "REACTE": _react_to_errors,
