@@ -26,7 +26,6 @@ from vrs_cli.language.analysis.result import Analysis
 from vrs_cli.language.compile.compiler import compile_program
 from vrs_cli.language.run.effects import Failed, ProgramCompleted
 from vrs_cli.language.run.environment import LIBRARY, Environment
-from vrs_cli.language.run.robot import RobotReadings
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import parse_file
@@ -61,7 +60,7 @@ def compiled(analysis: Analysis, passes: int) -> float:
     environment = Environment()
     environment.store(analysis)
     environment.reference("passes").assign(float(passes))
-    task = Task(environment, RobotReadings(Engine(load_robot("puma560"))), analysis.program.name)
+    task = Task(environment, Engine(load_robot("puma560")), analysis.program.name)
     began = perf_counter()
     while not isinstance(event := task.resume(), ProgramCompleted):
         assert not isinstance(event, Failed), event
