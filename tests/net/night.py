@@ -23,7 +23,8 @@ from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net import room as rooms
 from vrs_cli.net.audit import Audit
-from vrs_cli.net.room import Plan, Room
+from vrs_cli.net.room import Room
+from vrs_cli.net.served_robot import Plan
 
 STEP = 600.0  # [s] of the clock that pass at once
 MOST = 500.0  # [MB]

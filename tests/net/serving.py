@@ -24,7 +24,7 @@ from vrs_cli.net.hub import Hub, RobotFolders
 from vrs_cli.net.limits import USUAL, Allowance
 from vrs_cli.net.messages import Bye, Closing, Done, Hello, Line, Request, ServerMessage, Told, Typed, Welcome
 from vrs_cli.net.protocol import ClientConnection
-from vrs_cli.net.room import Plan
+from vrs_cli.net.served_robot import Plan
 from vrs_cli.net.server import ListenAddress, Server
 from vrs_cli.net.tokens import TokenFile
 

@@ -29,8 +29,8 @@ def test_who_commands_drives_unless_that_has_to_be_asked_for(by_asking: bool, dr
     robot = Robot(by_asking)
     robot.driving.may("ada")
     assert (robot.driver, robot.drivers) == (driver, [driver] if driver else [])
-    robot.driving.ask("ada")
-    robot.driving.leave("ada")
+    robot.driving.change(lambda lease, now: lease.ask("ada", now))
+    robot.driving.change(lambda lease, now: lease.leave("ada", now))
     robot.driving.may("ada")
     assert robot.driver == driver
 
@@ -38,11 +38,11 @@ def test_who_commands_drives_unless_that_has_to_be_asked_for(by_asking: bool, dr
 @pytest.mark.parametrize("by_asking", [False, True])
 def test_nobody_commands_while_another_drives(by_asking: bool) -> None:
     robot = Robot(by_asking)
-    robot.driving.acquire("ada")
+    robot.driving.change(lambda lease, now: lease.acquire("ada", now))
     with pytest.raises(LeaseHeld):
         robot.driving.may("bob")
-    robot.driving.ask("bob")
-    robot.driving.leave("ada")
+    robot.driving.change(lambda lease, now: lease.ask("bob", now))
+    robot.driving.change(lambda lease, now: lease.leave("ada", now))
     robot.driving.may("bob")
     assert robot.drivers[-1] == robot.driver == "bob"
 
@@ -50,7 +50,7 @@ def test_nobody_commands_while_another_drives(by_asking: bool) -> None:
 @pytest.mark.parametrize("by_asking", [False, True])
 def test_who_was_not_heard_of_for_long_drives_until_another_takes_it(by_asking: bool) -> None:
     robot = Robot(by_asking)
-    robot.driving.acquire("ada")
+    robot.driving.change(lambda lease, now: lease.acquire("ada", now))
     robot.now = LONG
     robot.driving.may("ada")  # and that is a heartbeat
     assert (robot.driving.lapsed(), robot.driver) == ("", "ada")

@@ -47,7 +47,8 @@ from vrs_cli.net.messages import (
     Window,
 )
 from vrs_cli.net.protocol import ServerConnection
-from vrs_cli.net.room import Plan, Room
+from vrs_cli.net.room import Room
+from vrs_cli.net.served_robot import Plan
 from vrs_cli.net.stream import MessageForm, Packet
 from vrs_cli.net.tokens import OPEN, Grant
 from vrs_cli.values.acts import Go, Goal, StopProgram
@@ -310,10 +311,10 @@ def test_where_all_are_one_user_a_command_takes_no_lease_and_who_asks_has_it(tmp
         for wire in (browser, shell, browser):
             assert wire.line("DRIVE 1, 1").ok
         assert it.room.driving.lease.holder == ""
-        it.room.driving.ask("browser")
+        it.room.driving.change(lambda lease, now: lease.ask("browser", now))
         assert not shell.line("DRIVE 1, 1").ok
         assert browser.line("DRIVE 1, 1").ok
-        it.room.driving.give("browser", "")
+        it.room.driving.change(lambda lease, now: lease.give("browser", "", now))
         assert shell.line("DRIVE 1, 1").ok
 
 
@@ -391,18 +392,18 @@ def test_a_program_is_stored_by_who_drives_when_it_ends(tmp_path: Path) -> None:
         ada, bob = it.call("ada"), it.call("bob")
         for line in (".PROGRAM p", "a = 1"):
             assert ada.line(line).ok
-        it.room.driving.give("ada", "bob")
+        it.room.driving.change(lambda lease, now: lease.give("ada", "bob", now))
         assert bob.line("x = 1").ok
         assert not ada.line(".END").ok
         assert not it.room.session.programs
         assert ada.line("WHERE").ok, "what comes from a pipe after its program is done"
         ada.client.user_state.attended = True
-        it.room.driving.give("bob", "ada")
+        it.room.driving.change(lambda lease, now: lease.give("bob", "ada", now))
         for line in (".PROGRAM p", "a = 1"):
             assert ada.line(line).ok
-        it.room.driving.give("ada", "bob")
+        it.room.driving.change(lambda lease, now: lease.give("ada", "bob", now))
         assert not ada.line(".END").ok
-        it.room.driving.give("bob", "ada")
+        it.room.driving.change(lambda lease, now: lease.give("bob", "ada", now))
         assert ada.line(".END").ok, "who is there has not typed it for nothing"
         assert list(it.room.session.programs) == ["p"]
 

@@ -313,7 +313,7 @@ def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: C
     from vrs_cli.kinematics.robot_file import Ends, load_robot
     from vrs_cli.net.driving import WhenGone
     from vrs_cli.net.hub import Hub, RobotFolders
-    from vrs_cli.net.room import Plan
+    from vrs_cli.net.served_robot import Plan
 
     ends = Ends(options.base, options.tip)
     wanted = options.robot or ([] if options.robots_per_token else [(USUAL_ROBOT, USUAL_ROBOT)])

@@ -1,5 +1,5 @@
-"""Who drives a robot that is served: the lease between the robot's side, which asks whether somebody may command, and
-the connections, which ask for it and are told. The time of the day is passed in.
+"""The lease of a served robot, shared by threads: the robot asks whether a user may command, connections change it and
+are told. The time of the day is passed in.
 """
 
 from __future__ import annotations
@@ -10,9 +10,11 @@ from threading import Lock
 
 from vrs_cli.interfaces.station.lease import Notice, RobotLease
 
+LeaseStep = tuple[RobotLease, tuple[Notice, ...]]  # the next lease, and what users are told
+
 
 class WhenGone(Enum):
-    """What becomes of a program when who drives has gone."""
+    """What to do with a running program when the driver is gone."""
 
     GO_ON = "go-on"
     PAUSE = "pause"
@@ -20,8 +22,8 @@ class WhenGone(Enum):
 
 
 class Driving:
-    """The lease of one robot. Every method may be called by any thread; `told` hears of each change, in that thread.
-    `by_asking`: who commands something does not take it, only who asks for it.
+    """The lease of one robot. Any thread may call any method; `told` is called with each change, in that thread.
+    `by_asking`: only a user who asks for the lease takes it, not one who commands something.
     """
 
     def __init__(
@@ -32,8 +34,8 @@ class Driving:
         self.lease = RobotLease()
 
     def may(self, who: str) -> None:
-        """Somebody commands something: who comes first, where nobody drives, drives from then on, unless that has
-        to be asked for. Raises LeaseHeld.
+        """Check that a user may command something. The first who does so, while nobody drives, takes the lease, unless
+        it has to be asked for. Raises LeaseHeld.
         """
         with self._lock:
             now = self._wall()
@@ -46,33 +48,19 @@ class Driving:
                 return
             self._take(self.lease.acquire(who, now))
 
-    def ask(self, who: str) -> None:
+    def change(self, step: Callable[[RobotLease, float], LeaseStep]) -> None:
+        """Take a step of the lease, such as `acquire`, at the present time. Raises LeaseHeld."""
         with self._lock:
-            self._take(self.lease.ask(who, self._wall()))
-
-    def acquire(self, who: str) -> None:
-        """Raises LeaseHeld."""
-        with self._lock:
-            self._take(self.lease.acquire(who, self._wall()))
-
-    def give(self, who: str, to: str) -> None:
-        """Raises LeaseHeld for somebody who does not drive."""
-        with self._lock:
-            self._take(self.lease.give(who, to, self._wall()))
+            self._take(step(self.lease, self._wall()))
 
     def beat(self, who: str) -> None:
-        """Somebody is there: whether that one drives does not matter."""
+        """Note that a user is there; one who does not drive changes nothing."""
         with self._lock:
             if self.lease.drives(who):
                 self.lease = self.lease.beat(who, self._wall())
 
-    def leave(self, who: str) -> None:
-        """Somebody has gone: who asked first drives."""
-        with self._lock:
-            self._take(self.lease.leave(who, self._wall()))
-
     def lapsed(self) -> str:
-        """Who drove, and has not been heard of for too long; that one does no longer. Empty where there is none."""
+        """Take the lease from a driver who was not heard for too long; return the name, empty if there is none."""
         with self._lock:
             lease, now = self.lease, self._wall()
             if not lease.holder or not lease.expired(now):
@@ -80,7 +68,7 @@ class Driving:
             self._take(lease.leave(lease.holder, now))
             return lease.holder
 
-    def _take(self, step: tuple[RobotLease, tuple[Notice, ...]]) -> None:
+    def _take(self, step: LeaseStep) -> None:
         before, (self.lease, notices) = self.lease, step
         for notice in notices:
             self._told(self.lease, notice)

@@ -14,7 +14,8 @@ from msgspec.structs import replace
 from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.net.audit import Audit
-from vrs_cli.net.room import Plan, Room
+from vrs_cli.net.room import Room
+from vrs_cli.net.served_robot import Plan
 from vrs_cli.net.tokens import Grant
 
 

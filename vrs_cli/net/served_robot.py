@@ -1,0 +1,237 @@
+"""One served robot without its users: session, files, lease, durable log, and the broadcast of its changes."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from math import inf
+from pathlib import Path
+from typing import Any
+
+from msgspec import Struct
+
+from vrs_cli.engine.book import WindowSize
+from vrs_cli.engine.clock import WallClock
+from vrs_cli.engine.snapshot import TimelineReplaced
+from vrs_cli.errors import LimitReached, VrsError
+from vrs_cli.files.bounds import Folder
+from vrs_cli.files.journal import Journal, keep_journal, take_up
+from vrs_cli.interfaces.dialogue import Dialogue
+from vrs_cli.interfaces.port.local import Console
+from vrs_cli.interfaces.port.user_session import UserSession
+from vrs_cli.interfaces.rights import check_may, may_all, must_drive, needed
+from vrs_cli.interfaces.session.drag_control import DragControl
+from vrs_cli.interfaces.session.session import Session
+from vrs_cli.interfaces.station.lease import Notice, RobotLease
+from vrs_cli.interfaces.station.user_state import UserState
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.language.text.ast import Instruction, ProgramHeader
+from vrs_cli.language.text.parser import parse_prompt
+from vrs_cli.language.words.word import Role
+from vrs_cli.net.audit import Audit
+from vrs_cli.net.broadcast import Broadcast
+from vrs_cli.net.driving import Driving, WhenGone
+from vrs_cli.net.durable_log import DurableLog, MemoryFile
+from vrs_cli.net.limits import USUAL, Allowance, advice, check_growth
+from vrs_cli.net.places import prefixes_of
+from vrs_cli.net.robot_folder import check_room
+from vrs_cli.net.tokens import Grant
+from vrs_cli.values.commands import SetParameter
+
+MEASURED = 0.1  # [s] between two measurements of a robot's size, which take a while where that is large
+LATELY = 1.0  # [s] in which a user counts as one who asks
+FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # allowed when there is no room
+
+
+class Plan(Struct, frozen=True):
+    """How a robot is served. `journal`: the file for its timeline, None for none; `folder`: its files. `one_user`: all
+    who hold it are the same person, so only a user who asks for the lease takes it. `idle`: a robot that nobody has
+    held or watched for so long [s] is paused. `reach`: how much of what is in the journal stays in memory, too.
+    """
+
+    model: RobotModel
+    folder: Path
+    journal: Path | None = None
+    realtime: float | None = None
+    causality: str = ""
+    when_gone: WhenGone = WhenGone.GO_ON
+    allowance: Allowance = USUAL
+    one_user: bool = False
+    idle: float = inf
+    reach: WindowSize = WindowSize()
+
+
+class _LeasedSession(Session):
+    """A session that asks the lease who may command."""
+
+    driving: Driving
+
+    def check_may(self, said: str, wanted: Role) -> None:
+        check_may(said, wanted, self.user_state.role)
+        if must_drive(said, wanted, self.user_state.role):
+            self.driving.may(self.user_state.name)
+
+
+class ServedRobot:
+    """`wake` is called, in any thread, when the queue `said` has something to do in the thread of the connections;
+    `tell` takes messages for whoever runs the server; `robots`: the names of the robots that a grant allows. `driven`
+    is called when the lease changes; `lost`, with the reason, when the journal cannot be written. `touched`: functions
+    that send what users have been told since the last call. Raises FileError, FileDamaged, UsageError if the robot
+    cannot be served.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        plan: Plan,
+        wake: Callable[[], None],
+        audit: Audit,
+        tell: Callable[[str], None],
+        robots: Callable[[Grant], tuple[str, ...]],
+        wall: Callable[[], float],
+        driven: Callable[[RobotLease, Notice | None], None],
+        lost: Callable[[str], None],
+    ) -> None:
+        self.name, self.plan, self.allowance, self.robots = name, plan, plan.allowance, robots
+        self.audit, self.wall, self._wake, self._tell, self._lost = audit, wall, wake, tell, lost
+        self.said: deque[Callable[[], None]] = deque()
+        self._woken = False
+        self.touched: dict[Callable[[], None], None] = {}
+        self.asked_at: dict[UserSession, float] = {}  # [s] when each user asked for something last
+        self.driving = Driving(wall, driven, by_asking=plan.one_user)
+        self.folder = Folder(plan.folder, closed=True)
+        self.prefixes = prefixes_of((plan.folder, plan.journal and plan.journal.parent))
+        self.console = Console()
+        self.session = self._session()
+        self.drag_control = DragControl(self.session, wall)
+        self.lookers = plan.allowance.of_looking(plan.allowance.all_looking, wall())
+        self._journal: Journal | None = None
+        self._memory: MemoryFile | None = None
+        self.durable_log = self._durable_log()
+        engine = self.session.engine
+        if plan.causality:
+            engine.perform(SetParameter("CAUSALITY", plan.causality))
+        self._self = UserSession(self.session, UserState())
+        self._events = engine.events.subscribe(woken=self.stirred)
+        first = self._events.take(0.0)
+        assert isinstance(first, TimelineReplaced)
+        self.broadcast = Broadcast(self._self, first, wall)
+        self._measured = wall() - 2 * MEASURED
+        self._grown: LimitReached | None = None
+
+    def _session(self) -> Session:
+        plan = self.plan
+        plan.folder.mkdir(parents=True, exist_ok=True)
+        clock = None if plan.realtime is None else WallClock(time.monotonic, time.sleep, plan.realtime)
+        limits = plan.allowance.of_run(realtime=clock is not None)
+        session = _LeasedSession(
+            self.console, plan.model, clock=clock, limits=limits, folder=self.folder, advice=advice
+        )
+        session.driving, session.lease = self.driving, self.binding(self.driving.lease)
+        return session
+
+    def _durable_log(self) -> DurableLog:
+        """Open the journal and the memory file, and continue from what they have."""
+        engine, path = self.session.engine, self.plan.journal
+        if path is not None:
+            taken = take_up(path, changes=self.plan.reach.changes)
+            if taken.torn:
+                self._tell(f"{path}: its last line was not written to its end, and is left out")
+            self._journal = keep_journal(taken, engine, self._lost, together=True, reach=self.plan.reach)
+            try:
+                self._memory = MemoryFile(self.session, path.with_suffix(".v2"))
+                for wrong in self._memory.bring_back():
+                    self._tell(f"{self._memory.path}:{wrong.span.line}: {wrong.message}")
+            except BaseException:
+                self._journal.close()
+                raise
+        most = self.allowance.segments
+        durable_log = DurableLog(lambda: len(engine.timeline), most, self._journal, self._memory)
+        engine.book.journal = durable_log
+        return durable_log
+
+    def close(self) -> None:
+        """Refuse what is under way, and put everything on the disk. Raises FileError."""
+        self.session.actor.close()
+        self._events.end()
+        self.session.close()
+        try:
+            self.durable_log.settle()
+        finally:
+            if self._memory is not None:
+                self._memory.close()
+            if self._journal is not None:
+                self._journal.close()
+
+    def binding(self, lease: RobotLease) -> RobotLease | None:
+        """The lease that restricts commands: none for a robot of one user, until somebody asks to drive alone."""
+        return None if self.plan.one_user and not lease.holder else lease
+
+    # --- what its users may do ---
+
+    def others_ask(self, user: UserSession) -> bool:
+        """Return whether another user has asked for something lately."""
+        earliest = self.wall() - LATELY
+        return any(at > earliest for other, at in self.asked_at.items() if other is not user)
+
+    def checked(self, dialogue: Dialogue[Any], always: Callable[[], bool]) -> Dialogue[Any]:
+        """Run a dialogue in the robot's thread, and write down what it changes. Raises FileError, LimitReached if
+        nothing may be changed now and the dialogue is not one that may `always` run.
+        """
+        try:
+            self._check()
+        except VrsError:
+            if not always():
+                raise
+        try:
+            found = yield from dialogue
+        finally:
+            self.durable_log.note()
+        yield from self.durable_log.prepare()
+        return found
+
+    def _check(self) -> None:
+        self.durable_log.check()
+        if (now := self.wall()) - self._measured > MEASURED:
+            self._measured, self._grown = now, self._too_large()
+        if self._grown is not None:
+            raise self._grown
+
+    def _too_large(self) -> LimitReached | None:
+        """Return why the robot may not grow any more, None if it may."""
+        session = self.session
+        try:
+            check_growth(self.allowance, len(session.environment.kinds()) + len(session.programs))
+            check_room(self.folder, self.allowance)
+        except LimitReached as error:
+            return error
+        return None
+
+    def may_always(self, line: str) -> bool:
+        """Return whether a line only looks, stops, or makes room."""
+        try:
+            statement = parse_prompt(line, self.session.names())
+        except VrsError:
+            return False
+        if isinstance(statement, Instruction) and (statement.word in FREEING or statement.word.startswith("DELETE")):
+            return True
+        return not isinstance(statement, ProgramHeader | None) and may_all(*needed(statement))
+
+    @property
+    def works(self) -> bool:
+        """Whether a program runs or the robot moves."""
+        return self.session.running or self._self.now < self.session.engine.end
+
+    # --- the thread of the connections ---
+
+    def put(self, tell: Callable[[], None]) -> None:
+        """Have something told in the thread of the connections. In any thread."""
+        self.said.append(tell)
+        self.stirred()
+
+    def stirred(self) -> None:
+        """Wake the thread of the connections, once until it comes."""
+        if not self._woken:
+            self._woken = True
+            self._wake()
