@@ -20,10 +20,10 @@ from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.net.audit import Audit
-from vrs_cli.net.hub import Hub, RobotFolders
 from vrs_cli.net.limits import USUAL, Allowance
 from vrs_cli.net.messages import Bye, Closing, Done, Hello, Line, Request, ServerMessage, Told, Typed, Welcome
 from vrs_cli.net.protocol import ClientConnection
+from vrs_cli.net.room import Hub, RobotFolders
 from vrs_cli.net.served_robot import Plan
 from vrs_cli.net.server import ListenAddress, Server
 from vrs_cli.net.tokens import TokenFile

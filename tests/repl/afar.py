@@ -21,8 +21,8 @@ from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.interfaces.dialogue import Terminal
 from vrs_cli.interfaces.editor.lines import named_program
 from vrs_cli.interfaces.editor.screen import ScreenDraft
-from vrs_cli.interfaces.port.local import Console, LocalPort
-from vrs_cli.interfaces.port.port import MakeRequest, Outlet
+from vrs_cli.interfaces.port.local import LocalPort
+from vrs_cli.interfaces.port.port import Console, MakeRequest, Outlet
 from vrs_cli.interfaces.port.user_session import UserSession
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.user_state import UserState

@@ -13,7 +13,8 @@ from vrs_cli.errors import FileError
 from vrs_cli.files.bounds import Folder
 from vrs_cli.files.cell_file import read_cell
 from vrs_cli.files.timed_lines import listed_signals, read_signals
-from vrs_cli.interfaces.port.local import Console, LocalPort
+from vrs_cli.interfaces.port.local import LocalPort
+from vrs_cli.interfaces.port.port import Console
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.station import Conditions
 from vrs_cli.interfaces.tasks.limits import Limits

@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.net.audit import Audit
-    from vrs_cli.net.hub import Hub
     from vrs_cli.net.limits import Allowance
+    from vrs_cli.net.room import Hub
     from vrs_cli.net.server import ListenAddress, Server
 
 
@@ -312,7 +312,7 @@ def _allowance(options: Namespace) -> Allowance:
 def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: Callable[[str], None]) -> Hub:
     from vrs_cli.kinematics.robot_file import Ends, load_robot
     from vrs_cli.net.driving import WhenGone
-    from vrs_cli.net.hub import Hub, RobotFolders
+    from vrs_cli.net.room import Hub, RobotFolders
     from vrs_cli.net.served_robot import Plan
 
     ends = Ends(options.base, options.tip)

@@ -1,4 +1,4 @@
-"""One served robot with its users, and those who watch it.
+"""A served robot with its users and those who watch it, and the hub of all robots of a server.
 
 Requests go into the robot's inbox. What the robot says comes back in one queue, in the order in which it was said; the
 thread of the connections is woken once for the whole queue. It gives answers to users first, then what all hear.
@@ -7,14 +7,20 @@ thread of the connections is woken once for the whole queue. It gives answers to
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import ExitStack
+from math import inf
+from pathlib import Path
 from secrets import token_hex, token_urlsafe
+from threading import Lock
 from typing import Any
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.feed import MissedEvents
+from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.dialogue import quietly
@@ -22,6 +28,7 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.lease import Notice, RobotLease
 from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
+from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.net import messages
 from vrs_cli.net.audit import Audit
@@ -388,3 +395,91 @@ class Room(ServedRobot):
         for client in self._seated:
             if client.link is not None:
                 client.look()
+
+
+# --- all robots of a server -------------------------------------------------------------------------------------------
+
+
+class RobotFolders(Struct, frozen=True):
+    """The folders of journals (None: no journals) and of files. Each robot has its own folder of files, unless it is
+    the `only` one.
+    """
+
+    journal: Path | None
+    folder: Path
+    only: bool = False
+
+    def plan(self, name: str, model: RobotModel, usual: Plan) -> Plan:
+        journal = None if self.journal is None else self.journal / f"{name}.vrst"
+        return replace(usual, model=model, folder=self.folder if self.only else self.folder / name, journal=journal)
+
+
+class Hub:
+    """All robots of a server, and who may hold which. `robots`: the shared ones, by name. `own`: how many robots each
+    token has for itself; they are made when they are used, and paused when nobody has held or watched them for
+    `own_idle` [s]. A teacher may hold those of all `grants`.
+
+    Any thread may call `open`, which takes its time; the thread of the connections calls all else.
+    """
+
+    def __init__(
+        self,
+        robots: Mapping[str, RobotModel],
+        places: RobotFolders,
+        usual: Plan,
+        audit: Audit,
+        wake: Callable[[str], None],
+        tell: Callable[[str], None],
+        own: int = 0,
+        grants: Callable[[], Iterable[Grant]] = tuple,
+        own_idle: float = inf,
+    ) -> None:
+        self.rooms: dict[str, Room] = {}
+        self._robots, self._places, self._usual = robots, places, usual
+        self._own, self._grants, self._own_idle = own, grants, own_idle
+        self._audit, self._wake, self._tell = audit, wake, tell
+        self._opening = Lock()
+
+    def names(self, grant: Grant) -> tuple[str, ...]:
+        """The robots that a token may hold: its own, and shared ones."""
+        shared = (name for name in self._robots if grant.teacher or grant.robots is None or name in grant.robots)
+        others = (name for one in self._grants() for name in self._own_names(one)) if grant.teacher else ()
+        return tuple(dict.fromkeys((*self._own_names(grant), *shared, *others)))
+
+    def _own_names(self, grant: Grant) -> tuple[str, ...]:
+        return grant.own_names(self._own) if grant.name else ()
+
+    def chosen(self, grant: Grant, wanted: str) -> str:
+        """Return the wanted robot; without a name, the only one, or the token's first own. Raises RequestRefused, which
+        says nothing of robots that the token may not hold.
+        """
+        names = self.names(grant)
+        if wanted in names:
+            return wanted
+        if not wanted and (len(names) == 1 or self._own_names(grant)):
+            return names[0]
+        what = f"there is no robot {wanted} for you" if wanted else "which robot"
+        raise RequestRefused(what, f"there is {', '.join(names) or 'none'}: ws://HOST:PORT/robots/NAME")
+
+    def open(self, name: str) -> Room:
+        """Return the room of a robot, and make it if there is none yet. Raises VrsError."""
+        with self._opening:
+            room = self.rooms.get(name)
+            if room is None:
+                model = self._robots.get(name, self._usual.model)
+                usual = self._usual if name in self._robots else replace(self._usual, idle=self._own_idle)
+                plan = self._places.plan(name, model, usual)
+                room = Room(name, plan, lambda: self._wake(name), self._audit, self._tell, self.names)
+                self.rooms = {**self.rooms, name: room}
+            return room
+
+    def open_all(self) -> None:
+        """Open the shared robots. Raises VrsError."""
+        for name in self._robots:
+            self.open(name)
+
+    def close(self) -> None:
+        """Close all rooms: everything is on the disk then. Raises FileError."""
+        with ExitStack() as stack:
+            for room in self.rooms.values():
+                stack.callback(room.close)

@@ -18,7 +18,7 @@ from vrs_cli.errors import LimitReached, VrsError
 from vrs_cli.files.bounds import Folder
 from vrs_cli.files.journal import Journal, keep_journal, take_up
 from vrs_cli.interfaces.dialogue import Dialogue
-from vrs_cli.interfaces.port.local import Console
+from vrs_cli.interfaces.port.port import Console
 from vrs_cli.interfaces.port.user_session import UserSession
 from vrs_cli.interfaces.rights import check_may, may_all, must_drive, needed
 from vrs_cli.interfaces.session.drag_control import DragControl

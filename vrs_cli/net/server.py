@@ -27,10 +27,9 @@ from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.net import messages
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.client_session import TYPING, ClientSession
-from vrs_cli.net.hub import Hub
 from vrs_cli.net.limits import Allowance, Bucket, Crowd
 from vrs_cli.net.protocol import ServerConnection
-from vrs_cli.net.room import Room
+from vrs_cli.net.room import Hub, Room
 from vrs_cli.net.sockets import SharedDeflate, SocketSink
 from vrs_cli.net.tokens import OPEN, Grant, TokenFile
 from vrs_cli.wire.refusal import Refusal

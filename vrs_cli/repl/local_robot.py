@@ -17,7 +17,8 @@ from vrs_cli.files.recovery import Left, Recovery, left
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.dialogue import Reading, Running, Terminal
 from vrs_cli.interfaces.monitor.consent import listed
-from vrs_cli.interfaces.port.local import Console, LocalPort
+from vrs_cli.interfaces.port.local import LocalPort
+from vrs_cli.interfaces.port.port import Console
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN
 from vrs_cli.kinematics.model import RobotModel

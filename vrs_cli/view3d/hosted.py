@@ -12,8 +12,8 @@ from tempfile import TemporaryDirectory
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.client import Client, hello_of
-from vrs_cli.net.hub import Hub, RobotFolders
 from vrs_cli.net.limits import UNMEASURED, Allowance
+from vrs_cli.net.room import Hub, RobotFolders
 from vrs_cli.net.served_robot import Plan
 from vrs_cli.net.server import ListenAddress, Server
 from vrs_cli.net.socket_port import Loop, SocketPort

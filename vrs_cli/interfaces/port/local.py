@@ -16,8 +16,8 @@ from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.actor.ticket import Outlet as ActorOutlet
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.conversation.internal_error import internal_error
-from vrs_cli.interfaces.dialogue import Dialogue, Reading, Running
-from vrs_cli.interfaces.port.port import MakeRequest, Outlet
+from vrs_cli.interfaces.dialogue import Dialogue, Running
+from vrs_cli.interfaces.port.port import Console, MakeRequest, Outlet
 from vrs_cli.interfaces.port.preview import Previewed
 from vrs_cli.interfaces.port.user_session import UserSession
 from vrs_cli.interfaces.session.session import Session
@@ -25,38 +25,11 @@ from vrs_cli.interfaces.station.station import Conditions
 from vrs_cli.interfaces.tasks.driver import AskedInVain
 from vrs_cli.language.text.ast import Program
 from vrs_cli.values.prompt import PromptStatus
-from vrs_cli.values.questions import Answer, Question
-from vrs_cli.values.replies import Reply
-from vrs_cli.wire.messages import ClientMessage, Line, ServerMessage, Told, Typed
+from vrs_cli.wire.messages import ClientMessage, Line, ServerMessage
 from vrs_cli.wire.refusal import Refusal
 
 T = TypeVar("T")
 PATIENCE = 0.005  # [s] between two looks whether another thread, which drives the robot, has done what was asked for
-
-
-class Console:
-    """The terminal of a session whose user speaks in messages. `attended`: a person is there. `progress` is called
-    while a program runs or a file is read.
-    """
-
-    def __init__(self, attended: bool = False) -> None:
-        self.attended = attended
-        self.outlets: list[Outlet] = []
-        self.progress: Callable[[Running | Reading], None] = lambda _doing: None
-
-    def show(self, reply: Reply) -> None:
-        self._tell(Told(reply))
-
-    def type(self, text: str, newline: bool) -> None:
-        self._tell(Typed(text, newline))
-
-    def ask(self, _question: Question) -> Answer:
-        """Nobody is asked here: a user is asked by the request that he sent."""
-        return None
-
-    def _tell(self, message: ServerMessage) -> None:
-        for outlet in self.outlets:
-            outlet(message)
 
 
 class KnownError(Refusal, frozen=True, kw_only=True):

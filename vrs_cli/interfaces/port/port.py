@@ -13,15 +13,54 @@ from vrs_cli.engine.engine import Event
 from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.engine.position import Watched
 from vrs_cli.errors import EndOfInput
+from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.interfaces.port.preview import Previewed
 from vrs_cli.language.text.ast import Program
 from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.values.questions import Answer as Answered
 from vrs_cli.values.questions import Question
-from vrs_cli.wire.messages import Answer, Asked, ClientMessage, Done, How, Refused, Request, Result, ServerMessage
+from vrs_cli.values.replies import Reply
+from vrs_cli.wire.messages import (
+    Answer,
+    Asked,
+    ClientMessage,
+    Done,
+    How,
+    Refused,
+    Request,
+    Result,
+    ServerMessage,
+    Told,
+    Typed,
+)
 
 MakeRequest = Callable[[int], Request]  # a request with that id
 Outlet = Callable[[ServerMessage], None]
+
+
+class Console:
+    """The terminal of a session whose user speaks in messages. `attended`: a person is there. `progress` is called
+    while a program runs or a file is read.
+    """
+
+    def __init__(self, attended: bool = False) -> None:
+        self.attended = attended
+        self.outlets: list[Outlet] = []
+        self.progress: Callable[[Running | Reading], None] = lambda _doing: None
+
+    def show(self, reply: Reply) -> None:
+        self._tell(Told(reply))
+
+    def type(self, text: str, newline: bool) -> None:
+        self._tell(Typed(text, newline))
+
+    def ask(self, _question: Question) -> Answered:
+        """Nobody is asked here: a user is asked by the request that he sent."""
+        return None
+
+    def _tell(self, message: ServerMessage) -> None:
+        for outlet in self.outlets:
+            outlet(message)
 
 
 class FollowedRobot(Watched, Protocol):
