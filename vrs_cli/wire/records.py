@@ -217,6 +217,7 @@ def segment_records(segments: Iterable[Segment], motions: Motions, owner: Motion
 def delta_record(delta: TimelineDelta, motions: Motions) -> DeltaRecord:
     """Convert a delta to a record, and add the motion that the record describes to `motions`."""
     values = delta._asdict()
+    del values["events"]  # nothing makes any yet
     values["motion"] = motions.reference(delta.motion)
     values["segments"] = segment_records(delta.segments, motions, delta.motion)
     values["shift"] = _default(delta.shift, ZERO)
