@@ -82,7 +82,7 @@ def test_all_that_is_typed_comes_to_who_reads_more_slowly(tmp_path: Path, monkey
     wall = ManualWall(time.monotonic())
     with serving(tmp_path, journal=False) as server, server.call() as ada:
         room = server.hub.rooms["cell1"]
-        monkeypatch.setattr(room, "_wall", wall)  # she is as slow as the test says
+        monkeypatch.setattr(room, "wall", wall)  # she is as slow as the test says
         ada.lines(*CHAT)
         before = len(ada.said)
         id = ada.send(lambda id: Line(id, "EXECUTE chat"))
@@ -99,7 +99,7 @@ def test_who_stops_reading_holds_nobody(tmp_path: Path, monkeypatch: pytest.Monk
     with serving(tmp_path, journal=False) as server, server.call() as bob:
         ada = server.call()
         room = server.hub.rooms["cell1"]
-        monkeypatch.setattr(room, "_wall", wall)  # it waits for her until the test says that time passes
+        monkeypatch.setattr(room, "wall", wall)  # it waits for her until the test says that time passes
         ada.lines(".PROGRAM much", f'$s = "{LONG}"', "DO", f"TYPE {30 * '$s, '}$s", "UNTIL FALSE", ".END")
         client = room.clients["guest-2"]
         ada.send(lambda id: Line(id, "EXECUTE much"))
