@@ -125,7 +125,7 @@ def test_a_program_that_waits_for_who_hears_it_is_stopped_at_once(
     with serving(tmp_path, journal=False) as server, server.call() as bob:
         ada = server.call()
         room = server.hub.rooms["cell1"]
-        monkeypatch.setattr(room, "_wall", ManualWall(time.monotonic()))  # it waits for ever
+        monkeypatch.setattr(room, "wall", ManualWall(time.monotonic()))  # it waits for ever
         ada.lines(".PROGRAM much", f'$s = "{LONG}"', "DO", f"TYPE {30 * '$s, '}$s", "UNTIL FALSE", ".END")
         ada.send(lambda id: Line(id, "EXECUTE much"))
         until(lambda: room.clients["guest-2"].pace.waiting > MUCH)
