@@ -16,8 +16,7 @@ from vrs_cli.kinematics.shapes import Box, opened
 from vrs_cli.kinematics.transform import Vector, compose, position, translation
 from vrs_cli.kinematics.urdf import robot
 from vrs_cli.kinematics.urdf.chain import choice
-from vrs_cli.kinematics.urdf.document import document
-from vrs_cli.kinematics.urdf.tree import MOST_JOINTS, Tree
+from vrs_cli.kinematics.urdf.tree import MOST_JOINTS, Tree, document
 
 
 @pytest.fixture(autouse=True)

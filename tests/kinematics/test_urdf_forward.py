@@ -12,9 +12,8 @@ from tests.laws.urdf_files import forward
 from vrs_cli.kinematics.axes import link_transform
 from vrs_cli.kinematics.transform import compose
 from vrs_cli.kinematics.urdf.chain import choice
-from vrs_cli.kinematics.urdf.document import document
 from vrs_cli.kinematics.urdf.robot import arm_of
-from vrs_cli.kinematics.urdf.tree import Tree
+from vrs_cli.kinematics.urdf.tree import Tree, document
 
 AXES = ("1 0 0", "-1 0 0", "0 1 0", "0 -1 0", "0 0 1", "0 0 -1")
 

@@ -10,9 +10,8 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import position_at
 from vrs_cli.engine.problem import segment_joints, state_at
 from vrs_cli.kinematics.joints import Joints, joints_outside, largest_change
-from vrs_cli.kinematics.model import ArmTask
+from vrs_cli.kinematics.model import LEVEL, STRAIGHT, ArmTask
 from vrs_cli.kinematics.transform import Transform, angle_between, compose, distance
-from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT
 from vrs_cli.trajectory.laws.law import LAWS
 from vrs_cli.trajectory.polynomial import derivative, value
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment

@@ -7,9 +7,9 @@ for a motion, the limits, what a refusal says, the velocities.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
-from math import dist, inf, pi
+from math import dist, inf
 from operator import mul
 from typing import TYPE_CHECKING, NamedTuple, Protocol, cast
 
@@ -26,7 +26,6 @@ from vrs_cli.kinematics.elimination import solve
 from vrs_cli.kinematics.joints import (
     LIMIT_TOLERANCE,
     NONE,
-    TURN,
     Asked,
     Configuration,
     Demands,
@@ -42,9 +41,8 @@ from vrs_cli.kinematics.joints import (
     nearest_turn,
     turn_within,
 )
-from vrs_cli.kinematics.model import RobotModel, levers, link_frames
+from vrs_cli.kinematics.model import LEVEL, RobotModel, Unchanging, difference, levers, link_frames, unchanging
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
-from vrs_cli.kinematics.unchanging import LEVEL, Unchanging, difference, unchanging
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.continuation import Continuation
@@ -503,9 +501,3 @@ class RobotArm:
 def _within(x: float, low: float, high: float) -> float | None:
     """A joint that slides has no other turn; rounding beyond a limit is forgiven."""
     return min(max(x, low), high) if low - LIMIT_TOLERANCE <= x <= high + LIMIT_TOLERANCE else None
-
-
-def turned_near(angles: Iterable[float], near: Joints) -> Joints:
-    """Each angle on the turn nearest to the reference: `nearest_turn`, written out."""
-    rows = zip(angles, near, strict=True)
-    return tuple([q if -pi <= (off := q - there) <= pi else q - TURN * round(off / TURN) for q, there in rows])

@@ -10,7 +10,7 @@ from vrs_cli.kinematics.model import RobotModel, levers, link_frames, link_pose
 from vrs_cli.kinematics.model_data import NEEDED_POSES
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
 from vrs_cli.kinematics.shapes import Body, Box, Capsule, Cylinder, LinkShape, Opening, ShapeReader
-from vrs_cli.kinematics.transform import Vector, along, inverse, position, rotate, translation
+from vrs_cli.kinematics.transform import along, inverse, position, rotate, translation
 
 SHAPES = ROBOTS / "shapes"  # of the built-in robots: files of their own, for who runs a program reads none
 ORIGIN, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
@@ -59,19 +59,14 @@ def _foot(model: RobotModel, radius: float) -> list[LinkShape]:
     first axis does not stand upright."""
     if model.base.az < UPRIGHT:
         return [LinkShape(0, Box((3.0 * radius, 3.0 * radius, 2.0 * radius)), "dark")]
-    top, low = 1.2 * radius, min(0.0, _lowest(model) - 2.0 * radius)
+    frames = [T for name in NEEDED_POSES for T in link_frames(model, model.poses[name])]
+    lowest = min(T.pz for T in frames) - model.base.pz  # of joints and flange, above frame 0 [m]
+    top, low = 1.2 * radius, min(0.0, (lowest if lowest < -SHORT else inf) - 2.0 * radius)
     plate, r = (0.0, 0.0, low + 0.4 * radius), 1.25 * radius
     return [
         LinkShape(0, Cylinder((0.0, 0.0, low), plate, (2.0 * radius, 1.8 * radius)), "dark"),
         LinkShape(0, Cylinder((0.0, 0.0, low + 0.35 * radius), (0.0, 0.0, top), (r, r)), "grey"),
     ]
-
-
-def _lowest(model: RobotModel) -> float:
-    """The least height of a joint or the flange at READY and NEST, above frame 0 [m]."""
-    frames = [T for name in NEEDED_POSES for T in link_frames(model, model.poses[name])]
-    least = min(T.pz for T in frames) - model.base.pz
-    return least if least < -SHORT else inf
 
 
 def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[LinkShape]:
@@ -93,18 +88,13 @@ def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[LinkSha
         ends = along(corner, axis, min(reaches) - rod), along(corner, axis, max(reaches) + rod)
         found.append(LinkShape(i, Cylinder(*ends, (rod, rod)), "steel"))
     else:
-        found.append(_hub(i, start, axis, thick))
+        hub = along(start, axis, -1.25 * thick), along(start, axis, 1.25 * thick)
+        found.append(LinkShape(i, Cylinder(*hub, (1.02 * thick, 1.02 * thick)), "dark"))
         if abs(run) > SHORT:
             found.append(LinkShape(i, Capsule(start, corner, (thick, thick))))
     if dist(corner, ORIGIN) > SHORT:
         found.append(LinkShape(i, Capsule(corner, ORIGIN, (thick, thin))))
     return found
-
-
-def _hub(i: int, centre: Vector, axis: Vector, radius: float) -> LinkShape:
-    half = 1.25 * radius
-    ends = along(centre, axis, -half), along(centre, axis, half)
-    return LinkShape(i, Cylinder(*ends, (1.02 * radius, 1.02 * radius)), "dark")
 
 
 def _gripper(n: int, r: float) -> list[LinkShape]:

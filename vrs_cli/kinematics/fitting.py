@@ -104,13 +104,8 @@ def _mean(model: RobotModel, task: ArmTask) -> float:
         turns = [tuple(dot(axis, column) for column in zip(*J[3:], strict=True)) for axis in axes]
         rows: Rows = [tuple(x / reach for x in row) for row in J[:3]] + turns
         counted = [row for row, counts in zip(rows, task.counts, strict=True) if counts]
-        total += _volume(counted if len(counted) <= model.joint_count else list(zip(*counted, strict=True)))
+        vectors = counted if len(counted) <= model.joint_count else list(zip(*counted, strict=True))
+        sizes = [hypot(*row) for row in vectors]
+        if all(sizes):
+            total += volume([[x / size for x in row] for row, size in zip(vectors, sizes, strict=True)])
     return total / MEASURED
-
-
-def _volume(rows: Rows) -> float:
-    sizes = [hypot(*row) for row in rows]
-    if not all(sizes):
-        return 0.0
-    units = [[x / size for x in row] for row, size in zip(rows, sizes, strict=True)]
-    return volume(units)

@@ -79,6 +79,26 @@ def nearest_turn(angle: float, reference: float) -> float:
     return angle if -pi <= off <= pi else angle - TURN * round(off / TURN)
 
 
+def turned_near(angles: Iterable[float], near: Joints) -> Joints:
+    """Each angle on the turn nearest to the reference: `nearest_turn`, written out."""
+    rows = zip(angles, near, strict=True)
+    return tuple([q if -pi <= (off := q - there) <= pi else q - TURN * round(off / TURN) for q, there in rows])
+
+
+def six_turned_near(q: Joints, near: Joints) -> Joints:
+    """`turned_near` of six joints, which takes half the time."""
+    q1, q2, q3, q4, q5, q6 = q
+    n1, n2, n3, n4, n5, n6 = near
+    return (
+        q1 if -pi <= q1 - n1 <= pi else q1 - TURN * round((q1 - n1) / TURN),
+        q2 if -pi <= q2 - n2 <= pi else q2 - TURN * round((q2 - n2) / TURN),
+        q3 if -pi <= q3 - n3 <= pi else q3 - TURN * round((q3 - n3) / TURN),
+        q4 if -pi <= q4 - n4 <= pi else q4 - TURN * round((q4 - n4) / TURN),
+        q5 if -pi <= q5 - n5 <= pi else q5 - TURN * round((q5 - n5) / TURN),
+        q6 if -pi <= q6 - n6 <= pi else q6 - TURN * round((q6 - n6) / TURN),
+    )
+
+
 def turn_within(angle: float, reference: float, lower: float, upper: float) -> float | None:
     """Of all turns of `angle` inside the limits the one nearest to `reference` [rad]; None if there is none.
 
@@ -145,7 +165,7 @@ def beyond(rate: Twist, bias: Twist) -> Twist:
     return vx - ax, vy - ay, vz - az, wx - bx, wy - by, wz - bz
 
 
-# --- walks along a line, of joints that are too many (`numeric.redundancy`) ------------------------------------------
+# --- walks along a line, of joints that are too many (`numeric.arm`) ------------------------------------------
 
 Asked = tuple[tuple[int, float], ...]  # joints, by index, and where each is to end: there its own guide leads
 

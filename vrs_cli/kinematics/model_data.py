@@ -58,37 +58,30 @@ TURN, SLIDE = (kind.value for kind in JointKind)
 
 def to_dict(model: RobotModel) -> dict[str, Any]:
     """Plain data in metres and radians, as in the header of a trajectory file; `from_dict` takes it back."""
-    usual = model.task is ArmTask.POSE and model.joint_count >= ALL_PARTS
-    return {
-        "name": model.name,
-        "title": model.title,
-        **{key: list(T) for key in ("base", "flange") if (T := getattr(model, key)) != IDENTITY},
-        **({} if usual else {"task": model.task.value}),
-        "joints": [
-            {**_link_to_dict(link), **{key: getattr(model, key)[i] for key in JOINT_KEYS}}
-            for i, link in enumerate(model.links)
-        ],
-        "tool": {key: getattr(model, key) for key in TOOL_KEYS},
-        "poses": {name: list(q) for name, q in model.poses.items()},
-        **({} if model.profile == PROFILES[0] else {"profile": model.profile}),
-        **({"hand": {"width": model.hand_width}} if model.hand_width else {}),
-        **_looks(model),
-    }
+    data: dict[str, Any] = {"name": model.name, "title": model.title}
+    data |= {key: list(T) for key in ("base", "flange") if (T := getattr(model, key)) != IDENTITY}
+    if model.task is not ArmTask.POSE or model.joint_count < ALL_PARTS:
+        data["task"] = model.task.value
+    links = ({**link._asdict(), "kind": link.kind.value} for link in model.links)
+    usual = {"theta": 0.0, "kind": TURN}.items()
+    data["joints"] = [
+        {
+            **{key: value for key, value in link.items() if (key, value) not in usual},
+            **{key: getattr(model, key)[i] for key in JOINT_KEYS},
+        }
+        for i, link in enumerate(links)
+    ]
+    data["tool"] = {key: getattr(model, key) for key in TOOL_KEYS}
+    data["poses"] = {name: list(q) for name, q in model.poses.items()}
+    if model.profile != PROFILES[0]:
+        data["profile"] = model.profile
+    if model.hand_width:
+        data["hand"] = {"width": model.hand_width}
+    if model.shapes:
+        from vrs_cli.kinematics.shapes import to_tables  # here: few robots have shapes of their own
 
-
-def _looks(model: RobotModel) -> dict[str, Any]:
-    if not model.shapes:
-        return {}
-    from vrs_cli.kinematics.shapes import to_tables  # here: few robots have shapes of their own
-
-    return {"shapes": to_tables(model.shapes)}
-
-
-def _link_to_dict(link: Link) -> dict[str, Any]:
-    data: dict[str, Any] = link._asdict()
-    data["kind"] = link.kind.value
-    usual = {"theta": 0.0, "kind": TURN}
-    return {key: value for key, value in data.items() if key not in usual or value != usual[key]}
+        data["shapes"] = to_tables(model.shapes)
+    return data
 
 
 def from_dict(data: object, where: str = "robot model") -> RobotModel:

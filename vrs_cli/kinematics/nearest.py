@@ -104,7 +104,13 @@ class Aim:
             if gained < FLAT * cost:
                 break
             damping = min(max(DAMPING * cost, LEAST_DAMPING), damping)
-        pressed = self._pressed(q, rows, error, lower, upper)
+        downhill = (sum([a * e for a, e in zip(column, error, strict=True)]) for column in zip(*rows, strict=True))
+        pressed = tuple(
+            [
+                1 if x >= high and fall > 0.0 else -1 if x <= low and fall < 0.0 else 0
+                for x, low, high, fall in zip(q, lower, upper, downhill, strict=True)
+            ]
+        )
         return Nearest(q, 1.0 - sqrt(cost / first) if first > CLOSE else 1.0, pressed)
 
     def _step(
@@ -129,16 +135,6 @@ class Aim:
         rows, error = arm.rows_that_count(q, arm.jacobian(q, self.tool), twist)
         turns = [tuple([lever * x for x in row]) for row in rows[places:]]
         return [*rows[:places], *turns], [*error[:places], *[lever * e for e in error[places:]]]
-
-    @staticmethod
-    def _pressed(
-        q: Joints, rows: Sequence[Joints], error: Sequence[float], lower: Joints, upper: Joints
-    ) -> tuple[int, ...]:
-        found = []
-        for i, (x, low, high) in enumerate(zip(q, lower, upper, strict=True)):
-            downhill = sum([row[i] * e for row, e in zip(rows, error, strict=True)])
-            found.append(1 if x >= high and downhill > 0.0 else -1 if x <= low and downhill < 0.0 else 0)
-        return tuple(found)
 
 
 _NO_ROWS = ((0.0,),) * 6

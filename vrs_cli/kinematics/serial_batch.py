@@ -14,10 +14,9 @@ from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.axes import Chain
 from vrs_cli.kinematics.compiled import biases, formulas
 from vrs_cli.kinematics.joints import ALL, LIMIT_TOLERANCE, TURN, Configuration, JointKind
-from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model import LEVEL, STRAIGHT, RobotModel, Unchanging
 from vrs_cli.kinematics.transform import IDENTITY, Transform, inverse
 from vrs_cli.kinematics.transform_batch import compose_batch, stack
-from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT, Unchanging
 
 CHUNK = 2048
 

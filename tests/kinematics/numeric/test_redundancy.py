@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from vrs_cli.kinematics.joints import Joints, Walk
-from vrs_cli.kinematics.numeric import redundancy
+from vrs_cli.kinematics.numeric.arm import NumericArm
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import IDENTITY
 
@@ -21,9 +21,8 @@ def margins(monkeypatch: pytest.MonkeyPatch, begin: Joints, walked: dict[float, 
         margin, arrives = walked[part]
         return Walk(begin, (), margin, arrives)
 
-    monkeypatch.setattr(redundancy, "walk", walk)
-    arm = redundancy.Follower(MODEL, (), lambda _q, _pose: ((), ()), lambda *_: None)
-    return [one.margin for one in redundancy.walks(arm, begin, (IDENTITY,), ())]
+    monkeypatch.setattr(NumericArm, "_walk", walk)
+    return [one.margin for one in NumericArm(MODEL).walks(begin, (IDENTITY,), ())]
 
 
 def test_walks_far_from_the_ends_of_ranges_come_first_and_the_others_after_them(

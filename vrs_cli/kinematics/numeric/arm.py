@@ -1,11 +1,24 @@
-"""Any serial arm, without a closed form; how it is searched stands in `numeric.search`."""
+"""The arm without a closed form, for any axes: `numeric.search` says how it is searched.
+
+An arm with more joints than its task has parts can follow a straight line in endless ways: its joints follow guides.
+They are a function of the instant alone, exact, without integration: for each joint too many the sum of all joints,
+each by a weight, goes from what it is to an end by the law of the line (`segment.Guide`). This is the augmented task of
+Sciavicco and Siciliano ("A solution algorithm to the inverse kinematic problem for redundant manipulators", IEEE J.
+Robotics and Automation 4(4), 1988) with a constant linear task.
+
+Weights and ends come from a walk along the line with the pseudo-inverse, the shortest way of the joints, and a part of
+the gradient towards the middle of their ranges in its null space (Liegeois, "Automatic supervisory control of the
+configuration and behavior of multibody mechanisms", IEEE Trans. Systems, Man and Cybernetics 7(12), 1977). The weights
+are the mean direction of the null space on the walk, in which the joints are free at its best; the ends are the sums
+where the walk ends. Walks with other parts of the gradient are tried where the first one leads out of a range.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from itertools import islice
-from math import degrees, dist, hypot, inf
+from math import degrees, dist, hypot, inf, sqrt
 from operator import add, mul
 from typing import TYPE_CHECKING
 
@@ -13,9 +26,8 @@ from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.elimination import damped, gram, square, squares, volume
 from vrs_cli.kinematics.joints import NONE, Asked, Configuration, Demands, Jacobian, Joints, Singularity, Twist, Walk
-from vrs_cli.kinematics.model import ArmTask, RobotModel, levers
+from vrs_cli.kinematics.model import LEVEL, STRAIGHT, ArmTask, RobotModel, levers
 from vrs_cli.kinematics.numeric.newton import NO_TWIST, Newton, newton
-from vrs_cli.kinematics.numeric.redundancy import PARTS, Follower, walk, walks
 from vrs_cli.kinematics.numeric.search import (
     CONVERGED,
     DAMPING,
@@ -33,13 +45,19 @@ from vrs_cli.kinematics.numeric.search import (
     some_joints,
 )
 from vrs_cli.kinematics.transform import Transform, position
-from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.batch import NumericBatch
     from vrs_cli.kinematics.numeric.continuation import Continuation
 
 
+PARTS = (0.0, 0.5, 1.0, 2.0, 4.0)  # of the gradient, over the whole walk
+ENOUGH = 0.03  # of a range: a walk that keeps so far from the ends is taken at once
+ROUNDING = 1e-9  # of a range
+LEAST = 1e-6  # of a direction that counts
+BEYOND = 0.02  # of a range: a walk, which is coarse, may leave it by so much where the line does not
+THERE = 0.01  # [m, rad] a walk that misses its end by more has no way to it
+WALK_DAMPING = 1e-9  # [m2, rad2] of the pseudo-inverse
 ANOTHER_TASK = f"teach the location by HERE, or give the arm the task {ArmTask.STEADY.value!r}"
 
 
@@ -142,15 +160,75 @@ class NumericArm(RobotArm):
         found = squares((*rows, *[weights for weights, _ in demands]), error, (*wanted, *rates))
         return None if found is None else (found[0], found[1])
 
-    @cached_property
-    def _follow(self) -> Follower:
-        return Follower(self.model, self.held, self.missing, self._newton)
+    # --- walks along a line ----------------------------------------------------------------------------------
 
     def walks(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Iterator[Walk]:
-        return walks(self._follow, begin, poses, asked)
+        """Those that keep far from the ends of ranges, or as far as the walk begins, in the order of `PARTS`; then the
+        others that arrive inside the ranges, the farther the sooner.
+        """
+        found, enough = list[Walk](), min(ENOUGH, self._margin(begin) - ROUNDING)
+        free = len(begin) > self.model.task.size + len(asked)
+        for part in PARTS if free else PARTS[:1]:
+            walk = self._walk(begin, poses, asked, part)
+            if walk.arrives and walk.margin >= enough:
+                yield walk
+            else:
+                found.append(walk)
+        inside = [walk for walk in found if walk.arrives and walk.margin >= -BEYOND]
+        yield from sorted(inside, key=lambda walk: -walk.margin)
 
     def shortest_walk(self, begin: Joints, poses: Sequence[Transform], asked: Asked) -> Walk:
-        return walk(self._follow, begin, poses, asked, PARTS[0])
+        return self._walk(begin, poses, asked, PARTS[0])
+
+    def _walk(self, begin: Joints, poses: Sequence[Transform], asked: Asked, part: float) -> Walk:
+        """The walk with such a part of the gradient."""
+        q, margin, total, steps = begin, 1.0, list[Joints](), len(poses) - 1
+        axes = [_axis(joint, len(q)) for joint, _ in asked]
+        others = [i for i in self.held if i not in dict(asked)]
+        basis = [_axis(joint, len(q)) for joint in others[: len(self.held) - len(asked)]]
+        for k, pose in enumerate(poses):
+            held = [(axis, begin[i] + k / steps * (end - begin[i])) for axis, (i, end) in zip(axes, asked, strict=True)]
+            step, basis = self._walk_step(q, pose, held, basis, self._inward(q, part / len(poses)) if part else ())
+            total = [_plus(a, 1.0, b) for a, b in zip(total, basis, strict=True)] if total else basis
+            q = _plus(q, 1.0, step)
+            margin = min(margin, self._margin(q))
+        arrives = max(map(abs, self.missing(q, poses[-1])[1])) < THERE
+        return Walk(q, (*axes, *_orthonormal(total)), margin, arrives)
+
+    def _inward(self, q: Joints, part: float) -> Joints:
+        """Against the gradient of the sum of the squares of the joints' places in their ranges, of a range of 1 rad."""
+        ranges = [high - low for low, high in self._limits]
+        mean = sum(ranges) / len(ranges)
+        rows = zip(q, self.model.lower, ranges, strict=True)
+        return tuple([part * (low + 0.5 * size - x) * (mean / size) ** 2 for x, low, size in rows])
+
+    def _margin(self, q: Joints) -> float:
+        """How far all joints are from the ends of their ranges, as a part of these; less than 0 beyond."""
+        rows = zip(q, self._limits, strict=True)
+        return min([(x - low if x - low < high - x else high - x) / (high - low) for x, (low, high) in rows])
+
+    def _walk_step(
+        self, q: Joints, pose: Transform, held: list[tuple[Joints, float]], near: list[Joints], inward: Joints
+    ) -> tuple[Joints, list[Joints]]:
+        """The shortest step to a pose and to sums that are held, with what leads `inward`, if anything, in the null
+        space; and an orthonormal basis of that, each direction next to one of some others.
+        """
+        demands = (*held, *((unit, _dot(unit, q)) for unit in near))
+        step, directions = Joints(), list[Joints]()
+        for k in range(len(held), max(len(demands), len(held) + 1)):
+            found = self._newton(q, pose, demands, NO_TWIST, _axis(k, len(demands)))
+            if found is None:
+                rows, error = self.missing(q, pose)
+                rest = [value - _dot(axis, q) for axis, value in held]
+                return damped([*rows, *(axis for axis, _ in held)], [*error, *rest], WALK_DAMPING), near
+            step = found[0]
+            directions.append(found[1])
+        basis = _orthonormal(directions[: len(near)])
+        for unit in basis:
+            step = _plus(step, (_dot(unit, inward) if inward else 0.0) - _dot(unit, step), unit)
+        return step, basis
+
+    # --- all solutions --------------------------------------------------------------------------------------
 
     def branches(self, T: Transform) -> tuple[Joints | None, ...]:
         found = self._solutions(T, self._middle)
@@ -272,3 +350,28 @@ class NumericArm(RobotArm):
         """`elbow`: the freedom of this pose beside the mean of all; there is no telling which joints it is."""
         mean = self._mean_freedom
         return Singularity(1.0, min(self._freedom_at(q, self._all) / mean, 1.0) if mean else 1.0, 1.0)
+
+
+def _orthonormal(directions: Iterable[Joints]) -> list[Joints]:
+    """By Gram and Schmidt, in their order."""
+    basis = list[Joints]()
+    for direction in directions:
+        rest = direction
+        for unit in basis:
+            rest = _plus(rest, -_dot(rest, unit), unit)
+        size = max(sqrt(_dot(rest, rest)), LEAST)
+        basis.append(tuple([x / size for x in rest]))
+    return basis
+
+
+def _axis(joint: int, count: int) -> Joints:
+    """The sum that is one joint alone."""
+    return tuple([float(i == joint) for i in range(count)])
+
+
+def _dot(a: Sequence[float], b: Sequence[float]) -> float:
+    return float(sum(map(mul, a, b)))
+
+
+def _plus(a: Joints, factor: float, b: Joints) -> Joints:
+    return tuple([x + factor * y for x, y in zip(a, b, strict=True)])

@@ -8,11 +8,10 @@ import numpy as np
 
 from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.joints import NONE, Configuration, Joints
-from vrs_cli.kinematics.model import ArmTask, RobotModel
+from vrs_cli.kinematics.model import LEVEL, STRAIGHT, ArmTask, RobotModel, Unchanging
 from vrs_cli.kinematics.numeric.search import CONVERGED, DAMPING, FREE_STEPS, LARGEST_STEP, LEAST_DAMPING, STEPS, rounds
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT, Unchanging
 
 SINGULAR = 5e-9  # [m, rad] an error that steps do not lessen in a singular pose, and that is none all the same
 

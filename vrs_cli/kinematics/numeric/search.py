@@ -9,7 +9,7 @@ so that the same question always has the same answer: some first, and more where
 An arm with fewer joints than six reaches a pose or does not; what misses by less than three decimals tell is reached.
 
 An arm with more joints than the task has parts can be at one place in many ways. A MOVE takes what the search finds
-from where the arm is. On a straight line the joints follow guides (`numeric.redundancy`), which makes it definite: they
+from where the arm is. On a straight line the joints follow guides (`numeric.arm`), which makes it definite: they
 are then a function of the pose and the instant alone.
 """
 

@@ -26,12 +26,12 @@ and cosine of q2 + q3 + q4, change their signs.
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import acos, atan2, cos, pi, sin, sqrt
+from math import acos, atan2, cos, dist, pi, sin, sqrt
 from typing import NamedTuple
 
 from vrs_cli.kinematics.axes import EXACT
 from vrs_cli.kinematics.clearance import BOUNDARY, ON_BOUNDARY, SINGULAR
-from vrs_cli.kinematics.joints import TURN, Configuration, Joints
+from vrs_cli.kinematics.joints import TURN, Configuration, Joints, six_turned_near
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform
 
@@ -61,7 +61,6 @@ def offsets_of(model: RobotModel) -> Offsets | None:
 
 NOWHERE = (None, None, None, None)
 ON_AXIS = SINGULAR * SINGULAR  # [m2]
-HALF_TURN_SQUARED = pi * pi
 
 Branches = Callable[[Transform], tuple[Joints | None, ...]]
 Branch = Callable[[Transform, Configuration, Joints], Joints | None]
@@ -155,7 +154,6 @@ def make_branch(offsets: Offsets) -> Branch:
 
     def branch(T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
         nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
-        n1, n2, n3, n4, n5, n6 = near
         arm, elbow, wrist = configuration.signs
         forward = arm * right
         x, y = px - d6 * ax, py - d6 * ay
@@ -168,14 +166,14 @@ def make_branch(offsets: Offsets) -> Branch:
             c1, s1 = (outward * x - side * y) / reach2, (outward * y + side * x) / reach2
             q1 = atan2(s1, c1)
         else:
-            q1, c1, s1 = n1, cos(n1), sin(n1)
+            q1, c1, s1 = near[0], cos(near[0]), sin(near[0])
         n, s, c5 = nx * s1 - ny * c1, sx * s1 - sy * c1, ax * s1 - ay * c1
         s5 = sqrt(n * n + s * s)
         if s5 > ON_BOUNDARY:
             c6, s6 = wrist * n / s5, -wrist * s / s5
             q6 = atan2(s6, c6)
         else:
-            q6, c6, s6 = n6, cos(n6), sin(n6)
+            q6, c6, s6 = near[5], cos(near[5]), sin(near[5])
         s5 *= wrist
         u, v = c5 * c6, -c5 * s6
         level = c1 * (nx * u + sx * v - ax * s5) + s1 * (ny * u + sy * v - ay * s5)
@@ -191,16 +189,7 @@ def make_branch(offsets: Offsets) -> Branch:
         q3 = fold * acos(k)
         q4 = atan2(lift, level) - q2 - q3
         q5 = atan2(s5, c5)
-        n1, n2, n3, n4, n5, n6 = q1 - n1, q2 - n2, q3 - n3, q4 - n4, q5 - n5, q6 - n6
-        if n1 * n1 + n2 * n2 + n3 * n3 + n4 * n4 + n5 * n5 + n6 * n6 < HALF_TURN_SQUARED:
-            return q1, q2, q3, q4, q5, q6  # no joint can be half a turn away
-        return (
-            q1 if -pi <= n1 <= pi else q1 - TURN * round(n1 / TURN),
-            q2 if -pi <= n2 <= pi else q2 - TURN * round(n2 / TURN),
-            q3 if -pi <= n3 <= pi else q3 - TURN * round(n3 / TURN),
-            q4 if -pi <= n4 <= pi else q4 - TURN * round(n4 / TURN),
-            q5 if -pi <= n5 <= pi else q5 - TURN * round(n5 / TURN),
-            q6 if -pi <= n6 <= pi else q6 - TURN * round(n6 / TURN),
-        )
+        found = q1, q2, q3, q4, q5, q6
+        return found if dist(found, near) < pi else six_turned_near(found, near)  # no joint is half a turn away
 
     return branch

@@ -31,12 +31,23 @@ last bit.
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import acos, atan2, cos, hypot, pi, sin, sqrt
+from math import acos, atan2, cos, dist, hypot, pi, sin, sqrt
 from typing import NamedTuple
 
 from vrs_cli.kinematics.axes import EXACT
 from vrs_cli.kinematics.clearance import BOUNDARY, ON_BOUNDARY, SINGULAR
-from vrs_cli.kinematics.joints import ALL, ARM, ELBOW, LIMIT_TOLERANCE, WRIST, Configuration, JointKind, Joints
+from vrs_cli.kinematics.joints import (
+    ALL,
+    ARM,
+    ELBOW,
+    LIMIT_TOLERANCE,
+    TURN,
+    WRIST,
+    Configuration,
+    JointKind,
+    Joints,
+    six_turned_near,
+)
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 
@@ -121,8 +132,6 @@ def outward(geometry: Geometry, q: Joints) -> float:
     return a1 + a2 * cos(q2) + a3 * cos(q2 + q3) + d4 * sin(q2 + q3)
 
 
-TURN = 2 * pi
-HALF_TURN_SQUARED = pi * pi
 ON_AXIS = SINGULAR * SINGULAR  # [m2]
 NOWHERE = (None, None, None, None)
 
@@ -175,10 +184,8 @@ def make_branches(geometry: Geometry, model: RobotModel) -> Branches:
             else:  # joint 1 may stand anywhere
                 c1, s1 = 1.0, 0.0
             q1 = atan2(s1, c1)
-            if q1 > high1:
-                q1 -= TURN
-            elif q1 < low1:
-                q1 += TURN
+            if not low1 <= q1 <= high1:
+                q1 += TURN if q1 < low1 else -TURN
             psi = acos(k) * -arm
             # the rotation seen in the arm's plane: radial, across (here) and vertical
             ar = c1 * ax + s1 * ay
@@ -197,15 +204,11 @@ def make_branches(geometry: Geometry, model: RobotModel) -> Branches:
                 c2 = (h * m + v * t) / rho
                 s2 = (v * m - h * t) / rho
                 q2 = atan2(s2, c2)
-                if q2 > high2:
-                    q2 -= TURN
-                elif q2 < low2:
-                    q2 += TURN
+                if not low2 <= q2 <= high2:
+                    q2 += TURN if q2 < low2 else -TURN
                 q3 = beta + psi
-                if q3 > high3:
-                    q3 -= TURN
-                elif q3 < low3:
-                    q3 += TURN
+                if not low3 <= q3 <= high3:
+                    q3 += TURN if q3 < low3 else -TURN
                 c2 = h - a2 * c2
                 s2 = v - a2 * s2
                 c23 = f3 * c2 - f4 * s2
@@ -221,26 +224,18 @@ def make_branches(geometry: Geometry, model: RobotModel) -> Branches:
                     o4 = q4 - pi if q4 > 0.0 else q4 + pi
                     o6 = q6 - pi if q6 > 0.0 else q6 + pi
                     o5 = -q5
-                    if q4 > high4:
-                        q4 -= TURN
-                    elif q4 < low4:
-                        q4 += TURN
-                    if o4 > high4:
-                        o4 -= TURN
-                    elif o4 < low4:
-                        o4 += TURN
+                    if not low4 <= q4 <= high4:
+                        q4 += TURN if q4 < low4 else -TURN
+                    if not low4 <= o4 <= high4:
+                        o4 += TURN if o4 < low4 else -TURN
                     if q5 > high5:
                         q5 -= TURN
                     if o5 < low5:
                         o5 += TURN
-                    if q6 > high6:
-                        q6 -= TURN
-                    elif q6 < low6:
-                        q6 += TURN
-                    if o6 > high6:
-                        o6 -= TURN
-                    elif o6 < low6:
-                        o6 += TURN
+                    if not low6 <= q6 <= high6:
+                        q6 += TURN if q6 < low6 else -TURN
+                    if not low6 <= o6 <= high6:
+                        o6 += TURN if o6 < low6 else -TURN
                     found += ((q1, q2, q3, q4, q5, q6), (q1, q2, q3, o4, o5, o6))
                 else:
                     rows = (X, ac, Z, c23 * nr - s23 * nz, nc, c23 * sr - s23 * sz, sc)
@@ -266,7 +261,6 @@ def make_branch(geometry: Geometry) -> Branch:
 
     def branch(T: Transform, configuration: Configuration, near: Joints) -> Joints | None:
         nx, sx, ax, px, ny, sy, ay, py, nz, sz, az, pz = T
-        n1, n2, n3, n4, n5, n6 = near
         arm, elbow, wrist = configuration.signs
         x = px - d6 * ax
         y = py - d6 * ay
@@ -291,7 +285,7 @@ def make_branch(geometry: Geometry) -> Branch:
             c1 = (u * x + side * y) / across
             s1 = (u * y - side * x) / across
         else:  # joint 1 may stand anywhere: it stays
-            c1, s1 = cos(n1), sin(n1)
+            c1, s1 = cos(near[0]), sin(near[0])
         fold = -arm * elbow
         m = a2 + forearm * k
         t = forearm * sqrt((1.0 - k) * (1.0 + k)) * fold
@@ -320,28 +314,9 @@ def make_branch(geometry: Geometry) -> Branch:
             q5 = atan2(s5 * wrist, Z)
             q6 = atan2(X * nY - Y * nX, X * sY - Y * sX)
         else:
-            q4, q5, q6 = singular_wrist(n4, X, Y, Z, nX, nY, sX, sY)
-        n1 -= q1
-        n2 -= q2
-        n3 -= q3
-        n4 -= q4
-        n5 -= q5
-        n6 -= q6
-        if n1 * n1 + n2 * n2 + n3 * n3 + n4 * n4 + n5 * n5 + n6 * n6 < HALF_TURN_SQUARED:
-            return q1, q2, q3, q4, q5, q6  # no joint can be half a turn away
-        if not -pi <= n1 <= pi:
-            q1 += TURN * round(n1 / TURN)
-        if not -pi <= n2 <= pi:
-            q2 += TURN * round(n2 / TURN)
-        if not -pi <= n3 <= pi:
-            q3 += TURN * round(n3 / TURN)
-        if not -pi <= n4 <= pi:
-            q4 += TURN * round(n4 / TURN)
-        if not -pi <= n5 <= pi:
-            q5 += TURN * round(n5 / TURN)
-        if not -pi <= n6 <= pi:
-            q6 += TURN * round(n6 / TURN)
-        return q1, q2, q3, q4, q5, q6
+            q4, q5, q6 = singular_wrist(near[3], X, Y, Z, nX, nY, sX, sY)
+        found = q1, q2, q3, q4, q5, q6
+        return found if dist(found, near) < pi else six_turned_near(found, near)  # no joint is half a turn away
 
     return branch
 

@@ -7,7 +7,7 @@ though the file does not say it is told in `notes`: whoever names base and tip d
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import takewhile
 
@@ -53,20 +53,31 @@ def choice(tree: Tree, base: str | None, tip: str | None) -> Choice:
     start = tree.root() if base is None else tree.known(base)
     notes: list[str] = []
     if tip is None:
-        tip, *notes = _one_of(tree, _arms(tree, start, 0))
+        arm, *others = _arms(tree, start, 0)
+        if others:
+            tips = [end for end, *_ in (arm, *others)][:MOST_NAMED]
+            raise FileDamaged(
+                f"{tree.file}: it has several arms, with the ends {', '.join(tips)}",
+                f"choose one: --tip {tips[0]}, or urdf_tip in a TOML",
+            )
+        tip, *notes = arm
     way = tree.way(start, tree.known(tip))
     if base is None:
         way, left = _without_vehicle(tree, way)
         if left:
             start = left[-1].child
-            notes.insert(0, _left_out(left))
+            names = ", ".join(joint.name for joint in left if joint.moves)
+            notes.insert(0, f"left out, as what has no end is no joint of an arm: {names}; the base is {start}")
     moving = [joint for joint in way if joint.moves]
     if not moving:
         raise FileDamaged(
             f"{tree.file}: no joint moves between base and tip",
             "give --base and --tip, or urdf_base and urdf_tip in a TOML",
         )
-    return Choice(start, tip, tuple(way), tuple(_fingers(tree, moving)), tuple(notes))
+    last = moving[-1].child
+    nexts = tree.nearest(last) if _is_hand(tree, last, len(moving)) else []
+    fingers = tuple(joint for first in nexts for joint in tree.moving_below(first))
+    return Choice(start, tip, tuple(way), fingers, tuple(notes))
 
 
 # --- one arm or several ------------------------------------------------------------------------------------------
@@ -96,17 +107,6 @@ def _arms(tree: Tree, link: str, joints: int) -> list[tuple[str, ...]]:
     return [arm for joint in long for arm in _arms(tree, joint.child, joints + _counts(joint))]
 
 
-def _one_of(tree: Tree, arms: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
-    """The only one. Raises FileDamaged, naming the tips to choose from."""
-    if len(arms) == 1:
-        return arms[0]
-    tips = [tip for tip, *_ in arms][:MOST_NAMED]
-    raise FileDamaged(
-        f"{tree.file}: it has several arms, with the ends {', '.join(tips)}",
-        f"choose one: --tip {tips[0]}, or urdf_tip in a TOML",
-    )
-
-
 def _counts(joint: Joint) -> bool:
     return not joint.mimics and joint.type not in LOOSE
 
@@ -129,7 +129,9 @@ def _is_hand(tree: Tree, link: str, joints: int) -> bool:
         return False
     nexts = tree.nearest(link)
     if len(nexts) == 1:
-        return not any(map(_counts, _behind(tree, nexts))) and _is_jaw(tree, link, nexts[0])
+        return not any(_counts(after) for after in tree.moving_below(nexts[0]) if after is not nexts[0]) and _is_jaw(
+            tree, link, nexts[0]
+        )
     if all(map(_is_finger, nexts)) or sum(map(_counts, nexts)) < 2:
         return True
     return joints >= ARM and (
@@ -151,19 +153,6 @@ def _is_finger(joint: Joint) -> bool:
         return True
     named = _FINGER_JOINT.search(joint.name) or _FINGER_LINK.search(joint.child)
     return bool(named) and not _WRIST_JOINT.search(joint.name)
-
-
-def _behind(tree: Tree, joints: Iterable[Joint]) -> list[Joint]:
-    return [after for joint in joints for after in tree.moving_below(joint) if after is not joint]
-
-
-def _fingers(tree: Tree, moving: Sequence[Joint]) -> list[Joint]:
-    """All joints of the hand that the last joint of an arm carries."""
-    link = moving[-1].child
-    nexts = tree.nearest(link)
-    if not nexts or not _is_hand(tree, link, len(moving)):
-        return []
-    return [joint for first in nexts for joint in tree.moving_below(first)]
 
 
 # --- where the tip is --------------------------------------------------------------------------------------------
@@ -197,7 +186,11 @@ def _without_vehicle(tree: Tree, way: Sequence[Joint]) -> tuple[list[Joint], lis
     """A chain without the joints that it begins with and that drive or float, and these. What slides without end may
     turn without end before and after that."""
     moving = [joint for joint in way if joint.moves]
-    leading = list(takewhile(lambda joint: _drives(tree, joint) or _spins(tree, joint), moving))
+    leading = list(
+        takewhile(
+            lambda joint: _drives(tree, joint) or (joint.type == "revolute" and tree.range(joint).endless), moving
+        )
+    )
     while leading and not _drives(tree, leading[-1]):
         leading.pop()
     behind = moving[len(leading) :]
@@ -209,13 +202,3 @@ def _without_vehicle(tree: Tree, way: Sequence[Joint]) -> tuple[list[Joint], lis
 
 def _drives(tree: Tree, joint: Joint) -> bool:
     return joint.type in LOOSE or (MOVING.get(joint.type) is JointKind.PRISMATIC and tree.range(joint).endless)
-
-
-def _spins(tree: Tree, joint: Joint) -> bool:
-    """Whether its file gives ends that it never comes to, as those of a vehicle do."""
-    return joint.type == "revolute" and tree.range(joint).endless
-
-
-def _left_out(left: Sequence[Joint]) -> str:
-    names = ", ".join(joint.name for joint in left if joint.moves)
-    return f"left out, as what has no end is no joint of an arm: {names}; the base is {left[-1].child}"

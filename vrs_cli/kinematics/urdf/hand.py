@@ -94,15 +94,8 @@ class _Gauge:
 
     def __init__(self, tree: Tree, link: str, joints: Sequence[Joint]) -> None:
         self.tree, self.link, self.joints = tree, link, joints
-        carrying = {parent for joint in joints for parent in self._up(joint.parent)}
-        lasts = [joint for joint in joints if joint.child not in carrying]
-        self.tips = [self._tip(joint) for joint in lasts]
-
-    def _up(self, link: str) -> list[str]:
-        found = [link]
-        while found[-1] != self.link:
-            found.append(self.tree.by_child[found[-1]].parent)
-        return found
+        carrying = {step.child for joint in joints for step in tree.way(link, joint.parent)}
+        self.tips = [self._tip(joint) for joint in joints if joint.child not in carrying]
 
     def _tip(self, joint: Joint) -> str:
         """The farthest link that a joint holds: files often have one at the end of a finger."""

@@ -18,7 +18,7 @@ from xml.etree.ElementTree import Element
 
 from vrs_cli.errors import FileDamaged
 from vrs_cli.extras import how_to_install
-from vrs_cli.kinematics.urdf.document import EXPRESSION, expanding
+from vrs_cli.kinematics.urdf.tree import EXPRESSION, expanding
 
 XACRO = "xacro:"
 MEMORY, SECONDS = 1 << 30, 30  # of address space [bytes], and on the wall, for the macros of a file
@@ -32,12 +32,8 @@ def has_macros(file: str, root: Element) -> bool:
         return True
     if "xmlns:xacro" not in root.attrib:
         return False
-    return any(EXPRESSION.search(value) for joint in root.findall("joint") for value in _attributes(joint))
-
-
-def _attributes(joint: Element) -> Iterator[str]:
-    for element in joint.iter():
-        yield from element.attrib.values()
+    elements = (element for joint in root.findall("joint") for element in joint.iter())
+    return any(EXPRESSION.search(value) for element in elements for value in element.attrib.values())
 
 
 def expanded(file: str, arguments: Mapping[str, str]) -> str:

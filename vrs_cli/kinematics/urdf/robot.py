@@ -11,7 +11,7 @@ from dataclasses import replace
 from itertools import accumulate
 from math import pi
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.axes import PARALLEL, AxisLine, Chain, chain_of, link_transform
@@ -31,12 +31,11 @@ from vrs_cli.kinematics.transform import (
     translation,
 )
 from vrs_cli.kinematics.urdf.chain import Choice, choice
-from vrs_cli.kinematics.urdf.document import HUGE, document
 from vrs_cli.kinematics.urdf.hand import Fingers, Turned, Z, fingers_of, moved, other_than_z, pointing_note
 from vrs_cli.kinematics.urdf.macros import expanded, has_macros
 from vrs_cli.kinematics.urdf.ready import better_ready
-from vrs_cli.kinematics.urdf.tree import ENDLESS, MOVING, Joint, Mimic, Range, Tree
-from vrs_cli.kinematics.urdf.visuals import LinkPlace, Visuals
+from vrs_cli.kinematics.urdf.tree import ENDLESS, HUGE, MOVING, Joint, Mimic, Tree, document
+from vrs_cli.kinematics.urdf.visuals import LinkPlace, link_shapes
 
 WHOLE_TURNS = 2 * pi  # [rad] a joint that turns without end is given one turn each way
 
@@ -72,10 +71,23 @@ def robot_of(
     flange = reader.frame(table["flange"], "flange") if "flange" in table else IDENTITY
     arm = arm_of(tree, choice(tree, base, tip), closed, flange)
     model = _model(tree.name, arm.chain, _joints(tree, arm, reader, table), reader, table)
-    own = reader.shapes(table.get("shapes"), model.joint_count)
-    model = replace(
+    notes, way = list(arm.choice.notes), arm.choice.way
+    if slaves := [joint.name for joint in way if joint.moves and not joint.mimics and joint not in arm.joints]:
+        notes.append(f"{', '.join(slaves)} slide as the joint before them does: a telescope, which is one joint")
+    turned = _pointing(arm)
+    if turned is not None:
+        notes.append(pointing_note(arm.choice.tip, turned))
+    ahead = Z if turned is None else turned.direction
+    if (
+        "ready" not in cast(Mapping[str, object], table.get("poses", {}))
+        and (ready := better_ready(model, ahead)) is not None
+    ):
+        model = replace(model, poses={**model.poses, "ready": ready.joints})
+        notes.append(ready.note)
+    return replace(
         model,
-        shapes=own or Visuals(Path(file).absolute().parent, tree).shapes(arm.places),
+        shapes=reader.shapes(table.get("shapes"), model.joint_count)
+        or link_shapes(Path(file).absolute().parent, tree, arm.places),
         hand_width=arm.fingers.width if width is None else width,
         origin=Origin(
             arm.choice.base,
@@ -83,22 +95,9 @@ def robot_of(
             joints=tuple(joint.name for joint in arm.joints),
             types=tuple(joint.type for joint in arm.joints),
             fingers=tuple(joint.name for joint in arm.choice.fingers),
-            notes=arm.choice.notes,
+            notes=tuple(notes),
         ),
     )
-    if telescoped := [
-        joint.name for joint in arm.choice.way if joint.moves and not joint.mimics and joint not in arm.joints
-    ]:
-        model = _noted(
-            model, f"{', '.join(telescoped)} slide as the joint before them does: a telescope, which is one joint"
-        )
-    turned = _pointing(arm)
-    if turned is not None:
-        model = _noted(model, pointing_note(arm.choice.tip, turned))
-    ahead = Z if turned is None else turned.direction
-    if "ready" not in _poses(table) and (ready := better_ready(model, ahead)) is not None:
-        model = _noted(replace(model, poses={**model.poses, "ready": ready.joints}), ready.note)
-    return model
 
 
 def _tree(file: str, text: str, reader: ModelReader, table: Mapping[str, object]) -> Tree:
@@ -207,13 +206,12 @@ def _pointing(arm: UrdfArm) -> Turned | None:
 
 
 def _joints(tree: Tree, arm: UrdfArm, reader: ModelReader, table: Mapping[str, object]) -> list[dict[str, float]]:
-    """Limits and rates: what a TOML file says of a joint goes before what the URDF file does."""
+    """Limits and rates: the TOML file has precedence over the URDF file."""
     more = reader.own_joints(table.get("joints", []), {joint.name: tree.kind(joint) for joint in arm.joints})
-    rows = zip(arm.joints, arm.scales, more, strict=True)
-    return [_with_rates({**_ranges(tree, joint, scale, own), **own}) for joint, scale, own in rows]
+    return [_figures(tree, *row) for row in zip(arm.joints, arm.scales, more, strict=True)]
 
 
-def _ranges(tree: Tree, joint: Joint, scale: float, own: Mapping[str, float]) -> dict[str, float]:
+def _figures(tree: Tree, joint: Joint, scale: float, own: Mapping[str, float]) -> dict[str, float]:
     said, kind = tree.range(joint).scaled(scale), tree.kind(joint)
     if kind is JointKind.REVOLUTE:
         said = said.with_ends(WHOLE_TURNS)
@@ -226,20 +224,20 @@ def _ranges(tree: Tree, joint: Joint, scale: float, own: Mapping[str, float]) ->
     if not lower < upper:
         what = f"limit: lower {lower:g} is not below upper {upper:g}"
         raise tree.wrong(joint, what, "swap or mend the two limits")
-    return {"lower": lower, "upper": upper, "max_velocity": _velocity(tree, joint, said, own)}
-
-
-def _velocity(tree: Tree, joint: Joint, said: Range, own: Mapping[str, float]) -> float:
     velocity = own.get("max_velocity", said.velocity or 0.0)
     if velocity < 0.0:
         raise tree.wrong(joint, f"limit: velocity {velocity:g} is below zero", "give it without a sign")
-    return velocity if 0.0 < velocity < HUGE else USUAL_VELOCITY[tree.kind(joint)]
-
-
-def _with_rates(joint: dict[str, float]) -> dict[str, float]:
-    joint.setdefault("max_acceleration", joint["max_velocity"] / FULL_SPEED_IN)
-    joint.setdefault("max_jerk", joint["max_acceleration"] / FULL_ACCELERATION_IN)
-    return joint
+    if "max_velocity" not in own and not 0.0 < velocity < HUGE:
+        velocity = USUAL_VELOCITY[kind]
+    acceleration = own.get("max_acceleration", velocity / FULL_SPEED_IN)
+    jerk = own.get("max_jerk", acceleration / FULL_ACCELERATION_IN)
+    return {
+        "lower": lower,
+        "upper": upper,
+        "max_velocity": velocity,
+        "max_acceleration": acceleration,
+        "max_jerk": jerk,
+    }
 
 
 def _model(
@@ -248,31 +246,19 @@ def _model(
     rows = [{**link._asdict(), **joint} for link, joint in zip(chain.links, joints, strict=True)]
     ends = [(joint["lower"], joint["upper"]) for joint in joints]
     rest = [0.0 if lower <= 0.0 <= upper else (lower + upper) / 2 for lower, upper in ends]
+    tool: dict[str, float] = {}
+    for key, human in USUAL_TOOL_SPEEDS.items():
+        speed, word = TOOL_KEYS[key].to_si(human), key.removesuffix("speed")
+        acceleration = speed / FULL_SPEED_IN
+        tool |= {key: speed, f"{word}acceleration": acceleration, f"{word}jerk": acceleration / FULL_ACCELERATION_IN}
     data: dict[str, Any] = {
         "name": table.get("name", name),
         "title": table.get("title", name),
         "base": list(chain.base),
         "flange": list(chain.flange),
         "joints": [{**row, "kind": row["kind"].value} for row in rows],
-        "tool": {**_usual_tool(), **reader.numbers(table.get("tool", {}), "tool", TOOL_KEYS)},
+        "tool": {**tool, **reader.numbers(table.get("tool", {}), "tool", TOOL_KEYS)},
         "poses": {**dict.fromkeys(NEEDED_POSES, rest), **reader.some_poses(table.get("poses", {}), rows)},
     }
     options = {key: table[key] for key in ("task", "profile") if key in table}
     return ModelReader(reader.file, human=False).model({**data, **options})
-
-
-def _poses(table: Mapping[str, object]) -> Mapping[str, object]:
-    """Those that a TOML file names; its reader has said what is wrong with them."""
-    poses = table.get("poses", {})
-    assert isinstance(poses, Mapping)
-    return poses
-
-
-def _usual_tool() -> dict[str, float]:
-    figures: dict[str, float] = {}
-    for key, human in USUAL_TOOL_SPEEDS.items():
-        speed = TOOL_KEYS[key].to_si(human)
-        word = key.removesuffix("speed")
-        figures |= {key: speed, f"{word}acceleration": speed / FULL_SPEED_IN}
-        figures[f"{word}jerk"] = speed / FULL_SPEED_IN / FULL_ACCELERATION_IN
-    return figures

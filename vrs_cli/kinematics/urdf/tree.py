@@ -1,13 +1,19 @@
-"""The joints of a URDF file as a tree of links, and what each of them says."""
+"""The text of a URDF file as a tree of elements, its joints as a tree of links, and what each of them says.
+
+It is read as other readers of robots do: prefixes that nobody declares are part of the name, and the declaration may
+stand anywhere. Format: http://wiki.ros.org/urdf/XML.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from math import copysign, inf, isnan, pi, sqrt
 from typing import NamedTuple
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, TreeBuilder
+from xml.parsers.expat import ExpatError, ParserCreate
 
 from vrs_cli.errors import FileDamaged
 from vrs_cli.kinematics.joints import JointKind
@@ -20,7 +26,10 @@ from vrs_cli.kinematics.transform import (
     rotation_y,
     rotation_z,
 )
-from vrs_cli.kinematics.urdf.document import EXPRESSION, Document, expanding, named
+
+LARGEST = 20_000_000  # characters: no arm is described by more
+HUGE = 1e6  # [m, rad] no figure of an arm; keeps infinity and NaN out as well
+EXPRESSION = re.compile(r"\$[{(]")  # of xacro
 
 MOST_JOINTS = 1000  # of a file, and of the way from base to tip
 ENDLESS = 1e3  # [rad, m] files print 999999 where a joint has no end
@@ -30,6 +39,65 @@ MOVING = {"revolute": JointKind.REVOLUTE, "continuous": JointKind.REVOLUTE, "pri
 FIXED = "fixed"
 LOOSE = ("floating", "planar")  # what a whole robot stands on
 _CHAIN = "an arm is a chain without loops"
+
+_DECLARATION = re.compile(r"<\?xml\s[^>]*\?>")
+_TEXT = "a robot description is an XML file"
+
+
+class Document(NamedTuple):
+    """A file, and its <robot> element."""
+
+    file: str
+    root: Element
+
+    def numbers(self, element: Element, what: str, text: str, count: int) -> tuple[float, ...]:
+        """So many numbers of an attribute. Raises FileDamaged, with the element's name."""
+        try:
+            values = tuple(map(float, text.split()))
+        except ValueError:
+            values = ()
+        if len(values) != count or not all(abs(value) < HUGE for value in values):
+            below = f"below {HUGE:g}"
+            right = (
+                f"give a number {below}" if count == 1 else f"give {count} numbers {below}, with blanks between them"
+            )
+            raise self.wrong(element, f"{what} is {text!r}", expanding(self.file) if EXPRESSION.search(text) else right)
+        return values
+
+    def wrong(self, joint: Element, what: str, right: str) -> FileDamaged:
+        """What is wrong with a joint, and what would be right."""
+        return FileDamaged(f"{self.file}: joint {named(joint) or '?'}: {what}", right)
+
+
+def document(file: str, text: str) -> Document:
+    """Raises FileDamaged."""
+    if len(text) > LARGEST:
+        raise FileDamaged(f"{file}: {len(text)} characters", f"at most {LARGEST} are read")
+    if "<!DOCTYPE" in text or "<!ENTITY" in text:
+        raise FileDamaged(f"{file}: it defines a document type or entities", "a URDF file needs neither: remove them")
+    builder, parser = TreeBuilder(), ParserCreate()
+    parser.buffer_text = True
+    parser.StartElementHandler = builder.start
+    parser.EndElementHandler = builder.end
+    parser.CharacterDataHandler = builder.data
+    try:
+        parser.Parse(_DECLARATION.sub("", text.lstrip("\ufeff")), True)
+    except ExpatError as error:
+        raise FileDamaged(f"{file}: {error}", _TEXT) from None
+    root = builder.close()
+    if root.tag != "robot":
+        raise FileDamaged(f"{file}: its root is <{root.tag}>", "a URDF file is one <robot> element")
+    return Document(file, root)
+
+
+def named(element: Element, key: str = "name") -> str:
+    """A name that an element gives, in one line: a reader of XML takes a line end in it for a blank."""
+    return " ".join(element.get(key, "").split())
+
+
+def expanding(file: str) -> str:
+    """The command that expands the macros of a file."""
+    return f"expand it first: xacro {file} > arm.urdf"
 
 
 class Range(NamedTuple):
@@ -94,19 +162,29 @@ class Tree:
         self.by_child: dict[str, Joint] = {}
         self.below: dict[str, list[Joint]] = {}
         for element in document.root.findall("joint")[: MOST_JOINTS + 1]:
-            self._add(self._joint(element))
+            self._add(element)
         if not self.by_child or len(self.by_child) > MOST_JOINTS:
             raise FileDamaged(
                 f"{self.file}: {len(self.by_child)} joints", f"1 to {MOST_JOINTS} <joint> elements make an arm"
             )
-        self._named_once()
-        self._without_loops()
+        names = [joint.name for joint in self.by_child.values() if joint.moves]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise FileDamaged(f"{self.file}: two joints that move are called {twice!r}", "give each its own name")
+        self.roots = [link for link in self.below if link not in self.by_child]
+        self._check_loops()
 
-    def _joint(self, element: Element) -> Joint:
-        parent, child = self._end(element, "parent"), self._end(element, "child")
-        if EXPRESSION.search(name := named(element)):
+    def _add(self, element: Element) -> None:
+        parent, child, name = self._end(element, "parent"), self._end(element, "child"), named(element)
+        if EXPRESSION.search(name):
             raise FileDamaged(f"{self.file}: a joint is called {name!r}", expanding(self.file))
-        return Joint(element, name or "joint", element.get("type", ""), parent, child)
+        joint = Joint(element, name or "joint", element.get("type", ""), parent, child)
+        if child in self.by_child:
+            raise self.wrong(joint, f"link {child!r} has two parents", _CHAIN)
+        if child == parent:
+            raise self.wrong(joint, f"leads from link {parent!r} to itself", _CHAIN)
+        self.by_child[child] = joint
+        self.below.setdefault(parent, []).append(joint)
 
     def _end(self, element: Element, which: str) -> str:
         found = element.find(which)
@@ -117,50 +195,30 @@ class Tree:
             raise self.document.wrong(element, f"its {which} link is {link!r}", expanding(self.file))
         return link
 
-    def _add(self, joint: Joint) -> None:
-        if joint.child in self.by_child:
-            raise self.wrong(joint, f"link {joint.child!r} has two parents", _CHAIN)
-        if joint.child == joint.parent:
-            raise self.wrong(joint, f"leads from link {joint.parent!r} to itself", _CHAIN)
-        self.by_child[joint.child] = joint
-        self.below.setdefault(joint.parent, []).append(joint)
-
-    def _named_once(self) -> None:
-        names = [joint.name for joint in self.by_child.values() if joint.moves]
-        twice = next((name for name in names if names.count(name) > 1), None)
-        if twice is not None:
-            raise FileDamaged(f"{self.file}: two joints that move are called {twice!r}", "give each its own name")
-
-    def _without_loops(self) -> None:
-        left = [link for link in self.below if link not in self.by_child]
-        if not left:
+    def _check_loops(self) -> None:
+        if not self.roots:
             raise FileDamaged(f"{self.file}: no link is without a parent", _CHAIN)
-        seen = set(left)
-        while left:
-            children = [joint.child for joint in self.below.get(left.pop(), ())]
-            seen.update(children)
-            left += children
+        reached = list(self.roots)
+        for link in reached:
+            reached += [joint.child for joint in self.below.get(link, ())]
+        seen = set(reached)
         for joint in self.by_child.values():
             if joint.child not in seen:
                 raise self.wrong(joint, f"is in a loop with link {joint.parent!r}", _CHAIN)
 
     # --- links ---
 
-    @property
-    def links(self) -> list[str]:
-        return sorted({*self.by_child, *self.below})
-
     def known(self, link: str) -> str:
         if link not in self.by_child and link not in self.below:
-            raise FileDamaged(f"{self.file}: no joint has a link {link!r}", f"links are {', '.join(self.links[:20])}")
+            links = sorted({*self.by_child, *self.below})
+            raise FileDamaged(f"{self.file}: no joint has a link {link!r}", f"links are {', '.join(links[:20])}")
         return link
 
     def root(self) -> str:
-        roots = [link for link in self.below if link not in self.by_child]
-        if len(roots) != 1:
+        if len(self.roots) != 1:
             hint = "a chain has one root; name it by --base LINK, or urdf_base in a TOML"
-            raise FileDamaged(f"{self.file}: {', '.join(roots)} are without a parent", hint)
-        return roots[0]
+            raise FileDamaged(f"{self.file}: {', '.join(self.roots)} are without a parent", hint)
+        return self.roots[0]
 
     def way(self, base: str, tip: str) -> list[Joint]:
         """The joints from base to tip."""

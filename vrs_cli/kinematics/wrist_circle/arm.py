@@ -6,8 +6,7 @@ from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange
-from vrs_cli.kinematics.arm import turned_near
-from vrs_cli.kinematics.joints import ALL, NONE, Configuration, Joints
+from vrs_cli.kinematics.joints import ALL, NONE, Configuration, Joints, turned_near
 from vrs_cli.kinematics.mapped_arm import Canonical
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.numeric.arm import NumericArm

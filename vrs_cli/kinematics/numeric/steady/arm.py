@@ -15,10 +15,9 @@ from typing import TYPE_CHECKING, TypeVar
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import NONE, Configuration, Demands, Joints, Singularity, Twist
-from vrs_cli.kinematics.model import RobotModel, levers
+from vrs_cli.kinematics.model import RobotModel, Unchanging, levers
 from vrs_cli.kinematics.numeric.search import MEASURED, some_joints
 from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compose, length, position
-from vrs_cli.kinematics.unchanging import Unchanging
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.steady.batch import SteadyBatch

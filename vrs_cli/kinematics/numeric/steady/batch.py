@@ -17,14 +17,13 @@ import numpy as np
 
 from vrs_cli.kinematics.arrays import Flags, Floats, Rows
 from vrs_cli.kinematics.joints import NONE, Configuration, Joints
-from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model import LEVEL, STRAIGHT, RobotModel, Unchanging
 from vrs_cli.kinematics.numeric.search import LARGEST_STEP
 from vrs_cli.kinematics.numeric.steady.box import least_in_box
 from vrs_cli.kinematics.numeric.steady.conditions import PLACES, SteadyConditions, Terms
 from vrs_cli.kinematics.numeric.steady.starts import OTHERS, PlanarStarts, SampledStarts, is_planar
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.kinematics.unchanging import LEVEL, STRAIGHT, Unchanging
 
 STEPS = 25  # of one search: nearly all end sooner
 FOLLOWING = 12  # steps of Newton's method from joints that are near

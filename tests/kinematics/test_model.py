@@ -6,8 +6,8 @@ from math import cos, pi, radians, sin
 
 import pytest
 
+from vrs_cli.kinematics.model import _angle, difference
 from vrs_cli.kinematics.transform import from_oat
-from vrs_cli.kinematics.unchanging import _angle, difference
 
 
 def test_what_to_give_instead() -> None:
