@@ -43,6 +43,19 @@ from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.signals import Cell
 from vrs_cli.language.words.values import numbers_of, plain
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.acts import (
+    Assign,
+    Compare,
+    Evaluate,
+    Explain,
+    Goal,
+    ListBranches,
+    ListCommands,
+    ListMotions,
+    Redo,
+    Undo,
+    Valued,
+)
 from vrs_cli.values.motion import JointTarget, NamedTarget, PoseTarget, Target
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.results import CommandRecord
@@ -142,7 +155,7 @@ class Robot:
         return self
 
     def _target(self, to: tuple[ArrayLike | Location, ...]) -> tuple[PoseTarget | JointTarget, str]:
-        """Where a motion goes, and how VAL-II would say that."""
+        """Return the target of a motion, and its text in VAL-II."""
         given = to[0] if len(to) == 1 else to
         if isinstance(given, Location):
             T = given.transform
@@ -261,7 +274,7 @@ class Robot:
         A ReachReport: `reach.options`, `reach.chosen`, `reach.reason`, `reach.line`, in metres and radians.
         """
         target, shown = self._target(to)
-        return Replies((self._robot.explain(target, shown),))
+        return Replies((self._robot.act(Explain(Goal.of(target), shown)),))
 
     # --- programs and words ---
 
@@ -363,38 +376,38 @@ class Robot:
 
     def __getitem__(self, expression: str) -> float | str | Location | Floats:
         """The value of a variable or an expression of VAL-II: a number, a text, a Location, or joints (n,)."""
-        return self._shown(self._robot.value(expression))
+        return self._shown(self._robot.act(Evaluate(expression)).value)
 
     def __setitem__(self, variable: str, value: float | str | Location | ArrayLike) -> None:
         """Give a variable a value; `#name` has joints, `$name` a text."""
-        self._robot.assign(variable, self._value(variable, value))
+        self._robot.act(Assign(variable, Valued.of(self._value(variable, value))))
 
     # --- the past, and other courses of events ---
 
     @property
     def commands(self) -> tuple[CommandRecord, ...]:
         """All motion commands that hold: number, text, when they were issued, begin and end [s]."""
-        return self._robot.commands()
+        return self._robot.act(ListCommands()).commands
 
     def undo(self, count: int = 1) -> Robot:
         """Take the last motion commands back. Raises UsageError where there are not so many."""
-        self._robot.undo(count)
+        self._robot.act(Undo(count))
         return self
 
     def redo(self, count: int = 1) -> Robot:
         """Do again what `undo` took back."""
-        self._robot.redo(count)
+        self._robot.act(Redo(count))
         return self
 
     @property
     def branches(self) -> tuple[str, ...]:
         """The names of all branches, main first."""
-        return tuple(row.name for row in self._robot.branches().rows)
+        return tuple(row.name for row in self._robot.act(ListBranches()).rows)
 
     @property
     def branch(self) -> str:
         """The name of the present branch."""
-        return next(row.name for row in self._robot.branches().rows if row.present)
+        return next(row.name for row in self._robot.act(ListBranches()).rows if row.present)
 
     @contextmanager
     def what_if(self, name: str) -> Iterator[Robot]:
@@ -410,7 +423,7 @@ class Robot:
 
     def compare(self, a: str, b: str) -> Replies:
         """Two branches side by side: `comparison.a.duration`, `comparison.tool.distance`, ... [s, m, rad]."""
-        return Replies((self._robot.compare(a, b),))
+        return Replies((self._robot.act(Compare(a, b)),))
 
     def merge(self, name: str) -> Robot:
         """Make what a branch has become the main timeline."""
@@ -462,7 +475,7 @@ class Robot:
         return f"<Robot {self._model.name}: {motions} motions to {self.end:.3f} s, now {self.now:.3f} s, {here}>"
 
     def _repr_html_(self) -> str:
-        return f"<p>{self._model.title}</p>{Replies((self._robot.motions(),))._repr_html_()}"
+        return f"<p>{self._model.title}</p>{Replies((self._robot.act(ListMotions()),))._repr_html_()}"
 
     # --- the edge: numbers in, numbers out ---
 

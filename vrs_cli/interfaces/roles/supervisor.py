@@ -1,9 +1,9 @@
-"""The supervisor: observer and designer in one, with programs, settings, branches and ABORT."""
+"""The supervisor: an observer who commands motions, programs, settings and branches, and ABORT."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from copy import copy
 from pathlib import Path
@@ -21,32 +21,20 @@ from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.dialogue import Answers, Notes
 from vrs_cli.interfaces.port.port import MakeRequest, Port, answer_to, ends
 from vrs_cli.interfaces.port.preview import Previewed
-from vrs_cli.interfaces.roles.designer import Designer
 from vrs_cli.interfaces.roles.observer import Observer
 from vrs_cli.values.acts import (
-    Assign,
-    Compare,
     Define,
-    Evaluate,
     Execute,
-    Explain,
     Go,
     Goal,
     LeaveEntry,
-    ListBranches,
-    ListCommands,
-    ListMotions,
     Record,
-    Redo,
     Rest,
     Say,
-    Undo,
-    Valued,
 )
 from vrs_cli.values.motion import Target
-from vrs_cli.values.numbers import Value
-from vrs_cli.values.replies import BranchTable, ComparisonTable, ReachReport, Reply, TimelineTable
-from vrs_cli.values.results import CommandRecord, Position, RunResult
+from vrs_cli.values.replies import Reply
+from vrs_cli.values.results import Position, RunResult
 from vrs_cli.values.tagged import Act
 from vrs_cli.wire.messages import (
     MOST_TIMES,
@@ -85,7 +73,7 @@ class _Conversation:
             self.inbox.put(message)
 
 
-class Supervisor(Observer, Designer):
+class Supervisor(Observer):
     """Commands a robot through a port. Metres, radians, seconds. Any thread may call any method: one request is carried
     out at a time, in the order of sending. What the robot refuses is raised as VrsError, and RequestRefused if there is
     no connection: nothing waits for one.
@@ -93,8 +81,7 @@ class Supervisor(Observer, Designer):
 
     def __init__(self, port: Port) -> None:
         self.port, self.followed = port, port.follow()
-        Observer.__init__(self, self.followed)
-        Designer.__init__(self, self._perform)
+        super().__init__(self.followed)
         self._conversation = _Conversation()
         port.listen(self._conversation.hear)
         self._sent: list[Callable[[], object]] | None = None
@@ -212,8 +199,22 @@ class Supervisor(Observer, Designer):
             case Asked():
                 self.port.tell(answer_to(message, notes.ask))
 
-    def _perform(self, motion: Go, issued: float | None) -> None:
-        wait = self.start(motion, issued)
+    def move(
+        self,
+        target: Target,
+        *,
+        straight: bool = False,
+        issued: float | None = None,
+        executed: float | None = None,
+        speed: float | None = None,
+        text: str = "",
+    ) -> None:
+        """Go to a target: joint-interpolated, or `straight`. `issued` and `executed` are t_iss and t_exec [s], `speed`
+        is v, the fraction in (0, 1] of nominal speed. Without `executed` it begins after the last motion.
+
+        Raises MotionError, IllegalValue, FileError.
+        """
+        wait = self.start(Go(Goal.of(target), straight, executed, speed, text), issued)
         if self._sent is None:
             wait()
         else:
@@ -228,9 +229,14 @@ class Supervisor(Observer, Designer):
             yield
         finally:
             self._sent = before
-            refused = _waited(sent)
-        if refused is not None:
-            raise refused
+            refused = list[VrsError]()
+            for wait in sent:
+                try:
+                    wait()
+                except VrsError as error:
+                    refused.append(error)
+        if refused:
+            raise refused[0]
 
     # --- positions ---
 
@@ -266,20 +272,8 @@ class Supervisor(Observer, Designer):
             time.sleep(min(left / rate, SLICE))
         self.act(Rest())
 
-    def undo(self, count: int) -> None:
-        """Take back the last `count` motion commands. Raises UsageError if there are fewer."""
-        self.act(Undo(count))
-
-    def redo(self, count: int) -> None:
-        """Do again what `undo` took back."""
-        self.act(Redo(count))
-
-    def explain(self, target: Target, name: str) -> ReachReport:
-        """Return why a motion from here to a target is possible or not. `name`: what the report calls the target."""
-        return self.act(Explain(Goal.of(target), name))
-
     def previewed(self) -> Previewed:
-        """What the robot will do, with the commands that are on their way to it."""
+        """Return what the robot will do, with the commands that are on their way to it."""
         return self.port.previewed()
 
     # --- programs and variables ---
@@ -306,31 +300,7 @@ class Supervisor(Observer, Designer):
         """
         return self.act(Execute(program, cycles), answer)
 
-    def value(self, expression: str) -> Value:
-        """Return the present value of an expression. Raises LineRefused, ProgramError."""
-        return self.act(Evaluate(expression)).value
-
-    def assign(self, variable: str, value: Value) -> None:
-        """Give a variable, or an element of an array, a value. Raises UsageError, LineRefused, TypeMismatch."""
-        self.act(Assign(variable, Valued.of(value)))
-
-    # --- the timeline, and other courses of events ---
-
-    def commands(self) -> tuple[CommandRecord, ...]:
-        """Return all motion commands that were not taken back."""
-        return self.act(ListCommands()).commands
-
-    def motions(self) -> TimelineTable:
-        """The timeline as a table."""
-        return self.act(ListMotions())
-
-    def branches(self) -> BranchTable:
-        """All branches, main first."""
-        return self.act(ListBranches())
-
-    def compare(self, a: str, b: str) -> ComparisonTable:
-        """Two branches side by side. Raises UsageError where there is none of a name."""
-        return self.act(Compare(a, b))
+    # --- the timeline ---
 
     def save(self, path: Path) -> None:
         """Write the trajectory to a file. Raises FileError."""
@@ -343,14 +313,3 @@ class Supervisor(Observer, Designer):
         subscription = self.port.subscribe()
         finalize(self, subscription.end)
         return subscription
-
-
-def _waited(sent: Iterable[Callable[[], object]]) -> VrsError | None:
-    """Wait for all; what was refused first."""
-    refused = None
-    for wait in sent:
-        try:
-            wait()
-        except VrsError as error:
-            refused = refused or error
-    return refused
