@@ -1,31 +1,48 @@
 """A batch run: its terminal (TYPE goes out as it happens, PROMPT reads standard input, nobody answers other questions),
-what is reported of it (one JSON object, or the error of a program in words), and the runs of several files."""
+the run itself, its reports (one JSON object, or the error of a program in words), and the runs of several files."""
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
 from argparse import Namespace
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
+from functools import partial
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple, TextIO
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
-from vrs_cli.cli.command_line import CommandLineError
-from vrs_cli.cli.main import OK, status_of
-from vrs_cli.cli.sources import position_object
+from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, chosen_dialect, chosen_robot, clock_of
+from vrs_cli.cli.fence import Alone, Enough, memory, wall
+from vrs_cli.cli.main import FAILED, OK, status_of
+from vrs_cli.cli.outputs import Outputs, journal
+from vrs_cli.cli.outside import PATIENCE, chosen_outside
+from vrs_cli.cli.sources import Source, has_errors, position_object, read_source, robot_of
+from vrs_cli.engine.book import displacement_of
 from vrs_cli.engine.engine import Engine
-from vrs_cli.errors import EndOfInput, VrsError
+from vrs_cli.errors import EndOfInput, FileError, LimitReached, UndefinedName, VrsError
+from vrs_cli.files.bounds import Folder
 from vrs_cli.interfaces.dialogue import Reading, Running
+from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN, Limits
 from vrs_cli.render.control import for_stream
+from vrs_cli.render.displaced import sentences
 from vrs_cli.render.progress import RunProgress
+from vrs_cli.repl.interrupt import Stoppable
+from vrs_cli.repl.piped import piped
 from vrs_cli.trajectory.instant import shown
 from vrs_cli.values.diagnostics import Diagnostic, Severity
 from vrs_cli.values.numbers import count
 from vrs_cli.values.questions import Answer, LineWanted, Question
-from vrs_cli.values.replies import Reply
-from vrs_cli.values.results import ProgramFault, RunResult
+from vrs_cli.values.replies import Message, Reply
+from vrs_cli.values.results import ProgramFault, RunResult, StoppedTask
 
+COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options, and fields of Limits
+MOST_TOLD = 20  # diagnostics of a file that is not executed
 Object = dict[str, Any]
 ALONE = ("save", "csv", "plot", "report", "record_units")  # options that name one file, of one run
 BROKEN = "not executed"
@@ -74,6 +91,181 @@ class BatchTerminal(Struct, frozen=True):
         self.alive.hide()
         self.output.write(for_stream(text, self.output))
         self.output.flush()
+
+
+# --- one run ---
+
+
+class Heard(NamedTuple):
+    """Callbacks of one run of several: `ended` gets its result, `printed` its object of --json."""
+
+    ended: Callable[[RunResult], None]
+    printed: Callable[[Object], None]
+
+
+class Batch(Struct, frozen=True):
+    """One run: the options, the text to load, and who hears how it goes where there are several."""
+
+    options: Namespace
+    outputs: Outputs
+    source: Source
+    heard: Heard | None = None
+
+    def run(self) -> int:
+        """Load and execute; the exit status."""
+        options = self.options
+        alone = Alone() if options.sandbox is not None else nullcontext()
+        running = RunProgress(self.source.path, options.max_time)
+        aside = options.json or self.outputs.takes_standard_output  # where TYPE and PROMPT write
+        with memory(options.max_memory) as enough, running as progress, alone, self._folder() as folder:
+            lines = piped(sys.stdin) if options.realtime is not None else None
+            output = sys.stderr if aside else sys.stdout
+            terminal = BatchTerminal(output, progress, lines or iter(sys.stdin.readline, ""), options.quiet)
+            station = self._station(terminal, folder)
+            if lines is not None:
+                lines.robot = station.actor
+            try:
+                with enough(), wall(options.max_wall, station.driver.end_by):
+                    diagnostics = station.load_text(self.source.text)
+                    if has_errors(diagnostics):
+                        return self._refused(station, diagnostics)
+                    print(self.source.shown(diagnostics), end="", file=sys.stderr)
+                    stop = Stoppable(station.interrupt)
+                    result, sound = self._executed(station, progress, stop, enough)
+            except LimitReached as error:  # before the program was executed: there is none to stop
+                if options.json:
+                    self._print_json(station, None, [error_object(error)])
+                raise
+            finally:
+                station.close()
+        status = max(self._ended(station, terminal, result), OK if sound else FAILED)
+        stop.end(signal.SIGINT)
+        return status
+
+    def _executed(
+        self, station: Station, progress: RunProgress, stop: Stoppable, enough: Enough
+    ) -> tuple[RunResult, bool]:
+        """Execute a program, and whether all is in the file of --save. A fence that is run against in the middle of a
+        step ends it too."""
+        program, engine = self._program(station), station.engine
+        engine.clock.set(0.0)
+        durable = self.options.realtime is not None
+        with (
+            journal(self.options.save, engine, lambda text: progress.say(f"vrs run: {text}"), durable=durable) as sound,
+            stop,
+        ):
+            try:
+                with enough():
+                    result = station.execute(program, cycles=self.options.cycles, all_tasks=True)
+            except LimitReached as error:
+                result = station.driver.broken_off(error)
+        return result, sound()
+
+    @contextmanager
+    def _folder(self) -> Iterator[Folder]:
+        """Return the folder of the programs' files: that of the file, the sandbox, or a working folder of this run."""
+        from vrs_cli.files.working_folder import working_folder
+
+        options, given = self.options, self.options.file == STANDARD_STREAM
+        beside, box = Path() if given else Path(self.source.path).parent, options.sandbox
+        if not options.apart:
+            yield Folder(beside) if box is None else Folder(Path(box), closed=True)
+            return
+        name = Path("standard input") if given else Path(os.path.relpath(self.source.path, options.common))
+        source, kept = (beside, options.keep) if box is None else (Path(box), options.keep or box)
+        with working_folder(source, None if kept is None else Path(kept, name), below=box is None) as folder:
+            yield folder
+
+    def _station(self, terminal: BatchTerminal, folder: Folder) -> Station:
+        model = chosen_robot(self.options, robot_of(self.options.prog, self.source))
+        outside = chosen_outside(self.options, patience=PATIENCE)
+        clock, limits = clock_of(self.options.realtime), self._limits()
+        station = Station(terminal, model, clock=clock, limits=limits, folder=folder, outside=outside, advice=_advice)
+        station.dialect = chosen_dialect(self.options)
+        station.tasks.told = partial(self._tell_beside, terminal)
+        if self.options.cell is not None:
+            from vrs_cli.files.cell_file import read_cell
+
+            station.driver.surround(read_cell(self.options.cell))
+        if self.options.signals is not None:
+            from vrs_cli.files.timed_lines import read_signals
+
+            station.driver.inputs = read_signals(self.options.signals)
+        return station
+
+    def _limits(self) -> Limits:
+        """The limits of the options; the usual ones where none is given."""
+        options = self.options
+        own = OWN if options.realtime is None else ATTENDED
+        usual = Limits() if options.apart or options.sandbox is not None else own
+        return structs.replace(
+            usual, **{name: most for name in COUNTED if (most := getattr(options, name)) is not None}
+        )
+
+    def _program(self, station: Station) -> str:
+        """The program asked for, or the first of the file. Raises CommandLineError."""
+        environment = station.environment
+        if not environment.programs:
+            raise CommandLineError(f"{self.source.path} holds no program", "a program begins with .PROGRAM name")
+        if self.options.program is None:
+            return next(iter(environment.programs.values())).name
+        try:
+            return environment.program(self.options.program).name
+        except UndefinedName as error:
+            known = ", ".join(program.name for program in environment.programs.values())
+            what = f"{self.source.path} holds no {error.detail}"
+            raise CommandLineError(what, error.hint or f"it holds {known}") from None
+
+    # --- what is told -----------------------------------------------------------------------------------
+
+    def _refused(self, station: Station, diagnostics: Sequence[Diagnostic]) -> int:
+        """A file with errors is not executed."""
+        if self.options.json:
+            self._print_json(station, None, diagnostic_objects(diagnostics))
+        print(self.source.shown(diagnostics, most=MOST_TOLD), end="", file=sys.stderr)
+        return FAILED
+
+    def _ended(self, station: Station, terminal: BatchTerminal, result: RunResult) -> int:
+        """Tell how the run ended, and write the files: what there is of the trajectory, also after an error."""
+        if self.heard is not None:
+            self.heard.ended(result)
+        faults = [one.fault for one in result.beside] + ([result.fault] if result.fault else [])
+        if self.options.json:
+            self._print_json(station, result, [fault_object(fault) for fault in faults])
+        if result.fault is None:
+            terminal.show(Message(result.outcome.value))
+        else:
+            print(for_stream(fault_text(self.source.path, result.fault), sys.stderr), file=sys.stderr)
+        if not self.options.quiet and (displaced := displacement_of(station.engine.book.records())) is not None:
+            for sentence in sentences(displaced):  # which motions begin at other times than the program asked
+                print(sentence, file=sys.stderr)
+        try:
+            self.outputs.write(station.engine.arm, station.engine.timeline, self.source.path)
+        except FileError as error:  # the command line was right when the run began: the disk is full
+            print(f"vrs run: {error}", file=sys.stderr)
+            return FAILED
+        return FAILED if faults else OK
+
+    def _tell_beside(self, terminal: BatchTerminal, one: StoppedTask) -> None:
+        """Another task has stopped with an error."""
+        said = f"{fault_text(self.source.path, one.fault)} ({one.where})"
+        terminal.alive.say(for_stream(said, sys.stderr))
+
+    def _print_json(self, station: Station, result: RunResult | None, errors: list[Object]) -> None:
+        import json
+
+        found = run_object(station.engine, result, errors)
+        if self.heard is None:
+            print(json.dumps(found, indent=2))
+        else:
+            self.heard.printed(found)
+
+
+def _advice(option: str) -> str:
+    """Say what helps where the limit of an option stops a program."""
+    if option == "signals":
+        return "--signals FILE says when inputs change"
+    return f"give it more with --{option.replace('_', '-')}"
 
 
 # --- reports ------------------------------------------------------------------------------------------------------
@@ -148,13 +340,6 @@ def fault_text(path: str, fault: ProgramFault) -> str:
 # --- several files: each by itself, one after the other, and one summary of all -----------------------------------
 
 
-class Heard(NamedTuple):
-    """Callbacks of one run of several: `ended` gets its result, `printed` its object of --json."""
-
-    ended: Callable[[RunResult], None]
-    printed: Callable[[Object], None]
-
-
 class FileSummary(NamedTuple):
     """A file of the summary; the seconds are the robot's."""
 
@@ -164,10 +349,7 @@ class FileSummary(NamedTuple):
     seconds: float | None = None
 
 
-Run = Callable[[Namespace, str, Heard], int]
-
-
-def run_many(options: Namespace, files: Sequence[str], run: Run) -> int:
+def run_many(options: Namespace, files: Sequence[str]) -> int:
     """Execute the first program of each file; the worst status. Raises CommandLineError."""
     for name in ALONE:
         if getattr(options, name) is not None:
@@ -176,7 +358,7 @@ def run_many(options: Namespace, files: Sequence[str], run: Run) -> int:
     for path in files:
         if not (options.json or options.quiet):
             print(f"==> {path} <==")
-        rows.append(_row(options, path, objects, run))
+        rows.append(_row(options, path, objects))
         sys.stdout.flush()
     if options.json:
         import json
@@ -187,10 +369,12 @@ def run_many(options: Namespace, files: Sequence[str], run: Run) -> int:
     return max(row.status for row in rows)
 
 
-def _row(options: Namespace, path: str, objects: list[Object], run: Run) -> FileSummary:
+def _row(options: Namespace, path: str, objects: list[Object]) -> FileSummary:
     results = list["RunResult"]()
     try:
-        status = run(options, path, Heard(results.append, lambda found: objects.append({"file": path, **found})))
+        options.file = path
+        heard = Heard(results.append, lambda found: objects.append({"file": path, **found}))
+        status = Batch(options, Outputs.of(options), read_source(path), heard).run()
     except VrsError as error:  # of this file: the others are executed all the same
         print(f"{options.prog}: {error}", file=sys.stderr)
         return FileSummary(path, status_of(error), BROKEN)
