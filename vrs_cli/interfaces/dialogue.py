@@ -174,18 +174,13 @@ class Notes:
         """Nobody watches."""
 
     def ask(self, question: Question) -> Answer:
-        """Raises EndOfInput where a program is not answered."""
-        return answer_of(question, self._answer)
-
-
-def answer_of(question: Question, answer: Answers) -> Answer:
-    """What a typed answer means. Raises EndOfInput where a program is not answered."""
-    typed = answer(question)
-    if isinstance(question, Confirmation | Parting):
-        return None if typed is None else typed.strip().upper().startswith("Y")
-    if typed is None and isinstance(question, LineWanted):
-        raise EndOfInput(f"PROMPT {question.text!r} has nothing more to read", "give it one more answer")
-    return typed
+        """Return the meaning of a typed answer. Raises EndOfInput where a program is not answered."""
+        typed = self._answer(question)
+        if isinstance(question, Confirmation | Parting):
+            return None if typed is None else typed.strip().upper().startswith("Y")
+        if typed is None and isinstance(question, LineWanted):
+            raise EndOfInput(f"PROMPT {question.text!r} has nothing more to read", "give it one more answer")
+        return typed
 
 
 Answers = Callable[[Question], str | None]  # what is typed after a question; None where nobody answers

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator
 from math import inf
@@ -20,7 +21,7 @@ from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, beside
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.values.questions import Answer, Confirmation, Question
+from vrs_cli.values.questions import Answer, Confirmation
 from vrs_cli.values.replies import Message, Reply
 
 SWING = ".PROGRAM swing\nDO\nDRIVE 1, 5\nDRIVE 1, -5\nUNTIL FALSE\n.END"
@@ -303,7 +304,9 @@ def test_a_robot_that_is_served_answers_every_thread(served: Session) -> None:
 
     def ask() -> None:
         tickets = [served.actor.submit(served.answers("DRIVE 1, 1")) for _ in range(5)]
-        found.extend(len(list(ticket)) for ticket in tickets)
+        for ticket in tickets:
+            ticket.result(PATIENCE)
+            found.append(len(ticket.heard()))
         served.actor.call(lambda: served.engine.timeline.version).result(PATIENCE)
 
     threads = [Thread(target=ask) for _ in range(4)]
@@ -346,8 +349,9 @@ def test_long_work_on_what_does_not_change_holds_nobody(served: Session) -> None
 
 def test_what_has_not_ended_when_a_robot_is_closed_is_refused(session: Session) -> None:
     session.actor.serve()
-    asking = session.actor.submit(sure())
-    assert isinstance(next(iter(asking)), Question)
+    asked = threading.Event()
+    asking = session.actor.submit(sure(), outlet=lambda _ticket, _said: asked.set())
+    assert asked.wait(PATIENCE)
     session.actor.close()
     for ticket in (asking, session.actor.call(lambda: 7)):
         with pytest.raises(RequestRefused, match="not driven any more"):

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
 from threading import Thread
+from typing import Any
 
 import pytest
 
@@ -26,6 +27,7 @@ from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.questions import Question
+from vrs_cli.values.replies import Reply
 
 PROGRAMS = """\
 .PROGRAM swing
@@ -179,7 +181,7 @@ class Crowd:
                 random.randint(-150, 150), random.randint(-30, 30), random.randint(1, 60)
             )
             chance = random.random()
-            ticket = holder.stop() if chance < 0.005 else holder.ask(line)
+            ticket = holder.stop() if chance < 0.005 else holder.ask(line, yes if number % 2 == 0 else no)
             if 0.005 <= chance < 0.02:
                 holder.leave()
                 holder, self.left = Holder(session), self.left + 1
@@ -189,9 +191,6 @@ class Crowd:
             if line.startswith(RUNNING):
                 self.running.append((line, ticket))
                 continue
-            for said in ticket:
-                if isinstance(said, Question):
-                    ticket.answer(said.id, number % 2 == 0)
             self._ended(line, ticket)
 
     def _ended(self, line: str, ticket: Ticket[None]) -> None:
@@ -240,6 +239,16 @@ def in_force(deltas: Iterable[TimelineDelta]) -> list[TimelineDelta]:
             done.append(delta)
             undone = []
     return done
+
+
+def yes(ticket: Ticket[Any], said: Reply | Question | None) -> None:
+    if isinstance(said, Question):
+        ticket.answer(said.id, True)
+
+
+def no(ticket: Ticket[Any], said: Reply | Question | None) -> None:
+    if isinstance(said, Question):
+        ticket.answer(said.id, False)
 
 
 def _quietly(act: Callable[[], None]) -> None:

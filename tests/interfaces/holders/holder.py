@@ -29,9 +29,9 @@ class Holder(UserSession):
         self._tickets = [one for one in self._tickets if not one.done()] + [ticket]
         return ticket
 
-    def ask(self, line: str) -> Ticket[None]:  # type: ignore[override]
+    def ask(self, line: str, outlet: Outlet | None = None) -> Ticket[None]:  # type: ignore[override]
         """Give a line of VAL-II. ABORT overtakes all requests that wait, and these are refused."""
-        return self.put(self.session.answers(line), urgent=self.stops(line))
+        return self.put(self.session.answers(line), outlet, urgent=self.stops(line))
 
     def call(self, act: Callable[[Session], T], *, urgent: bool = False) -> Ticket[T]:
         """Call a function while nobody else changes anything."""

@@ -9,7 +9,7 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.engine.position import position_at
-from vrs_cli.interfaces.monitor.showing import pictured
+from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import position
@@ -77,7 +77,7 @@ def test_links_are_as_long_as_those_of_the_robot(name: str) -> None:
     """Along the axis of a joint first, and then across; what a joint slides changes a link."""
     of = session(robot=name)
     arm, timeline = of.engine.arm, of.engine.timeline
-    links = pictured(arm, timeline, 0.0).links
+    links = Sight(arm).picture(timeline, 0.0).links
     drawn = sum(dist(a, b) for a, b in pairwise(links))
     turning = [link for link, turns in zip(arm.model.links, arm.turning, strict=True) if turns]
     slid = sum(q for q, turns in zip(of.engine.position().joints, arm.turning, strict=True) if not turns)

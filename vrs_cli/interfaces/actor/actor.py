@@ -199,13 +199,9 @@ class Actor:
             self._stepping.release()
 
     def finish(self, ticket: Ticket[T], terminal: Terminal) -> T:
-        """Drive until a request is over, or wait where the robot is served; what is said is shown and asked at a
-        terminal. Return the result. Raises what went wrong in the request.
+        """Drive until a request is over; what is said is shown and asked at a terminal. Return the result. Raises what
+        went wrong in the request.
         """
-        if self._server is not None:
-            for said in ticket:
-                self.put(said, ticket, terminal)
-            return ticket.result()
         try:
             while not ticket.done():
                 time_goes_on = bool(self._running)

@@ -19,8 +19,8 @@ from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.errors import FileError
 from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.interfaces.jog.jogger import AXIS_WORDS
-from vrs_cli.interfaces.monitor.clock import CLOCK_WORDS
 from vrs_cli.interfaces.monitor.plotting import QUANTITIES
+from vrs_cli.interfaces.monitor.state import CLOCK_WORDS
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.text.ast import Program
@@ -129,15 +129,11 @@ Candidates = Iterable[tuple[str, str]]  # a word and what explains it
 PLACE_FUNCTIONS = (Kind.LOCATION, Kind.PRECISION)
 
 
-def _functions(*kinds: Kind) -> Candidates:
-    for name, function in FUNCTIONS.items():
-        if function.result in kinds and function.state is State.SUPPORTED:
-            yield (name if function.constant else f"{name}(", function.summary)
-
-
 def _of(*kinds: Kind) -> Callable[[DefinedNames], Candidates]:
-    """The variables of some kinds, and the functions."""
-    return lambda names: (*names.of(*kinds).items(), *_functions(*kinds))
+    """Return a function that lists the variables and the functions of some kinds."""
+    rows = [row for row in FUNCTIONS.values() if row.result in kinds and row.state is State.SUPPORTED]
+    functions = [(row.name if row.constant else f"{row.name}(", row.summary) for row in rows]
+    return lambda names: (*names.of(*kinds).items(), *functions)
 
 
 _reals, _strings, _places = _of(Kind.REAL), _of(Kind.STRING), _of(*PLACE_FUNCTIONS)
@@ -146,10 +142,6 @@ _reals, _strings, _places = _of(Kind.REAL), _of(Kind.STRING), _of(*PLACE_FUNCTIO
 def _items(names: DefinedNames) -> Candidates:
     yield from _strings(names)
     yield from _reals(names)
-
-
-def _nothing(_names: DefinedNames) -> Candidates:
-    return ()
 
 
 SHAPES: Mapping[Shape, Callable[[DefinedNames], Candidates]] = {
@@ -217,12 +209,13 @@ def suggestions(
     if ";" in blanked or blanked.count('"') % 2:
         return []
     prefix = begun(line)
+    lower = prefix.lstrip("#$.").islower()  # keywords are in lower case then, too
     found: dict[str, Suggestion] = {}
     for word, note in _candidates(blanked, prefix, names, in_program):
         key = word.upper()
         wanted = (everything or prefix or not word.endswith("(")) and key.startswith(prefix.upper())
         if wanted and key != prefix.upper() and key not in found:
-            found[key] = Suggestion(_in_case(word, prefix), len(prefix), note)
+            found[key] = Suggestion(word.lower() if lower and word.isupper() else word, len(prefix), note)
     return list(found.values()) or _files(line, folder)
 
 
@@ -230,12 +223,6 @@ def begun(text: str) -> str:
     """The part of a name that stands at the end of a line."""
     found = _PREFIX.search(text) if len(text) <= LONGEST else None
     return found.group() if found else ""
-
-
-def _in_case(word: str, prefix: str) -> str:
-    """The word, a keyword in lower case where the line is in lower case."""
-    typed = prefix.lstrip("#$.")
-    return word.lower() if typed and typed.islower() and word.isupper() else word
 
 
 def _candidates(line: str, prefix: str, names: DefinedNames, in_program: bool) -> Candidates:
@@ -283,7 +270,7 @@ def _inside(word: Word, before: str, prefix: str, names: DefinedNames, first: in
     if nested is not None:
         function = FUNCTIONS.get(nested[0])
         inner = _argument(function.arguments, nested[1]) if function else None
-        return SHAPES.get(inner.shape, _nothing)(names) if inner else _reals(names)
+        return _of_shape(inner, names) if inner else _reals(names)
     if word.name in WORDS:
         return WORDS[word.name](names)
     settled, level = before[: len(before) - len(prefix)], top_level(before)
@@ -298,11 +285,15 @@ def _inside(word: Word, before: str, prefix: str, names: DefinedNames, first: in
     wanted = word.value if _ASSIGNS.search(level) else _argument(word.arguments, first + level.count(","))
     if wanted is None:
         return _items(names) if word.name in CONTROL else connecting
-    offered = SHAPES.get(wanted.shape, _nothing)(names)
+    offered = _of_shape(wanted, names)
     if settled.strip():
         return offered
     sorts = SORT_WORDS.items() if "SORT" in word.modifiers else ()
     return (*sorts, *connecting, *offered) if wanted.optional else (*sorts, *offered)
+
+
+def _of_shape(argument: Argument, names: DefinedNames) -> Candidates:
+    return SHAPES[argument.shape](names) if argument.shape in SHAPES else ()
 
 
 def _connecting(word: Word, operand_ended: bool) -> Iterator[tuple[str, str]]:

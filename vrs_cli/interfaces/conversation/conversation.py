@@ -220,8 +220,12 @@ class Conversation:
         """Drop the program that is typed, and say so: at Ctrl-C, or at the end of the input. A user who is there is
         asked first, if there is something to drop.
         """
-        name, how = self._being_typed()
-        if not name:
+        editor = self.user_state.editor
+        if editor is not None:
+            name, how = editor.name, "E would have stored it"
+        elif self.entry is not None:
+            name, how = _named(self.entry.header) or "the program", ".END would have ended it"
+        else:
             return
         loses = self._typed and self.user_state.attended
         if loses and not (yield Parting(f"{name} is not stored. Leave (Y/N)?")):
@@ -229,14 +233,6 @@ class Conversation:
         self.entry = self.user_state.editor = None
         self._left_out = 0
         yield Message(f"{why}{name} is not stored ({how})", Tone.ERROR if why else Tone.NOTE)
-
-    def _being_typed(self) -> tuple[str, str]:
-        """The name of the program that is typed or edited, and how it would be stored; empty where there is none."""
-        if self.user_state.editor is not None:
-            return self.user_state.editor.name, "E would have stored it"
-        if self.entry is not None:
-            return _named(self.entry.header) or "the program", ".END would have ended it"
-        return "", ""
 
     @property
     def _typed(self) -> bool:

@@ -151,18 +151,10 @@ def _insert(draft: Draft, argument: str, _line: str) -> Change:
     return Change(replace(draft, inserting=True))
 
 
-def _back(draft: Draft, argument: str, _line: str) -> Change:
-    return Change(draft.moved(draft.at - _number(argument, "L n, n steps")))
-
-
 def _print(draft: Draft, argument: str, _line: str) -> Change:
     count = _number(argument, "P n, n steps")
     steps = draft.shown(draft.at, count)
     return Change(draft.moved(draft.at + count), (ProgramPart("", steps),) if steps else ())
-
-
-def _go(draft: Draft, argument: str, _line: str) -> Change:
-    return Change(draft.moved(_number(argument, "S step") - 1))
 
 
 def _overlay(draft: Draft, _argument: str, line: str) -> Change:
@@ -194,10 +186,18 @@ SUBCOMMANDS: Mapping[str, Subcommand] = {
     "D": Subcommand("D [n]", "delete n steps from here", _delete),
     "F": Subcommand("F text", "go to the next step that holds the text", _find),
     "I": Subcommand("I", "insert lines before this step, until an empty line", _insert),
-    "L": Subcommand("L [n]", "go back one step, or n", _back),
+    "L": Subcommand(
+        "L [n]",
+        "go back one step, or n",
+        lambda draft, argument, _line: Change(draft.moved(draft.at - _number(argument, "L n, n steps"))),
+    ),
     "P": Subcommand("P [n]", "print n steps and stand behind them", _print),
     "R": Subcommand("R text", "replace the characters above the text; a blank keeps one", _overlay),
-    "S": Subcommand("S [step]", "go to a step, the first where none is named", _go),
+    "S": Subcommand(
+        "S [step]",
+        "go to a step, the first where none is named",
+        lambda draft, argument, _line: Change(draft.moved(_number(argument, "S step") - 1)),
+    ),
     "T": Subcommand("T", "record MOVEs with the pendant (there is none)", _teach),
     "TS": Subcommand("TS", "record MOVESs with the pendant (there is none)", _teach),
 }

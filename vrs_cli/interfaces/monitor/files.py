@@ -37,10 +37,6 @@ from vrs_cli.values.replies import FileTable, FileText, Message, ReplayRow, Repl
 TORN = "its last line was not written to the end, and was left out"
 
 
-def _load(station: Station, it: Instruction) -> Dialogue[None]:
-    return load(station, path_of(station, it))
-
-
 def load(station: Station, named: Path) -> Dialogue[None]:
     """Load a file. Programs that are in memory are replaced where the user agrees, else they stay as they are;
     variables are overwritten. Where no program was run yet, EXECUTE alone runs the first program of the file.
@@ -301,9 +297,7 @@ def _to_another(act: Callable[[Path, Path, Folder], None], done: str) -> Handler
 
 
 FILES: Mapping[str, Handler] = {
-    "LOAD": _load,
-    "LOADP": _load,
-    "LOADL": _load,
+    **dict.fromkeys(("LOAD", "LOADP", "LOADL"), lambda station, it: load(station, path_of(station, it))),
     "STORE": _store(".v2", "PROGRAMS", "LOCATIONS", "REALS", "STRINGS"),
     "STOREP": _store(".pg", "PROGRAMS"),
     "STOREL": _store(".lc", "LOCATIONS"),

@@ -6,7 +6,6 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from itertools import islice
-from typing import NamedTuple
 
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES, ParameterRow, Switch
 from vrs_cli.errors import UsageError, did_you_mean
@@ -56,16 +55,16 @@ KEYS: tuple[tuple[str, str], ...] = (
 EDITING = "EDITING"
 
 
-def _topics() -> Mapping[str, Topic]:
-    """All topics, by what they are called."""
+def _topics() -> Mapping[str, HelpTopic]:
+    """Return all topics by their names."""
     letters = tuple((row.form, row.summary) for row in SUBCOMMANDS.values())
     leaving = tuple((letter, summary) for letter, summary in LEAVING.items())
     empty = (("an empty line", "go to the next step; end inserting"), ("an instruction", "takes the place of the step"))
-    groups = {title.upper(): Topic(title, tuple(map(_said, rows))) for title, rows in _groups().items()}
+    groups = {title.upper(): HelpTopic(title, tuple(map(_said, rows))) for title, rows in _groups().items()}
     return {
         **{_SHORT.get(title, title): topic for title, topic in groups.items()},
-        "KEYS": Topic("Keys at the prompt", KEYS),
-        EDITING: Topic("Lines of EDIT", (*letters, *leaving, *empty)),
+        "KEYS": HelpTopic("Keys at the prompt", KEYS),
+        EDITING: HelpTopic("Lines of EDIT", (*letters, *leaving, *empty)),
     }
 
 
@@ -80,13 +79,6 @@ _SHORT = {  # one word for each group
 }
 
 
-class Topic(NamedTuple):
-    """What several words or keys do."""
-
-    title: str
-    rows: tuple[tuple[str, str], ...]
-
-
 def _said(row: WordRow | Switch | ParameterRow) -> tuple[str, str]:
     return (row.form if isinstance(row, WordRow) else row.name), row.summary
 
@@ -96,7 +88,7 @@ def help_on(word: str) -> Iterator[Reply]:
     topic = _topics().get(word.upper())
     known = word.upper() in ALL_NAMES
     if topic is not None:
-        yield HelpTopic(topic.title, topic.rows)
+        yield topic
     if known or topic is None:
         yield page(word) if word else overview()
 

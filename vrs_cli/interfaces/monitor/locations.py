@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedValue, UsageError, VrsError
 from vrs_cli.interfaces.dialogue import Dialogue, beside
-from vrs_cli.interfaces.monitor.showing import pictured
+from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.interfaces.station.operands import Handler, operand, real, real_or, sight
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
@@ -69,7 +69,7 @@ def _show(station: Station, it: Instruction) -> Dialogue[None]:
     moves = engine.realtime and engine.now < engine.end and not stamped
     shown = moves and station.user_state.attended and (yield from station.user_state.show(None, Watching()))
     if not shown:
-        yield (yield from beside(lambda: pictured(arm, timeline, t, stamped)))
+        yield (yield from beside(lambda: Sight(arm).picture(timeline, t, stamped)))
 
 
 def _stamped(it: Instruction) -> bool:

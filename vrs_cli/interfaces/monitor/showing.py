@@ -23,11 +23,6 @@ SAME = 1e-6  # [m] between two corners that are one
 Lines = tuple[tuple[Vector, ...], ...]
 
 
-def pictured(arm: RobotArm, timeline: Timeline, t: float, stamped: bool = False) -> ArmPicture:
-    """Picture the robot at time t [s], with its past and its planned way."""
-    return Sight(arm).picture(timeline, t, stamped)
-
-
 class Sight:
     """Pictures of one arm, one after the other; it remembers what does not change between them."""
 
@@ -35,6 +30,7 @@ class Sight:
         self.arm, self._path = arm, ToolPath(arm, ERROR)
 
     def picture(self, timeline: Timeline, t: float, stamped: bool = False) -> ArmPicture:
+        """Picture the robot at time t [s], with its past and its planned way."""
         arm, frames = self.arm, timeline.locate(t)[0].motion.frames
         at = position_at(arm, timeline, t)
         links, joints = skeleton(arm, at.joints, frames)

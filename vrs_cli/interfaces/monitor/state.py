@@ -1,5 +1,5 @@
 """Commands that tell STATUS, signals, the time, the memory and help, and that set SPEED, signals, switches,
-parameters.
+parameters, and CLOCK: pause a clock of real time, let it go on, change its rate.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
 
+from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, WallClock
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.parameters import (
     IDLE_PARAMETERS,
@@ -23,9 +24,8 @@ from vrs_cli.engine.parameters import (
     row_of,
 )
 from vrs_cli.engine.settings import Settings
-from vrs_cli.errors import IllegalValue
+from vrs_cli.errors import IllegalValue, UsageError
 from vrs_cli.interfaces.dialogue import Dialogue
-from vrs_cli.interfaces.monitor.clock import clock_report
 from vrs_cli.interfaces.monitor.consent import leave
 from vrs_cli.interfaces.monitor.help import help_on
 from vrs_cli.interfaces.monitor.running import of_task
@@ -33,10 +33,11 @@ from vrs_cli.interfaces.station.operands import Handler, operand, real, real_or,
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.run.effects import PROCESS_CONTROL
 from vrs_cli.language.run.semantics.motions import MODE_WORDS
-from vrs_cli.language.text.ast import Instruction
-from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS, plain, whole
+from vrs_cli.language.text.ast import BareWord, Instruction
+from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS, plain, read_number, whole
 from vrs_cli.values.commands import SetMonitorSpeed
 from vrs_cli.values.replies import (
+    ClockReport,
     FileText,
     FreeReport,
     Identification,
@@ -138,11 +139,6 @@ def free_memory() -> float | None:
         return None
 
 
-def _help(_station: Station, it: Instruction) -> Iterable[Reply]:
-    asked = operand(it, 0)
-    yield from help_on("" if asked is None else word(asked))
-
-
 def _history(station: Station, it: Instruction) -> Iterable[Reply]:
     """The lines that the user has typed, without this one."""
     typed = tuple(station.user_state.typed)[:-1]
@@ -165,6 +161,45 @@ def _signal(station: Station, it: Instruction) -> None:
     for number in numbers:
         signals.write(number, inputs=True)
     station.settle()
+
+
+CLOCK_WORDS: Mapping[str, str] = {
+    "PAUSE": "time stands, and with it the arm",
+    "GO": "time goes on",
+    "RATE": "RATE = r: so many seconds of the robot in one second",
+}
+RATES = f"CLOCK RATE = {SLOWEST_RATE:g} to {FASTEST_RATE:g}"
+
+
+def _clock(station: Station, it: Instruction) -> Dialogue[None]:
+    """CLOCK, CLOCK PAUSE, CLOCK GO, CLOCK RATE = r. Raises UsageError, IllegalValue."""
+    if it.arguments:
+        word, time = it.arguments[0], station.engine.clock
+        assert isinstance(word, BareWord)
+        if not isinstance(time, WallClock):
+            raise UsageError("time is the robot's own here, and passes only when something waits", "vrs --realtime")
+        _change_clock(time, word.text.upper(), it.value)
+        station.settle()  # it has gone on since the line was given, and may stand now
+    yield clock_report(station)
+
+
+def clock_report(station: Station) -> ClockReport:
+    """Tell the present clock."""
+    time = station.engine.clock
+    return ClockReport(time.now, time.rate if isinstance(time, WallClock) else None, time.paused)
+
+
+def _change_clock(time: WallClock, word: str, value: object) -> None:
+    if word == "RATE":
+        given = value.text if isinstance(value, BareWord) else "nothing"
+        rate = read_number(given)
+        if rate is None or not SLOWEST_RATE <= rate <= FASTEST_RATE:
+            raise IllegalValue(f"a rate of {given}", RATES)
+        time.change(rate=rate)
+    elif word in CLOCK_WORDS and value is None:
+        time.change(paused=word == "PAUSE")
+    else:
+        raise UsageError(f"CLOCK {word}", f"CLOCK PAUSE, CLOCK GO, {RATES}")
 
 
 _Tables = tuple[Mapping[str, Any], Mapping[str, Idle]]  # what there is, and what has no effect
@@ -211,10 +246,11 @@ STATE: Mapping[str, Handler] = {
     "STATUS": of_task(_status),
     "PCSTATUS": of_task(_status, PROCESS_CONTROL),
     "IO": _io,
+    "CLOCK": _clock,
     "TIME": lambda station, _it: (clock_report(station),),
     "ID": _id,
     "FREE": _free,
-    "HELP": _help,
+    "HELP": lambda _station, it: help_on(word(it.arguments[0]) if operand(it, 0) is not None else ""),
     "HISTORY": _history,
     "EXIT": lambda station, _it: leave(station),
     "QUIT": lambda station, _it: leave(station),

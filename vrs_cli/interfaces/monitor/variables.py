@@ -8,7 +8,7 @@ from typing import cast
 
 from vrs_cli.errors import TypeMismatch, UndefinedValue
 from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if
-from vrs_cli.interfaces.monitor.consent import agreed
+from vrs_cli.interfaces.monitor.consent import PLACES, agreed
 from vrs_cli.interfaces.station.operands import Handler, own, real, sight
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import Joints, JointUnits
@@ -24,7 +24,7 @@ from vrs_cli.values.replies import LocationTable, Message, NamedLocation, RealTa
 MANY = 100  # variables
 Rows = tuple[tuple[str, Value], ...]
 
-PLACES, REALS, STRINGS = (Kind.LOCATION, Kind.PRECISION), (Kind.REAL,), (Kind.STRING,)
+REALS, STRINGS = (Kind.REAL,), (Kind.STRING,)
 
 
 def _table(kinds: tuple[Kind, ...], rows: Rows, units: JointUnits, truth: bool = False) -> Reply:

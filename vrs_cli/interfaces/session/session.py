@@ -23,7 +23,6 @@ from vrs_cli.errors import CannotInterpret, UsageError, VrsError
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.interfaces.dialogue import Dialogue, Said
 from vrs_cli.interfaces.jog.jogger import jog
-from vrs_cli.interfaces.monitor.clock import clock
 from vrs_cli.interfaces.monitor.files import FILES
 from vrs_cli.interfaces.monitor.locations import LOCATIONS
 from vrs_cli.interfaces.monitor.programs import PROGRAMS
@@ -274,7 +273,6 @@ HANDLERS: Mapping[str, Callable[[Session, Instruction], Dialogue[None] | Iterabl
     **RUNNING,
     **STATE,
     **TIMELINE,
-    "CLOCK": clock,
     "JOG": jog,
     "COMMANDS": carry_out_file,
 }

@@ -17,10 +17,6 @@ State = tuple[int, Mapping[str, Program]]
 MAX_COMPARED_STEPS = 1000  # two versions of a longer program are not compared: the old one is not kept for that
 
 
-def _nothing() -> None:
-    """No file has a program of that name."""
-
-
 def _kept(program: Program) -> Callable[[], Program | None]:
     """Return a function that returns a program as a file has it; None for a long one that has been replaced."""
     return ref(program) if len(program.steps) > MAX_COMPARED_STEPS else lambda: program
@@ -93,7 +89,7 @@ class Unstored:
         """Whether a program differs from that of a file."""
         if stored in self._different:
             return True
-        of_file, now = self._programs.get(key, _nothing)(), stored.program
+        of_file, now = self._programs.get(key, lambda: None)(), stored.program
         if of_file is not now and (of_file is None or print_program(of_file) != print_program(now)):
             self._different.add(stored)
             return True
