@@ -253,13 +253,15 @@ def test_older_parts_are_to_be_had_and_long_ones_begin_later(
 ) -> None:
     for _ in range(10):
         services.move()
-    part = services.broadcast.stream.part(1.0, 2.0).snapshot
+    record = services.broadcast.stream.part(1.0, 2.0)
+    part = snapshot_of(record, RobotForm.of(services.arm))
     for t in (1.0, 1.5, 2.0):
         assert joints_at(services.arm, part.timeline(), t) == joints_at(services.arm, services.timeline, t)
-    again = services.broadcast.stream.part(1.0, 2.0).snapshot
-    assert again is part, "it is encoded once for all who ask"
+    again = services.broadcast.stream.part(1.0, 2.0)
+    assert again is record, "it is encoded once for all who ask"
     monkeypatch.setattr(streams, "SEGMENTS", 5)
-    assert services.broadcast.stream.part(0.0).snapshot.segments == tuple(services.timeline)[-5:]
+    last = snapshot_of(services.broadcast.stream.part(0.0), RobotForm.of(services.arm))
+    assert last.segments == tuple(services.timeline)[-5:]
     line, _ = services.listen(CHANGES)
     [message] = line.news(Replaced)
     assert len(message.snapshot.segments) == 5
@@ -274,7 +276,7 @@ def test_a_snapshot_is_bounded_in_bytes(services: RoomServices, monkeypatch: pyt
     assert 2000 < len(line.packets[-1].data) <= 10_000
     [message] = line.news(Replaced)
     assert message.snapshot.first > 0
-    assert len(services.broadcast.stream.part(-1.0).snapshot.segments) == len(message.snapshot.segments)
+    assert len(services.broadcast.stream.part(-1.0).segments) == len(message.snapshot.segments)
 
 
 # --- what is kept ---

@@ -6,28 +6,18 @@ import zlib
 
 import pytest
 
-from vrs_cli.net.messages import Missed, ServerMessage
-from vrs_cli.net.stream import DeflateContext, DeflatedPlace, Letter, MessageForm, Packet
+from vrs_cli.net.broadcast import letter
+from vrs_cli.net.messages import Missed
+from vrs_cli.net.stream import DeflateContext, DeflatedPlace, MessageForm, Packet
 
 TAIL = b"\x00\x00\xff\xff"
 
 
 def test_a_message_is_made_once_in_each_form() -> None:
-    made = []
-
-    def make(full: bool) -> ServerMessage:
-        made.append(full)
-        return Missed(3)
-
-    letter = Letter(make)
-    packets = [
-        letter.packet(form)
-        for form in (MessageForm(True), MessageForm(False), MessageForm(False, True), MessageForm(True))
-    ]
-    assert made == [False, False, True]
-    assert packets[0] is packets[3]
+    packet = letter(Missed(3))
+    packets = [packet(form) for form in (MessageForm(True), MessageForm(False), MessageForm(True))]
+    assert packets[0] is packets[2]
     assert packets[0].data == b'{"type":"missed","count":3}'
-    assert letter.size == sum(len(packet.data) for packet in packets[:3])
 
 
 def test_messages_of_one_context_are_inflated_one_after_the_other() -> None:

@@ -1,17 +1,18 @@
-"""One robot told to many connections at once: samples of where it is, its changes, and news such as its clock.
+"""Send samples, changes and news (such as the clock) of one robot to many connections.
 
-Everything is encoded once for all. Nobody waits for anybody: a connection that does not take what it is sent is left
-out of samples, and its place in the changes stays where it is until it takes them again. So nothing queues up but what
-the connection itself holds, which is bounded, and what comes after a stall is the present.
+Everything is encoded once for all. No connection waits for another: one that is slow to take data gets no samples
+meanwhile, and its changes wait until it takes them again. So only the bounded buffer of the connection itself fills up,
+and after a stall the connection gets the present state.
 
-Pure: connections are sinks, the wall clock is an argument. Whoever drives it asks when something is due (`peek`) and
-does a slice of it (`step`), with other work between two slices: who commands is answered before a thousand others hear.
+Pure: connections are sinks, the wall clock is an argument. The caller asks when something is due (`peek`) and does a
+slice of it (`step`), with other work between two slices: a user who commands is answered before a thousand others hear.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping
+from functools import cache, partial
 from itertools import islice
 from math import inf
 from typing import NamedTuple, Protocol
@@ -22,7 +23,7 @@ from vrs_cli.engine.snapshot import TimelineReplaced
 from vrs_cli.interfaces.roles.playback import Audience, Playback, Viewer, checked_rate
 from vrs_cli.net import messages
 from vrs_cli.net.messages import Play, PlayStep, ServerMessage, Subscribe
-from vrs_cli.net.stream import DeflatedPlace, Letter, Listening, MessageForm, Packet, Stream
+from vrs_cli.net.stream import DeflatedPlace, Listening, MessageForm, Packet, Stream, packet_of
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.results import Position
 
@@ -33,20 +34,27 @@ HOLD = 0.02  # [s] that sending waits at most for an answer
 AGAIN = 0.05  # [s] after which a connection that took nothing is looked at again
 
 
+Letter = Callable[[MessageForm], Packet]  # a message to many, encoded once in each form
+
+
+def letter(message: ServerMessage) -> Letter:
+    return cache(partial(packet_of, message))
+
+
 class Sink(Protocol):
-    """A connection, to whoever sends something. It never waits and never raises."""
+    """A connection as its sender sees it. It never waits and never raises."""
 
     @property
     def waiting(self) -> int:
-        """Bytes that were sent and that nobody has taken so far."""
+        """Bytes that were sent and that the receiver has not taken so far."""
 
     def send(self, *packets: Packet) -> None:
-        """All of them at once."""
+        """Send all of them at once."""
 
 
 class Parcel(NamedTuple):
-    """What is to be sent in one write to all who have got the same: the last `number` of a change, of the `news`, and
-    `place` are those of who has got it too. `alone`: it goes where nothing else waits; `whole`: nothing comes after it.
+    """Packets for all listeners in the same state, to be sent in one write. `number`, `news` and `place` are the
+    listener's state after it. `alone`: send it only if nothing else waits; `whole`: nothing follows it.
     """
 
     packets: tuple[Packet, ...]
@@ -56,13 +64,9 @@ class Parcel(NamedTuple):
     alone: bool
     whole: bool
 
-    @property
-    def size(self) -> int:
-        return sum([len(packet.data) for packet in self.packets])
-
 
 class Listener:
-    """One connection. `number`: of the last change that it was sent; `news`: of the last of these."""
+    """One connection. `number`: of the last change that was sent to it; `news`: of the last news."""
 
     def __init__(self, sink: Sink, form: MessageForm, deflates: bool) -> None:
         self.sink, self.form = sink, form
@@ -73,9 +77,9 @@ class Listener:
         self.channel: Channel | None = None  # of samples
 
     def takes(self, parcel: Parcel) -> bool:
-        """Whether it is sent: not where too much waits already; one that is too long goes where nothing else waits."""
+        """Send a parcel, unless too much waits already; return whether it was sent."""
         waiting = self.sink.waiting
-        if waiting and (parcel.alone or waiting + parcel.size > MOST_WAITING):
+        if waiting and (parcel.alone or waiting + sum([len(it.data) for it in parcel.packets]) > MOST_WAITING):
             return False
         if parcel.packets:
             self.sink.send(*parcel.packets)
@@ -83,12 +87,12 @@ class Listener:
         return True
 
 
-NOTHING = -1  # the number of somebody who has got nothing so far
+NOTHING = -1  # the number of a listener who has got nothing so far
 
 
 class Round:
-    """Listeners to be served one after the other, `left` of them in this round. Who comes last in one that is not
-    finished comes first in the next.
+    """Listeners to be served one after the other; `left`: how many in this round. A listener who was not served in an
+    unfinished round is first in the next.
     """
 
     def __init__(self) -> None:
@@ -102,7 +106,7 @@ class Round:
         self.left = len(self._order)
 
     def take(self, most: int) -> list[Listener]:
-        """Whose turn it is: so many at most."""
+        """Return the listeners whose turn it is: so many at most."""
         count = min(most, self.left)
         taken = list(islice(self._order, count))
         self._order.rotate(-count)
@@ -110,7 +114,7 @@ class Round:
         return taken
 
     def add(self, listener: Listener) -> None:
-        """From the next round on."""
+        """Serve a listener from the next round on."""
         self._order.append(listener)
 
     def remove(self, listener: Listener) -> None:
@@ -119,36 +123,38 @@ class Round:
 
 
 class Channel:
-    """Samples for all who see the same: those of one rate who follow the robot, or one with a playback of its own."""
+    """Samples for all listeners that see the same: those of one rate that follow the robot, or one with its own
+    playback.
+    """
 
     def __init__(self, viewer: Viewer) -> None:
         self.viewer, self.round = viewer, Round()
         self.sample: Letter | None = None
-        self._wrong: list[tuple[float, float]] = []  # cuts of changes, and until when they are told
+        self._wrong: list[tuple[float, float]] = []  # cuts of changes, and until when samples tell of them
 
     def change(self, cut: float, applied: float) -> None:
-        """What was shown of times after the cut was wrong. Samples tell of it as long as one that was may count, so
-        that who misses some of them hears of it too.
+        """Note that samples of times after the cut were wrong. The next samples tell of it for as long as such a sample
+        may be shown, so that a listener who misses some of them is told too.
         """
         if cut < applied + self.viewer.ahead:
             self._wrong.append((cut, applied + self.viewer.ahead))
 
     def show(self, position: Position, version: int, clock: float) -> None:
-        """The next sample; who has not got the one before gets this one."""
+        """Take the next sample; a listener who has not got the one before gets only this one."""
         self._wrong = [one for one in self._wrong if one[1] > clock]
         wrong = min((cut for cut, _ in self._wrong), default=None)
-        self.sample = Letter(lambda _full: messages.Sample(position.time, position.joints, version, clock, wrong))
+        self.sample = letter(messages.Sample(position.time, position.joints, version, clock, wrong))
         self.round.begin()
 
     def serve(self, most: int) -> int:
-        """So many listeners at most; how many it were."""
+        """Send the sample to so many listeners at most; return how many it were."""
         sample = self.sample
         if sample is None:
             return 0
         turn = self.round.take(most)
         for listener in turn:
             if not listener.sink.waiting:
-                listener.sink.send(sample.packet(listener.form))
+                listener.sink.send(sample(listener.form))
         return len(turn)
 
 
@@ -162,16 +168,16 @@ STEPS: Mapping[PlayStep, Callable[[Playback, float, float], Playback]] = {  # wi
 
 
 class Broadcast:
-    """Tells of one robot. `stream`: its changes."""
+    """Sends what happens at one robot to its listeners. `stream`: its changes."""
 
     def __init__(self, watched: Watched, begin: TimelineReplaced, wall: Callable[[], float]) -> None:
         self.stream = Stream(begin, watched.arm)
         self._watched, self._wall = watched, wall
         self._everybody = Round()
-        self._behind: dict[Listener, None] = {}  # in the order in which they were looked at last
-        self._again = inf  # [s] on the wall: when those are looked at again
+        self._behind: dict[Listener, None] = {}  # slow listeners, in the order in which they were looked at last
+        self._again = inf  # [s] on the wall: when slow listeners are looked at again
         self._news: dict[type[ServerMessage], tuple[int, Letter]] = {}
-        self._parcels: dict[object, Parcel] = {}  # by what somebody has got, until something happens
+        self._parcels: dict[object, Parcel] = {}  # by the state of a listener, until something happens
         self._last_news = 0
         self._held = self._free = -inf  # [s] on the wall: until when nothing is sent, and is not held again
         self._audience = Audience(watched, wall)
@@ -182,11 +188,11 @@ class Broadcast:
 
     @property
     def watched(self) -> bool:
-        """Whether anybody holds the robot, watches it, or passes it on."""
+        """Whether anybody holds the robot, watches it, or publishes it."""
         return bool(len(self._everybody))
 
     def join(self, sink: Sink, form: MessageForm, *, deflates: bool = False) -> Listener:
-        """One more connection: it hears news, and nothing else so far."""
+        """Add a connection: it gets news, and nothing else so far."""
         listener = Listener(sink, form, deflates)
         self._everybody.add(listener)
         self._catch_up(listener)
@@ -199,7 +205,9 @@ class Broadcast:
         self._everybody.remove(listener)
 
     def subscribe(self, listener: Listener, wanted: Subscribe) -> None:
-        """Hear this from now on, in place of what was before. Raises IllegalValue for a rate that is none."""
+        """Let a listener get what it wants from now on, in place of earlier wishes. Raises IllegalValue for a wrong
+        rate.
+        """
         if wanted.rate:
             checked_rate(wanted.rate, "samples a second", HIGHEST_RATE)
         self._leave_channel(listener)
@@ -212,7 +220,7 @@ class Broadcast:
         self._catch_up(listener)
 
     def resync(self, listener: Listener, *, full: bool = False) -> None:
-        """Hear a snapshot, in place of what was heard; if `full`, everything in the full form from now on."""
+        """Send a snapshot in place of earlier changes; if `full`, everything in the full form from now on."""
         listener.form = listener.form._replace(full=full or listener.form.full)
         if listener.listening is not None:
             self._hear(listener, listener.listening._replace(form=listener.form))
@@ -220,7 +228,7 @@ class Broadcast:
         self._catch_up(listener)
 
     def _hear(self, listener: Listener, listening: Listening | None) -> None:
-        """Let a listener hear changes so from now on; None: not at all."""
+        """Let a listener get changes in this way from now on; None: not at all."""
         if listener.listening is not None:
             self.stream.end(listener.listening.form)
         if listening is not None:
@@ -230,7 +238,7 @@ class Broadcast:
     # --- who plays ---
 
     def play(self, listener: Listener, wish: Play) -> None:
-        """Show it another time of the timeline, or at another rate. Raises IllegalValue for a rate that is none."""
+        """Show a listener another time of the timeline, or another rate. Raises IllegalValue for a wrong rate."""
         if listener.channel is None:
             return
         viewer = listener.channel.viewer
@@ -242,8 +250,8 @@ class Broadcast:
             viewer.playback = STEPS[wish.step](viewer.playback, wish.value, self._wall())
 
     def _following(self, rate: float, ahead: float) -> Channel:
-        """The samples of those who follow the robot; new ones where the others are still behind it, as virtual time
-        has jumped.
+        """Return the channel of listeners that follow the robot; a new one if the others are still behind it, after a
+        jump of virtual time.
         """
         shared = self._shared.get((rate, ahead))
         timeline, wall, now = self._watched.timeline, self._wall(), self._watched.now + ahead
@@ -255,7 +263,7 @@ class Broadcast:
         return shared
 
     def _own(self, listener: Listener, channel: Channel) -> Channel:
-        """Samples for one who goes on alone from where all others of its channel are."""
+        """Return a channel for one listener alone, which continues from where its old channel is."""
         if len(channel.round) == 1 and channel not in self._shared.values():
             return channel
         own = self._channel(channel.viewer.rate, 0.0)
@@ -288,7 +296,7 @@ class Broadcast:
     # --- what happens ---
 
     def tell(self, event: Event, applied: float) -> None:
-        """The timeline has changed; the robot's clock was at `applied` [s] then."""
+        """Take a change of the timeline; the robot's clock was at `applied` [s] then."""
         self.stream.tell(event, applied, self._watched.timeline)
         if isinstance(event, TimelineDelta):
             for channel in self._channels.values():
@@ -296,10 +304,10 @@ class Broadcast:
         self._begin_round()
 
     def announce(self, news: ServerMessage) -> None:
-        """All hear this, and who comes later too; who does not take it hears later the last of its type."""
+        """Send news to all, and to those who come later; a slow listener gets the last news of each type."""
         self._last_news += 1
         self._news.pop(type(news), None)  # so that they stand in the order in which they came
-        self._news[type(news)] = self._last_news, Letter(lambda _full: news)
+        self._news[type(news)] = self._last_news, letter(news)
         self._begin_round()
 
     def _begin_round(self) -> None:
@@ -309,8 +317,8 @@ class Broadcast:
     # --- sending, slice by slice ---
 
     def hold(self) -> None:
-        """Somebody waits for an answer, which comes first: nothing is sent for HOLD seconds, or until `release`. Then
-        it is sent for as long as it was held, however many wait for answers.
+        """Send nothing for HOLD seconds, or until `release`: a user waits for an answer, which comes first. After that,
+        sending is not held for as long again, however many users wait for answers.
         """
         wall = self._wall()
         if wall >= self._free:
@@ -322,7 +330,7 @@ class Broadcast:
             self._held, self._free = wall, wall + HOLD - (self._held - wall)
 
     def peek(self) -> float:
-        """When something is to be sent, on the wall [s]; infinity where nothing is until something happens."""
+        """Return when something is to be sent, on the wall [s]; infinity if nothing is until something happens."""
         return max(self._due(), self._held)
 
     def _due(self) -> float:
@@ -331,7 +339,7 @@ class Broadcast:
         return min(self._again, self._audience.peek())
 
     def step(self) -> None:
-        """Look where the robot is, if somebody is to see it now, and send a slice of what is to be sent."""
+        """Take the samples that are due, and send a slice of what is to be sent."""
         if self._held > self._wall():
             return
         for viewer, version, position in self._audience.step():
@@ -356,7 +364,7 @@ class Broadcast:
         self._again = min(self._again, self._wall() + AGAIN)
 
     def _parcel(self, listener: Listener) -> Parcel:
-        """What it has not got."""
+        """Return what a listener has not got."""
         got = listener.number, listener.news, listener.place, listener.listening, listener.form
         parcel = self._parcels.get(got)
         if parcel is None:
@@ -366,13 +374,13 @@ class Broadcast:
     def _packed(
         self, number: int, news: int, place: DeflatedPlace | None, listening: Listening | None, form: MessageForm
     ) -> Parcel:
-        """Changes, or a snapshot in their place, then news; no more than may wait."""
+        """Put together changes, or a snapshot in their place, then news; no more than may wait."""
         stream, packets, size, alone = self.stream, list[Packet](), 0, False
         while listening is not None and number < stream.number:
             packet = stream.after(number, listening, place)
             if packet is None:
                 missed = 0 if number == NOTHING else stream.missed(number)  # changes that are forgotten
-                packets = [Letter(lambda _full, count=missed: messages.Missed(count)).packet(form)] if missed else []  # type: ignore[misc]
+                packets = [packet_of(messages.Missed(missed), form)] if missed else []
                 number, packet, alone = stream.number, stream.snapshot(listening, self._watched.now), True
             elif packets and size + len(packet.data) > MOST_WAITING:
                 return Parcel(tuple(packets), number, news, place, alone, whole=False)
@@ -380,8 +388,8 @@ class Broadcast:
                 number += 1
             packets.append(packet)
             place, size = packet.place or place, size + len(packet.data)
-        for last, letter in self._news.values():
+        for last, packet_in in self._news.values():
             if last > news:
                 news = last
-                packets.append(letter.packet(form))
+                packets.append(packet_in(form))
         return Parcel(tuple(packets), number, news, place, alone, whole=True)

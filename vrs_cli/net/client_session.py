@@ -340,7 +340,7 @@ class ClientSession(UserSession):
     def _window(self, message: messages.Window, _outlet: Outlet) -> None:
         stream = self._robot.broadcast.stream
         part = stream.part(message.begin, message.end)  # at once: later it would be out of date
-        self.say(messages.Shown(message.id, part.record, stream.number, part.snapshot.segments[0].start))
+        self.say(messages.Shown(message.id, part, stream.number, part.segments[0].start))
 
     def _who(self, message: messages.Who, _outlet: Outlet) -> None:
         robot = self._robot

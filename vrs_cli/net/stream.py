@@ -13,8 +13,7 @@ from __future__ import annotations
 
 import zlib
 from collections import Counter
-from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from itertools import count
 from typing import NamedTuple
 
@@ -42,21 +41,21 @@ MAX_PARTS = 8  # that are remembered until the next change
 
 
 class MessageForm(NamedTuple):
-    """How somebody hears messages: as text (JSON) or MessagePack; `full`: with what it cannot compute by itself."""
+    """The form of messages: text (JSON) or MessagePack; `full`: with all that a receiver could compute by itself."""
 
     text: bool
     full: bool = False
 
 
 class DeflatedPlace(NamedTuple):
-    """Of something deflated: in the context with this number, after so many others."""
+    """The place of a deflated message: in the context with this number, after so many other messages."""
 
     context: int
     number: int
 
 
 class Packet(Struct, eq=False):
-    """One message as bytes. `place`: where it is deflated. `frame`: the same as a frame, once somebody has made one."""
+    """One message as bytes. `place`: if it is deflated. `frame`: the message as a frame, once that was made."""
 
     data: bytes
     text: bool
@@ -64,13 +63,13 @@ class Packet(Struct, eq=False):
     frame: bytes = b""
 
     def follows(self, last: DeflatedPlace | None) -> bool:
-        """Whether somebody can inflate it who has got what is at the place `last`, and all before that."""
+        """Return whether a receiver can inflate it who has everything up to the place `last`."""
         place = self.place
         return place is None or place.number == 0 or last == (place.context, place.number - 1)
 
 
 class DeflateContext:
-    """Deflates messages, each with a look back at those before it."""
+    """Deflates messages; each may refer back to those before it."""
 
     _numbers = count()
 
@@ -85,44 +84,26 @@ class DeflateContext:
         return Packet(data[:-_TAIL], packet.text, place)
 
 
-class Letter:
-    """A message to many. `make`: the message, full or not. `size`: of all the bytes that have been made of it."""
-
-    def __init__(self, make: Callable[[bool], ServerMessage]) -> None:
-        self._make = make
-        self._packets: dict[MessageForm, Packet] = {}
-        self.size = 0
-
-    def packet(self, form: MessageForm) -> Packet:
-        found = self._packets.get(form)
-        if found is None:
-            frame = encode(self._make(form.full), Encoding.JSON if form.text else Encoding.MSGPACK)
-            found = self._packets[form] = Packet(frame.encode() if isinstance(frame, str) else frame, form.text)
-            self.size += len(found.data)
-        return found
+def packet_of(message: ServerMessage, form: MessageForm) -> Packet:
+    """Encode a message in a form."""
+    frame = encode(message, Encoding.JSON if form.text else Encoding.MSGPACK)
+    return Packet(frame.encode() if isinstance(frame, str) else frame, form.text)
 
 
 TEXT = MessageForm(text=True)  # the longest form
 
 
 class Listening(NamedTuple):
-    """How somebody hears changes: in which form, deflated or not, and the last how many seconds of them (None: all)."""
+    """How a listener gets changes: the form, deflated or not, and the `window` of seconds before now (None: all)."""
 
     form: MessageForm
     deflates: bool = False
     window: float | None = None
 
 
-class TimelinePart(NamedTuple):
-    """Some segments of the timeline, and the same as messages have them."""
-
-    snapshot: Snapshot
-    record: SnapshotRecord
-
-
 class _Change(Struct):
-    """A change in the forms in which it was encoded; `deflated` in those in which somebody wanted it while it was the
-    last.
+    """A change in all forms in which it was encoded. `deflated`: in the forms that somebody wanted while it was the
+    last change.
     """
 
     packets: dict[MessageForm, Packet]
@@ -131,27 +112,27 @@ class _Change(Struct):
 
 
 class Stream:
-    """`number`: of the last change; `timeline` and `settings`: as they are after it."""
+    """The changes of one robot. `number`: of the last change; `timeline` and `settings`: after it."""
 
     def __init__(self, begin: TimelineReplaced, arm: RobotArm) -> None:
         self.number = 0
         self._arm = arm
         self.timeline: Timeline = begin.timeline
         self.settings: Settings = begin.settings
-        self._replaced = 0  # the last change that was another timeline
+        self._replaced = 0  # the number of the last change that replaced the timeline
         self._changes: dict[int, _Change] = {}
         self._bytes = 0
         self._listeners: Counter[MessageForm] = Counter()
-        self._encoded_until: dict[MessageForm, int] = {}  # by form; this matters where nobody hears it
+        self._encoded_until: dict[MessageForm, int] = {}  # by form; the number counts if no listener has the form
         self._contexts: dict[MessageForm, DeflateContext] = {}
         self._snapshots: dict[Listening, Packet] = {}
-        self._parts: dict[tuple[float, float | None], TimelinePart] = {}  # those asked for since the last change
+        self._parts: dict[tuple[float, float | None], SnapshotRecord] = {}  # those asked for since the last change
 
     # --- the robot tells ---
 
     def tell(self, event: Event, applied: float, seen: Timeline) -> None:
-        """The next change; the robot's clock was at `applied` [s] then, and its timeline is `seen` now, perhaps after
-        more changes. Raises ValueError for one that does not fit.
+        """Take the next change. The robot's clock was at `applied` [s] then; its timeline is `seen` now, perhaps after
+        more changes. Raises ValueError for a change that does not fit.
         """
         number = self.number + 1
         if isinstance(event, TimelineReplaced):
@@ -165,17 +146,18 @@ class Stream:
         self._parts.clear()
 
     def _encode(self, delta: TimelineDelta, before: Timeline, applied: float, number: int) -> None:
-        """Encode a change in all forms that are heard, and remember its bytes; in no form: remember nothing."""
+        """Encode a change in all forms that are wanted, and remember its bytes; if none is, remember nothing."""
         until = self._encoded_until
         for form in [form for form, last in until.items() if last < number and not self._listeners[form]]:
             del until[form]
         if not self._encoded_until:
             self._forget(0)
             return
-        letter = Letter(partial(self._change, delta, before, applied, number))
-        packets = {form: letter.packet(form) for form in self._encoded_until}
-        self._changes[number] = _Change(packets, letter.size)
-        self._bytes += letter.size
+        change = cache(partial(self._change, delta, before, applied, number))
+        packets = {form: packet_of(change(form.full), form) for form in self._encoded_until}
+        size = sum(len(packet.data) for packet in packets.values())
+        self._changes[number] = _Change(packets, size)
+        self._bytes += size
         self._forget(REMEMBERED)
 
     def _change(
@@ -187,24 +169,24 @@ class Stream:
         return messages.Delta(delta_record(delta, Motions()), applied, number=number)
 
     def _forget(self, most: int) -> None:
-        """The oldest, so that so many are left."""
+        """Forget the oldest changes, so that at most so many are left."""
         while self._changes and (len(self._changes) > most or self._bytes > REMEMBERED_BYTES):
             self._bytes -= self._changes.pop(next(iter(self._changes))).size
 
     # --- somebody hears ---
 
     def begin(self, form: MessageForm) -> None:
-        """One more listener hears changes in this form."""
+        """Count one more listener of this form."""
         self._listeners[form] += 1
         self._encoded_until[form] = self.number
 
     def end(self, form: MessageForm) -> None:
-        """A listener of this form is gone. It may come back: the next changes are encoded as if it were there."""
+        """Count one listener less. It may come back, so the next changes are encoded as if it were there."""
         self._listeners[form] -= 1
         self._encoded_until[form] = self.number + REMEMBERED
 
     def after(self, number: int, listening: Listening, last: DeflatedPlace | None) -> Packet | None:
-        """The change after that number, for somebody who has got what was deflated up to the place `last`; None where
+        """Return the change after that number, for a listener who has what was deflated up to the place `last`; None if
         it is not remembered in that form.
         """
         change = self._changes.get(number + 1)
@@ -216,8 +198,8 @@ class Stream:
     def _deflated(
         self, number: int, change: _Change, packet: Packet, form: MessageForm, last: DeflatedPlace | None
     ) -> Packet:
-        """A change deflated, if it is or can be, and follows on what somebody has got. Who gets it as it is can take
-        what is deflated next.
+        """Return a change deflated, if it can be and the listener can inflate it. A listener who gets it undeflated can
+        take what is deflated next.
         """
         if form not in change.deflated and number == self.number:
             change.deflated[form] = self._contexts.setdefault(form, DeflateContext()).deflated(packet)
@@ -228,47 +210,48 @@ class Stream:
         return packet
 
     def missed(self, number: int) -> int:
-        """How many changes somebody has not got, of the timeline that there is."""
+        """Return how many changes of the present timeline a listener has not got."""
         return max(0, self.number - max(number, self._replaced))
 
     def snapshot(self, listening: Listening, now: float) -> Packet:
-        """All up to now, in place of what was before: in the window before `now` [s], and after it."""
+        """Return the timeline in the window before `now` [s], and after it, in place of all earlier changes."""
         window, found = listening.window, self._snapshots.get(listening)
         if found is None:
             first = 0 if window is None else self.timeline.index_at(now - window)
-            found = self._last_part(first, len(self.timeline), listening.form)[1]
+            _, found = self._last_part(first, len(self.timeline), listening.form)
             found = self._snapshots[listening] = DeflateContext().deflated(found) if listening.deflates else found
         if listening.deflates:
             self._contexts.pop(listening.form, None)
         return found
 
-    def part(self, begin: float, end: float | None = None) -> TimelinePart:
-        """The timeline from `begin` to `end` [s]; where that is too much, its last part."""
+    def part(self, begin: float, end: float | None = None) -> SnapshotRecord:
+        """Return the timeline from `begin` to `end` [s]; if that is too much, its last part."""
         timeline, found = self.timeline, self._parts.get((begin, end))
         if found is None:
             after = len(timeline) if end is None else timeline.index_at(end) + 1
-            found = self._last_part(timeline.index_at(begin), after, TEXT)[0]
+            found, _ = self._last_part(timeline.index_at(begin), after, TEXT)
             if len(self._parts) >= MAX_PARTS:
                 self._parts.clear()
             self._parts[begin, end] = found
         return found
 
-    def _last_part(self, first: int, after: int, form: MessageForm) -> tuple[TimelinePart, Packet]:
-        """The segments from one number to before another: so many of the last ones as a snapshot may have."""
+    def _last_part(self, first: int, after: int, form: MessageForm) -> tuple[SnapshotRecord, Packet]:
+        """Return the segments from one number to before another, of these as many of the last ones as a snapshot may
+        have, and their message.
+        """
         first = max(first, after - SEGMENTS)
         segments = tuple([self.timeline[index] for index in range(first, after)])
         while True:
-            snapshot = Snapshot(self.timeline.version, segments, self.settings, first)
-            record = snapshot_record(snapshot)
-            packet = Letter(lambda _full, it=record: messages.Replaced(it, number=self.number)).packet(form)  # type: ignore[misc]
+            record = snapshot_record(Snapshot(self.timeline.version, segments, self.settings, first))
+            packet = packet_of(messages.Replaced(record, number=self.number), form)
             if len(packet.data) <= SNAPSHOT_BYTES or len(segments) <= 1:
-                return TimelinePart(snapshot, record), packet
+                return record, packet
             half = len(segments) // 2
             first, segments = first + half, segments[half:]
 
 
 def _follows(timeline: Timeline, delta: TimelineDelta) -> bool:
-    """Whether a timeline is what this delta has made. Then its rows are those that leave memory when they are old."""
+    """Return whether this delta made the timeline; its old rows can then leave memory."""
     if timeline.version != delta.version + 1 or not delta.segments:
         return False
     return len(timeline) > delta.keep and timeline[delta.keep].path is delta.segments[0].path
