@@ -656,3 +656,29 @@ def test_the_files_of_a_program_are_beside_its_file(vrs: Vrs, tmp_path: Path) ->
     (tmp_path / "cell" / "p.v2").write_text('.PROGRAM p()\n ATTACH (5)\n FOPENW (5) "log.txt"\n WRITE (5) "x"\n.END\n')
     assert vrs("run", "cell/p.v2").status == 0
     assert (tmp_path / "cell" / "log.txt").read_text() == "x\n"
+
+
+def test_the_option_names_the_cell_or_the_program_or_the_file_beside_it(vrs: Vrs, tmp_path: Path) -> None:
+    for name, number in (("fetch", 1), ("named", 2), ("given", 3)):
+        (tmp_path / f"{name}.toml").write_text(f"[[follow]]\nwhen = 1\nset = 1001\nafter = {number}\n")
+    program = ".PROGRAM fetch\n    SIGNAL 1\n    WAIT SIG(1001)\n    TYPE TIME\n.END\n"
+    (tmp_path / "fetch.v2").write_text(program)
+    beside = vrs("run", "fetch.v2")
+    assert (beside.out.split()[0], "the cell is fetch.toml (beside fetch.v2)" in beside.err) == ("1", True)
+    (tmp_path / "fetch.v2").write_text(f"; cell: named.toml\n{program}")
+    named = vrs("run", "fetch.v2")
+    assert (named.out.split()[0], "the cell is named.toml (fetch.v2:1)" in named.err) == ("2", True)
+    given = vrs("run", "fetch.v2", "--cell", "given.toml")
+    assert (given.out.split()[0], "the cell is given.toml (--cell)" in given.err) == ("3", True)
+    (tmp_path / "fetch.v2").write_text(f"; cell: ../secret.toml\n{program}")
+    assert "FILE_OUTSIDE" in vrs("run", "fetch.v2", "--sandbox", "box").err.upper().replace(" ", "_")
+
+
+def test_a_program_without_a_terminal_takes_its_cell_too(
+    vrs: Vrs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "fetch.v2").write_text("; cell: named.toml\n.PROGRAM fetch\n    x = found\n    TYPE x\n.END\n")
+    (tmp_path / "named.toml").write_text("[[follow]]\nwhen = 1\nvariables = ['found']\nrows = [[7.0]]\n")
+    monkeypatch.setattr("sys.stdin", StringIO("EXECUTE\nEXECUTE fetch\n"))
+    assert "the cell is named.toml (fetch.v2:1)" in vrs("fetch.v2").err
+    assert vrs("check", "fetch.v2", "--strict").status == 0

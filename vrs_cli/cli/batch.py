@@ -16,12 +16,12 @@ from typing import Any, NamedTuple, TextIO
 
 from msgspec import Struct, structs
 
-from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, chosen_dialect, chosen_robot, clock_of
+from vrs_cli.cli.command_line import STANDARD_STREAM, CommandLineError, chosen_dialect, chosen_robot, clock_of, teller
 from vrs_cli.cli.fence import Alone, Enough, memory, wall
 from vrs_cli.cli.main import FAILED, OK, status_of
 from vrs_cli.cli.outputs import Outputs, journal
 from vrs_cli.cli.outside import PATIENCE, chosen_outside
-from vrs_cli.cli.sources import Source, has_errors, position_object, read_source, robot_of
+from vrs_cli.cli.sources import Source, cell_file, has_errors, position_object, read_source, robot_of
 from vrs_cli.engine.book import displacement_of
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import EndOfInput, FileError, LimitReached, UndefinedName, VrsError
@@ -183,10 +183,12 @@ class Batch(Struct, frozen=True):
         station = Station(terminal, model, clock=clock, limits=limits, folder=folder, outside=outside, advice=_advice)
         station.dialect = chosen_dialect(self.options)
         station.tasks.told = partial(self._tell_beside, terminal)
-        if self.options.cell is not None:
+        if (cell := cell_file(self.options, self.source)) is not None:
             from vrs_cli.files.cell_file import read_cell
 
-            station.driver.surround(read_cell(self.options.cell))
+            station.driver.surround(read_cell(cell.path))
+            if not self.options.quiet:
+                teller(self.options.prog)(f"the cell is {cell.path} ({cell.named_by})")
         if self.options.signals is not None:
             from vrs_cli.files.timed_lines import read_signals
 

@@ -25,7 +25,7 @@ from vrs_cli.cli.command_line import (
     option,
 )
 from vrs_cli.cli.main import FAILED, OK, status_of
-from vrs_cli.cli.sources import Source, has_errors, program_files, read_source, robot_of
+from vrs_cli.cli.sources import Source, cell_file, has_errors, program_files, read_source, robot_of
 from vrs_cli.errors import FileError
 from vrs_cli.files.opening import stamp
 from vrs_cli.values.numbers import count
@@ -174,10 +174,10 @@ def check(options: Namespace) -> int:
     """Print all diagnostics of all files."""
     if STANDARD_STREAM in options.files and (options.fix or options.watch):
         raise CommandLineError("--fix and --watch are for files, not for standard input", "name files")
-    model, cell = chosen_robot(options), _chosen_cell(options)
+    model = chosen_robot(options)
     if options.watch:
-        return _watch(options, model, cell)
-    return _check(options, model, cell)
+        return _watch(options, model)
+    return _check(options, model)
 
 
 def _codes(text: str) -> tuple[str, ...]:
@@ -222,23 +222,24 @@ Exit status: 0 without errors (there may be warnings; with --strict there are no
 )
 
 
-def _chosen_cell(options: Namespace) -> Cell:
-    """Read the cell of --cell; without it, return one that fills nothing."""
-    if options.cell is None:
+def _cell(options: Namespace, source: Source) -> Cell:
+    """Read the cell of a program; where it has none, return one that fills nothing."""
+    found = cell_file(options, source)
+    if found is None:
         from vrs_cli.language.run.signals import NO_CELL
 
         return NO_CELL
     from vrs_cli.files.cell_file import read_cell
 
-    return read_cell(options.cell)
+    return read_cell(found.path)
 
 
-def _check(options: Namespace, model: RobotModel, cell: Cell) -> int:
+def _check(options: Namespace, model: RobotModel) -> int:
     """Check all files once."""
     findings, status = [], OK
     for path in program_files(options.files):
         try:
-            findings.append(_finding(path, options, model, cell))
+            findings.append(_finding(path, options, model))
         except FileError as unreadable:  # the other files are checked all the same
             print(f"{options.prog}: {unreadable}", file=sys.stderr)
             status = max(status, status_of(unreadable))
@@ -249,13 +250,13 @@ def _check(options: Namespace, model: RobotModel, cell: Cell) -> int:
     return max(status, FAILED if wrong else OK)
 
 
-def _finding(path: str, options: Namespace, model: RobotModel, cell: Cell) -> Finding:
+def _finding(path: str, options: Namespace, model: RobotModel) -> Finding:
     from vrs_cli.interfaces.inspection import inspect
     from vrs_cli.kinematics.robot_file import load_robot
 
     source = read_source(path)
     named = None if options.robot else robot_of(options.prog, source)
-    its = load_robot(named) if named else model
+    its, cell = load_robot(named) if named else model, _cell(options, source)
 
     def found_in(text: str) -> tuple[Diagnostic, ...]:
         """All errors, and the warnings that are wanted."""
@@ -272,7 +273,7 @@ def _finding(path: str, options: Namespace, model: RobotModel, cell: Cell) -> Fi
 # --- --watch -----------------------------------------------------------------------------------------------------
 
 
-def _watch(options: Namespace, model: RobotModel, cell: Cell) -> int:
+def _watch(options: Namespace, model: RobotModel) -> int:
     """Check again and again. Ctrl-C ends it."""
     import time
 
@@ -282,7 +283,7 @@ def _watch(options: Namespace, model: RobotModel, cell: Cell) -> int:
         if now != seen:
             if sys.stdout.isatty():
                 print("\033[H\033[2J\033[3J", end="")
-            _check(options, model, cell)
+            _check(options, model)
             print(f"{time.strftime('%H:%M:%S')} checked; Ctrl-C ends it", file=sys.stderr, flush=True)
             sys.stdout.flush()
             seen = _state(options.files) if options.fix else now

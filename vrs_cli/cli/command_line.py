@@ -140,7 +140,10 @@ DIALECT = option(  # for `chosen_dialect`
     help="how far the language goes, where a file does not say it: val, val2, or vplus (usual)",
 )
 CELL = option(
-    "--cell", metavar="CELL.toml", help="a TOML file: names of signals, and how inputs follow outputs after a time"
+    "--cell",
+    metavar="CELL.toml",
+    help="a TOML file: names of signals, how inputs follow outputs, parts and sensors "
+    "(default: `; cell: FILE` in the program, else NAME.toml beside NAME.v2)",
 )
 
 

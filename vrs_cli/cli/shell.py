@@ -16,9 +16,10 @@ from vrs_cli.cli.command_line import (
     clock_of,
     command,
     option,
+    teller,
 )
 from vrs_cli.cli.outside import OUTSIDE, chosen_outside
-from vrs_cli.cli.sources import read_source, robot_of
+from vrs_cli.cli.sources import Source, cell_file, read_source, robot_of
 from vrs_cli.errors import FileError
 
 if TYPE_CHECKING:
@@ -31,9 +32,13 @@ def shell(options: Namespace) -> int:
     from vrs_cli.repl.place import Local
     from vrs_cli.repl.shell import run
 
-    clock, dialect = clock_of(options.realtime), chosen_dialect(options)
-    place = Local(_robot(options), options.file, clock=clock, outside=outside, dialect=dialect, cell=options.cell)
-    return run(place, options.save)
+    clock, dialect, source = clock_of(options.realtime), chosen_dialect(options), _source(options)
+    cell = cell_file(options, source or Source("", "", is_file=False))
+    if cell is not None and options.cell is None:
+        teller(options.prog)(f"the cell is {cell.path} ({cell.named_by})")
+    path = None if cell is None else cell.path
+    model = _robot(options, source)
+    return run(Local(model, options.file, clock=clock, outside=outside, dialect=dialect, cell=path), options.save)
 
 
 shell_parser = command(
@@ -60,7 +65,17 @@ All subcommands: vrs --help
 )
 
 
-def _robot(options: Namespace) -> RobotModel | None:
+def _source(options: Namespace) -> Source | None:
+    """The program file to load first, if there is one that can be read."""
+    if options.file is None:
+        return None
+    try:
+        return read_source(options.file)
+    except FileError:  # it is told when it is loaded
+        return None
+
+
+def _robot(options: Namespace, source: Source | None) -> RobotModel | None:
     """The one that is asked for; None leaves it to the file that is written on."""
     if options.robot is not None:
         return chosen_robot(options)
@@ -68,11 +83,7 @@ def _robot(options: Namespace) -> RobotModel | None:
         raise CommandLineError("--base and --tip are links of a robot's file", "give --robot FILE too")
     if options.task is not None:
         raise CommandLineError("--task is for a robot that is named", "give --robot NAME|FILE too")
-    if options.file is not None and options.save is None:
-        try:
-            source = read_source(options.file)
-        except FileError:  # it is told when it is loaded
-            return None
+    if source is not None and options.save is None:
         named = robot_of(options.prog, source)
         return None if named is None else chosen_robot(options, named)
     return None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from argparse import Namespace
 from collections.abc import Iterable, Iterator
 from glob import glob
 from math import degrees
@@ -31,6 +32,7 @@ class Source(Struct, frozen=True):
 
     path: str
     text: str
+    is_file: bool = True
 
     def shown(self, diagnostics: Iterable[Diagnostic], most: int | None = None) -> str:
         """Diagnostics in the order of their lines, each with its line and a caret; the first `most`, errors before
@@ -53,7 +55,8 @@ def read_source(path: str) -> Source:
     from vrs_cli.files.program_file import decode_program, find_program_file, read_program_file
 
     if path == STANDARD_STREAM:
-        return Source("standard input", decode_program("standard input", sys.stdin.buffer.read()))
+        text = decode_program("standard input", sys.stdin.buffer.read())
+        return Source("standard input", text, is_file=False)
     return Source(str(find_program_file(path)), read_program_file(path))
 
 
@@ -71,6 +74,34 @@ def robot_of(prog: str, source: Source) -> str | None:
         f"note: {source.path}:{span.line}: no robot is called {name!r} (vrs robots lists those that are there)"
     )
     return None
+
+
+class CellFile(Struct, frozen=True):
+    """The file of a cell, and who names it."""
+
+    path: str
+    named_by: str
+
+
+def cell_file(options: Namespace, source: Source) -> CellFile | None:
+    """The cell of a run: that of --cell, else that of the comment `; cell: FILE` in the program, else NAME.toml beside
+    NAME.v2. With --sandbox a program names only files of its own folder. Raises FileOutside.
+    """
+    from vrs_cli.files.bounds import Folder
+    from vrs_cli.language.text.source import named_above
+
+    if options.cell is not None:
+        return CellFile(options.cell, "--cell")
+    named, span = named_above(source.text, "cell") or (None, None)
+    closed = getattr(options, "sandbox", None) is not None
+    folder = Folder(Path(source.path).parent if source.is_file else Path(), closed=closed)
+    if named is not None and span is not None:
+        return CellFile(str(folder.path(named)), f"{source.path}:{span.line}")
+    if not source.is_file:
+        return None
+    beside = Path(source.path).with_suffix(".toml")
+    is_robot = options.robot is not None and str(beside) == os.path.normpath(options.robot)
+    return CellFile(str(beside), f"beside {source.path}") if beside.is_file() and not is_robot else None
 
 
 def program_files(named: Iterable[str]) -> tuple[str, ...]:
