@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from tests.examples import examples
 from vrs_cli.language.text.ast import Entry
-from vrs_cli.language.text.parser import LineParser, usual_entry
+from vrs_cli.language.text.line_parser import LineParser, usual_entry
 from vrs_cli.values.diagnostics import LineRefused
 
 names = st.sampled_from(
@@ -51,7 +51,7 @@ def test_a_usual_entry_is_what_the_grammar_reads(head: tuple[str, ...], tail: li
 def by_grammar(text: str) -> Entry | str | None:
     """Raises LineRefused."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vrs_cli.language.text.parser.usual_entry", lambda _text, _line: None)
+        patch.setattr("vrs_cli.language.text.line_parser.usual_entry", lambda _text, _line: None)
         return _PARSER.entry(text, 7)
 
 

@@ -15,8 +15,8 @@ from vrs_cli.language.text import lalr
 from vrs_cli.language.text.builder import Builder, ValBuilder
 from vrs_cli.language.text.lalr import DoesNotFit, LarkParser, Table, TableParser, table_of, token_parser
 from vrs_cli.language.text.lexer import Lexer, Token
-from vrs_cli.language.text.parser import STARTS as VAL_STARTS
-from vrs_cli.language.text.parser import LineParser, grammar_dir
+from vrs_cli.language.text.line_parser import STARTS as VAL_STARTS
+from vrs_cli.language.text.line_parser import LineParser, grammar_dir
 from vrs_cli.values.diagnostics import LineRefused
 
 GRAMMAR = """

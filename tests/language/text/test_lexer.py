@@ -6,7 +6,7 @@ import pytest
 
 from vrs_cli.errors import CannotInterpret
 from vrs_cli.language.text.lexer import LONGEST, Lexer
-from vrs_cli.language.text.parser import LineParser
+from vrs_cli.language.text.line_parser import LineParser
 from vrs_cli.language.words.foreign import FOREIGN_SIGNS
 from vrs_cli.values.diagnostics import LineRefused, Span
 

@@ -13,7 +13,8 @@ from tests.examples import examples
 from vrs_cli.language.analysis.analyzer import analyze, check_line
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Binary, Call, Instruction, Number, Unary, Variable
-from vrs_cli.language.text.parser import GRAMMAR, grammar_dir, parse_file, parse_prompt, parse_step
+from vrs_cli.language.text.line_parser import GRAMMAR, grammar_dir
+from vrs_cli.language.text.parser import parse_file, parse_prompt, parse_step
 from vrs_cli.language.text.printer import print_file, statement_text
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import CONNECTIVES, OPERATOR_WORDS, PROGRAM_WORDS

@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from itertools import pairwise
-from typing import Final, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple, TypeVar
 
 from msgspec.structs import replace
 
@@ -21,7 +21,8 @@ from vrs_cli.errors import (
     TypeMismatch,
 )
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Program, ProgramHeader, Section, Step
+from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Program, Section, Step
+from vrs_cli.language.text.line_parser import LineParser
 from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.words.foreign import FOREIGN_COMMENT, OWN_COMMENT
 from vrs_cli.values.diagnostics import (
@@ -36,6 +37,8 @@ from vrs_cli.values.diagnostics import (
     ordered,
 )
 from vrs_cli.values.dialect import DIALECTS, Dialect
+
+V = TypeVar("V")
 
 PROGRAM, END = ".PROGRAM", ".END"
 MAX_LINE_CHARS = 4000  # of a step or an entry: an expression that searches a longer one may take the square of it
@@ -56,21 +59,6 @@ def header_end(text: str) -> int | None:
     """The index after `.PROGRAM`, where a line begins with it."""
     match = _DIRECTIVE.match(text)
     return match.end() if match is not None and match[1].upper() == PROGRAM else None
-
-
-class Parser(Protocol):
-    """What reads a line of each kind. All raise LineRefused."""
-
-    step: Callable[[str, int], Step]
-
-    def new_step(self, text: str, line: int) -> Step: ...
-
-    def header(self, text: str, line: int, at: int) -> ProgramHeader: ...
-
-    def entry(self, text: str, line: int) -> Entry | str | None: ...
-
-    def numbers(self, text: str) -> tuple[tuple[float, ...], str | None] | None:
-        """Numbers alone, and a comment. None for another line."""
 
 
 class SourceLine(NamedTuple):
@@ -136,7 +124,7 @@ def dialect_in(text: str, usual: Dialect) -> tuple[Dialect, tuple[Diagnostic, ..
 class FileReader(DiagnosticCollector):
     """Reads a file line by line, and goes on after each mistake. `remembered`: its steps stay in memory."""
 
-    def __init__(self, parser: Parser, dialect: Dialect = Dialect.VPLUS, *, remembered: bool = True) -> None:
+    def __init__(self, parser: LineParser, dialect: Dialect = Dialect.VPLUS, *, remembered: bool = True) -> None:
         super().__init__()
         self._parser, self._dialect = parser, dialect
         self._read_step = parser.step if remembered else parser.new_step
@@ -206,7 +194,7 @@ class FileReader(DiagnosticCollector):
 
     def _program(self, line: SourceLine, body: Sequence[SourceLine]) -> Program | BadLine:
         """A program; where its heading cannot be read, its steps are only checked."""
-        header = self._header(line)
+        header = self._checked(line, self._parser.header, line.text, line.number, header_end(line.text))
         numbered = step_numbers([inner for inner in body if len(inner.text) <= MAX_LINE_CHARS])
         written = next((i for i in range(len(body), 0, -1) if body[i - 1].text.strip()), 0)
         steps = tuple(self._step(inner, numbered) for inner in body[:written])
@@ -215,12 +203,11 @@ class FileReader(DiagnosticCollector):
         program = Program(header.name, header.parameters, steps, header.comment, self._dialect, span=header.span)
         return resolve_program(program)
 
-    def _header(self, line: SourceLine) -> ProgramHeader | None:
-        at = header_end(line.text)
-        assert at is not None
+    def _checked(self, line: SourceLine, read: Callable[..., V], *given: Any) -> V | None:
+        """Return what `read` makes of a line; None if the line is refused, which is noted."""
         try:
             self._check_text(line)
-            return self._parser.header(line.text, line.number, at)
+            return read(*given)
         except LineRefused as refused:
             self.diagnostics.append(refused.diagnostic)
             return None
@@ -231,12 +218,8 @@ class FileReader(DiagnosticCollector):
             return Step(None, None, None, span=Span(line.number, 1, 1))
         if numbered:
             text = _STEP_NUMBER.sub(lambda match: " " * len(match[0]), text, count=1)
-        try:
-            self._check_text(line)
-            return self._read_step(text, line.number)
-        except LineRefused as refused:
-            self.diagnostics.append(refused.diagnostic)
-            return Step(None, BadLine(text.strip(), span=line.span), None, span=line.span)
+        step = self._checked(line, self._read_step, text, line.number)
+        return Step(None, BadLine(text.strip(), span=line.span), None, span=line.span) if step is None else step
 
     # --- sections of variables ---
 

@@ -1,8 +1,16 @@
-"""Why a line does not fit the grammar: which of VAL-II's texts it deserves, and what would be right."""
+"""One line of a text to its tree, by the grammar of the language (grammar/val2.lark); or why it does not fit: which of
+VAL-II's texts the mistake deserves, and what would be right.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Container, Sequence
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import Any, cast
+
+from msgspec.structs import replace
 
 from vrs_cli.errors import (
     CannotInterpret,
@@ -10,11 +18,148 @@ from vrs_cli.errors import (
     MissingParenthesis,
     ProgramError,
 )
-from vrs_cli.language.text.lalr import END
-from vrs_cli.language.text.lexer import Token
-from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, RELATIONS_OF_VAL
+from vrs_cli.language.text import ast
+from vrs_cli.language.text.ast import Entry, Expression, Number, ProgramHeader, Statement, Step, Variable
+from vrs_cli.language.text.builder import Builder, signed_number
+from vrs_cli.language.text.lalr import END, DoesNotFit, token_parser
+from vrs_cli.language.text.lexer import Lexer, Token, label_value, patterns_of
+from vrs_cli.language.text.meaning import resolve_line
+from vrs_cli.language.words.instructions import CONTROL, INSTRUCTIONS, OPERATOR_WORDS, RELATIONS_OF_VAL
+from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.word import MODIFIERS
-from vrs_cli.values.diagnostics import Diagnostic, Span, did_you_mean, error
+from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Span, did_you_mean, error
+
+GRAMMAR = "val2.lark"
+REMEMBERED = 20_000  # steps, about 3 kB each: a text that is being changed is read again and again
+STARTS = ("step", "prompt", "header", "entry")
+
+
+def grammar_dir() -> Path:
+    """The folder of the grammar: that of a checkout, else the one that travels in the package."""
+    package = Path(__file__).resolve().parents[2]
+    checkout = package.parent / "grammar"
+    return checkout if (checkout / GRAMMAR).is_file() else package / "grammar"
+
+
+class LineParser:
+    """The grammar, ready to parse lines. `builder`: makes their trees; without one, by our order of operators."""
+
+    def __init__(self, builder: Builder | None = None) -> None:
+        grammar = (grammar_dir() / GRAMMAR).read_text(encoding="utf-8")
+        self._parser = token_parser(grammar, STARTS, builder or Builder())
+        self._patterns = patterns_of(self._parser.terminals)
+        self.step: Callable[[str, int], Step] = lru_cache(maxsize=REMEMBERED)(self.new_step)
+
+    def new_step(self, text: str, line: int) -> Step:
+        """Read a step, and do not remember it. Raises LineRefused."""
+        tokens = Lexer(self._patterns, text, line).step()
+        label = tokens.pop(0) if tokens and tokens[0].type == "LABEL" else None
+        comment = _pop_comment(tokens)
+        statement: Statement | None = self._parse(tokens, "step") if tokens else None
+        spans = [part.span for part in (label, statement, comment) if part is not None]
+        span = Span(line, spans[0].column, spans[-1].end) if spans else Span(line, 1, 1)
+        return Step(label_value(label.text, label.span) if label else None, statement, _text(comment), span=span)
+
+    def prompt(self, text: str, names: Container[str]) -> Statement | None:
+        """Raises LineRefused."""
+        tokens = Lexer(self._patterns, text, 1).prompt(names)
+        _pop_comment(tokens)
+        if not tokens:
+            return None
+        row = tokens[0].row
+        statement: Statement = resolve_line(self._parse(tokens, "prompt"), names)
+        is_command = row is not None and COMMANDS.get(row.name) is row
+        if is_command or isinstance(statement, ast.DoInstruction | ast.Show):
+            return statement
+        return ast.DoInstruction(statement, span=statement.span)
+
+    def header(self, text: str, line: int, at: int) -> ProgramHeader:
+        """`at`: the index after `.PROGRAM`. Raises LineRefused."""
+        tokens = Lexer(self._patterns, text, line, at).header()
+        comment = _pop_comment(tokens)
+        header: ProgramHeader = self._parse(tokens, "header")
+        if comment is None:
+            return header
+        return replace(header, comment=_text(comment), span=Span(line, header.span.column, comment.span.end))
+
+    def entry(self, text: str, line: int) -> ast.Entry | str | None:
+        """A variable with its value, the text of a comment line, or None for a blank one. Raises LineRefused."""
+        usual = usual_entry(text, line)
+        if usual is not None:
+            return usual
+        tokens = Lexer(self._patterns, text, line).entry()
+        comment = _text(_pop_comment(tokens))
+        if not tokens:
+            return comment
+        return replace(cast(ast.Entry, self._parse(tokens, "entry")), comment=comment)
+
+    def numbers(self, text: str) -> tuple[tuple[float, ...], str | None] | None:
+        """Numbers alone, and the text of a comment behind them. None for another line."""
+        line, semicolon, comment = text.partition(";")
+        if _numbers().fullmatch(line) is None:
+            return None
+        found = [signed_number(number) for number in line.replace(",", " ").split()]
+        numbers = tuple(number for number in found if number is not None)
+        return (numbers, comment if semicolon else None) if len(numbers) == len(found) else None
+
+    def _parse(self, tokens: list[Token], start: str) -> Any:
+        """The tree of a line. Raises LineRefused."""
+        try:
+            return self._parser.parse(tokens, start)
+        except DoesNotFit as error:
+            raise LineRefused(Complaint(tokens, error.token, error.accepted, start).diagnostic()) from None
+
+
+def _pop_comment(tokens: list[Token]) -> Token | None:
+    return tokens.pop() if tokens and tokens[-1].type == "COMMENT" else None
+
+
+def _text(comment: Token | None) -> str | None:
+    return None if comment is None else comment.value[1:]
+
+
+# --- usual lines of a section of variables -------------------------------------------------------------------
+
+
+_NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[Ee][-+]?[0-9]+)?(?![^ \t,])"
+_USUAL = (
+    rf"[ \t]*(?P<sigil>#?)(?P<name>[A-Za-z][A-Za-z0-9._]*)(?:\[(?P<index>[0-9]{{1,9}})\])?"
+    rf"[ \t]+(?P<numbers>{_NUMBER}(?:[ \t]+{_NUMBER})*)[ \t]*"
+)
+
+
+def usual_entry(text: str, line: int) -> Entry | None:
+    """Read a usual line. Return None if the grammar has to read it."""
+    match = _usual().fullmatch(text)
+    if match is None or match["name"].upper() in OPERATOR_WORDS:
+        return None
+    numbers = [signed_number(number) for number in match["numbers"].split()]
+    if None in numbers:
+        return None
+    first, last = match.start("sigil") + 1, match.end("numbers") + 1
+    named = match.end("name") + 1 if match["index"] is None else match.end("index") + 2
+    index: tuple[Expression, ...] | None = None
+    if (digits := match["index"]) is not None:
+        place = Span(line, match.start("index") + 1, match.end("index") + 1)
+        index = (Number(float(digits), digits, span=place),)
+    variable = Variable(match["name"], match["sigil"], index, span=Span(line, first, named))
+    return Entry(
+        variable, tuple(number for number in numbers if number is not None), None, span=Span(line, first, last)
+    )
+
+
+@cache
+def _numbers() -> re.Pattern[str]:
+    return re.compile(rf"[ \t]*{_NUMBER}(?:(?:[ \t]+|[ \t]*,[ \t]*){_NUMBER})*[ \t]*")
+
+
+@cache
+def _usual() -> re.Pattern[str]:
+    return re.compile(_USUAL)
+
+
+# --- why a line does not fit ------------------------------------------------------------------------------------------
+
 
 _PAIRS = {"RPAR": "LPAR", "RGROUP": "LGROUP", "RSQB": "LSQB"}
 _OPENING = {"LPAR": ")", "LGROUP": ")", "LSQB": "]"}
