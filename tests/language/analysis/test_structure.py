@@ -23,7 +23,7 @@ def test_every_kind_of_block() -> None:
         "FOR i = 1 TO 3\nIF x THEN\nELSE\nEND\nEND\n"
         "WHILE x DO\nDO\nUNTIL x\nEND\nCASE x OF\nVALUE 1:\nVALUE 2:\nANY\nEND"
     )
-    assert found.diagnostics == ()
+    assert found.diagnostics == []
     assert set(found.blocks) == {
         Block(BlockKind.FOR, 0, (), 4),
         Block(BlockKind.IF, 1, (2,), 3),
@@ -35,7 +35,7 @@ def test_every_kind_of_block() -> None:
 
 def test_labels() -> None:
     found = structure("10 x = 1\nGOTO 20\n20\nIF x GOTO 10")
-    assert found.diagnostics == ()
+    assert found.diagnostics == []
     assert found.labels == {10: 0, 20: 2}
 
 
@@ -60,7 +60,7 @@ def test_messages_name_the_opener() -> None:
 
 
 def test_a_comment_before_the_first_value_is_fine() -> None:
-    assert structure("CASE x OF\n;which?\n\nVALUE 1:\nEND").diagnostics == ()
+    assert structure("CASE x OF\n;which?\n\nVALUE 1:\nEND").diagnostics == []
 
 
 @pytest.mark.parametrize(
@@ -93,7 +93,7 @@ def test_a_line_that_cannot_be_read_is_one_mistake(steps: str) -> None:
     program = parse_file(f".PROGRAM p()\n{steps}\n.END\n")[0].parts[0]
     assert isinstance(program, ast.Program)
     assert any(isinstance(step.statement, ast.BadLine) for step in program.steps)
-    assert structure_of(program).diagnostics == ()
+    assert structure_of(program).diagnostics == []
 
 
 @pytest.mark.parametrize(

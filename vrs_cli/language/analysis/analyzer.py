@@ -69,7 +69,9 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
     needs = frozenset(one.key for one in steps.without_value())
     called, functions = frozenset(steps.called), frozenset(steps.functions)
     own = own_variables(program)
-    return Analysis(program, kinds, structure.blocks, structure.labels, ordered(found), needs, called, functions, own)
+    return Analysis(
+        program, kinds, tuple(structure.blocks), structure.labels, ordered(found), needs, called, functions, own
+    )
 
 
 def check_line(

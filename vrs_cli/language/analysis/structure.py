@@ -33,24 +33,16 @@ def loops_of(statement: ast.Instruction) -> int:
     return int(number) if number >= 1 and number.is_integer() else 0
 
 
-class Structure(Struct, frozen=True):
-    """`blocks` in the order in which they end; `labels`: the step index of each label."""
-
-    blocks: tuple[Block, ...]
-    labels: Mapping[int, int]
-    diagnostics: tuple[Diagnostic, ...]
-
-
 def structure_of(program: Program) -> Structure:
     """Pair the steps of the blocks, and find the labels."""
-    pairing = _Pairing()
+    structure = Structure()
     for index, step in enumerate(program.steps):
-        if step.label is not None and (before := pairing.labels.setdefault(step.label, index)) != index:
-            pairing.fault(DuplicateLabel, step.span, f"{step.label} is the label of step {before + 1} too")
+        if step.label is not None and (before := structure.labels.setdefault(step.label, index)) != index:
+            structure.fault(DuplicateLabel, step.span, f"{step.label} is the label of step {before + 1} too")
         if step.statement is not None:
-            pairing.step(index, step.statement)
-    pairing.end(program)
-    return Structure(tuple(pairing.blocks), pairing.labels, tuple(pairing.diagnostics))
+            structure.step(index, step.statement)
+    structure.end(program)
+    return structure
 
 
 def label_of(statement: Statement) -> int | None:
@@ -82,8 +74,8 @@ class _Open(Struct):
         return f"{self.kind.value} at step {self.opener + 1}"
 
 
-class _Pairing(DiagnosticCollector):
-    """The stack of open blocks."""
+class Structure(DiagnosticCollector):
+    """`blocks` in the order in which they end; `labels`: the step index of each label."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -216,13 +208,13 @@ def _words(text: str) -> list[str]:
     return ["", *words] if not words or words[1:2] in (["="], ["["]) else words
 
 
-_ACTIONS: Mapping[type, Callable[[_Pairing, int, Any], None]] = {
-    **dict.fromkeys(_OPENERS, _Pairing._begin),
-    ast.Else: partial(_Pairing._middle, word="ELSE", kind=BlockKind.IF, completes=True),
-    ast.Value: partial(_Pairing._middle, word="VALUE", kind=BlockKind.CASE, completes=False),
-    ast.Any: partial(_Pairing._middle, word="ANY", kind=BlockKind.CASE, completes=True),
-    ast.End: partial(_Pairing._close, word="END", openers="IF, WHILE, FOR or CASE"),
-    ast.Until: partial(_Pairing._close, word="UNTIL", openers="DO"),
+_ACTIONS: Mapping[type, Callable[[Structure, int, Any], None]] = {
+    **dict.fromkeys(_OPENERS, Structure._begin),
+    ast.Else: partial(Structure._middle, word="ELSE", kind=BlockKind.IF, completes=True),
+    ast.Value: partial(Structure._middle, word="VALUE", kind=BlockKind.CASE, completes=False),
+    ast.Any: partial(Structure._middle, word="ANY", kind=BlockKind.CASE, completes=True),
+    ast.End: partial(Structure._close, word="END", openers="IF, WHILE, FOR or CASE"),
+    ast.Until: partial(Structure._close, word="UNTIL", openers="DO"),
 }
 
 
