@@ -22,7 +22,7 @@ from vrs_cli.engine.engine import Engine
 from vrs_cli.interfaces.inspection import inspect
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.analysis.analyzer import analyze
-from vrs_cli.language.analysis.result import Analysis
+from vrs_cli.language.analysis.names import Analysis
 from vrs_cli.language.compile.compiler import compile_program
 from vrs_cli.language.run.effects import Failed, ProgramCompleted
 from vrs_cli.language.run.environment import LIBRARY, Environment

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from vrs_cli.errors import FileError, FileOutside
 from vrs_cli.files.bounds import Folder
 from vrs_cli.files.disk import Disk
-from vrs_cli.files.working_folder import working_folder
+from vrs_cli.files.folder import working_folder
 from vrs_cli.language.run.effects import Access
 
 NAMES = (

@@ -164,7 +164,7 @@ class Batch(Struct, frozen=True):
     @contextmanager
     def _folder(self) -> Iterator[Folder]:
         """Return the folder of the programs' files: that of the file, the sandbox, or a working folder of this run."""
-        from vrs_cli.files.working_folder import working_folder
+        from vrs_cli.files.folder import working_folder
 
         options, given = self.options, self.options.file == STANDARD_STREAM
         beside, box = Path() if given else Path(self.source.path).parent, options.sandbox

@@ -15,7 +15,7 @@ from vrs_cli.kinematics.joints import TURNING
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.language.analysis.analyzer import analyze_among
-from vrs_cli.language.analysis.result import Analysis
+from vrs_cli.language.analysis.names import Analysis
 from vrs_cli.language.analysis.structure import unreachable
 from vrs_cli.language.analysis.surroundings import Surroundings, delays, names_given_in
 from vrs_cli.language.run.constants import Constants

@@ -20,7 +20,7 @@ from vrs_cli.interfaces.conversation.complete import DefinedNames, Signature, bl
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.interfaces.monitor.help import page
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.language.analysis.result import BlockKind
+from vrs_cli.language.analysis.names import BlockKind
 from vrs_cli.language.analysis.structure import canonical_text, structure_of
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Section

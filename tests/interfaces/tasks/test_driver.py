@@ -13,7 +13,7 @@ from vrs_cli.files.bounds import Folder
 from vrs_cli.files.timed_lines import parse_signals
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
-from vrs_cli.language.run.robot import TICK
+from vrs_cli.language.run.memory import TICK
 from vrs_cli.language.run.signals import InputChange
 from vrs_cli.values.results import RunOutcome
 

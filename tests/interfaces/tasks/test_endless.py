@@ -14,7 +14,7 @@ from vrs_cli.errors import EndlessWait
 from vrs_cli.files.timed_lines import parse_signals
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
-from vrs_cli.language.run.robot import TICK
+from vrs_cli.language.run.memory import TICK
 from vrs_cli.values.results import RunOutcome, RunResult
 
 

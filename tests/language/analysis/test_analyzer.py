@@ -8,7 +8,7 @@ from time import process_time
 import pytest
 
 from vrs_cli.language.analysis.analyzer import analyze, check_line
-from vrs_cli.language.analysis.result import Analysis
+from vrs_cli.language.analysis.names import Analysis
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.parser import parse_file, parse_prompt, parse_step

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vrs_cli.language.analysis.result import Block, BlockKind
+from vrs_cli.language.analysis.names import Block, BlockKind
 from vrs_cli.language.analysis.structure import Structure, structure_of
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import parse_file

@@ -24,7 +24,7 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.language.analysis.analyzer import analyze
-from vrs_cli.language.analysis.result import Analysis
+from vrs_cli.language.analysis.names import Analysis
 from vrs_cli.language.compile.compiler import compile_program
 from vrs_cli.language.run.effects import Budget, Failed, ProgramCompleted
 from vrs_cli.language.run.environment import LIBRARY, Environment

@@ -11,8 +11,7 @@ from vrs_cli.errors import ArithmeticOverflow, ProgramNotExecutable, UndefinedVa
 from vrs_cli.kinematics.transform import IDENTITY, translation
 from vrs_cli.language.run.effects import Event, Failed, Halt, ProgramCompleted, Prompt
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.prompt import arguments_of, definable, evaluate, statement_task
-from vrs_cli.language.run.runtime import Task
+from vrs_cli.language.run.runtime import Task, arguments_of, definable, evaluate, statement_task
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.words.values import Kind

@@ -21,7 +21,7 @@ from vrs_cli.errors import IllegalValue, NotAvailable, ProgramNotExecutable, Usa
 from vrs_cli.interfaces.dialogue import Dialogue, beside_if
 from vrs_cli.interfaces.station.loaded_file import LONG_PROGRAM
 from vrs_cli.language.analysis.analyzer import analyze, check_line
-from vrs_cli.language.analysis.result import Analysis
+from vrs_cli.language.analysis.names import Analysis
 from vrs_cli.language.run.memory import Memory
 from vrs_cli.language.text.ast import BadLine, Expression, Program, ProgramCall, ProgramHeader, Step, Variable
 from vrs_cli.language.text.meaning import resolve_line, resolve_program, variables_named_like_functions

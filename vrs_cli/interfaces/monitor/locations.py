@@ -17,7 +17,7 @@ from vrs_cli.interfaces.station.operands import Handler, operand, real, real_or,
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import IDENTITY, Transform
-from vrs_cli.language.run.prompt import definable
+from vrs_cli.language.run.runtime import definable
 from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.text.ast import Instruction, Number, Variable
 from vrs_cli.language.text.printer import expression_text

@@ -12,8 +12,7 @@ from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE, ROBOT_PROGRAM, Stepping, Track, Watch
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.run.effects import PROCESS_CONTROL
-from vrs_cli.language.run.prompt import arguments_of
-from vrs_cli.language.run.runtime import Task
+from vrs_cli.language.run.runtime import Task, arguments_of
 from vrs_cli.language.run.semantics.tasks import checked_task
 from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.text.ast import Instruction, ProgramCall

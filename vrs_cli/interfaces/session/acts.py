@@ -18,7 +18,7 @@ from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, role_of
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.session.survey import show_branch, survey
 from vrs_cli.interfaces.tasks.holder_times import move_of
-from vrs_cli.language.run.prompt import arguments_of, evaluate
+from vrs_cli.language.run.runtime import arguments_of, evaluate
 from vrs_cli.language.text.ast import DoInstruction, Expression, Instruction, Variable
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.words.word import Role

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import NoProgramSpecified, TypeMismatch
 from vrs_cli.interfaces.dialogue import Dialogue
-from vrs_cli.language.run.prompt import WatchedExpression, evaluate
+from vrs_cli.language.run.runtime import WatchedExpression, evaluate
 from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.text.ast import BareWord, Call, Expression, Instruction, ProgramCall, Variable
 from vrs_cli.language.words.values import kind_of_value

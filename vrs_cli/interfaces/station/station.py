@@ -42,8 +42,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.run.effects import CYCLE_SETTINGS, Pause, TaskState
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Memory, StoredProgram
-from vrs_cli.language.run.prompt import statement_task
-from vrs_cli.language.run.runtime import Arguments, Task
+from vrs_cli.language.run.runtime import Arguments, Task, statement_task
 from vrs_cli.language.run.signals import NO_INPUTS, Cell, Inputs
 from vrs_cli.language.text.ast import (
     BadLine,

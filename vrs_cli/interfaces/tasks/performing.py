@@ -46,7 +46,7 @@ from vrs_cli.language.run.effects import (
     WaitEvent,
 )
 from vrs_cli.language.run.environment import Environment
-from vrs_cli.language.run.robot import TICK
+from vrs_cli.language.run.memory import TICK
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values.commands import Brake, Break, Move, Request, SetMonitorSpeed, SetParameter, SetSwitch, Stamp

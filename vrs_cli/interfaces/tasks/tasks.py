@@ -30,8 +30,8 @@ from vrs_cli.language.run.effects import (
     Wait,
     WaitEvent,
 )
+from vrs_cli.language.run.memory import ROBOT_NUMBER, System
 from vrs_cli.language.run.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
-from vrs_cli.language.run.robot import ROBOT_NUMBER, System
 from vrs_cli.language.words.values import key_of
 from vrs_cli.values.commands import Request
 from vrs_cli.values.numbers import Value

@@ -25,8 +25,16 @@ from vrs_cli.errors import (
 )
 from vrs_cli.language.analysis.expressions import Expressions, miscounted
 from vrs_cli.language.analysis.lineage import beyond
-from vrs_cli.language.analysis.names import ANY_KIND, PLACE, REAL, STRING, declares, own_variables, with_article
-from vrs_cli.language.analysis.result import Analysis
+from vrs_cli.language.analysis.names import (
+    ANY_KIND,
+    PLACE,
+    REAL,
+    STRING,
+    Analysis,
+    declares,
+    own_variables,
+    with_article,
+)
 from vrs_cli.language.analysis.structure import structure_of
 from vrs_cli.language.analysis.surroundings import Candidates, Surroundings, confusions, first_assignment
 from vrs_cli.language.text import ast

@@ -1,5 +1,5 @@
-"""Kinds of values, and the names of a program: which are reals, which transformations, which are read or assigned, and
-which belong to the program alone.
+"""The result of an analysis; kinds of values; and the names of a program: which are reals, which transformations, which
+are read or assigned, and which belong to the program alone.
 
 AUTO makes a set of variables for each activation of a program, LOCAL one for the program, which keeps its values
 between calls. All other variables are global, and GLOBAL says so. Declarations stand before the first other step
@@ -9,9 +9,12 @@ between calls. All other variables are global, and GLOBAL says so. Declarations 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
+from enum import Enum
+from functools import cached_property
 from itertools import takewhile
 from typing import NamedTuple, TypeGuard
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from vrs_cli.errors import (
@@ -22,7 +25,6 @@ from vrs_cli.errors import (
     MisplacedDeclaration,
     TypeMismatch,
 )
-from vrs_cli.language.analysis.result import Own
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program
 from vrs_cli.language.text.printer import expression_text
@@ -30,7 +32,63 @@ from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.instructions import DECLARATIONS, RESERVED, why_reserved
 from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind
 from vrs_cli.language.words.word import Shape
-from vrs_cli.values.diagnostics import DiagnosticCollector
+from vrs_cli.values.diagnostics import Diagnostic, DiagnosticCollector, Severity
+
+
+class BlockKind(Enum):
+    IF = "IF"
+    WHILE = "WHILE"
+    DO = "DO"
+    FOR = "FOR"
+    CASE = "CASE"
+
+
+class Block(Struct, frozen=True):
+    """A control structure, as step indexes from 0. `middles`: ELSE, or VALUE and ANY; `closer`: END or UNTIL."""
+
+    kind: BlockKind
+    opener: int
+    middles: tuple[int, ...]
+    closer: int
+
+
+class Own(Struct, frozen=True, dict=True):
+    """A variable of a program's own; `automatic`: of AUTO; `array`: declared as one, or first used as one."""
+
+    variable: ast.Variable
+    automatic: bool
+    array: bool
+
+    @cached_property
+    def key(self) -> str:
+        return self.variable.key
+
+
+class Analysis(Struct, frozen=True):
+    """A program with what its text decides.
+
+    `kinds`: REAL or LOCATION for each bare name (`Variable.key`) whose use decides it, parameters included.
+    `labels`: step index of each label. `needs`: the keys of names that other programs must give a value, `calls`: those
+    of the programs that are called, `functions`: those of variables that other programs could have, and that are
+    functions here: what else in memory the findings depend on. `own`: the variables of AUTO and LOCAL.
+    """
+
+    program: Program
+    kinds: Mapping[str, Kind]
+    blocks: tuple[Block, ...]
+    labels: Mapping[int, int]
+    diagnostics: tuple[Diagnostic, ...]
+    needs: frozenset[str] = frozenset()
+    calls: frozenset[str] = frozenset()
+    functions: frozenset[str] = frozenset()
+    own: tuple[Own, ...] = ()
+
+    @property
+    def executable(self) -> bool:
+        return not any(diagnostic.severity is Severity.ERROR for diagnostic in self.diagnostics) and not any(
+            isinstance(step.statement, ast.BadLine) for step in self.program.steps
+        )
+
 
 # --- kinds -------------------------------------------------------------------------------------------------------
 

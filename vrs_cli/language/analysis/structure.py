@@ -11,7 +11,7 @@ from typing import Any
 from msgspec import Struct, field
 
 from vrs_cli.errors import ControlStructure, DuplicateLabel, UndefinedLabel, UnreachableCode
-from vrs_cli.language.analysis.result import Block, BlockKind
+from vrs_cli.language.analysis.names import Block, BlockKind
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Statement
 from vrs_cli.language.text.parser import parse_file

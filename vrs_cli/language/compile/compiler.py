@@ -32,7 +32,7 @@ from typing import Any, cast
 from msgspec import Struct
 
 from vrs_cli.errors import ProgramNotExecutable
-from vrs_cli.language.analysis.result import Analysis
+from vrs_cli.language.analysis.names import Analysis
 from vrs_cli.language.compile import python_tree as tree
 from vrs_cli.language.compile.expressions import CELLS, Array, ExpressionCompiler, Library
 from vrs_cli.language.compile.lowering import (

@@ -18,7 +18,7 @@ from vrs_cli.errors import ArgumentMismatch, ArithmeticOverflow, IllegalValue, P
 from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.kinematics.transform import compose
 from vrs_cli.language.analysis.lineage import program_beyond_val2
-from vrs_cli.language.analysis.result import Own
+from vrs_cli.language.analysis.names import Own
 from vrs_cli.language.compile.compiler import Compiled, compile_expression, compile_program
 from vrs_cli.language.compile.expressions import CELLS, ExpressionCompiler, Library
 from vrs_cli.language.run.effects import CallProgram, Event, Return, Wait

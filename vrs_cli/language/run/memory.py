@@ -1,32 +1,220 @@
-"""What functions and instructions work on (the robot, the system, variables, signals, timers, programs), and
-the operands they are given.
+"""What functions and instructions work on (the robot, the system, variables, signals, timers, programs), and their
+operands.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from random import Random
 from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, field
 
-from vrs_cli.errors import IllegalValue, TypeMismatch, UndefinedName
-from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
+from vrs_cli.engine.targets import check_joint_limits
+from vrs_cli.errors import (
+    IllegalValue,
+    JointOutOfRange,
+    LocationTooClose,
+    MotionError,
+    TypeMismatch,
+    UndefinedName,
+    UnitNotAttached,
+)
+from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits, put_inside
 from vrs_cli.kinematics.transform import Transform, compose, inverse
-from vrs_cli.language.analysis.result import Analysis
+from vrs_cli.language.analysis.names import Analysis
 from vrs_cli.language.run.effects import Event, Reactions
-from vrs_cli.language.run.robot import System
 from vrs_cli.language.run.signals import Signals
 from vrs_cli.language.run.variables import Reference, Variables, closest
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.collector import free_in_parts
 from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.values import integer_between, key_of, plain
-from vrs_cli.trajectory.instant import LATEST
+from vrs_cli.trajectory.instant import LATEST, on_grid
 from vrs_cli.values.commands import Stamp
 
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
+
+ROBOT_NUMBER = 1  # of SELECT ROBOT: there is one
+TICK = on_grid(0.028)  # [s] a WAIT is tested, and a busy loop seen to be one, every trajectory tick of VAL-II
+
+# INRANGE: why a location is out of reach, as bits: joints 1 to 6, then too close and too far, then joints 7 and on
+# (V+ Keyword Reference, INRANGE, names such bits; the numbers are ours)
+TOO_CLOSE_BIT, TOO_FAR_BIT = 1 << 6, 1 << 7
+JOINTS_BELOW, BITS_BETWEEN = 6, 2
+
+NO_POWER, PROGRAM_CONTROL = 2, 7  # STATE(1)
+NEVER_MOVED, MOVING, AT_REST = 0, 1, 2  # STATE(2)
+COMPUTER_CONTROL = 5  # STATE(3): the last of the modes that the V+ 12.4 release notes list
+NO_FLAGS, AUTOMATIC = 0, 1  # STATE(4), whose bit 3 is the emergency stop, and STATE(5), as drivers for ROS read them
+
+
+def speed(engine: Engine, number: int) -> float:
+    """What SPEED tells [%]. Raises IllegalValue."""
+    settings = engine.settings
+    speeds = (settings.monitor_speed, settings.speed.always.value, settings.speed.present.value)
+    if not 1 <= number <= len(speeds):
+        raise IllegalValue(f"SPEED({number})", "1 monitor speed, 2 program speed, 3 speed of the next motion")
+    return speeds[number - 1]
+
+
+def state(engine: Engine, number: int) -> float:
+    """What STATE tells. Raises IllegalValue."""
+    tell = STATES.get(number)
+    if tell is None:
+        raise IllegalValue(f"STATE({number})", f"it tells {', '.join(map(str, STATES))}")
+    return float(tell(engine))
+
+
+def in_range(engine: Engine, place: Transform | Joints) -> int:
+    """Return 0 if the place can be reached, otherwise the reasons as bits."""
+    try:
+        if isinstance(place, Transform):
+            engine.joints_for(place)
+        else:
+            check_joint_limits(engine.model, place)
+    except MotionError as error:
+        return _reason(error)
+    return 0
+
+
+def solve(engine: Engine, T_world_tool: Transform, near: Joints, asked: Configuration | None) -> tuple[Joints, int]:
+    """Return the joints of a place in a configuration (that of `near` if none is asked), each within its range, and 0
+    or the reasons why the joints do not reach the place, as bits.
+    """
+    way = engine.arm.configuration(near) if asked is None else asked
+    try:
+        return engine.joints_for(T_world_tool, near, way), 0
+    except JointOutOfRange as error:
+        T_robot_flange = compose(compose(engine.frames.base, T_world_tool), inverse(engine.frames.tool))
+        found = engine.arm.branch_joints(T_robot_flange, way, near) or near
+        return put_inside(found, engine.model.lower, engine.model.upper), _reason(error)
+    except MotionError as error:
+        return near, _reason(error)
+
+
+def _reason(error: MotionError) -> int:
+    """Why a place is out of reach, as a bit."""
+    if isinstance(error, JointOutOfRange):
+        return 1 << (error.joint - 1 + (BITS_BETWEEN if error.joint > JOINTS_BELOW else 0))
+    return TOO_CLOSE_BIT if isinstance(error, LocationTooClose) else TOO_FAR_BIT
+
+
+def _motion_state(engine: Engine) -> int:
+    if engine.position().moving:
+        return MOVING
+    return AT_REST if len(engine.timeline) > 1 else NEVER_MOVED
+
+
+def _present_motion(engine: Engine) -> tuple[float, float] | None:
+    """When the present motion begins and ends [s]; None if the robot stands."""
+    if not engine.position().moving:
+        return None
+    timeline = engine.timeline
+    first = last = timeline.index_at(engine.now)
+    number = timeline[first].motion.number
+    while first and timeline[first - 1].motion.number == number:
+        first -= 1
+    while last + 1 < len(timeline) and timeline[last + 1].motion.number == number:
+        last += 1
+    return timeline[first].start, timeline[last].finish
+
+
+def _time_left(engine: Engine) -> float:
+    """The time until the present motion ends [s]."""
+    span = _present_motion(engine)
+    return 0.0 if span is None else span[1] - engine.now
+
+
+def _done(engine: Engine) -> float:
+    """How much of the present motion is done [%]; all of it if the robot stands."""
+    span = _present_motion(engine)
+    return 100.0 if span is None else 100.0 * (engine.now - span[0]) / (span[1] - span[0])
+
+
+# What STATE tells, by its argument. 1 to 3: V+ 12.4 release notes. 9 is above 0 in motion, as drivers for ROS expect;
+# that it counts seconds, and what 10 is, is from memory of the eV+ reference.
+STATES: Mapping[int, Callable[[Engine], float]] = {
+    1: lambda engine: PROGRAM_CONTROL if engine.settings.switch("POWER") else NO_POWER,
+    2: _motion_state,
+    3: lambda _engine: COMPUTER_CONTROL,
+    4: lambda _engine: NO_FLAGS,
+    5: lambda _engine: AUTOMATIC,
+    9: _time_left,
+    10: _done,
+}
+
+
+# --- the system --------------------------------------------------------------------------------------------------
+
+
+class System:
+    """What a program may ask of the system that runs it; always for the task that asks.
+
+    This one is that of a program that runs by itself: one task, and no devices.
+    """
+
+    def task(self) -> int:
+        """Its number; -1 for a line of the prompt."""
+        return 0
+
+    def priority(self) -> int:
+        return 0
+
+    def run_state(self, task: int) -> int:  # noqa: ARG002 (for others to look at, as are those below)
+        """What a task does (`operations.IDLE` and the like)."""
+        return 0
+
+    def event(self, task: int) -> bool:  # noqa: ARG002
+        """Whether the event of a task is set."""
+        return False
+
+    def robot_of(self, task: int) -> int:  # noqa: ARG002
+        """The number of the robot that a task has attached; 0 where it has none."""
+        return ROBOT_NUMBER
+
+    def latched(self) -> bool:
+        """Whether the signal that latches the place of the robot has come since this was asked last."""
+        return False
+
+    def latch(self) -> tuple[Transform, Joints] | None:
+        """T_world_tool and the joints when that signal came last; None where it has not come yet."""
+        return None
+
+    def program_status(self, name: str) -> int:  # noqa: ARG002
+        """What a program does (`STATUS` in the table of functions)."""
+        return 0
+
+    def identity(self, component: int) -> float:  # noqa: ARG002
+        """Raises IllegalValue for a component that there is not."""
+        return 0.0
+
+    def unit_status(self, unit: int) -> int:  # noqa: ARG002
+        """Of the last operation on a logical unit: 1, or a code."""
+        return UnitNotAttached.code
+
+    def record_length(self, unit: int) -> int:  # noqa: ARG002
+        """Characters of the last record of a logical unit."""
+        return 0
+
+    def connection(self, unit: int) -> int | None:  # noqa: ARG002
+        """The handle of what the last READ of a logical unit has told of; None where the unit has no connections."""
+        return None
+
+    def begin_reading(self) -> None:
+        """A step with GETC begins."""
+
+    def put_back(self) -> None:
+        """The step is done again when something has come: what it has taken of that is there again."""
+
+    def character(self, unit: int, wait: bool) -> int:  # noqa: ARG002
+        """The code of the next character of a logical unit, or of what went wrong. Raises LineMissing."""
+        return UnitNotAttached.code
+
+
+# --- timers and programs ---------------------------------------------------------------------------------------------
+
 
 LAST_TIMER = 15  # V+ has negative ones, too
 

@@ -36,8 +36,7 @@ from vrs_cli.kinematics.transform import (
 )
 from vrs_cli.language.run.effects import CLOSED, NO_WAIT, OPENED, checked_unit
 from vrs_cli.language.run.formats import encode
-from vrs_cli.language.run.memory import Context
-from vrs_cli.language.run.robot import ROBOT_NUMBER, TICK, in_range, speed, state
+from vrs_cli.language.run.memory import ROBOT_NUMBER, TICK, Context, in_range, speed, state
 from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.words.values import (
     FALSE,

@@ -44,9 +44,8 @@ from vrs_cli.language.run.effects import (
     checked_unit,
 )
 from vrs_cli.language.run.formats import TypeItem, encode
-from vrs_cli.language.run.memory import Context, Definable, Handler, Wording, transform
+from vrs_cli.language.run.memory import Context, Definable, Handler, Wording, in_range, solve, transform
 from vrs_cli.language.run.operations import configuration_bits, configuration_of, element, frame, pack, shift
-from vrs_cli.language.run.robot import in_range, solve
 from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.text.ast import Format
 from vrs_cli.language.words.values import Kind, integer_between, kind_of_value, numbers_of, read_number, storable, whole
