@@ -13,9 +13,9 @@ from vrs_cli.language.analysis.lineage import program_beyond_val2
 from vrs_cli.language.analysis.surroundings import Surroundings
 from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.run.variables import Variables
-from vrs_cli.language.text.ast import Entry, File, Program, Section
+from vrs_cli.language.text.ast import AXES, Entry, File, Program, Section
 from vrs_cli.language.text.collector import free_in_parts
-from vrs_cli.language.text.source import AXES, heeded
+from vrs_cli.language.text.source import heeded
 from vrs_cli.language.words.values import rounding
 from vrs_cli.values.diagnostics import Diagnostic, error, first_error, warning
 

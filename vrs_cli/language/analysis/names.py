@@ -29,7 +29,7 @@ from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression, Program
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.functions import FUNCTIONS
-from vrs_cli.language.words.instructions import DECLARATIONS, RESERVED, why_reserved
+from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, RESERVED, why_reserved
 from vrs_cli.language.words.values import NAME_LENGTH, SIGIL_KINDS, Kind
 from vrs_cli.language.words.word import Shape
 from vrs_cli.values.diagnostics import Diagnostic, DiagnosticCollector, Severity
@@ -50,6 +50,29 @@ class Block(Struct, frozen=True):
     opener: int
     middles: tuple[int, ...]
     closer: int
+
+
+LABELLED: Mapping[str, int] = {
+    row.name: len(row.arguments) for row in INSTRUCTIONS.values() if row.form.endswith(" label")
+}  # instructions that may go to the label which is their last argument, and how many they have
+LOOPS = frozenset({BlockKind.WHILE, BlockKind.DO, BlockKind.FOR})
+
+
+def loops_of(statement: ast.Instruction) -> int:
+    """Return the number after EXIT or NEXT: 1 if it is left out, 0 if it is no whole number from 1 on."""
+    given = statement.arguments[0] if statement.arguments else None
+    number = 1.0 if given is None else given.value if isinstance(given, ast.Number) else 0.0
+    return int(number) if number >= 1 and number.is_integer() else 0
+
+
+def label_of(statement: ast.Statement) -> int | None:
+    """The label that a statement may go to: GOTO, IF ... GOTO, and the instructions with one (IFSIG, GRASP)."""
+    if isinstance(statement, ast.Goto | ast.IfGoto):
+        return statement.label
+    if not isinstance(statement, ast.Instruction) or statement.word not in LABELLED:
+        return None
+    last = statement.arguments[-1] if len(statement.arguments) >= LABELLED[statement.word] else None
+    return int(last.value) if isinstance(last, ast.Number) else None
 
 
 class Own(Struct, frozen=True, dict=True):

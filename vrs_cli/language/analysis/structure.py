@@ -11,26 +11,14 @@ from typing import Any
 from msgspec import Struct, field
 
 from vrs_cli.errors import ControlStructure, DuplicateLabel, UndefinedLabel, UnreachableCode
-from vrs_cli.language.analysis.names import Block, BlockKind
+from vrs_cli.language.analysis.names import LOOPS, Block, BlockKind, label_of, loops_of
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Statement
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.text.printer import print_file
-from vrs_cli.language.words.instructions import INSTRUCTIONS, LOOP_JUMPS
+from vrs_cli.language.words.instructions import LOOP_JUMPS
 from vrs_cli.values.diagnostics import Diagnostic, DiagnosticCollector, Severity, Span, warning
 from vrs_cli.values.dialect import Dialect
-
-LABELLED: Mapping[str, int] = {
-    row.name: len(row.arguments) for row in INSTRUCTIONS.values() if row.form.endswith(" label")
-}  # instructions that may go to the label which is their last argument, and how many they have
-LOOPS = frozenset({BlockKind.WHILE, BlockKind.DO, BlockKind.FOR})
-
-
-def loops_of(statement: ast.Instruction) -> int:
-    """Return the number after EXIT or NEXT: 1 if it is left out, 0 if it is no whole number from 1 on."""
-    given = statement.arguments[0] if statement.arguments else None
-    number = 1.0 if given is None else given.value if isinstance(given, ast.Number) else 0.0
-    return int(number) if number >= 1 and number.is_integer() else 0
 
 
 def structure_of(program: Program) -> Structure:
@@ -43,16 +31,6 @@ def structure_of(program: Program) -> Structure:
             structure.step(index, step.statement)
     structure.end(program)
     return structure
-
-
-def label_of(statement: Statement) -> int | None:
-    """The label that a statement may go to: GOTO, IF ... GOTO, and the instructions with one (IFSIG, GRASP)."""
-    if isinstance(statement, ast.Goto | ast.IfGoto):
-        return statement.label
-    if not isinstance(statement, ast.Instruction) or statement.word not in LABELLED:
-        return None
-    last = statement.arguments[-1] if len(statement.arguments) >= LABELLED[statement.word] else None
-    return int(last.value) if isinstance(last, ast.Number) else None
 
 
 class _Open(Struct):

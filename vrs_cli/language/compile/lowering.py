@@ -11,8 +11,7 @@ from collections.abc import Callable
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vrs_cli.language.analysis.names import Analysis, Block, BlockKind
-from vrs_cli.language.analysis.structure import LOOPS, label_of, loops_of
+from vrs_cli.language.analysis.names import LOOPS, Analysis, Block, BlockKind, label_of, loops_of
 from vrs_cli.language.text import ast
 from vrs_cli.language.words.instructions import DECLARATIONS, LOOP_JUMPS
 

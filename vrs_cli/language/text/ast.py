@@ -7,13 +7,16 @@ typed; two names are the same when their first 15 characters agree without regar
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from vrs_cli.language.words.values import INPUTS, NAME_LENGTH, OUTPUTS
 from vrs_cli.values.diagnostics import Span
 from vrs_cli.values.dialect import Dialect
+
+ANGLES, AXES = 6, 12  # numbers of a transformation: with three angles, or with three axes, as controllers write it
 
 
 class Node(Struct, frozen=True, kw_only=True):
@@ -408,3 +411,28 @@ def signals_on(channels: Iterable[Expression | None], span: Span) -> Call:
         elif one is not None:
             signals.append(one)
     return Call("SIG", tuple(signals), True, span=span)
+
+
+def to_variable(expression: Expression) -> Expression:
+    """Where a name is defined, also that of a constant is one."""
+    if isinstance(expression, Call) and not expression.parenthesised:
+        return expression.variable
+    if isinstance(expression, Binary) and expression.operator == ":":
+        return replace(expression, right=to_variable(expression.right))
+    return expression
+
+
+def begins_with_variable(items: Sequence[Expression | None]) -> bool:
+    """Whether the arguments of PROMPT begin with a variable to read, not with its text.
+
+    A string variable alone is read; before others it is the text.
+    """
+    first = to_variable(items[0]) if items and items[0] is not None else None
+    return isinstance(first, Variable) and (first.sigil != "$" or len(items) == 1)
+
+
+def trim(items: list[Expression | None]) -> list[Expression | None]:
+    """Without what is left out at the end."""
+    while items and items[-1] is None:
+        items = items[:-1]
+    return items

@@ -102,14 +102,7 @@ def _items(children: Sequence[Any], row: WordRow | None = None, places: int | No
             items.append(None)
         else:
             items[-1] = child
-    return trim(items)
-
-
-def trim(items: Items) -> Items:
-    """Without what is left out at the end."""
-    while items and items[-1] is None:
-        items = items[:-1]
-    return items
+    return ast.trim(items)
 
 
 # --- arguments as the table wants them -----------------------------------------------------------------------------
@@ -156,26 +149,17 @@ def _to_applied(expression: Expression) -> Expression:
     return expression
 
 
-def _to_variable(expression: Expression) -> Expression:
-    """Where a name is defined, also that of a constant is one."""
-    if isinstance(expression, ast.Call) and not expression.parenthesised:
-        return expression.variable
-    if isinstance(expression, ast.Binary) and expression.operator == ":":
-        return replace(expression, right=_to_variable(expression.right))
-    return expression
-
-
 _FIT: Mapping[Shape, Callable[[Expression], Expression]] = {
     Shape.SWITCH: _to_indexed_word,
     Shape.PARAMETER_NAME: _to_indexed_word,
     Shape.WORD: _to_word,
     Shape.BRANCH: _to_word,
     Shape.PROGRAM_TEXT: _to_applied,
-    Shape.VARIABLE: _to_variable,
-    Shape.REAL_VARIABLE: _to_variable,
-    Shape.LOCATION_VARIABLE: _to_variable,
-    Shape.STRING_VARIABLE: _to_variable,
-    Shape.UNIT: _to_variable,
+    Shape.VARIABLE: ast.to_variable,
+    Shape.REAL_VARIABLE: ast.to_variable,
+    Shape.LOCATION_VARIABLE: ast.to_variable,
+    Shape.STRING_VARIABLE: ast.to_variable,
+    Shape.UNIT: ast.to_variable,
     Shape.SETTING: _to_setting,
 }
 
@@ -189,15 +173,6 @@ def _fit(items: Sequence[Expression | None], places: tuple[Argument, ...]) -> tu
         item if item is None or (fit := _FIT.get(places[min(at, last)].shape)) is None else fit(item)
         for at, item in enumerate(items)
     )
-
-
-def begins_with_variable(items: Sequence[Expression | None]) -> bool:
-    """Whether the arguments of PROMPT begin with a variable to read, not with its text.
-
-    A string variable alone is read; before others it is the text.
-    """
-    first = _to_variable(items[0]) if items and items[0] is not None else None
-    return isinstance(first, ast.Variable) and (first.sigil != "$" or len(items) == 1)
 
 
 # --- what stands after the word of an instruction ------------------------------------------------------------------
@@ -288,12 +263,12 @@ class _Given(Struct):
         if self.led:
             plain = sum(not argument.lead for argument in row.arguments)
             led = [self.led.get(argument.lead) for argument in row.arguments if argument.lead]
-            items = [*items, *[None] * (plain - len(items)), *trim(led)]
+            items = [*items, *[None] * (plain - len(items)), *ast.trim(led)]
         if row.tasked and (self.task is not None or len(items) >= len(row.arguments)):
             place = len(row.arguments) - 1
             items = [*items[:place], *[None] * (place - len(items)), self.task, *items[place:]]
         first = row.arguments[0] if row.arguments else None
-        if first is not None and first.shape is Shape.STRING and first.optional and begins_with_variable(items):
+        if first is not None and first.shape is Shape.STRING and first.optional and ast.begins_with_variable(items):
             items = [None, *items]
         return items
 

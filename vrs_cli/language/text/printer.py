@@ -12,10 +12,8 @@ from operator import itemgetter
 from typing import Any
 
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import Expression, File, Program, Section, Statement, Step
-from vrs_cli.language.text.builder import begins_with_variable, trim
+from vrs_cli.language.text.ast import ANGLES, Expression, File, Program, Section, Statement, Step
 from vrs_cli.language.text.precedence import ORDER
-from vrs_cli.language.text.source import ANGLES
 from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY
 from vrs_cli.language.words.instructions import INSTRUCTIONS, RELATIONS_OF_VAL
 from vrs_cli.language.words.monitor import COMMANDS
@@ -182,12 +180,12 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
     if row.state is not State.SUPPORTED:
         yield "".join(argument.text for argument in arguments if isinstance(argument, ast.BareWord))
         return
-    if arguments[:1] == [None] and _shape_at(row, 0) is Shape.STRING and begins_with_variable(arguments[1:]):
+    if arguments[:1] == [None] and _shape_at(row, 0) is Shape.STRING and ast.begins_with_variable(arguments[1:]):
         arguments.pop(0)
     if row.tasked and len(arguments) >= len(row.arguments):
         task = arguments.pop(len(row.arguments) - 1)
         yield "" if task is None else expression_text(task)
-        arguments = trim(arguments)
+        arguments = ast.trim(arguments)
     arguments = [_capital(given, _shape_at(row, place)) for place, given in enumerate(arguments)]
     plain = sum(argument.lead in ("", *COMMAS) for argument in row.arguments)
     own = arguments if row.value is None or not row.value.repeated else arguments[:plain]
@@ -200,7 +198,7 @@ def _argument_parts(statement: ast.Instruction, row: Word) -> Iterator[str]:
 
 def _operand_parts(own: list[Expression | None], row: Word, plain: int) -> Iterator[str]:
     """The arguments before `=`: those in parentheses, `plain` ones between commas, those with a word before them."""
-    grouped = trim(own[: row.grouped])
+    grouped = ast.trim(own[: row.grouped])
     if row.comma:
         before, after = own[: row.before_comma], own[row.before_comma :]
         yield _list_text(before)
@@ -209,7 +207,7 @@ def _operand_parts(own: list[Expression | None], row: Word, plain: int) -> Itera
         yield _list_text(own)  # what is too much keeps its comma: without it, it would be the group
     else:
         yield f"({_list_text(grouped)})" if grouped else ""
-        yield _list_text(trim(own[row.grouped : plain]) if row.leads else own[row.grouped :])
+        yield _list_text(ast.trim(own[row.grouped : plain]) if row.leads else own[row.grouped :])
         for argument, given in zip(row.arguments[plain:], own[plain:], strict=False):
             if given is not None:
                 yield f"{argument.lead} {expression_text(given)}"

@@ -21,7 +21,7 @@ from vrs_cli.errors import (
     TypeMismatch,
 )
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.ast import BadLine, Comment, Entry, File, Program, Section, Step
+from vrs_cli.language.text.ast import ANGLES, AXES, BadLine, Comment, Entry, File, Program, Section, Step
 from vrs_cli.language.text.line_parser import LineParser
 from vrs_cli.language.text.meaning import resolve_program
 from vrs_cli.language.words.foreign import FOREIGN_COMMENT, OWN_COMMENT
@@ -43,7 +43,6 @@ V = TypeVar("V")
 PROGRAM, END = ".PROGRAM", ".END"
 MAX_LINE_CHARS = 4000  # of a step or an entry: an expression that searches a longer one may take the square of it
 JOINTS_HIGH = 12  # joints of a precision point in a file
-ANGLES, AXES = 6, 12  # numbers of a transformation: with three angles, or with three axes, as controllers write it
 SECTIONS = (".LOCATIONS", ".REALS", ".STRINGS")
 
 _DIRECTIVE = re.compile(r"[ \t]*(\.[A-Za-z][\w.]*)")
