@@ -70,7 +70,7 @@ def joint_velocity(
     StraightLineSingular.
     """
     if arm.steady is not None:
-        return arm.steady.joint_velocity_on(q, _flange_poses(path, s, T_flange_tool)(0.0), twist, T_flange_tool)
+        return arm.steady.rates_on(q, _flange_poses(path, s, T_flange_tool), twist, T_flange_tool, 1)[0]
     return arm.joint_velocity(q, twist, T_flange_tool, path.demands(s, 1))
 
 
@@ -79,8 +79,7 @@ def joint_acceleration(
 ) -> Joints:
     """[rad/s2] at s seconds into a path, where the joints are q and their rates qd. Raises StraightLineSingular."""
     if arm.steady is not None:
-        poses = _flange_poses(path, s, T_flange_tool)
-        return arm.steady.joint_acceleration_on(q, poses, path.twist(s), T_flange_tool)
+        return arm.steady.rates_on(q, _flange_poses(path, s, T_flange_tool), path.twist(s), T_flange_tool, 2)[1]
     rate = path.twist_rate(s)
     if arm.model.task is ArmTask.POINTING:
         rate = _asked_acceleration(_free_turn(arm, path, s, q, qd), rate)
@@ -93,7 +92,8 @@ def joint_acceleration_and_jerk(
     """`joint_acceleration`, and the rate of it [rad/s3]."""
     if arm.steady is not None:
         poses = _flange_poses(path, s, T_flange_tool)
-        return arm.steady.joint_jerk_on(q, poses, path.twist(s), T_flange_tool)
+        _, qdd, jerk = arm.steady.rates_on(q, poses, path.twist(s), T_flange_tool, 3)
+        return qdd, jerk
     rate, change = path.twist_rates(s)
     second, third = path.demands(s, 2), path.demands(s, 3)
     if arm.model.task is not ArmTask.POINTING:

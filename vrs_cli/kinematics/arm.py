@@ -62,29 +62,20 @@ class Solution(NamedTuple):
 
 
 class Steady(Protocol):
-    """The rates of joints whose flange is turned as nearly to what is asked for as the arm can: they need that too.
-    `poses`: T_base_flange by the time from now [s]; `twist`: of the tool, as the poses have it. Each raises
-    StraightLineSingular.
-    """
+    """The functions of an arm whose flange is turned as nearly to a pose as it can: its rates need that pose too."""
 
     def within_ranges(self, T: Transform, near: Joints) -> Joints | None:
-        """Those with the least turn missing that are found downhill from joints that are near, inside the limits."""
+        """The joints with the least turn missing that are found downhill from joints near, inside the limits."""
 
     def missing_turn(self, q: Joints, T: Transform) -> float:
         """By how much the tool is turned away from a pose that is asked for [rad]."""
 
-    def joint_velocity_on(self, q: Joints, T: Transform, twist: Twist, T_flange_tool: Transform) -> Joints:
-        """[rad/s]"""
-
-    def joint_acceleration_on(
-        self, q: Joints, poses: Callable[[float], Transform], twist: Twist, T_flange_tool: Transform
-    ) -> Joints:
-        """[rad/s2]"""
-
-    def joint_jerk_on(
-        self, q: Joints, poses: Callable[[float], Transform], twist: Twist, T_flange_tool: Transform
-    ) -> tuple[Joints, Joints]:
-        """The acceleration, and the jerk [rad/s3]."""
+    def rates_on(
+        self, q: Joints, poses: Callable[[float], Transform], twist: Twist, T_flange_tool: Transform, order: int
+    ) -> tuple[Joints, ...]:
+        """The first `order` derivatives of the joints [rad/s, rad/s2, rad/s3] along a path; `poses`: T_base_flange that
+        is asked for, by the time from now [s]; `twist`: of the tool, as the poses have it. Raises StraightLineSingular.
+        """
 
 
 _new = tuple.__new__

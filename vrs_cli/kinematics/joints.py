@@ -6,10 +6,10 @@ of the tool's point [m/s] and the angular velocity [rad/s], both in the base fra
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import Enum
-from itertools import product, repeat
+from itertools import product
 from math import ceil, degrees, pi, radians
 from operator import mul
 from typing import NamedTuple
@@ -35,11 +35,11 @@ class JointUnits:
 
     def shown(self, q: Iterable[float]) -> tuple[float, ...]:
         """[rad, m] -> [deg, mm]."""
-        return tuple(1000.0 * x if slides else degrees(x) for x, slides in zip(q, self._slides(), strict=False))
+        return tuple([self.one_shown(i, x) for i, x in enumerate(q, 1)])
 
     def read(self, numbers: Iterable[float]) -> Joints:
         """[deg, mm] -> [rad, m]."""
-        return tuple(x / 1000.0 if slides else radians(x) for x, slides in zip(numbers, self._slides(), strict=False))
+        return tuple([self.one_read(i, x) for i, x in enumerate(numbers, 1)])
 
     def slides(self, joint: int) -> bool:
         """Whether a joint, counted from 1, slides."""
@@ -61,10 +61,6 @@ class JointUnits:
         """What a position in JSON says of its joints: `joint_units`, where one slides."""
         units = [self.unit(joint) for joint in range(1, count + 1)]
         return {"joint_units": units} if "mm" in units else {}
-
-    def _slides(self) -> Iterator[bool]:
-        yield from (kind is JointKind.PRISMATIC for kind in self.kinds)
-        yield from repeat(False)
 
 
 TURNING = JointUnits()

@@ -166,28 +166,21 @@ ALL_NEED, ALL_MAY = ("link", "kind"), ("colour", "opens")
 
 def to_tables(shapes: Iterable[LinkShape]) -> list[dict[str, Any]]:
     """One table a shape, in metres."""
-    return [
-        {
-            "link": shape.link,
-            **_body_table(shape.body),
-            "colour": shape.colour,
-            **({"opens": _opens(shape.opens)} if shape.opens else {}),
-        }
-        for shape in shapes
-    ]
-
-
-def _opens(openings: tuple[Opening, ...]) -> list[Any]:
-    first, *others = openings
-    if not others and not any(first.turn):
-        return list(first.slide)
-    return [{key: list(value) for key, value in one._asdict().items() if any(value)} for one in openings]
-
-
-def _body_table(body: Body) -> dict[str, Any]:
-    kind, *keys = BODY_KEYS[type(body)]
-    told = {key: value for key, value in zip(keys, body, strict=True) if key != "at" or value != IDENTITY}
-    return {"kind": kind} | {key: value if isinstance(value, str) else list(value) for key, value in told.items()}
+    tables = list[dict[str, Any]]()
+    for shape in shapes:
+        kind, *keys = BODY_KEYS[type(shape.body)]
+        table: dict[str, Any] = {"link": shape.link, "kind": kind}
+        for key, value in zip(keys, shape.body, strict=True):
+            if key != "at" or value != IDENTITY:
+                table[key] = value if isinstance(value, str) else list(value)
+        table["colour"] = shape.colour
+        if len(shape.opens) == 1 and not any(shape.opens[0].turn):
+            table["opens"] = list(shape.opens[0].slide)
+        elif shape.opens:
+            said = (one._asdict().items() for one in shape.opens)
+            table["opens"] = [{key: list(value) for key, value in items if any(value)} for items in said]
+        tables.append(table)
+    return tables
 
 
 # --- tables to values ----------------------------------------------------------------------------------------------
@@ -205,47 +198,37 @@ class ShapeReader(DataReader):
         return tuple(self.shape(table, f"shape {i}", joints) for i, table in enumerate(data, 1))
 
     def shape(self, data: object, key: str, joints: int) -> LinkShape:
-        kind = self.kind(data, key)
+        kind = data.get("kind") if isinstance(data, Mapping) else None
+        if not isinstance(kind, str) or kind not in KINDS:
+            what = "is missing" if kind is None else f"{brief(kind)} is none"
+            raise self.wrong(f"{key}: kind", what, "give " + ", ".join(f'"{known}"' for known in KINDS))
         keys = KINDS[kind]
         table = self.table(data, key, (*ALL_NEED, *keys.needed), (*keys.options, *ALL_MAY))
         opens = self.openings(table["opens"], f"{key}: opens") if "opens" in table else ()
-        link = self.link(table["link"], f"{key}: link", joints)
-        colour = self.colour(table.get("colour", next(iter(COLOURS))), f"{key}: colour")
+        link, colour = table["link"], table.get("colour", next(iter(COLOURS)))
+        if isinstance(link, bool) or not isinstance(link, int) or not 0 <= link <= joints:
+            hint = f"give 0 for the base, or 1 to {joints} for what that joint moves"
+            raise self.wrong(f"{key}: link", f"{brief(link)} is none of this robot", hint)
+        if not isinstance(colour, str) or not (colour in COLOURS or fullmatch("#[0-9a-fA-F]{6}", colour)):
+            hint = f"give one of {', '.join(COLOURS)}, or #rrggbb"
+            raise self.wrong(f"{key}: colour", f"{brief(colour)} is none", hint)
         return LinkShape(link, self.body(kind, table, key), colour, opens)
 
     def openings(self, data: object, key: str) -> tuple[Opening, ...]:
-        """Of a part that one joint slides, [x, y, z]; of others a table for each joint."""
+        """Of a part that one joint slides, [x, y, z]; of others a table for each joint, with a slide and a turn.
+
+        The vector of a turn is its axis, as long as the angle.
+        """
         tables = [data] if isinstance(data, Mapping) else data
-        if isinstance(tables, list | tuple) and tables and all(isinstance(one, Mapping) for one in tables):
-            return tuple(self.opening(table, f"{key} {i}") for i, table in enumerate(tables, 1))
-        return (Opening(self.point(data, key)),)
-
-    def opening(self, data: object, key: str) -> Opening:
-        """A slide and a turn, of which the vector is the axis, as long as the angle."""
-        table = self.table(data, key, (), OPENING_KEYS)
-        return Opening(
-            **{name: self.three(value, f"{key}: {name}", OPENING_KEYS[name]) for name, value in table.items()}
-        )
-
-    def kind(self, data: object, key: str) -> str:
-        kind = data.get("kind") if isinstance(data, Mapping) else None
-        if not isinstance(kind, str) or kind not in KINDS:
-            known = ", ".join(f'"{kind}"' for kind in KINDS)
-            raise self.wrong(
-                f"{key}: kind", "is missing" if kind is None else f"{brief(kind)} is none", f"give {known}"
+        if not isinstance(tables, list | tuple) or not tables or not all(isinstance(one, Mapping) for one in tables):
+            return (Opening(self.point(data, key)),)
+        found = list[Opening]()
+        for i, one in enumerate(tables, 1):
+            rows = self.table(one, f"{key} {i}", (), OPENING_KEYS).items()
+            found.append(
+                Opening(**{name: self.three(value, f"{key} {i}: {name}", OPENING_KEYS[name]) for name, value in rows})
             )
-        return kind
-
-    def link(self, value: object, key: str, joints: int) -> int:
-        if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= joints:
-            hint = f"give 0 for the base, or 1 to {joints} for what that joint moves"
-            raise self.wrong(key, f"{brief(value)} is none of this robot", hint)
-        return value
-
-    def colour(self, value: object, key: str) -> str:
-        if not isinstance(value, str) or not (value in COLOURS or fullmatch("#[0-9a-fA-F]{6}", value)):
-            raise self.wrong(key, f"{brief(value)} is none", f"give one of {', '.join(COLOURS)}, or #rrggbb")
-        return value
+        return tuple(found)
 
     def body(self, kind: str, table: Mapping[str, object], key: str) -> Body:
         at = self.at(table["at"], f"{key}: at") if "at" in table else IDENTITY
@@ -269,7 +252,10 @@ class ShapeReader(DataReader):
         x, y, z = self.three(table.get("scale", (1.0, 1.0, 1.0)), f"{key}: scale", PLAIN)
         if min(abs(x), abs(y), abs(z)) < TINY:
             raise self.wrong(f"{key}: scale", "makes it flat", "give how many times as large as in its file it is")
-        return MeshFile(self.path(table["file"], f"{key}: file"), at, (x, y, z))
+        file = self.word(
+            table["file"], f"{key}: file"
+        )  # of a person's file the whole path; of a robot's data, as it is
+        return MeshFile(str(Path(self.file).absolute().parent / file) if self.human else file, at, (x, y, z))
 
     def slab(
         self, table: Mapping[str, object], key: str, start: Vector, end: Vector, radii: tuple[float, float]
@@ -304,8 +290,3 @@ class ShapeReader(DataReader):
             raise self.wrong(key, f"is a list of {len(values)}", "give one number, or that at `from` and that at `to`")
         first, last = (self.number(value, key, SIZE) for value in values)
         return first, last
-
-    def path(self, value: object, key: str) -> str:
-        """Of a person's file, the whole path; of a robot's data, as it is."""
-        word = self.word(value, key)
-        return str(Path(self.file).absolute().parent / word) if self.human else word

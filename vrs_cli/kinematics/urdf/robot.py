@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import accumulate
-from math import pi
+from math import copysign, pi
 from pathlib import Path
 from typing import Any, NamedTuple, cast
 
@@ -212,32 +212,29 @@ def _joints(tree: Tree, arm: UrdfArm, reader: ModelReader, table: Mapping[str, o
 
 
 def _figures(tree: Tree, joint: Joint, scale: float, own: Mapping[str, float]) -> dict[str, float]:
-    said, kind = tree.range(joint).scaled(scale), tree.kind(joint)
+    kind = tree.kind(joint)
+    *ends, rate = (None if x is None else scale * x for x in tree.range(joint))
     if kind is JointKind.REVOLUTE:
-        said = said.with_ends(WHOLE_TURNS)
-    lower, upper = (own.get(key, getattr(said, key)) for key in ("lower", "upper"))
-    for key, end in (("lower", lower), ("upper", upper)):
+        ends = [copysign(WHOLE_TURNS, x) if x is not None and abs(x) >= ENDLESS else x for x in ends]
+    limits = dict[str, float]()
+    for key, said in zip(("lower", "upper"), ends, strict=True):
+        end = own.get(key, said)
         if end is None or not abs(end) < ENDLESS:
             what = f"limit has no {key}" if end is None else f"limit {key} is {end:g}"
             hint = f'give <limit lower="..." upper="..." velocity="..."/>, or {key} in a TOML file beside it'
             raise tree.wrong(joint, what, hint)
-    if not lower < upper:
-        what = f"limit: lower {lower:g} is not below upper {upper:g}"
+        limits[key] = end
+    if not limits["lower"] < limits["upper"]:
+        what = f"limit: lower {limits['lower']:g} is not below upper {limits['upper']:g}"
         raise tree.wrong(joint, what, "swap or mend the two limits")
-    velocity = own.get("max_velocity", said.velocity or 0.0)
+    velocity = own.get("max_velocity", rate or 0.0)
     if velocity < 0.0:
         raise tree.wrong(joint, f"limit: velocity {velocity:g} is below zero", "give it without a sign")
     if "max_velocity" not in own and not 0.0 < velocity < HUGE:
         velocity = USUAL_VELOCITY[kind]
     acceleration = own.get("max_acceleration", velocity / FULL_SPEED_IN)
     jerk = own.get("max_jerk", acceleration / FULL_ACCELERATION_IN)
-    return {
-        "lower": lower,
-        "upper": upper,
-        "max_velocity": velocity,
-        "max_acceleration": acceleration,
-        "max_jerk": jerk,
-    }
+    return {**limits, "max_velocity": velocity, "max_acceleration": acceleration, "max_jerk": jerk}
 
 
 def _model(

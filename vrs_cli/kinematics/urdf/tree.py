@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from math import copysign, inf, isnan, pi, sqrt
+from math import inf, isnan, pi, sqrt
 from typing import NamedTuple
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers.expat import ExpatError, ParserCreate
@@ -107,18 +107,6 @@ class Range(NamedTuple):
     lower: float | None
     upper: float | None
     velocity: float | None
-
-    def scaled(self, factor: float) -> Range:
-        """Of a joint that moves as many times as far."""
-        lower, upper, velocity = (None if x is None else factor * x for x in self)
-        return Range(lower, upper, velocity)
-
-    def with_ends(self, far: float) -> Range:
-        """So far each way where there is no end."""
-        lower, upper = (
-            copysign(far, end) if end is not None and abs(end) >= ENDLESS else end for end in (self.lower, self.upper)
-        )
-        return Range(lower, upper, self.velocity)
 
     @property
     def endless(self) -> bool:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import cached_property, lru_cache, partial
 from itertools import islice
 from math import dist, inf
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
@@ -21,10 +21,7 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, compo
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.numeric.steady.batch import SteadyBatch
-    from vrs_cli.kinematics.numeric.steady.conditions import Way
     from vrs_cli.kinematics.numeric.steady.continuation import SteadyContinuation
-
-R = TypeVar("R")
 
 SAME_TURN = 1e-5  # [rad] two turns that are missing and are one: then the joints that are reached sooner are taken
 
@@ -127,31 +124,16 @@ class SteadyArm(RobotArm):
         T_flange_tool: Transform = IDENTITY,
         demands: Demands = (),  # noqa: ARG002 (no joint is too many)
     ) -> Joints:
-        return self.joint_velocity_on(q, self.forward(q), twist, T_flange_tool)
+        T = self.forward(q)
+        return self.rates_on(q, lambda _: T, twist, T_flange_tool, 1)[0]
 
-    def joint_velocity_on(self, q: Joints, T: Transform, twist: Twist, T_flange_tool: Transform) -> Joints:
-        return self._way(q, T, T_flange_tool, lambda way: way.velocity(twist))
-
-    def joint_acceleration_on(
-        self, q: Joints, poses: Callable[[float], Transform], twist: Twist, T_flange_tool: Transform
-    ) -> Joints:
-        """[rad/s2] along a path; `poses`: those of the flange that are asked for, by the time from now [s].
-
-        Raises StraightLineSingular.
-        """
-        return self._way(q, poses(0.0), T_flange_tool, lambda way: way.acceleration(twist, poses))
-
-    def joint_jerk_on(
-        self, q: Joints, poses: Callable[[float], Transform], twist: Twist, T_flange_tool: Transform
-    ) -> tuple[Joints, Joints]:
-        """`joint_acceleration_on`, and the rate of it [rad/s3]."""
-        return self._way(q, poses(0.0), T_flange_tool, lambda way: way.acceleration_and_jerk(twist, poses))
-
-    def _way(self, q: Joints, T: Transform, T_flange_tool: Transform, rates: Callable[[Way], R]) -> R:
+    def rates_on(
+        self, q: Joints, poses: Callable[[float], Transform], twist: Twist, T_flange_tool: Transform, order: int
+    ) -> tuple[Joints, ...]:
         from vrs_cli.kinematics.numeric.steady.conditions import CannotFollow, Way  # here: it brings numpy
 
         try:
-            return rates(Way(self.holding(T_flange_tool).batch.conditions, q, T))
+            return Way(self.holding(T_flange_tool).batch.conditions, q, poses(0.0)).rates(twist, poses, order)
         except CannotFollow:
             raise self._cannot_move_so(q) from None
 

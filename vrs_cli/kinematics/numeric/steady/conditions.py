@@ -178,43 +178,26 @@ class Way:
         table = self.conditions.system(self.at, bend)
         return float(np.sqrt(abs(np.linalg.det(table[0]))))
 
-    def velocity(self, twist: Twist) -> Joints:
-        """[rad/s] for the twist of the tool that is asked for. Raises Lost."""
-        return self._of_joints(self._first(twist))
-
-    def acceleration(self, twist: Twist, poses: Callable[[float], Transform]) -> Joints:
-        """[rad/s2]; `poses`: those of the flange that are asked for, by the time from now [s]. Raises Lost."""
-        first = self._first(twist)
-        h = self._stride(first)
-        return self._of_joints(self._second(first, self._poses(poses, h), h))
-
-    def acceleration_and_jerk(self, twist: Twist, poses: Callable[[float], Transform]) -> tuple[Joints, Joints]:
-        """[rad/s2, rad/s3]. Raises Lost."""
-        first = self._first(twist)
-        h = self._stride(first)
-        T = self._poses(poses, h)
-        second = self._second(first, T, h)
+    def rates(self, twist: Twist, poses: Callable[[float], Transform], order: int) -> tuple[Joints, ...]:
+        """The first `order` derivatives of the joints [rad/s, rad/s2, rad/s3], for the twist of the tool that is asked
+        for; `poses`: those of the flange that are asked for, by the time from now [s]. Raises CannotFollow.
+        """
+        first = self._solved(self.conditions.gained(self.at, np.array([twist]))[0])
+        if order == 1:
+            return (self._of_joints(first),)
+        h = float(STRIDE / max(np.abs(first[: len(self.q)]).max(), STRIDE / LONGEST))
+        T = np.array([poses(offset * h) for offset in OFFSETS.tolist()]).reshape(-1, 3, 4)
+        second = self._solved(-SECOND @ self._missed(first, np.zeros_like(first), T, h) / h**2)
+        if order == 2:
+            return self._of_joints(first), self._of_joints(second)
         third = self._solved(-THIRD @ self._missed(first, second, T, h) / h**3)
-        return self._of_joints(second), self._of_joints(third)
-
-    def _first(self, twist: Twist) -> Floats:
-        return self._solved(self.conditions.gained(self.at, np.array([twist]))[0])
-
-    def _second(self, first: Floats, T: Floats, h: float) -> Floats:
-        return self._solved(-SECOND @ self._missed(first, np.zeros_like(first), T, h) / h**2)
+        return self._of_joints(first), self._of_joints(second), self._of_joints(third)
 
     def _missed(self, first: Floats, second: Floats, T: Floats, h: float) -> Floats:
         """(7, n + 3): F at the seven times, where the unknowns go on by these derivatives."""
         t, n = (h * OFFSETS)[:, None], len(self.q)
         x = np.concatenate((self.q, self.multipliers[0])) + t * first + 0.5 * t * t * second
         return self.conditions.missed(self.conditions.terms(x[:, :n], T), x[:, n:])
-
-    @staticmethod
-    def _poses(poses: Callable[[float], Transform], h: float) -> Floats:
-        return np.array([poses(offset * h) for offset in OFFSETS.tolist()]).reshape(-1, 3, 4)
-
-    def _stride(self, first: Floats) -> float:
-        return float(STRIDE / max(np.abs(first[: len(self.q)]).max(), STRIDE / LONGEST))
 
     @cached_property
     def _table(self) -> Floats:
