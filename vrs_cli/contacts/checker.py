@@ -1,0 +1,293 @@
+"""The first contact of an arm, and of what it holds, with itself and with what stands around it.
+
+The search goes from pose to pose. At each it asks for the distances of all pairs that are near, and goes on to the time
+at which the first of them can have touched, or one that is not near (`Sweep`). So it looks often where something is
+near, and seldom elsewhere. A touch is deeper than `DEEP`, for a solid is known no better than that.
+
+Some pairs do not count. Neighbours in the arm, and links that touch at READY or at NEST, where the arm may stand. The
+hand and the part that it grips. A pair that touches when the search begins, or when its part is taken, put down or
+comes into the scene, counts once it has come apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from math import ceil, inf
+
+import numpy as np
+
+from vrs_cli.contacts.physics import Ball, Bounds, Physics, Standing, around
+from vrs_cli.contacts.solids import LinkSolids, height_of_foot, solids_of_robot, solids_of_shape
+from vrs_cli.contacts.stages import Stage, stages
+from vrs_cli.contacts.sweep import Sweep, levers, sums_of
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.arrays import Floats
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.model_data import NEEDED_POSES
+from vrs_cli.kinematics.transform import Vector, compose, inverse, length, moved_point
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.contacts import Contact
+from vrs_cli.values.scene import CellScene
+
+DEEP = 5e-4  # [m] a touch is deeper
+APART = 5e-4  # [m] two things that touched have come apart
+MARGIN = 0.04  # [m] beyond the distance that counts: pairs that are nearer are compared
+SLIDE = 5e-3  # [m] of a way after which a pair that touched is looked at again, whether it has come apart
+BENT = 1e-4  # [m] a body is no farther from where it is on a straight line between two samples
+CLOSE = 6e-4  # [m] pairs so near to what counts are looked at with the exact joints
+TICK = 5e-4  # [s] the shortest step
+LOOK = 5e-3  # [s] between looks for the deepest touch
+MOST_LOOKS = 400
+SLOTS = 32  # for parts near the arm
+
+Pair = tuple[int, int]  # two owners, the smaller one first
+STANDS = Bounds(0, Ball((0.0, 0.0, 0.0), 0.0))
+
+
+class Checker:
+    """Finds contacts of an arm in a scene. `clearance` [m]: two things that come nearer than that count as well.
+
+    Owners are numbers with `names`: the links, the floor, the fixtures, then the parts, from `first_part` on.
+    """
+
+    def __init__(self, arm: RobotArm, scene: CellScene, clearance: float = 0.0) -> None:
+        self.arm, self.scene, self.clearance = arm, scene, clearance
+        self.links = solids_of_robot(arm.model)
+        self.floor = arm.model.joint_count + 1
+        self.first_part = self.floor + 1 + len(scene.fixtures)
+        others = (*scene.fixtures, *scene.parts)
+        self.names = (*link_names(arm.model, self.links), "floor", *(one.name for one in others))
+        self.number = {one.name: self.first_part + k for k, one in enumerate(scene.parts)}
+        self.solids = {one.name: solids_of_shape(one.shape) for one in scene.parts}
+        self.limit = clearance if clearance > 0.0 else -DEEP  # [m] a pair that is nearer counts
+        self.apart = max(clearance, 0.0) + APART  # [m] a pair that touched has come apart
+        self.margin = max(clearance, 0.0) + MARGIN
+        self._slots = 0
+        self._physics: Physics | None = None
+
+    def physics(self, slots: int = 0) -> Physics:
+        """Return the model, with at least so many slots for parts."""
+        if self._physics is None or slots > self._slots:
+            counts = [len(solids) for solids in self.solids.values()]
+            self._slots = min(max(slots, 2 * self._slots, SLOTS), sum(counts))
+            model, height = self.arm.model, self.scene.floor
+            self._physics = Physics(
+                model,
+                self.links,
+                fixed=[
+                    (self.floor + 1 + k, solid._replace(pose=compose(one.T_world_fixture, solid.pose)))
+                    for k, one in enumerate(self.scene.fixtures)
+                    for solid in solids_of_shape(one.shape)
+                ],
+                floor=(self.floor, height_of_foot(self.links, model.base) if height is None else height),
+                kinds=[solid for solids in self.solids.values() for solid in solids],
+                slots=self._slots,
+                grips=max(counts, default=0),
+                apart=touching_at_rest(model),
+            )
+            self._physics.margin(self.margin)
+            self.bounds = {number: self._physics.bounds(number) for number in self._physics.arm_solids()}
+            self.balls = ball_of_each(model, self.bounds.values())[1:]
+            self.between = levers_of_each(model, self.balls)
+            self.stroke = stroke(self.links)
+            self.part_balls = {name: self._physics.ball_of(solids) for name, solids in self.solids.items()}
+        return self._physics
+
+    def first_contact(self, timeline: Timeline, begin: float, end: float, course: object) -> Contact | None:
+        """Return the first contact from one time to another [s]; None where there is none."""
+        return self.first_in(timeline, stages(course, timeline, begin, end))
+
+    def first_in(self, timeline: Timeline, stages: Iterable[Stage]) -> Contact | None:
+        """Return the first contact in stages that follow each other."""
+        excused: set[Pair] | None = None
+        for stage in stages:
+            search = _Search(self, timeline, stage, excused)
+            contact = search.run()
+            if contact is not None:
+                return contact
+            excused = search.excused
+        return None
+
+
+class _Search:
+    """The search in one stage. `excused`: pairs that touched, until they have come apart; None at the first stage."""
+
+    def __init__(self, checker: Checker, timeline: Timeline, stage: Stage, excused: set[Pair] | None) -> None:
+        self.checker, self.stage, self.n = checker, stage, checker.arm.model.joint_count
+        self.sweep = Sweep(checker.arm, timeline, stage.begin, stage.end)
+        self.physics = checker.physics()
+        self.held = None if stage.held is None else checker.number[stage.held.name]
+        self.ignored = {(self.n, checker.number[name]) for name in stage.gripped}
+        self.excused = set(excused or ())
+        self.pairs: dict[int, tuple[Pair, list[float]]] = {}
+        self.held_bounds = STANDS
+        self._place(self._room())
+        changed = None if excused is None else {checker.number[name] for name in stage.changed}
+        self._excuse(changed)
+
+    def _room(self) -> tuple[Floats, Floats]:
+        """Sum up how far anything comes at most. Return the corners of the box in which the arm moves, in the robot's
+        frame [m].
+        """
+        checker, sweep, n, stage = self.checker, self.sweep, self.n, self.stage
+        bodies, between = checker.balls, checker.between
+        if stage.held is not None:
+            ball = checker.part_balls[stage.held.name]
+            self.held_bounds = Bounds(n, Ball(moved_point(stage.held.T, ball.centre), ball.radius))
+            bodies = [*bodies, self.held_bounds]
+            between = [*between, *levers_of_each(checker.arm.model, [self.held_bounds])]
+        opening = np.interp(sweep.times, *stage.hand)
+        self.opening = checker.stroke * np.abs(opening[1:] - opening[:-1])
+        self.moving_hand = bool(self.opening.any())
+        ways = sweep.ways(bodies)
+        if between:
+            ways = np.concatenate([ways, sweep.way_between(np.array(between))])
+        self.most = sums_of(ways.max(axis=0) + self.opening)
+        low = np.min([sweep.centres(*one).min(axis=0) - one.ball.radius for one in bodies], axis=0)
+        high = np.max([sweep.centres(*one).max(axis=0) + one.ball.radius for one in bodies], axis=0)
+        return low - checker.margin, high + checker.margin
+
+    def _place(self, room: tuple[Floats, Floats]) -> None:
+        """Put the arm, the held part, and the parts that stand in a room of the robot into the model."""
+        checker, stage = self.checker, self.stage
+        near = []
+        for name, T in stage.standing.items():
+            ball = checker.part_balls[name]
+            centre = np.array(moved_point(compose(stage.frames.base, T), ball.centre))
+            if ((centre + ball.radius > room[0]) & (centre - ball.radius < room[1])).all():
+                near.append(Standing(checker.number[name], checker.solids[name], T))
+        self.physics = checker.physics(sum(len(one.solids) for one in near))
+        held = stage.held and Standing(checker.number[stage.held.name], checker.solids[stage.held.name], stage.held.T)
+        self.physics.place_base(inverse(stage.frames.base))
+        self.physics.fill(near, held)
+        self.physics.open_hand(stage.hand[1][0])
+
+    # --- looking ---
+
+    def _look(self, t: float, *, exact: bool = True) -> list[tuple[int, float]]:
+        """Return the keys of the pairs of solids that are near at t, and their distances [m]."""
+        if self.moving_hand:
+            self.physics.open_hand(float(np.interp(t, *self.stage.hand)))
+        return self.physics.near(self.sweep.exact_joints(t) if exact else self.sweep.joints(t))
+
+    def _known(self, key: int) -> tuple[Pair, list[float]]:
+        """Return the owners of a pair of solids, and the sums of the way that they come towards each other."""
+        found = self.pairs.get(key)
+        if found is None:
+            bodies = sorted((self._bounds(number) for number in self.physics.pair(key)), key=lambda body: -body.link)
+            found = self.pairs[key] = self.physics.owners_of(key), sums_of(self._way(*bodies))
+        return found
+
+    def _way(self, moving: Bounds, other: Bounds) -> Floats:
+        if other.link == 0:
+            way = self.sweep.ways([moving])[0]
+        else:
+            way = self.sweep.way_between(np.array(levers(self.checker.arm.model, moving, other.link)))
+        return way + self.opening if moving.link == self.n else way
+
+    def _bounds(self, number: int) -> Bounds:
+        """Return the bounds of a solid: of one that stands, in the base."""
+        known = self.checker.bounds.get(number)
+        if known is None:
+            known = self.held_bounds if self.physics.owners[number] == self.held else STANDS
+        return known
+
+    def _counts(self, key: int) -> bool:
+        owners = self._known(key)[0]
+        return owners not in self.excused and owners not in self.ignored
+
+    def _excuse(self, changed: set[int] | None) -> None:
+        """Excuse the pairs that touch at the beginning: all of them, or those of the owners that have `changed`."""
+        for key, distance in self._look(self.stage.begin):
+            owners = self.physics.owners_of(key)
+            if distance < self.checker.apart and (changed is None or changed.intersection(owners)):
+                self.excused.add(owners)
+
+    def _release(self, near: Iterable[tuple[int, float]]) -> None:
+        """Excuse no longer what has come apart."""
+        if self.excused:
+            self.excused &= {self._known(key)[0] for key, distance in near if distance < self.checker.apart}
+
+    # --- the search ---
+
+    def run(self) -> Contact | None:
+        """Return the first contact of the stage."""
+        t, end, limit = self.stage.begin, self.stage.end, self.checker.limit
+        while True:
+            near, bent = self._look(t, exact=False), BENT
+            if near and min([distance for _, distance in near]) < limit + CLOSE:
+                near, bent = self._look(t), 0.0
+            self._release(near)
+            touching = [
+                (distance, k) for k, (key, distance) in enumerate(near) if distance < limit and self._counts(key)
+            ]
+            if touching:
+                distance, k = min(touching)
+                return self._contact(t, self._known(near[k][0])[0], distance, self.physics.place(k))
+            if t >= end:
+                return None
+            t = min(max(self._next(t, near, bent), t + TICK), end)
+
+    def _next(self, t: float, near: Iterable[tuple[int, float]], bent: float) -> float:
+        """Return the earliest time at which one of these pairs, or one that is not near, can touch."""
+        checker, sweep = self.checker, self.sweep
+        earliest = sweep.reaches(self.most, t, checker.margin - checker.limit - bent)
+        first, last = sweep.place(t), sweep.place(earliest) + 1
+        for key, distance in near:
+            way = distance - checker.limit - bent
+            owners, sums = self._known(key)
+            if owners in self.excused:  # it comes apart first, and then it can touch again
+                way = max(checker.apart - distance, SLIDE)
+            if sums[last] - sums[first] >= way and owners not in self.ignored:
+                earliest = min(earliest, sweep.reaches(sums, t, way))
+                last = sweep.place(earliest) + 1
+        return earliest
+
+    def _contact(self, t: float, owners: Pair, distance: float, place: Vector) -> Contact:
+        """Return the contact that begins at t. It is followed until its pair has come apart, to find how deep it is."""
+        checker, end, least = self.checker, self.stage.end, distance
+        step = max(LOOK, (end - t) / MOST_LOOKS)
+        for k in range(1, min(ceil((end - t) / step), MOST_LOOKS) + 1):
+            near = self._look(min(t + k * step, end), exact=False)
+            distance = min((distance for key, distance in near if self._known(key)[0] == owners), default=inf)
+            if distance >= checker.limit:
+                break
+            least = min(least, distance)
+        first, second = (checker.names[owner] for owner in owners)
+        return Contact(t, first, second, place, max(0.0 - least, 0.0), max(checker.limit, 0.0) - least)
+
+
+def levers_of_each(model: RobotModel, bodies: Iterable[Bounds]) -> list[tuple[float, ...]]:
+    """Return the levers of bodies, towards each link that is no neighbour."""
+    return [levers(model, body, other) for body in bodies for other in range(1, body.link - 1)]
+
+
+def ball_of_each(model: RobotModel, bounds: Iterable[Bounds]) -> list[Bounds]:
+    """Return for each link the ball around all solids that move with it."""
+    balls: list[list[Ball]] = [[] for _ in range(model.joint_count + 1)]
+    for link, ball in bounds:
+        balls[link].append(ball)
+    return [Bounds(link, around(found)) for link, found in enumerate(balls)]
+
+
+def link_names(model: RobotModel, links: Iterable[LinkSolids]) -> tuple[str, ...]:
+    """Return the names of the base and of the links: the last is the hand, where it has fingers."""
+    n = model.joint_count
+    hand = any(one.opens for one in links)
+    return ("base", *(f"link {i}" for i in range(1, n)), "hand" if hand else f"link {n}")
+
+
+@lru_cache
+def touching_at_rest(model: RobotModel) -> frozenset[Pair]:
+    """Return the pairs of links that touch at READY or at NEST: they are not compared."""
+    alone = Physics(model, solids_of_robot(model))
+    alone.margin(0.0)
+    poses = [model.poses[name] for name in NEEDED_POSES]
+    near = (one for q in poses for one in alone.near(q))
+    return frozenset(alone.owners_of(key) for key, distance in near if distance < -DEEP)
+
+
+def stroke(links: Iterable[LinkSolids]) -> float:
+    """Return how far a finger moves at most as the hand opens [m]."""
+    return max((sum(length(one.slide) + 0.2 * length(one.turn) for one in group.opens) for group in links), default=0.0)

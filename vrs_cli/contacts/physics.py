@@ -1,0 +1,325 @@
+"""The one file that imports MuJoCo: a compiled model of an arm and of what stands around it, and its nearest pairs.
+
+The package is `mujoco-core`; an installed `mujoco` brings the same module. Three ways of MuJoCo decide how the model is
+built. Bodies that no joint moves are never compared with each other, so the links are moved by joints, and mocap bodies
+are not used. A geom at the origin of its body ignores `geom_pos`, so what changes its place has a body of its own (a
+slot), which is moved by `body_pos`. Two solids are compared where they are nearer than the sum of their margins, and
+their bodies too, so `geom_margin` and `body_margin` are set together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import cos, dist, hypot, sin
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+
+from vrs_cli.contacts.solids import Form, LinkSolids, Solid
+from vrs_cli.kinematics.arrays import Floats
+from vrs_cli.kinematics.joints import JointKind
+from vrs_cli.kinematics.model import RobotModel, link_pose
+from vrs_cli.kinematics.shapes import opened
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, axis_angle, compose, inverse, position, rotate
+
+ARENA = 4 << 20  # [B] for the contacts of one pose
+SCENE, ARM = 1, 2  # bits: the arm is compared with the scene and with itself, the scene is not compared with itself
+TYPES = {
+    Form.BALL: mujoco.mjtGeom.mjGEOM_SPHERE,
+    Form.CAPSULE: mujoco.mjtGeom.mjGEOM_CAPSULE,
+    Form.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
+    Form.BOX: mujoco.mjtGeom.mjGEOM_BOX,
+    Form.HULL: mujoco.mjtGeom.mjGEOM_MESH,
+}
+ALIKE = 1e-9  # [m, rad] two axes are one
+NOBODY = -1  # the owner of an empty slot
+TINY = 1e-3  # [m] the solid in an empty slot
+Z = (0.0, 0.0, 1.0)
+
+
+class Ball(NamedTuple):
+    """A ball [m] that holds a body, in the frame of the body."""
+
+    centre: Vector
+    radius: float
+
+
+class Bounds(NamedTuple):
+    """A ball around a solid, in the frame of the link that it moves with."""
+
+    link: int
+    ball: Ball
+
+
+class Standing(NamedTuple):
+    """A part: its owner, its solids, and T_world_part, or T_flange_part of one that is held."""
+
+    owner: int
+    solids: Sequence[Solid]
+    T: Transform
+
+
+class Physics:
+    """An arm in a scene. Owners are numbers: of a link its index, of all else what the caller counts on from there.
+
+    `fixed`: solids that stay where they are. `kinds`: all solids that may come into one of the `slots` of the scene, or
+    of the `grips` of the hand. `apart`: pairs of links that are not compared.
+    """
+
+    def __init__(
+        self,
+        model: RobotModel,
+        links: Sequence[LinkSolids],
+        *,
+        fixed: Iterable[tuple[int, Solid]] = (),
+        floor: tuple[int, float] | None = None,
+        kinds: Iterable[Solid] = (),
+        slots: int = 0,
+        grips: int = 0,
+        apart: Iterable[tuple[int, int]] = (),
+    ) -> None:
+        self.model = model
+        self._kinds = {solid: name for name, solid in enumerate(dict.fromkeys(kinds))}
+        self._spec = mujoco.MjSpec()
+        self._spec.memory = ARENA
+        self._spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_MULTICCD  # one contact a pair is enough
+        self._owned: list[int] = []
+        world = self._spec.worldbody
+        if floor is not None:
+            owner, height = floor
+            plane = mujoco.mjtGeom.mjGEOM_PLANE
+            self._geom(world, owner, SCENE, type=plane, size=[0, 0, 1], pos=[0, 0, height])
+        for owner, solid in fixed:
+            self._add(world, owner, SCENE, solid)
+        fingers = self._add_links(links, grips)
+        for k in range(slots):
+            self._slot(world, f"slot{k}")
+        for name in self._kinds.values():
+            self._mesh(f"kind{name}", next(solid for solid, known in self._kinds.items() if known == name))
+        for pair in apart:
+            one, other = (f"link{link}" for link in pair)
+            self._spec.add_exclude(bodyname1=one, bodyname2=other)
+        self.m = self._spec.compile()
+        self.d = mujoco.MjData(self.m)
+        self.owners: list[int] = [self._owned[int(self.m.geom(k).name)] for k in range(self.m.ngeom)]
+        self._slots, self._grips = (
+            [self._id(f"{what}{k}") for k in range(n)] for what, n in (("slot", slots), ("grip", grips))
+        )
+        self._links = [self._id(f"link{i}") for i in range(model.joint_count + 1)]
+        self._fingers = [(self._id(name), opens) for name, opens in fingers]
+        self._shelf = _shelf(self._kinds)
+        self._radix = np.array([self.m.ngeom, 1])
+        self._hand = -1.0
+        self.place_base(IDENTITY)
+        self.open_hand(0.0)
+
+    # --- building ---
+
+    def _geom(self, body: Any, owner: int, bits: int, **form: Any) -> None:
+        name = str(len(self._owned))
+        self._owned.append(owner)
+        reach = SCENE | ARM if bits == ARM else 0
+        body.add_geom(name=name, contype=bits, conaffinity=reach, density=0.0, **form)
+
+    def _add(self, body: Any, owner: int, bits: int, solid: Solid) -> None:
+        name = f"mesh{len(self._owned)}"
+        self._mesh(name, solid)
+        self._geom(body, owner, bits, **_form(name, solid))
+
+    def _mesh(self, name: str, solid: Solid) -> None:
+        _add_mesh(self._spec, name, solid)
+
+    def _body(self, parent: Any, name: str, T: Transform) -> Any:
+        body = parent.add_body(name=name, pos=list(position(T)), quat=quaternion(T))
+        body.explicitinertial, body.mass, body.inertia = True, 1.0, [1.0, 1.0, 1.0]
+        return body
+
+    def _slot(self, parent: Any, name: str) -> None:
+        body = self._body(parent, name, IDENTITY)
+        self._geom(body, NOBODY, 0, type=TYPES[Form.BALL], size=[TINY, 0, 0])
+
+    def _add_links(self, links: Sequence[LinkSolids], grips: int) -> list[tuple[str, tuple[Any, ...]]]:
+        model, bodies, fingers = self.model, [], []
+        bodies.append(self._body(self._spec.worldbody, "link0", model.base))
+        for i in range(1, model.joint_count + 1):
+            T = link_pose(model, i, 0.0)
+            body, back = self._body(bodies[-1], f"link{i}", T), inverse(T)
+            slides = model.links[i - 1].kind is JointKind.PRISMATIC
+            kind = mujoco.mjtJoint.mjJNT_SLIDE if slides else mujoco.mjtJoint.mjJNT_HINGE
+            body.add_joint(type=kind, axis=list(rotate(back, Z)), pos=list(position(back)))
+            bodies.append(body)
+        self._spec.add_exclude(bodyname1="link0", bodyname2="link1")  # its parent stands still: not left out by itself
+        for number, group in enumerate(links):
+            body = bodies[group.link]
+            if group.opens:
+                fingers.append((f"finger{number}", group.opens))
+                body = self._body(body, f"finger{number}", IDENTITY)
+            for solid in group.solids:
+                self._add(body, group.link, ARM, solid)
+        for k in range(grips):
+            self._slot(bodies[-1], f"grip{k}")
+        return fingers
+
+    def _id(self, name: str) -> int:
+        return int(self.m.body(name).id)
+
+    # --- placing ---
+
+    def place_base(self, T_world_robot: Transform) -> None:
+        """Stand the arm there."""
+        self._move(self._links[0], compose(T_world_robot, self.model.base))
+
+    def open_hand(self, hand: float) -> None:
+        """Open the hand (1), close it (0), or between."""
+        if hand == self._hand:
+            return
+        self._hand = hand
+        for body, opens in self._fingers:
+            self._move(body, opened(opens, hand))
+
+    def fill(self, standing: Iterable[Standing], held: Standing | None = None) -> None:
+        """Put parts into the slots, in the place of those that were there. There are as many slots as solids."""
+        self._fill(self._slots, [(SCENE, one.owner, one.T, solid) for one in standing for solid in one.solids])
+        self._fill(self._grips, [] if held is None else [(ARM, held.owner, held.T, solid) for solid in held.solids])
+
+    def _fill(self, slots: Sequence[int], rows: Sequence[tuple[int, int, Transform, Solid]]) -> None:
+        m = self.m
+        for body, (bits, owner, T, solid) in zip(slots, rows, strict=False):
+            geom, kind = m.body_geomadr[body], self._kinds[solid]
+            shelf, row = self._shelf, self._shelf.geom(f"kind{kind}").id
+            self._move(body, compose(T, _pose(shelf.geom_pos[row], shelf.geom_quat[row])))
+            for column in ("geom_type", "geom_size", "geom_rbound", "geom_aabb"):
+                getattr(m, column)[geom] = getattr(shelf, column)[row]
+            if solid.form is Form.HULL:
+                m.geom_dataid[geom] = m.mesh(f"kind{kind}").id
+            m.bvh_aabb[m.body_bvhadr[body]] = shelf.geom_aabb[row]
+            self._compare(body, geom, bits)
+            self.owners[geom] = owner
+        for body in slots[len(rows) :]:
+            self._compare(body, m.body_geomadr[body], 0)
+
+    def _compare(self, body: int, geom: int, bits: int) -> None:
+        m, reach = self.m, SCENE | ARM if bits == ARM else 0
+        m.geom_contype[geom] = m.body_contype[body] = bits
+        m.geom_conaffinity[geom] = m.body_conaffinity[body] = reach
+
+    def _move(self, body: int, T: Transform) -> None:
+        self.m.body_pos[body], self.m.body_quat[body] = position(T), quaternion(T)
+
+    # --- looking ---
+
+    def margin(self, distance: float) -> None:
+        """Find pairs that are nearer than this [m]."""
+        self.m.geom_margin[:] = self.m.body_margin[:] = 0.5 * distance
+
+    def near(self, joints: Sequence[float] | Floats) -> list[tuple[int, float]]:
+        """Return the pairs of solids that are nearer than the margin with these joints [rad, m], the arm with itself
+        too: the key of each pair, and how far apart they are [m], below 0 where they overlap.
+        """
+        m, d = self.m, self.d
+        d.qpos[:] = joints
+        mujoco.mj_kinematics(m, d)
+        mujoco.mj_collision(m, d)
+        if not d.ncon:
+            return []
+        contacts = d.contact
+        return list(zip((contacts.geom @ self._radix).tolist(), contacts.dist.tolist(), strict=True))
+
+    def place(self, number: int) -> Vector:
+        """Return the middle between the two solids of a pair that `near` returned last, in the world [m]."""
+        x, y, z = self.d.contact.pos[number].tolist()
+        return x, y, z
+
+    def pair(self, key: int) -> tuple[int, int]:
+        """Return the numbers of the two solids of a key."""
+        return divmod(key, self.m.ngeom)
+
+    def owners_of(self, key: int) -> tuple[int, int]:
+        """Return the owners of the two solids of a key, the smaller one first."""
+        one, other = (self.owners[number] for number in self.pair(key))
+        return (one, other) if one < other else (other, one)
+
+    # --- bounds ---
+
+    def bounds(self, number: int) -> Bounds:
+        """Return the ball around a solid of the arm; around a finger, open and closed."""
+        m, body = self.m, int(self.m.geom_bodyid[number])
+        pose, radius = _pose(m.geom_pos[number], m.geom_quat[number]), float(m.geom_rbound[number])
+        opens = dict(self._fingers).get(body, ())
+        link = self._links.index(body if body in self._links else int(m.body_parentid[body]))
+        if opens:
+            return Bounds(
+                link, around([Ball(position(compose(opened(opens, hand), pose)), radius) for hand in (0.0, 1.0)])
+            )
+        T = link_pose(self.model, link, 0.0) if link else IDENTITY
+        round_ = m.geom_type[number] in (TYPES[Form.CYLINDER], TYPES[Form.CAPSULE], TYPES[Form.BALL])
+        if link and round_ and self.model.links[link - 1].kind is JointKind.REVOLUTE and _on_axis(compose(T, pose)):
+            return Bounds(link - 1, Ball(position(compose(T, pose)), radius))  # its joint turns it about its own axis
+        return Bounds(link, Ball(position(pose), radius))
+
+    def arm_solids(self) -> list[int]:
+        """Return the numbers of all solids of links."""
+        return [
+            int(number)
+            for number in np.flatnonzero(np.array(self.owners) <= self.model.joint_count)
+            if self.owners[number] >= 0
+        ]
+
+    def ball_of(self, solids: Iterable[Solid]) -> Ball:
+        """Return a ball around solids that come into slots, in their frame."""
+        shelf = self._shelf
+        rows = [shelf.geom(f"kind{self._kinds[solid]}").id for solid in solids]
+        return around([Ball(tuple(shelf.geom_pos[row].tolist()), float(shelf.geom_rbound[row])) for row in rows])
+
+
+def _on_axis(T: Transform) -> bool:
+    """Return whether the z axis of a frame is the z axis of the frame that it is seen from."""
+    return hypot(T.px, T.py) < ALIKE and hypot(T.ax, T.ay) < ALIKE
+
+
+def around(balls: Sequence[Ball]) -> Ball:
+    """Return a ball around balls; one of no size at the origin around none."""
+    if not balls:
+        return Ball((0.0, 0.0, 0.0), 0.0)
+    low, high = ([side(x) for x in zip(*(ball.centre for ball in balls), strict=True)] for side in (min, max))
+    x, y, z = (0.5 * (a + b) for a, b in zip(low, high, strict=True))
+    return Ball((x, y, z), max(dist((x, y, z), ball.centre) + ball.radius for ball in balls))
+
+
+def quaternion(T: Transform) -> list[float]:
+    """Return the unit quaternion (w, x, y, z) of a rotation."""
+    axis, angle = axis_angle(T)
+    return [cos(0.5 * angle), *(x * sin(0.5 * angle) for x in axis)]
+
+
+def _pose(place: Floats, turn: Floats) -> Transform:
+    matrix = np.empty(9)
+    mujoco.mju_quat2Mat(matrix, turn)
+    return Transform(*np.column_stack([matrix.reshape(3, 3), place]).ravel().tolist())
+
+
+def _form(mesh: str, solid: Solid) -> dict[str, Any]:
+    """Return the arguments of a geom."""
+    form = {"type": TYPES[solid.form], "pos": list(position(solid.pose)), "quat": quaternion(solid.pose)}
+    return form | ({"meshname": mesh} if solid.form is Form.HULL else {"size": list(solid.sizes)})
+
+
+def _add_mesh(spec: Any, name: str, solid: Solid) -> None:
+    if solid.form is not Form.HULL:
+        return
+    mesh = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
+    if solid.file:
+        mesh.file, mesh.scale = solid.file, list(solid.sizes)
+    else:
+        mesh.uservert = [x for point in solid.points for x in point]
+
+
+def _shelf(kinds: dict[Solid, int]) -> Any:
+    """Compile a model with one of each solid, whose rows are copied into slots."""
+    spec = mujoco.MjSpec()
+    for solid, number in kinds.items():
+        name = f"kind{number}"
+        _add_mesh(spec, name, solid)
+        spec.worldbody.add_geom(name=name, **_form(name, solid))
+    return spec.compile()

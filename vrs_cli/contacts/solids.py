@@ -1,0 +1,187 @@
+"""Convex solids that stand for the links of an arm, and for what is in a scene, when contacts are looked for.
+
+A link has the solids of its shapes (`kinematics.bodies`): a box, a cylinder or a capsule stands for itself; a cone, a
+slab and a capsule of two radii stand as the convex hull of points on them; a mesh file stands as its convex hull. A
+link whose mesh cannot be read has capsules along it, as every link of a robot of which only the links are known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from enum import Enum
+from math import acos, cos, hypot, pi, sin, sqrt
+from typing import NamedTuple
+
+from vrs_cli.kinematics.axes import frame
+from vrs_cli.kinematics.bodies import capsules, shapes_of
+from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.kinematics.shapes import Body, Box, Capsule, Cylinder, MeshFile, Opening, Slab
+from vrs_cli.kinematics.transform import (
+    IDENTITY,
+    Transform,
+    Vector,
+    along,
+    any_normal,
+    compose,
+    dot,
+    length,
+    moved_point,
+    scaled,
+    subtracted,
+    translation,
+    unit,
+)
+from vrs_cli.values.scene import BoxShape, CylinderShape, MeshShape, Shape, SphereShape
+
+AROUND = 24  # points on a circle of a hull
+OUTSIDE = 1.0 / cos(pi / AROUND)  # a polygon of so many corners outside a circle is so many times as wide
+SHORT = 1e-9  # [m] no length
+
+
+class Form(Enum):
+    """How the sizes of a solid are read: half of each size of a box; radius, and half the length along z."""
+
+    BALL = "ball"
+    CAPSULE = "capsule"
+    CYLINDER = "cylinder"
+    BOX = "box"
+    HULL = "hull"
+
+
+class Solid(NamedTuple):
+    """A convex solid about the origin of `pose` [m]. A hull has `points` instead of sizes, or the mesh `file` with its
+    scale.
+    """
+
+    form: Form
+    sizes: Vector = (0.0, 0.0, 0.0)
+    pose: Transform = IDENTITY
+    points: tuple[Vector, ...] = ()
+    file: str = ""
+
+
+class LinkSolids(NamedTuple):
+    """The solids of a link that move alike: with the link alone, or also as the hand opens (`opens`)."""
+
+    link: int
+    opens: tuple[Opening, ...]
+    solids: tuple[Solid, ...]
+
+
+def solids_of_robot(model: RobotModel, readable: Iterable[str] = ()) -> tuple[LinkSolids, ...]:
+    """Return the solids of all links, the base (0) first. `readable`: mesh files that can be read."""
+    shapes, known = shapes_of(model), set(readable)
+    lost = {one.link for one in shapes if isinstance(one.body, MeshFile) and one.body.path not in known}
+    usable = [one for one in shapes if one.link not in lost]
+    usable += [one for one in capsules(model) if one.link in lost]
+    groups: dict[tuple[int, tuple[Opening, ...]], list[Solid]] = {}
+    for shape in sorted(usable, key=lambda one: one.link):
+        groups.setdefault((shape.link, shape.opens), []).append(solid_of(shape.body))
+    return tuple(LinkSolids(*key, tuple(solids)) for key, solids in groups.items())
+
+
+def solids_of_shape(shape: Shape) -> tuple[Solid, ...]:
+    """Return the solids of a part or a fixture, in its own frame."""
+    match shape:
+        case BoxShape(size):
+            return (Solid(Form.BOX, scaled(size, 0.5)),)
+        case CylinderShape(radius, height):
+            return (Solid(Form.CYLINDER, (radius, 0.5 * height, 0.0)),)
+        case SphereShape(radius):
+            return (Solid(Form.BALL, (radius, 0.0, 0.0)),)
+        case MeshShape(pieces):
+            return tuple(Solid(Form.HULL, points=points) for points in pieces)
+
+
+def height_of_foot(links: Iterable[LinkSolids], T_robot_base: Transform) -> float:
+    """Return how high the lowest point of a robot's base is, in the robot's frame [m]."""
+    base = (solid for group in links if group.link == 0 for solid in group.solids)
+    return min((_lowest(solid, compose(T_robot_base, solid.pose)) for solid in base), default=0.0)
+
+
+def _lowest(solid: Solid, T: Transform) -> float:
+    (x, y, z), upright = solid.sizes, min(abs(T.az), 1.0)
+    match solid.form:
+        case Form.BALL:
+            return T.pz - x
+        case Form.CAPSULE:
+            return T.pz - x - y * upright
+        case Form.CYLINDER:
+            return T.pz - y * upright - x * sqrt(1.0 - upright * upright)
+        case Form.BOX:
+            return T.pz - x * abs(T.nz) - y * abs(T.sz) - z * upright
+        case Form.HULL:
+            return min((moved_point(T, point)[2] for point in solid.points), default=T.pz)
+
+
+def mesh_files(model: RobotModel) -> Iterator[str]:
+    """Yield the mesh files of a robot's shapes."""
+    return (one.body.path for one in shapes_of(model) if isinstance(one.body, MeshFile))
+
+
+def solid_of(body: Body) -> Solid:
+    """Return the solid that stands for a body of a link, in the frame of the link."""
+    match body:
+        case Box(size, pose):
+            return Solid(Form.BOX, scaled(size, 0.5), pose)
+        case Capsule(start, end, (r, s)) if r == s:
+            if hypot(*subtracted(end, start)) < SHORT:
+                return Solid(Form.BALL, (r, 0.0, 0.0), translation(*start))
+            return _upright(Form.CAPSULE, start, end, r)
+        case Cylinder(start, end, (r, s)) if r == s:
+            return _upright(Form.CYLINDER, start, end, r)
+        case Capsule(start, end, (r, s)):
+            return _hull(start, end, (*_cap(r, -1.0), *_cap(s, 1.0, hypot(*subtracted(end, start)))))
+        case Cylinder(start, end, (r, s)):
+            return _hull(start, end, (*_circle(r, 0.0), *_circle(s, hypot(*subtracted(end, start)))))
+        case Slab():
+            return Solid(Form.HULL, points=tuple(_slab(body)))
+        case MeshFile(path, pose, scale):
+            return Solid(Form.HULL, scale, pose, file=path)
+
+
+def _upright(form: Form, start: Vector, end: Vector, radius: float) -> Solid:
+    middle, way = scaled((start[0] + end[0], start[1] + end[1], start[2] + end[2]), 0.5), subtracted(end, start)
+    return Solid(form, (radius, 0.5 * hypot(*way), 0.0), _along_z(middle, way))
+
+
+def _along_z(place: Vector, way: Vector) -> Transform:
+    """Return a frame at a place with z along a way."""
+    z = unit(way)
+    return frame(any_normal(z), z, place)
+
+
+def _hull(start: Vector, end: Vector, points: Sequence[Vector]) -> Solid:
+    """Return the hull of points in a frame at `start` with z towards `end`."""
+    T = _along_z(start, subtracted(end, start))
+    return Solid(Form.HULL, points=tuple(moved_point(T, point) for point in points))
+
+
+def _circle(radius: float, height: float) -> Iterator[Vector]:
+    """Yield the corners of a polygon outside a circle."""
+    for k in range(AROUND):
+        angle = 2.0 * pi * k / AROUND
+        yield OUTSIDE * radius * cos(angle), OUTSIDE * radius * sin(angle), height
+
+
+def _cap(radius: float, side: float, height: float = 0.0) -> Iterator[Vector]:
+    """Yield points on half a ball about a height, below (-1) or above (1) it."""
+    yield 0.0, 0.0, height + side * radius
+    for k in range(4):
+        latitude = 0.125 * pi * k
+        yield from _circle(radius * cos(latitude), height + side * radius * sin(latitude))
+
+
+def _slab(body: Slab) -> Iterator[Vector]:
+    """Yield the corners of the hull of two discs, as `view3d.meshes` draws it without its bevels."""
+    way, (r1, r2), (t1, t2) = subtracted(body.end, body.start), body.radii, body.thickness
+    far, x = length(way), unit(way)
+    z = unit(along(body.across, x, -dot(body.across, x)))
+    T, edge = frame(x, z, body.start), acos((r1 - r2) / far)  # where the straight edges touch the discs
+    for centre, radius, low, high in ((0.0, r1, edge, 2.0 * pi - edge), (far, r2, -edge, edge)):
+        for k in range(AROUND // 2 + 1):
+            angle = low + (high - low) * k / (AROUND // 2)
+            u, v = centre + radius * cos(angle), radius * sin(angle)
+            half = 0.5 * (t1 + (t2 - t1) * (u + r1) / (far + r1 + r2))
+            for side in (-half, half):
+                yield moved_point(T, (u, v, side))
