@@ -32,6 +32,7 @@ ROOMS = (
     Room("front ends", ("cli", "lsp", "highlight", "api", "repl", "view3d", "render"), 380, 50),
     Room("network", ("net",), 150, 150),
     Room("robot", ("interfaces", "devices"), 440, 230),
+    Room("scene and contacts", ("contacts",), 150, 225),
     Room("files and wire", ("files", "wire"), 150, 300),
     Room("language", ("language",), 610, 335),
     Room("motion: f and g", ("engine", "trajectory"), 380, 410),

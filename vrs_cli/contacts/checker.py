@@ -11,7 +11,7 @@ comes into the scene, counts once it has come apart.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from functools import lru_cache
 from math import ceil, inf
 
@@ -19,7 +19,7 @@ import numpy as np
 
 from vrs_cli.contacts.physics import Ball, Bounds, Physics, Standing, around
 from vrs_cli.contacts.solids import LinkSolids, height_of_foot, solids_of_robot, solids_of_shape
-from vrs_cli.contacts.stages import Stage, stages
+from vrs_cli.contacts.stages import Stage
 from vrs_cli.contacts.sweep import Sweep, levers, sums_of
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Floats
@@ -56,8 +56,8 @@ class Checker:
         self.links = solids_of_robot(arm.model)
         self.floor = arm.model.joint_count + 1
         self.first_part = self.floor + 1 + len(scene.fixtures)
-        others = (*scene.fixtures, *scene.parts)
-        self.names = (*link_names(arm.model, self.links), "floor", *(one.name for one in others))
+        fixtures, parts = ([one.name for one in things] for things in (scene.fixtures, scene.parts))
+        self.names = (*link_names(arm.model, self.links), "floor", *fixtures, *parts)
         self.number = {one.name: self.first_part + k for k, one in enumerate(scene.parts)}
         self.solids = {one.name: solids_of_shape(one.shape) for one in scene.parts}
         self.limit = clearance if clearance > 0.0 else -DEEP  # [m] a pair that is nearer counts
@@ -93,10 +93,6 @@ class Checker:
             self.stroke = stroke(self.links)
             self.part_balls = {name: self._physics.ball_of(solids) for name, solids in self.solids.items()}
         return self._physics
-
-    def first_contact(self, timeline: Timeline, begin: float, end: float, course: object) -> Contact | None:
-        """Return the first contact from one time to another [s]; None where there is none."""
-        return self.first_in(timeline, stages(course, timeline, begin, end))
 
     def first_in(self, timeline: Timeline, stages: Iterable[Stage]) -> Contact | None:
         """Return the first contact in stages that follow each other."""
@@ -184,7 +180,7 @@ class _Search:
             way = self.sweep.ways([moving])[0]
         else:
             way = self.sweep.way_between(np.array(levers(self.checker.arm.model, moving, other.link)))
-        return way + self.opening if moving.link == self.n else way
+        return np.asarray(way + self.opening) if moving.link == self.n else way
 
     def _bounds(self, number: int) -> Bounds:
         """Return the bounds of a solid: of one that stands, in the base."""

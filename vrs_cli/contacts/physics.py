@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
-from vrs_cli.contacts.solids import Form, LinkSolids, Solid
+from vrs_cli.contacts.solids import LinkSolids, Solid, SolidForm
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import RobotModel, link_pose
@@ -26,11 +26,11 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, axis_angle
 ARENA = 4 << 20  # [B] for the contacts of one pose
 SCENE, ARM = 1, 2  # bits: the arm is compared with the scene and with itself, the scene is not compared with itself
 TYPES = {
-    Form.BALL: mujoco.mjtGeom.mjGEOM_SPHERE,
-    Form.CAPSULE: mujoco.mjtGeom.mjGEOM_CAPSULE,
-    Form.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
-    Form.BOX: mujoco.mjtGeom.mjGEOM_BOX,
-    Form.HULL: mujoco.mjtGeom.mjGEOM_MESH,
+    SolidForm.BALL: mujoco.mjtGeom.mjGEOM_SPHERE,
+    SolidForm.CAPSULE: mujoco.mjtGeom.mjGEOM_CAPSULE,
+    SolidForm.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
+    SolidForm.BOX: mujoco.mjtGeom.mjGEOM_BOX,
+    SolidForm.HULL: mujoco.mjtGeom.mjGEOM_MESH,
 }
 ALIKE = 1e-9  # [m, rad] two axes are one
 NOBODY = -1  # the owner of an empty slot
@@ -137,7 +137,7 @@ class Physics:
 
     def _slot(self, parent: Any, name: str) -> None:
         body = self._body(parent, name, IDENTITY)
-        self._geom(body, NOBODY, 0, type=TYPES[Form.BALL], size=[TINY, 0, 0])
+        self._geom(body, NOBODY, 0, type=TYPES[SolidForm.BALL], size=[TINY, 0, 0])
 
     def _add_links(self, links: Sequence[LinkSolids], grips: int) -> list[tuple[str, tuple[Any, ...]]]:
         model, bodies, fingers = self.model, [], []
@@ -191,9 +191,8 @@ class Physics:
             self._move(body, compose(T, _pose(shelf.geom_pos[row], shelf.geom_quat[row])))
             for column in ("geom_type", "geom_size", "geom_rbound", "geom_aabb"):
                 getattr(m, column)[geom] = getattr(shelf, column)[row]
-            if solid.form is Form.HULL:
+            if solid.form is SolidForm.HULL:
                 m.geom_dataid[geom] = m.mesh(f"kind{kind}").id
-            m.bvh_aabb[m.body_bvhadr[body]] = shelf.geom_aabb[row]
             self._compare(body, geom, bits)
             self.owners[geom] = owner
         for body in slots[len(rows) :]:
@@ -233,7 +232,7 @@ class Physics:
 
     def pair(self, key: int) -> tuple[int, int]:
         """Return the numbers of the two solids of a key."""
-        return divmod(key, self.m.ngeom)
+        return divmod(key, int(self.m.ngeom))
 
     def owners_of(self, key: int) -> tuple[int, int]:
         """Return the owners of the two solids of a key, the smaller one first."""
@@ -253,7 +252,7 @@ class Physics:
                 link, around([Ball(position(compose(opened(opens, hand), pose)), radius) for hand in (0.0, 1.0)])
             )
         T = link_pose(self.model, link, 0.0) if link else IDENTITY
-        round_ = m.geom_type[number] in (TYPES[Form.CYLINDER], TYPES[Form.CAPSULE], TYPES[Form.BALL])
+        round_ = m.geom_type[number] in (TYPES[SolidForm.CYLINDER], TYPES[SolidForm.CAPSULE], TYPES[SolidForm.BALL])
         if link and round_ and self.model.links[link - 1].kind is JointKind.REVOLUTE and _on_axis(compose(T, pose)):
             return Bounds(link - 1, Ball(position(compose(T, pose)), radius))  # its joint turns it about its own axis
         return Bounds(link, Ball(position(pose), radius))
@@ -302,11 +301,11 @@ def _pose(place: Floats, turn: Floats) -> Transform:
 def _form(mesh: str, solid: Solid) -> dict[str, Any]:
     """Return the arguments of a geom."""
     form = {"type": TYPES[solid.form], "pos": list(position(solid.pose)), "quat": quaternion(solid.pose)}
-    return form | ({"meshname": mesh} if solid.form is Form.HULL else {"size": list(solid.sizes)})
+    return form | ({"meshname": mesh} if solid.form is SolidForm.HULL else {"size": list(solid.sizes)})
 
 
 def _add_mesh(spec: Any, name: str, solid: Solid) -> None:
-    if solid.form is not Form.HULL:
+    if solid.form is not SolidForm.HULL:
         return
     mesh = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
     if solid.file:

@@ -38,7 +38,7 @@ OUTSIDE = 1.0 / cos(pi / AROUND)  # a polygon of so many corners outside a circl
 SHORT = 1e-9  # [m] no length
 
 
-class Form(Enum):
+class SolidForm(Enum):
     """How the sizes of a solid are read: half of each size of a box; radius, and half the length along z."""
 
     BALL = "ball"
@@ -53,7 +53,7 @@ class Solid(NamedTuple):
     scale.
     """
 
-    form: Form
+    form: SolidForm
     sizes: Vector = (0.0, 0.0, 0.0)
     pose: Transform = IDENTITY
     points: tuple[Vector, ...] = ()
@@ -84,13 +84,13 @@ def solids_of_shape(shape: Shape) -> tuple[Solid, ...]:
     """Return the solids of a part or a fixture, in its own frame."""
     match shape:
         case BoxShape(size):
-            return (Solid(Form.BOX, scaled(size, 0.5)),)
+            return (Solid(SolidForm.BOX, scaled(size, 0.5)),)
         case CylinderShape(radius, height):
-            return (Solid(Form.CYLINDER, (radius, 0.5 * height, 0.0)),)
+            return (Solid(SolidForm.CYLINDER, (radius, 0.5 * height, 0.0)),)
         case SphereShape(radius):
-            return (Solid(Form.BALL, (radius, 0.0, 0.0)),)
+            return (Solid(SolidForm.BALL, (radius, 0.0, 0.0)),)
         case MeshShape(pieces):
-            return tuple(Solid(Form.HULL, points=points) for points in pieces)
+            return tuple(Solid(SolidForm.HULL, points=points) for points in pieces)
 
 
 def height_of_foot(links: Iterable[LinkSolids], T_robot_base: Transform) -> float:
@@ -102,15 +102,15 @@ def height_of_foot(links: Iterable[LinkSolids], T_robot_base: Transform) -> floa
 def _lowest(solid: Solid, T: Transform) -> float:
     (x, y, z), upright = solid.sizes, min(abs(T.az), 1.0)
     match solid.form:
-        case Form.BALL:
+        case SolidForm.BALL:
             return T.pz - x
-        case Form.CAPSULE:
+        case SolidForm.CAPSULE:
             return T.pz - x - y * upright
-        case Form.CYLINDER:
+        case SolidForm.CYLINDER:
             return T.pz - y * upright - x * sqrt(1.0 - upright * upright)
-        case Form.BOX:
+        case SolidForm.BOX:
             return T.pz - x * abs(T.nz) - y * abs(T.sz) - z * upright
-        case Form.HULL:
+        case SolidForm.HULL:
             return min((moved_point(T, point)[2] for point in solid.points), default=T.pz)
 
 
@@ -123,24 +123,24 @@ def solid_of(body: Body) -> Solid:
     """Return the solid that stands for a body of a link, in the frame of the link."""
     match body:
         case Box(size, pose):
-            return Solid(Form.BOX, scaled(size, 0.5), pose)
+            return Solid(SolidForm.BOX, scaled(size, 0.5), pose)
         case Capsule(start, end, (r, s)) if r == s:
             if hypot(*subtracted(end, start)) < SHORT:
-                return Solid(Form.BALL, (r, 0.0, 0.0), translation(*start))
-            return _upright(Form.CAPSULE, start, end, r)
+                return Solid(SolidForm.BALL, (r, 0.0, 0.0), translation(*start))
+            return _upright(SolidForm.CAPSULE, start, end, r)
         case Cylinder(start, end, (r, s)) if r == s:
-            return _upright(Form.CYLINDER, start, end, r)
+            return _upright(SolidForm.CYLINDER, start, end, r)
         case Capsule(start, end, (r, s)):
             return _hull(start, end, (*_cap(r, -1.0), *_cap(s, 1.0, hypot(*subtracted(end, start)))))
         case Cylinder(start, end, (r, s)):
             return _hull(start, end, (*_circle(r, 0.0), *_circle(s, hypot(*subtracted(end, start)))))
         case Slab():
-            return Solid(Form.HULL, points=tuple(_slab(body)))
+            return Solid(SolidForm.HULL, points=tuple(_slab(body)))
         case MeshFile(path, pose, scale):
-            return Solid(Form.HULL, scale, pose, file=path)
+            return Solid(SolidForm.HULL, scale, pose, file=path)
 
 
-def _upright(form: Form, start: Vector, end: Vector, radius: float) -> Solid:
+def _upright(form: SolidForm, start: Vector, end: Vector, radius: float) -> Solid:
     middle, way = scaled((start[0] + end[0], start[1] + end[1], start[2] + end[2]), 0.5), subtracted(end, start)
     return Solid(form, (radius, 0.5 * hypot(*way), 0.0), _along_z(middle, way))
 
@@ -154,7 +154,7 @@ def _along_z(place: Vector, way: Vector) -> Transform:
 def _hull(start: Vector, end: Vector, points: Sequence[Vector]) -> Solid:
     """Return the hull of points in a frame at `start` with z towards `end`."""
     T = _along_z(start, subtracted(end, start))
-    return Solid(Form.HULL, points=tuple(moved_point(T, point) for point in points))
+    return Solid(SolidForm.HULL, points=tuple(moved_point(T, point) for point in points))
 
 
 def _circle(radius: float, height: float) -> Iterator[Vector]:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.motion import Frames
 
 
@@ -20,8 +19,8 @@ class HeldPart(NamedTuple):
 class Stage(NamedTuple):
     """From `begin` to `end` [s]: T_world_part of the parts that stand, and the one in the hand.
 
-    `hand`: times [s], and how far the hand is open then. `changed`: parts that were taken or put down, or came, when the
-    stage begins. `gripped`: parts that the hand may touch, because it is about to take them.
+    `hand`: times [s], and how far the hand is open then. `changed`: parts that were taken, put down or brought when
+    the stage begins. `gripped`: parts that the hand may touch, because it is about to take them.
     """
 
     begin: float
@@ -32,7 +31,3 @@ class Stage(NamedTuple):
     hand: tuple[Sequence[float], Sequence[float]]
     changed: frozenset[str] = frozenset()
     gripped: frozenset[str] = frozenset()
-
-
-def stages(course: object, timeline: Timeline, begin: float, end: float) -> Iterator[Stage]:
-    raise NotImplementedError

@@ -33,14 +33,14 @@ LEAST_STEPS = 3  # of a segment
 SAFE = 1.5  # times the change of speed between samples
 
 
-class Frames(NamedTuple):
+class LinkFrames(NamedTuple):
     """T_base_link of each link over N samples: rotations (n + 1, N, 3, 3) and places (n + 1, N, 3)."""
 
     turns: Floats
     places: Floats
 
 
-def frames_over(model: RobotModel, q: Floats) -> Frames:
+def frames_over(model: RobotModel, q: Floats) -> LinkFrames:
     """Return the frames of all links for joints (N, n)."""
     n, count = model.joint_count, len(q)
     turns, places = np.empty((n + 1, count, 3, 3)), np.empty((n + 1, count, 3))
@@ -58,7 +58,7 @@ def frames_over(model: RobotModel, q: Floats) -> Frames:
             step[:, 0], step[:, 1], step[:, 2] = c * x - s * y, s * x + c * y, z
         moved = turns[i - 1] @ step
         turns[i], places[i] = moved[:, :, :3], moved[:, :, 3] + places[i - 1]
-    return Frames(turns, places)
+    return LinkFrames(turns, places)
 
 
 def levers(model: RobotModel, body: Bounds, other: int) -> tuple[float, ...]:

@@ -1,0 +1,43 @@
+"""First contacts of random motions beside looks at all poses: `python -m tests.contacts.long MOTIONS SEED [ROBOT]`.
+
+A hundred motions in each scene. Prints how far the times are apart, and the CPU time of a motion; status 1 where a
+touch that lasts for a millisecond is missed, or a time is more than a millisecond off.
+"""
+
+from __future__ import annotations
+
+import sys
+from random import Random
+from statistics import mean, median
+from time import process_time
+
+from tests.contacts.cases import TICK, cases, looked_at_all
+
+EXACT = 1e-3  # [s]
+IN_SCENE = 100
+
+
+def main(count: int, seed: int, robot: str = "puma560") -> int:
+    spent, late, wrong = list[float](), list[float](), 0
+    for number, case in enumerate(cases(Random(seed), count, robot, IN_SCENE)):
+        case.found()  # the model of a new scene is made
+        begun = process_time()
+        found = case.found()
+        spent.append(process_time() - begun)
+        dense = looked_at_all(case)
+        if found is not None and dense.first is not None:
+            late.append(abs(found.t - dense.first))
+        fault = dense.lasting is not None if found is None else dense.first is None or late[-1] > EXACT + TICK
+        if fault:
+            wrong += 1
+            print(f"motion {number} of seed {seed}: found {found}, all poses {dense}")
+    print(
+        f"{count} motions, {len(late)} with a contact, {wrong} wrong, {1e3 * max(late, default=0.0):.2f} ms off at most"
+    )
+    mean_ms, middle, most = (1e3 * of(spent) for of in (mean, median, max))
+    print(f"CPU of a motion: mean {mean_ms:.2f} ms, median {middle:.2f} ms, worst {most:.2f} ms")
+    return int(wrong > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main(int(sys.argv[1]), int(sys.argv[2]), *sys.argv[3:4]))

@@ -1,0 +1,129 @@
+"""The first contact of a motion: laws on random motions among random things, and what does not count."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+
+pytest.importorskip("mujoco")
+
+from tests.contacts.cases import Case, cases, looked_at_all
+from vrs_cli.contacts.checker import Checker, touching_at_rest
+from vrs_cli.contacts.stages import HeldPart, Stage
+from vrs_cli.engine.engine import Engine
+from vrs_cli.kinematics.robot_file import load_robot
+from vrs_cli.kinematics.transform import Transform, translation
+from vrs_cli.values.commands import Move
+from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.scene import BoxShape, CellScene, Fixture, ScenePart, Shape, SphereShape
+
+GREY = (0.5, 0.5, 0.5)
+PLANAR = "planar2"
+EXACT = 1e-3  # [s]
+
+
+@pytest.mark.parametrize("robot", ["puma560", "cobra600"])
+def test_first_contact_is_that_of_a_look_at_all_poses(robot: str) -> None:
+    hits = 0
+    for case in cases(Random(12), 8, robot, motions=4):
+        found, dense = case.found(), looked_at_all(case)
+        if found is None:
+            assert dense.lasting is None
+        else:
+            assert dense.first is not None
+            assert abs(found.t - dense.first) <= EXACT
+            hits += 1
+    assert hits
+
+
+def driven(scene: CellScene, goal: tuple[float, ...], clearance: float = 0.0, held: HeldPart | None = None) -> Case:
+    """The PUMA goes from READY to joints, among things that all stand."""
+    engine = Engine(load_robot("puma560"))
+    engine.perform(Move(JointTarget(goal), False))
+    standing = {one.name: one.T_world_part for one in scene.parts if held is None or one.name != held.name}
+    stage = Stage(0.0, engine.end, engine.frames, standing, held, ([0.0], [0.0]))
+    return Case(Checker(engine.arm, scene, clearance), engine.timeline, stage)
+
+
+def fixture(shape: Shape, T: Transform) -> CellScene:
+    return CellScene(fixtures=(Fixture("box", shape, T, GREY),))
+
+
+TURNED = (1.0, -1.5707963267948966, 1.5707963267948966, 0.0, 1.2, 0.0)
+WALL = fixture(BoxShape((0.05, 0.05, 0.05)), translation(0.0, 0.2, 0.95))
+
+
+def test_contact_tells_time_pair_place_depth_and_what_is_needed() -> None:
+    engine = Engine(load_robot("puma560"))
+    down = (0.0, -0.4, 1.2, 0.0, 0.5, 0.0)
+    engine.perform(Move(JointTarget(down), False))
+    tip = engine.position(engine.end).T_world_tool
+    scene = fixture(BoxShape((0.2, 0.2, 0.2)), translation(tip.px, tip.py, tip.pz))
+    found = driven(scene, down).found()
+    assert found is not None
+    assert {found.first, found.second} == {"hand", "box"}
+    assert 0.0 < found.t < engine.end
+    assert all(abs(x - centre) < 0.11 for x, centre in zip(found.place, (tip.px, tip.py, tip.pz), strict=True))
+    assert found.depth > 0.05
+    assert found.needed == pytest.approx(found.depth)
+    assert found.said().startswith(f"hand touches box at {found.t:.3f} s, at ")
+
+
+def test_clearance_counts_what_comes_near() -> None:
+    scene = fixture(SphereShape(0.05), translation(0.0, 0.0, 1.2))
+    goal = (0.4, -1.5707963267948966, 1.5707963267948966, 0.0, 0.0, 0.0)
+    assert driven(scene, goal).found() is None
+    checker = driven(scene, goal, clearance=0.3)
+    assert checker.found() is None  # nearer from the beginning on: that is excused
+
+
+def test_clearance_is_kept_by_what_comes_nearer() -> None:
+    for clearance in (0.0, 0.02, 0.1):
+        engine = Engine(load_robot("puma560"))
+        goal = (0.0, -1.0, 1.5707963267948966, 0.0, 0.0, 0.0)
+        engine.perform(Move(JointTarget(goal), False))
+        tip = engine.position(engine.end).T_world_tool
+        scene = fixture(SphereShape(0.02), translation(tip.px, tip.py, tip.pz + 0.2))
+        found = driven(scene, goal, clearance).found()
+        assert (found is None) == (clearance < 0.1)
+        if found is not None:
+            assert found.depth == 0.0
+            assert 0.0 < found.needed <= 0.1
+            assert "too near" in found.said()
+
+
+def test_held_part_touches_where_the_hand_does_not() -> None:
+    goal = (0.0, -1.0, 1.5707963267948966, 0.0, 0.0, 0.0)
+    engine = Engine(load_robot("puma560"))
+    engine.perform(Move(JointTarget(goal), False))
+    tip = engine.position(engine.end).T_world_tool
+    parts = (ScenePart("rod", BoxShape((0.02, 0.02, 0.5)), translation(5.0, 5.0, 5.0), GREY, 1.0),)
+    box = Fixture("box", BoxShape((0.05, 0.05, 0.05)), translation(tip.px, tip.py, tip.pz + 0.3), GREY)
+    scene = CellScene(parts, (box,))
+    assert driven(scene, goal).found() is None
+    found = driven(scene, goal, held=HeldPart("rod", translation(0.0, 0.0, 0.25))).found()
+    assert found is not None
+    assert {found.first, found.second} == {"rod", "box"}
+
+
+def test_more_parts_than_slots_are_compared() -> None:
+    parts = tuple(
+        ScenePart(
+            f"p{k}", SphereShape(0.01), translation(0.02 * (k % 10) - 0.1, 0.3 + 0.02 * (k // 10), 0.6), GREY, 1.0
+        )
+        for k in range(100)
+    )
+    goal = (0.0, -0.3, 0.9, 0.0, 0.0, 0.0)
+    here = driven(CellScene(parts), goal).found()
+    alone = [driven(CellScene((part,)), goal).found() for part in parts]
+    times = [one.t for one in alone if one is not None]
+    assert (here is None) == (not times)
+    if here is not None:
+        assert abs(here.t - min(times)) <= EXACT
+
+
+def test_named_poses_touch_nothing() -> None:
+    for robot in ("puma560", "puma260", "so100"):
+        pairs = touching_at_rest(load_robot(robot))
+        assert (robot == "puma560") == (not pairs)
