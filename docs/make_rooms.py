@@ -34,6 +34,7 @@ ROOMS = (
     Room("robot", ("interfaces", "devices"), 440, 230),
     Room("scene and contacts", ("contacts",), 150, 225),
     Room("files and wire", ("files", "wire"), 150, 300),
+    Room("cell", ("world",), 640, 265),
     Room("language", ("language",), 610, 335),
     Room("motion: f and g", ("engine", "trajectory"), 380, 410),
     Room("values", ("values",), 380, 480),

@@ -30,6 +30,7 @@ FLOORS = (  # from the ground up: a folder may import those before it
     "language",
     "wire",
     "files",
+    "world",
     "devices",
     "contacts",
     "interfaces",

@@ -214,6 +214,20 @@ def _parts(held: OffsetNode[R], before: int, index: int) -> Iterator[tuple[int, 
         yield from _parts(_child(node, number).shifted(offset), before + node.counts[number], index)
 
 
+def common(a: OffsetNode[R] | None, b: OffsetNode[R] | None) -> int:
+    """How many rows at the beginning two ropes share at least, found from their leaves alone."""
+    if a is None or b is None:
+        return 0
+    count = 0
+    for (_, here, one), (_, there, other) in zip(parts(a), parts(b), strict=False):
+        if here != there or one.row is not other.row or one.first != other.first:
+            break
+        count += min(one.count, other.count)
+        if one.last != other.last:
+            break
+    return count
+
+
 def in_rows(held: OffsetNode[Row], most: int) -> OffsetNode[Row]:
     """Return the same rope, in which no row in memory is longer than `most` segments."""
     pieces: list[OffsetNode[Row]] = []

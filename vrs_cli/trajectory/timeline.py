@@ -14,6 +14,7 @@ from array import array
 from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 from itertools import accumulate, chain, groupby
+from math import inf
 from typing import NamedTuple, Protocol, overload
 
 from vrs_cli.trajectory import rope
@@ -185,6 +186,27 @@ class Timeline:
             if value != before:
                 yield time, value
             before = value
+
+    def same_until(self, other: Timeline) -> float:
+        """Until when two timelines are the same [s]; infinity if they are so throughout."""
+        index, last = rope.common(self._rope, other._rope), min(len(self), len(other))
+        while index < last and (a := self[index]).path is (b := other[index]).path:
+            if (a.start, a.finish) != (b.start, b.finish):
+                break
+            index += 1
+        if index == len(self) == len(other):
+            since = inf
+        elif index == last:
+            since = (self if len(self) > last else other)[last].start
+        else:
+            a, b = self[index], other[index]
+            alike = a.path is b.path and a.start == b.start
+            since = min(a.finish, b.finish) if alike else min(a.start, b.start)
+        place, count = rope.common(self._events, other._events), min(self.event_count, other.event_count)
+        while place < count and self.event(place) == other.event(place):
+            place += 1
+        rest = [one.event(place).time for one in (self, other) if place < one.event_count]
+        return min([since, *rest])
 
     # --- in which rows it is ---
 

@@ -1,0 +1,264 @@
+"""When a moving body enters and leaves the region of a sensor: conservative advancement with bounds on speeds.
+
+No step is longer than the distance allows at the greatest possible speed (Mirtich and Canny, Impulse-based simulation
+of rigid bodies, 1995). A segment is searched in its own time and remembered with its path: where an edit only shifts
+it, nothing is searched again, and no bit changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from math import ceil, inf, sqrt
+from typing import NamedTuple
+
+from vrs_cli.engine.position import world_pose
+from vrs_cli.engine.problem import segment_joints
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.joints import JointKind
+from vrs_cli.kinematics.model import levers
+from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, length, moved_point, subtracted
+from vrs_cli.trajectory.polynomial import Polynomial
+from vrs_cli.trajectory.segment import JointPath, Segment
+from vrs_cli.values.motion import Frames
+from vrs_cli.values.scene import Beam, Proximity, Zone
+from vrs_cli.world.solids import Solid, Solids, frame_of, separation, solids_of
+
+GRAVITY = 9.81  # [m/s2]
+SHORTEST = 2.0**-11  # [s] half a millisecond: the shortest step, so that nothing that lasts 1 ms is missed
+FINEST = 2.0**-22  # [s] the instants found are multiples of it, after the start of their segment
+MOST_KEPT = 100_000  # searches remembered
+
+
+class Crossing(NamedTuple):
+    """A body enters or leaves a region, by its number. `time`: in seconds since its motion began."""
+
+    time: float
+    region: int
+    inside: bool
+
+
+class Passage(NamedTuple):
+    """In which regions a body is when its motion begins, and what it crosses, in order of time."""
+
+    begins_in: frozenset[int]
+    crossings: tuple[Crossing, ...]
+
+
+class Region(NamedTuple):
+    """The region of a sensor: a solid, and T_region_world."""
+
+    solid: Solid
+    T_region_world: Transform
+
+    @classmethod
+    def of(cls, sensed: Beam | Zone | Proximity) -> Region:
+        (solid,) = solids_of(sensed)
+        return cls(solid, inverse(frame_of(sensed)))
+
+
+class SeenBody(NamedTuple):
+    """A body as sensors see it: fixed at the flange, or (`at_tool`) at the tool's tip, at this pose."""
+
+    body: str
+    T: Transform
+    at_tool: bool = False
+
+
+class Way(NamedTuple):
+    """How a body, by its name, moves in a stretch of time: its pose by the time since the start [s], and a bound on the
+    speed of all its points [m/s]; that bound grows no faster than `growth` [m/s2].
+    """
+
+    body: str
+    pose: Callable[[float], Transform]
+    pace: Callable[[float], float]
+    growth: float
+    duration: float
+
+
+class Sensing:
+    """Searches crossings of bodies (by name) and regions (by number), and remembers them."""
+
+    def __init__(self, arm: RobotArm, bodies: Mapping[str, Solids], regions: Sequence[Region]) -> None:
+        self._arm, self._bodies, self.regions = arm, bodies, regions
+        self._levers = levers(arm.model)[1]
+        self._known: dict[object, tuple[object, Passage]] = {}
+        self.looks = 0  # at poses, in all
+
+    def standing(self, body: str, T_world_body: Transform) -> frozenset[int]:
+        """The regions in which a body is that stands there."""
+        return self._remembered(
+            (body, T_world_body), None, Way(body, lambda _: T_world_body, lambda _: 0.0, 0.0, 0.0)
+        ).begins_in
+
+    def on_segment(self, sight: SeenBody, segment: Segment) -> Passage:
+        """What a body at the arm crosses in a segment, since the segment's start."""
+        path = segment.path
+        known = self._known.get((id(path), segment.duration, sight))
+        if known is not None:
+            return known[1]
+        return self._remembered((id(path), segment.duration, sight), path, self._way(sight, segment))
+
+    def in_fall(self, body: str, T_world_body: Transform, duration: float) -> Passage:
+        """What a body crosses that falls from rest for so long [s]."""
+
+        def pose(s: float) -> Transform:
+            return T_world_body._replace(pz=T_world_body.pz - 0.5 * GRAVITY * s * s)
+
+        way = Way(body, pose, lambda s: GRAVITY * s, GRAVITY, duration)
+        return self._remembered((body, T_world_body, duration), None, way)
+
+    def _remembered(self, key: object, kept: object, way: Way) -> Passage:
+        """`kept`: an object whose id is in the key."""
+        found = self._known.get(key)
+        if found is None:
+            if len(self._known) >= MOST_KEPT:
+                for old in list(self._known)[: MOST_KEPT // 2]:
+                    del self._known[old]
+            found = self._known[key] = (kept, self._passage(way))
+        return found[1]
+
+    def _passage(self, way: Way) -> Passage:
+        """Search the regions that the body can reach."""
+        T, inside, found = way.pose(0.0), set[int](), list[Crossing]()
+        far = _farthest(way)
+        for number, region in enumerate(self.regions):
+            if _far_apart(self._bodies[way.body], T, region) > far:
+                continue
+            (_, first), *rest = self._search(way, number, still=far == 0.0)
+            if first:
+                inside.add(number)
+            found += (Crossing(s, number, now) for s, now in rest)
+        return Passage(frozenset(inside), tuple(sorted(found)))
+
+    def _clearance(self, way: Way, s: float, region: int) -> float:
+        self.looks += 1
+        return clearance(self._bodies[way.body], way.pose(s), self.regions[region])
+
+    # --- how a body moves ---
+
+    def _way(self, sight: SeenBody, segment: Segment) -> Way:
+        path, frames, duration = segment.path, segment.motion.frames, segment.duration
+        solids = self._bodies[sight.body]
+        far = max(length(moved_point(sight.T, solid.middle)) + solid.reach for solid in solids)
+        if isinstance(path, JointPath):
+            tool = frames.tool if sight.at_tool else IDENTITY
+            mounted, held = Frames(frames.base, tool), sight.T
+            far += length((tool.px, tool.py, tool.pz))
+            links = self._arm.model.links
+            arms = [
+                1.0 if link.kind is JointKind.PRISMATIC else lever + far
+                for link, lever in zip(links, self._levers, strict=True)
+            ]
+            growth = sum(lever * _most(row, duration, 2) for lever, row in zip(arms, path.coefficients, strict=True))
+
+            def pace(s: float) -> float:
+                return sum(lever * abs(rate) for lever, rate in zip(arms, path.velocity(s), strict=True))
+
+            def pose(s: float) -> Transform:
+                return compose(world_pose(self._arm, mounted, path.joints(s)), held)
+
+            return Way(sight.body, pose, pace, growth, duration)
+        if self._arm.steady is not None:  # the tool turns otherwise than the path says: only short steps are safe
+            tool = frames.tool if sight.at_tool else IDENTITY
+            mounted, held = Frames(frames.base, tool), sight.T
+
+            def searched(s: float) -> Transform:
+                return compose(world_pose(self._arm, mounted, segment_joints(self._arm, segment, s)), held)
+
+            return Way(sight.body, searched, lambda _: inf, 0.0, duration)
+        base = inverse(frames.base)
+        at_tip = sight.T if sight.at_tool else compose(inverse(frames.tool), sight.T)
+        far = max(length(moved_point(at_tip, solid.middle)) + solid.reach for solid in solids)
+        states, angles = path.states(), [turn.angle for turn in path.turns]
+        growth = sqrt(sum(_most(row, duration, 2) ** 2 for row in path.position))
+        growth += far * sum(_most(row, duration, 2) for row in angles)
+
+        def tip_pace(s: float) -> float:
+            vx, vy, vz, *_ = states(s)[1]
+            return sqrt(vx * vx + vy * vy + vz * vz) + far * sum(_rate(row, s) for row in angles)
+
+        return Way(sight.body, lambda s: compose(compose(base, states(s)[0]), at_tip), tip_pace, growth, duration)
+
+    # --- the search ---
+
+    def _search(self, way: Way, region: int, *, still: bool) -> Iterator[tuple[float, bool]]:
+        """When the body is in a region or not: first at the start, then each change."""
+        s, gap = 0.0, self._clearance(way, 0.0, region)
+        yield 0.0, gap <= 0.0
+        while s < way.duration and not still:
+            later = min(s + max(_safe(abs(gap), way.pace(s), way.growth), SHORTEST), way.duration)
+            after = self._clearance(way, later, region)
+            if (after <= 0.0) is not (gap <= 0.0):
+                yield self._instant(way, region, (s, later), gap <= 0.0), after <= 0.0
+            s, gap = later, after
+
+    def _instant(self, way: Way, region: int, between: tuple[float, float], before: bool) -> float:
+        """When the state changes, by bisection."""
+        low, high = int(between[0] / FINEST), ceil(between[1] / FINEST)
+        while high - low > 1:
+            middle = (low + high) // 2
+            if (self._clearance(way, middle * FINEST, region) <= 0.0) is before:
+                low = middle
+            else:
+                high = middle
+        return min(high * FINEST, between[1])
+
+
+def _farthest(way: Way) -> float:
+    """How far a point of the body goes at most [m]."""
+    if not way.duration:
+        return 0.0
+    return way.pace(0.0) * way.duration + 0.5 * way.growth * way.duration**2
+
+
+def _safe(gap: float, pace: float, growth: float) -> float:
+    """How long the way is at least within a gap: pace h + growth h^2 / 2 <= gap."""
+    if growth > 0.0:
+        return (sqrt(pace * pace + 2.0 * growth * gap) - pace) / growth
+    return gap / pace if pace > 0.0 else inf
+
+
+def _most(row: Polynomial, duration: float, order: int) -> float:
+    """A bound on a derivative of a polynomial from 0 to `duration`."""
+    found = 0.0
+    for power in range(order, len(row)):
+        factor = abs(row[power])
+        for lowered in range(order):
+            factor *= power - lowered
+        found += factor * duration ** (power - order)
+    return found
+
+
+def _rate(row: Polynomial, s: float) -> float:
+    """The magnitude of the derivative of a polynomial."""
+    return abs(sum(power * row[power] * s ** (power - 1) for power in range(1, len(row))))
+
+
+def clearance(solids: Solids, T_world_body: Transform, region: Region) -> float:
+    """How far a body is from a region [m], at least; 0 or less: it is in it, at least so deep. Its sign is exact."""
+    T_region_body = compose(region.T_region_world, T_world_body)
+    return min(_clearance(solid, T_region_body, region.solid) for solid in solids)
+
+
+def _far_apart(solids: Solids, T_world_body: Transform, region: Region) -> float:
+    """A bound from below of the distance, found quickly."""
+    T, seen = compose(region.T_region_world, T_world_body), region.solid
+    middles = ((length(subtracted(moved_point(T, one.middle), seen.middle)), one.reach) for one in solids)
+    return min(between - reach for between, reach in middles) - seen.reach
+
+
+def _clearance(solid: Solid, T_region_body: Transform, region: Solid) -> float:
+    middle = moved_point(T_region_body, solid.middle)
+    far = length(subtracted(middle, region.middle)) - solid.reach - region.reach
+    if far > solid.reach:
+        return far
+    found = separation(solid, T_region_body, region).distance
+    if found > 0.0:
+        return found
+    # how deep it is at least: a ball about the middle of the solid lies in it
+    core = separation(_BALL, IDENTITY._replace(px=middle[0], py=middle[1], pz=middle[2]), region).distance
+    return min(found, core - solid.depth, -0.0)
+
+
+_BALL = Solid(lambda _: (0.0, 0.0, 0.0), 0.0, (0.0, 0.0, 0.0), 0.0, 0.0)

@@ -1,0 +1,46 @@
+"""What a world is made of, prepared once: solids by name, regions of sensors, rules by the signal that they follow."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.transform import Transform, translation
+from vrs_cli.language.run.signals import Cell, Follow
+from vrs_cli.language.words.values import INPUTS, INTERNAL
+from vrs_cli.values.scene import BoxShape, ScenePart
+from vrs_cli.world.sensing import Region, SeenBody, Sensing
+from vrs_cli.world.solids import Solids, solids_of
+from vrs_cli.world.support import floor_height
+
+FINGERS = ""  # the name of the hand's fingers among bodies
+OPENING = 0.1  # [m] of a hand of which nobody says how wide it opens
+
+
+class WorldSettings:
+    """An arm in a cell. `opening`: of the hand [m]. `rules`: those that the world applies, with their places, by the
+    signal that they follow. `computed`: the inputs that the world drives; `sensed`: those of them that sensors drive.
+    """
+
+    def __init__(self, arm: RobotArm, cell: Cell) -> None:
+        scene = cell.scene
+        self.arm, self.scene = arm, scene
+        self.opening = scene.gripper.opening or arm.model.hand_width or OPENING
+        self.floor = floor_height(scene, arm.model)
+        self.parts: dict[str, ScenePart] = {part.name: part for part in scene.parts}
+        self.solids: dict[str, Solids] = {part.name: solids_of(part.shape) for part in scene.parts}
+        self.fixed: dict[str, tuple[Solids, Transform]] = {
+            one.name: (solids_of(one.shape), one.T_world_fixture) for one in scene.fixtures
+        }
+        self.solids |= {name: solids for name, (solids, _) in self.fixed.items()}
+        self.hand = SeenBody(FINGERS, translation(0.0, 0.0, -0.5 * scene.gripper.size[2]), at_tool=True)
+        bodies = {**self.solids, FINGERS: solids_of(BoxShape(scene.gripper.size))}
+        self.sensing = Sensing(arm, bodies, tuple(Region.of(sensor.region) for sensor in scene.sensors))
+        self.sinks = [(sink.zone.T_world_zone, Region.of(sink.zone)) for sink in scene.sinks]
+        self.rules = defaultdict[int, list[tuple[int, Follow]]](list)
+        for place, rule in enumerate(cell.follows):
+            if rule.sets is not None and abs(rule.sets) in INPUTS and abs(rule.when) not in INTERNAL:
+                self.rules[rule.when].append((place, rule))
+        self.sensed = frozenset(abs(sensor.signal) for sensor in scene.sensors) | {abs(scene.gripper.signal)} - {0}
+        followed = {abs(rule.sets or 0) for rules in self.rules.values() for _, rule in rules}
+        self.computed = frozenset(self.sensed | followed)

@@ -1,0 +1,41 @@
+"""The world around an arm: it gives the course of a timeline, and computes again only what an edit has changed."""
+
+from __future__ import annotations
+
+from threading import Lock
+
+from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.language.run.signals import Cell
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.world.course import WorldCourse
+from vrs_cli.world.settings import WorldSettings
+
+MOST_COURSES = 6  # of the versions asked for last
+
+
+class World:
+    """An arm in a cell. Any thread may ask."""
+
+    def __init__(self, arm: RobotArm, cell: Cell) -> None:
+        self.settings = WorldSettings(arm, cell)
+        self._courses: list[WorldCourse] = []  # the one asked for last stands last
+        self._lock = Lock()
+
+    def course(self, timeline: Timeline) -> WorldCourse:
+        """The course of a timeline."""
+        with self._lock:
+            found = next((one for one in self._courses if one.timeline is timeline), None)
+            if found is None:
+                found = self._made(timeline)
+            else:
+                self._courses.remove(found)
+            self._courses = [*self._courses[1 - MOST_COURSES :], found]
+            return found
+
+    def _made(self, timeline: Timeline) -> WorldCourse:
+        """Continue from the course that is the same for the longest time."""
+        ways = [(one.timeline.same_until(timeline), one) for one in self._courses]
+        since, course = max(ways, key=lambda way: way[0], default=(timeline.start, None))
+        if course is None or since <= timeline.start:
+            return WorldCourse(self.settings, timeline)
+        return course.edited(timeline, since)
