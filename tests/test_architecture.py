@@ -62,7 +62,7 @@ INNER_FLOORS = {  # the same inside a folder; a file beside these floors may imp
 LIVES_IN = {
     "lark": {"language/text/lalr.py"},
     "prompt_toolkit": {"repl"},
-    "websockets": {"net/client.py", "net/server.py", "net/sockets.py", "view3d/guard.py"},
+    "websockets": {"net/client.py", "net/server.py", "view3d/guard.py"},
     "rich": {"render", "view3d/app.py", "view3d/studio.py"},
     "viser": {"view3d"},
     "mujoco": {"contacts/physics.py"},

@@ -10,7 +10,7 @@ from websockets.asyncio.client import connect
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.extensions.permessage_deflate import ClientPerMessageDeflateFactory
 
-from vrs_cli.net.sockets import SharedDeflate, SocketSink
+from vrs_cli.net.server import SharedDeflate, SocketSink
 from vrs_cli.net.stream import DeflateContext, Packet
 
 TEXTS = [b"joint %d stands at some degrees; " % number * 30 for number in range(4)]

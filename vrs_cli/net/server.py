@@ -1,4 +1,4 @@
-"""The server: sockets that lead to robots. All that is decided is decided elsewhere; here bytes come and go."""
+"""The server: sockets that lead to robots. It moves bytes, and decides nothing."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import asyncio
 import logging
 import ssl
 import time
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from http import HTTPStatus
 from math import inf
 from socket import SO_SNDBUF, SOL_SOCKET
@@ -18,9 +19,13 @@ from msgspec import Struct
 from websockets.asyncio.server import Server as Listening
 from websockets.asyncio.server import ServerConnection as Socket
 from websockets.asyncio.server import broadcast, serve
-from websockets.exceptions import ConnectionClosed
+from websockets.exceptions import ConnectionClosed, NegotiationError
+from websockets.extensions import Extension
+from websockets.extensions.permessage_deflate import PerMessageDeflate, ServerPerMessageDeflateFactory
+from websockets.frames import OP_BINARY, OP_TEXT, Frame
 from websockets.http11 import Request, Response
-from websockets.typing import Origin
+from websockets.protocol import OPEN as SOCKET_OPEN
+from websockets.typing import ExtensionParameter, Origin
 
 from vrs_cli.errors import LimitReached, RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.internal_error import internal_error
@@ -30,29 +35,28 @@ from vrs_cli.net.client_session import TYPING, ClientSession
 from vrs_cli.net.limits import Allowance, Bucket, Crowd
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.room import Hub, Room
-from vrs_cli.net.sockets import SharedDeflate, SocketSink
+from vrs_cli.net.stream import WINDOW_BITS, Packet
 from vrs_cli.net.tokens import OPEN, Grant, TokenFile
 from vrs_cli.wire.refusal import Refusal
 
 LONGEST_WAIT = 0.1  # [s] after which a client's share is looked at again: others may be gone
-TICK = 0.1  # [s] between two looks at what time has changed
+TICK = 0.1  # [s] between two calls of what time makes due
 LOOK = 0.25  # [s] between two looks at the file of tokens; two find that it has changed
 HIGH_WATER = 64 * 1024  # bytes that a socket holds before it is given no more
-HELD = (
-    64 * 1024
-)  # bytes that the system holds: left to itself it takes megabytes, and asks for more when a third is gone
+# bytes that the system holds: left to itself it takes megabytes, and asks for more when a third is gone
+HELD = 64 * 1024
 BACKLOG = 512 * 1024  # bytes beside these that wait for a socket
-PINGS, PATIENCE = 20.0, 20.0  # [s] between two questions whether a client is there, and until it has to answer
-MISHAPS = 20  # errors of vrs itself that are told, each with a file
-PAUSE = 1.0  # [s] after one, where it might come again at once
+PINGS, PATIENCE = 20.0, 20.0  # [s] between two pings, and until a client has to answer one
+MAX_REPORTED = 20  # internal errors that are told, each with a file
+PAUSE = 1.0  # [s] after an internal error that might come again at once
 FLOOD = 10.0  # [s] of messages that come too fast, after which a connection is closed
-MOST_PARKED = 4_000_000  # bytes of requests of one client that wait for its share: after these nothing is read of it
-SHORT = 2.0  # [s] in which a client takes leave
+MOST_PARKED = 4_000_000  # bytes of waiting requests of one client, after which nothing more is read of it
+SHORT = 2.0  # [s] that a client has to close its connection
 ROBOTS = "/robots/"
 
 
 class ListenAddress(Struct, frozen=True):
-    """Where a server listens. `origins`: the pages of which sites may open a connection; programs send none."""
+    """Where a server listens. `origins`: the sites whose pages may open a connection; programs send no origin."""
 
     host: str
     port: int
@@ -64,8 +68,74 @@ class ListenAddress(Struct, frozen=True):
         return f"{'wss' if self.tls else 'ws'}://{host}:{port}"
 
 
+# --- what a broadcast needs of sockets ------------------------------------------------------------------------------
+#
+# It sends bytes that many connections share, deflated or not. A message to one connection alone goes through
+# `connection.send`, and is not deflated: it does not come between those that refer to each other (RFC 7692, 7.2.3.2).
+
+
+class SocketSink:
+    """A socket of the server as the `Sink` of a broadcast."""
+
+    def __init__(self, connection: Socket) -> None:
+        self._protocol, self._transport = connection.protocol, connection.transport
+        self.deflates = any(isinstance(extension, Inflating) for extension in connection.protocol.extensions)
+
+    @property
+    def waiting(self) -> int:
+        return self._transport.get_write_buffer_size()
+
+    def send(self, *packets: Packet) -> None:
+        """Send packets. A frame is made once for all: `websockets.broadcast` would make one for each connection."""
+        if self._protocol.state is SOCKET_OPEN and not self._transport.is_closing():
+            for packet in packets:
+                if not packet.frame:  # RFC 6455, 5.2
+                    frame = Frame(OP_TEXT if packet.text else OP_BINARY, packet.data)
+                    packet.frame = frame.serialize(mask=False, extensions=[] if packet.place is None else [_Deflated()])
+            self._transport.write(b"".join([packet.frame for packet in packets]))
+
+
+class _Deflated(Extension):
+    """Marks a frame as deflated already (RFC 7692, 6)."""
+
+    def encode(self, frame: Frame) -> Frame:
+        return replace(frame, rsv1=True)
+
+
+class Inflating(PerMessageDeflate):
+    """Inflates received frames, and sends frames as they are."""
+
+    def encode(self, frame: Frame) -> Frame:
+        return frame
+
+
+class SharedDeflate(ServerPerMessageDeflateFactory):
+    """Negotiates deflation that is done once for all: whole windows, and contexts that continue from message to
+    message. For a client that wants less, nothing is deflated.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(client_no_context_takeover=True)  # nothing is to be kept for a client that says little
+
+    def process_request_params(
+        self, params: Sequence[ExtensionParameter], accepted_extensions: Sequence[Extension]
+    ) -> tuple[list[ExtensionParameter], PerMessageDeflate]:
+        answer, agreed = super().process_request_params(params, accepted_extensions)
+        if agreed.local_no_context_takeover or agreed.local_max_window_bits < WINDOW_BITS:
+            raise NegotiationError("what is sent to all is deflated with whole windows")
+        return answer, Inflating(
+            agreed.remote_no_context_takeover,
+            True,  # no memory is held for deflating
+            agreed.remote_max_window_bits,
+            WINDOW_BITS,
+        )
+
+
+# --- connections ----------------------------------------------------------------------------------------------------
+
+
 class _Link:
-    """One socket, and who is behind it."""
+    """One socket and its client."""
 
     def __init__(self, socket: Socket, connection: ServerConnection, allowance: Allowance) -> None:
         self.connection, self.socket = connection, socket
@@ -74,11 +144,11 @@ class _Link:
         self.client: ClientSession | None = None
         self.room: Room | None = None
         self.rate = Bucket(allowance.rate, allowance.burst, time.monotonic())
-        self.fast = 0  # messages that came too fast, one after the other
+        self.fast = 0  # messages in a row that came too fast
         self.sink = SocketSink(socket)
         socket.transport.get_extra_info("socket").setsockopt(SOL_SOCKET, SO_SNDBUF, HELD)
         self.deflates = self.sink.deflates
-        self._drains = False  # it waits for its socket
+        self._drains = False  # a task waits until the socket takes more
         self._tasks: set[asyncio.Task[None]] = set()
 
     def flush(self) -> None:
@@ -100,12 +170,12 @@ class _Link:
         return self.client is not None and self.client.link is self and self.client.has_more
 
     def _count(self) -> None:
-        """Say how far it is behind."""
+        """Tell the client session how many bytes wait."""
         if self.client is not None and self.client.link is self:
             self.client.pace.waiting = self.connection.waiting + self.sink.waiting
 
     async def _drain(self) -> None:
-        """Go on, a part of a long reply after the other, whenever the socket has taken what it holds."""
+        """Send what waits, and the parts of a long reply, whenever the socket has taken what it holds."""
         with suppress(OSError):
             while (self.sink.waiting > HIGH_WATER or self._has_more) and not self.socket.transport.is_closing():
                 if self.sink.waiting > HIGH_WATER:
@@ -145,9 +215,11 @@ class _Link:
 
 
 class Server:
-    """Serves the robots of a hub. `tokens`: who may enter, None for everybody. `ready` is told the address once it
-    listens; `tell` what whoever runs it has to know.
+    """Serves the robots of a hub. `tokens`: who may enter, None for everybody. `tell` takes messages for whoever runs
+    the server. `opened`: functions that are called with every robot that is served.
     """
+
+    hub: Hub
 
     def __init__(
         self,
@@ -160,34 +232,29 @@ class Server:
         self._place, self._allowance, self._audit, self._tokens, self._tell = place, allowance, audit, tokens, tell
         self._crowd = Crowd(allowance)
         self._links: set[_Link] = set()
-        self._strangers: set[_Link] = set()  # who have not said who they are
         self._looked = 0.0  # [s] when the tokens were looked at
         self._due: dict[str, asyncio.Event] = {}
         self._told, self._internal_errors = "", 0
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._hub: Hub | None = None
         self._broadcasts: set[asyncio.Task[None]] = set()
-        self._waiting: dict[ClientSession, asyncio.Task[None]] = {}  # whose requests wait for their share
-        self.opened: list[Callable[[Room], None]] = []  # they are told of every robot that is served
+        self._waiting: dict[ClientSession, asyncio.Task[None]] = {}  # for clients whose requests wait for their share
+        self.opened: list[Callable[[Room], None]] = []
         self._too_fast = LimitReached(f"more than {allowance.rate:g} messages a second", "send fewer, or wait")
 
     def wake(self, name: str) -> None:
-        """A robot has said something. In any thread."""
+        """Have a robot's messages sent: it has said something. In any thread."""
         if self._loop is not None and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self._pump, name)
 
     def grants(self) -> tuple[Grant, ...]:
-        """Those of all tokens."""
+        """The grants of all tokens."""
         return () if self._tokens is None else self._tokens.tokens.grants
 
-    @property
-    def hub(self) -> Hub:
-        assert self._hub is not None, "a server has robots"
-        return self._hub
-
     async def run(self, hub: Hub, ready: Callable[[str], None], stop: asyncio.Event) -> None:
-        """Until `stop`. Raises OSError where the address is taken."""
-        self._loop, self._hub = asyncio.get_running_loop(), hub
+        """Serve until `stop`. `ready` is called with the address once the server listens. Raises OSError if the address
+        is taken.
+        """
+        self._loop, self.hub = asyncio.get_running_loop(), hub
         quiet = logging.Logger("vrs serve", logging.CRITICAL)
         for name in hub.rooms:
             self._follow(name)
@@ -214,7 +281,7 @@ class Server:
             await self._take_leave(listening)
 
     async def _take_leave(self, listening: Listening) -> None:
-        """Every holder is told that the server ends."""
+        """Tell every client that the server ends."""
         for task in self._broadcasts:
             task.cancel()
         for link in tuple(self._links):
@@ -226,7 +293,7 @@ class Server:
     # --- sockets ---
 
     def _asked(self, socket: Socket, request: Request) -> Response | None:
-        """Before there is a connection: whether there is such a place, and room."""
+        """Refuse a connection to an unknown address, or if there are too many, before it is made."""
         if len(self._links) >= self._allowance.connections:
             return socket.respond(HTTPStatus.SERVICE_UNAVAILABLE, "this server has no room for one more connection\n")
         path = urlsplit(request.path).path
@@ -235,11 +302,10 @@ class Server:
         return None
 
     async def _served(self, socket: Socket) -> None:
-        """One connection, from its begin to its end."""
+        """Serve one connection from its begin to its end."""
         connection = ServerConnection(time.monotonic(), self._allowance.message, BACKLOG)
         link = _Link(socket, connection, self._allowance)
         self._links.add(link)
-        self._strangers.add(link)
         try:
             async for frame in socket:
                 now, begun = time.monotonic(), time.thread_time()
@@ -261,7 +327,6 @@ class Server:
             pass
         finally:
             self._links.discard(link)
-            self._strangers.discard(link)
             self._gone(link)
 
     async def _taken(self, link: _Link, message: messages.ClientMessage, size: int) -> None:
@@ -281,7 +346,7 @@ class Server:
                 room.leave(client)
 
     def _unpark(self, client: ClientSession) -> None:
-        """Have what waits for a client's share done in its time, whether it is still connected or not."""
+        """Carry out the waiting requests of a client in their time, whether it is still connected or not."""
         if client not in self._waiting:
             self._waiting[client] = asyncio.get_running_loop().create_task(self._wait_for_share(client))
 
@@ -295,7 +360,7 @@ class Server:
             del self._waiting[client]
 
     async def _enter(self, link: _Link, hello: messages.Hello) -> None:
-        """Let somebody in, or say why not."""
+        """Let a client in, or tell why not."""
         try:
             grant = self._grant(link, hello)
             name = self.hub.chosen(grant, self._wanted(link, hello))
@@ -305,14 +370,13 @@ class Server:
             self._audit.note(hello.robot, hello.name, link.address, "(enter)", f"refused: {error}")
             link.connection.close(error.detail, Refusal.of(error))
             return
-        self._strangers.discard(link)
         self._follow(name)
         link.room, link.client = room, room.enter(grant, hello, link)
         room.pump()
         self._audit.note(name, link.client.name, link.address, "(enter)", "done")
 
     async def _opened(self, name: str) -> Room:
-        """Raises RequestRefused where a robot cannot be served; why is for whoever runs the server."""
+        """Return the room of a robot. Raises RequestRefused if it cannot be served; the operator is told why."""
         try:
             return await asyncio.to_thread(self.hub.open, name)
         except VrsError as error:
@@ -335,7 +399,7 @@ class Server:
 
     @staticmethod
     def _wanted(link: _Link, hello: messages.Hello) -> str:
-        """The robot of the address, or of the hello. Raises RequestRefused where they are not one."""
+        """Return the robot of the address, or of the hello. Raises RequestRefused if they name different ones."""
         request = link.socket.request
         path = "" if request is None else urlsplit(request.path).path
         named = unquote(path.removeprefix(ROBOTS)).strip("/") if path.startswith(ROBOTS) else ""
@@ -344,7 +408,7 @@ class Server:
         return named or hello.robot
 
     def _gone(self, link: _Link) -> None:
-        """A socket is closed, or cut."""
+        """Note that a socket is closed, or cut."""
         client, room = link.client, link.room
         if client is None or room is None:
             return
@@ -362,7 +426,7 @@ class Server:
                 self._due[name].set()
 
     def _follow(self, name: str) -> None:
-        """Broadcast from a robot, from now on."""
+        """Broadcast from a robot from now on, if that has not begun yet."""
         if name not in self._due:
             self._due[name] = asyncio.Event()
             room = self.hub.rooms[name]
@@ -394,7 +458,7 @@ class Server:
         while True:
             await asyncio.sleep(TICK)
             now = time.monotonic()
-            for link in tuple(self._strangers):
+            for link in [link for link in self._links if link.client is None]:
                 link.connection.look(now)
                 link.flush()
             for room in self.hub.rooms.values():
@@ -404,18 +468,18 @@ class Server:
                 self._guarded(self._look_at_tokens)
 
     def _guarded(self, act: Callable[[], None]) -> bool:
-        """An error of vrs itself is told, and all else goes on; whether there was none."""
+        """Call `act`; report an internal error, and let all else go on. Return whether there was none."""
         try:
             act()
         except Exception as error:
             self._internal_errors += 1
-            if self._internal_errors <= MISHAPS:
+            if self._internal_errors <= MAX_REPORTED:
                 self._tell(internal_error(error).text)
             return False
         return True
 
     def _look_at_tokens(self) -> None:
-        """Who has no token any more is out at once."""
+        """Read the tokens again if their file has changed, and drop the users whose token has ended."""
         tokens = self._tokens
         if tokens is None:
             return
