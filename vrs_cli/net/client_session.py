@@ -18,7 +18,7 @@ from vrs_cli.errors import LimitReached, RequestRefused, VrsError, sentence
 from vrs_cli.interfaces.actor.ticket import Ticket
 from vrs_cli.interfaces.dialogue import Dialogue, beside, quietly
 from vrs_cli.interfaces.port.port import Outlet
-from vrs_cli.interfaces.port.user_session import TAKEN, Pending, UserSession
+from vrs_cli.interfaces.port.user_session import Pending, UserSession
 from vrs_cli.interfaces.rights import check_may
 from vrs_cli.interfaces.session.acts import ACTS
 from vrs_cli.interfaces.station.user_state import UserState
@@ -186,11 +186,15 @@ class ClientSession(UserSession):
     # --- what comes ---
 
     def receive(self, message: messages.ClientMessage, *, waited: bool = False) -> None:
-        """Carry out a message, or tell why not. `waited`: it arrived in time, and has waited here."""
+        """Carry out a message, or tell why not. `waited`: it arrived in time, and has waited here. A command that was
+        held up on the way is refused, for its user expects it no more; a stop never is.
+        """
         self.beat()
         try:
-            if not waited:
-                self._check_in_time(message)
+            until = message.until if isinstance(message, messages.Command) and not waited else None
+            if until is not None and (late := self._wall() - until) > 0.0 and not self._is_stop(message):
+                what = f"it was held up on the way, and arrived {late:.1f} s too late: it was not done"
+                raise RequestRefused(what, "give it again")
             self.carry_out(message, self.send)
         except Exception as error:
             if what := _deed(message):
@@ -203,21 +207,32 @@ class ClientSession(UserSession):
                 check_short(text)
             case messages.Complete(text=text) | messages.Check(text=text):
                 check_short(text)
-        (TAKEN.get(type(message)) or _TAKEN[type(message)])(self, message, outlet)
+        match message:
+            case messages.Subscribe() | messages.Play() | messages.Resync():
+                self._watch(message)
+            case messages.Window(id, begin, end):
+                stream = self._robot.broadcast.stream
+                part = stream.part(begin, end)  # at once: later it would be out of date
+                self.say(messages.Shown(id, part, stream.number, part.segments[0].start))
+            case messages.Who(id):
+                driver = self._robot.driving.lease.holder
+                self.say(messages.Present(id, self._robot.robots(self.grant), tuple(self._users), driver))
+            case messages.Ping(sent):
+                now = self._wall()
+                self.say(messages.Pong(sent, now, now, self.now))
+            case messages.Drive():
+                self._drive(message)
+            case messages.Drag():
+                self._drag(message)
+            case messages.Put() | messages.Get() | messages.Names():
+                self._use_folder(message, outlet)
+            case messages.Bye():
+                pass  # the connection has done it
+            case _:
+                super().carry_out(message, outlet)
 
-    def _check_in_time(self, message: messages.ClientMessage) -> None:
-        """Refuse a command that was held up on the way, for its user expects it no more; a stop is always done. Raises
-        RequestRefused.
-        """
-        if not isinstance(message, messages.Command) or message.until is None:
-            return
-        late = self._wall() - message.until
-        if late > 0.0 and not self._is_stop(message):
-            what = f"it was held up on the way, and arrived {late:.1f} s too late: it was not done"
-            raise RequestRefused(what, "give it again")
-
-    def _is_stop(self, command: messages.Command) -> bool:
-        match command:
+    def _is_stop(self, message: messages.ClientMessage) -> bool:
+        match message:
             case messages.Abort() | messages.At(act=StopProgram() | StopJog()):
                 return True
             case messages.Line(text=text) | messages.At(act=Say(line=text)):
@@ -242,7 +257,7 @@ class ClientSession(UserSession):
         """Keep a request, of `size` bytes, that has to wait; return False if it goes first, or need not wait. Of the
         requests of one kind that a line being typed causes, only the newest waits: older ones get an empty answer.
         """
-        if isinstance(message, AT_ONCE) or (isinstance(message, messages.Command) and self._is_stop(message)):
+        if isinstance(message, AT_ONCE) or self._is_stop(message):
             return False
         if not self._parked and not self.wait(message):
             return False
@@ -250,7 +265,9 @@ class ClientSession(UserSession):
             for old, its in [one for one in self._parked if type(one[0]) is type(message)]:
                 self._parked.remove((old, its))
                 self.parked_bytes -= its
-                self.say(_nothing_found(old))
+                assert isinstance(old, TYPING)
+                empty = messages.Completed if isinstance(old, messages.Complete) else messages.Checked
+                self.say(empty(old.id))
         self._parked.append((message, size))
         self.parked_bytes += size
         return True
@@ -320,39 +337,23 @@ class ClientSession(UserSession):
 
     # --- looking ---
 
-    def _subscribe(self, message: messages.Subscribe, _outlet: Outlet) -> None:
-        if self._listener is not None:
-            self._robot.broadcast.subscribe(self._listener, message)
-        self.console = message.console
-        self.tell(messages.Done(message.id, version=self.timeline.version))
+    def _watch(self, message: messages.Subscribe | messages.Play | messages.Resync) -> None:
+        broadcast, listener = self._robot.broadcast, self._listener
+        match message:
+            case messages.Subscribe(id, console=console):
+                if listener is not None:
+                    broadcast.subscribe(listener, message)
+                self.console = console
+                self.tell(messages.Done(id, version=self.timeline.version))
+            case messages.Play() if listener is not None:
+                broadcast.play(listener, message)
+            case messages.Resync(full) if listener is not None:
+                broadcast.resync(listener, full=full)
         self._robot.stirred()
-
-    def _play(self, message: messages.Play, _outlet: Outlet) -> None:
-        if self._listener is not None:
-            self._robot.broadcast.play(self._listener, message)
-            self._robot.stirred()
-
-    def _resync(self, message: messages.Resync, _outlet: Outlet) -> None:
-        if self._listener is not None:
-            self._robot.broadcast.resync(self._listener, full=message.full)
-            self._robot.stirred()
-
-    def _window(self, message: messages.Window, _outlet: Outlet) -> None:
-        stream = self._robot.broadcast.stream
-        part = stream.part(message.begin, message.end)  # at once: later it would be out of date
-        self.say(messages.Shown(message.id, part, stream.number, part.segments[0].start))
-
-    def _who(self, message: messages.Who, _outlet: Outlet) -> None:
-        robot = self._robot
-        self.say(messages.Present(message.id, robot.robots(self.grant), tuple(self._users), robot.driving.lease.holder))
-
-    def _pong(self, message: messages.Ping, _outlet: Outlet) -> None:
-        now = self._wall()
-        self.say(messages.Pong(message.sent, now, now, self.now))
 
     # --- driving, and files ---
 
-    def _drive(self, message: messages.Drive, _outlet: Outlet) -> None:
+    def _drive(self, message: messages.Drive) -> None:
         if message.act is not messages.LeaseAct.GIVE:
             check_may("to drive", Role.DESIGNER, self.grant.role)
         driving, name = self._robot.driving, self.name
@@ -375,7 +376,7 @@ class ClientSession(UserSession):
         """Write a line of the audit."""
         self._robot.audit.note(self._robot.name, self.name, self.address, what, result)
 
-    def _drag(self, message: messages.Drag, _outlet: Outlet) -> None:
+    def _drag(self, message: messages.Drag) -> None:
         """Give the robot the target of the dragged tool; a newer one replaces one that the robot has not taken."""
         self._wishes.append(message)
         if self._pulling is None:
@@ -396,26 +397,19 @@ class ClientSession(UserSession):
         else:
             self._drag_refused = self._drag_refused and wish.pose is not None
 
-    def _put_file(self, message: messages.Put, outlet: Outlet) -> None:
-        check_may("to put a file", Role.SUPERVISOR, self.grant.role)
+    def _use_folder(self, message: messages.Put | messages.Get | messages.Names, outlet: Outlet) -> None:
         folder, allowance = self._robot.folder, self._robot.allowance
-        dialogue = beside(
-            lambda: robot_folder.put(folder, message.name, message.data, allowance, replace=message.replace)
-        )
-        self.ask(message, dialogue, outlet)
-
-    def _get(self, message: messages.Get, outlet: Outlet) -> None:
-        check_may("to get a file", Role.SUPERVISOR, self.grant.role)
-        folder = self._robot.folder
-        dialogue = beside(lambda: robot_folder.fetch(folder, message.name))
-        self.ask(message, dialogue, outlet, partial(messages.Fetched, message.id, message.name))
-
-    def _names(self, message: messages.Names, outlet: Outlet) -> None:
-        folder = self._robot.folder
-        self.ask(message, beside(lambda: robot_folder.listed(folder)), outlet, partial(messages.Listed, message.id))
-
-    def _nothing(self, _message: messages.ClientMessage, _outlet: Outlet) -> None:
-        """Do nothing: the connection has done it."""
+        match message:
+            case messages.Put(name=name, data=data, replace=replace):
+                check_may("to put a file", Role.SUPERVISOR, self.grant.role)
+                put = beside(lambda: robot_folder.put(folder, name, data, allowance, replace=replace))
+                self.ask(message, put, outlet)
+            case messages.Get(id, name):
+                check_may("to get a file", Role.SUPERVISOR, self.grant.role)
+                fetch = beside(lambda: robot_folder.fetch(folder, name))
+                self.ask(message, fetch, outlet, partial(messages.Fetched, id, name))
+            case messages.Names(id):
+                self.ask(message, beside(lambda: robot_folder.listed(folder)), outlet, partial(messages.Listed, id))
 
     # --- what the robot says ---
 
@@ -460,12 +454,6 @@ class ClientSession(UserSession):
         return None if status == before else messages.Status(status)
 
 
-def _nothing_found(message: messages.ClientMessage) -> messages.ServerMessage:
-    """The empty answer to a question about a line that has changed since."""
-    assert isinstance(message, TYPING)
-    return messages.Completed(message.id) if isinstance(message, messages.Complete) else messages.Checked(message.id)
-
-
 def check_short(text: str) -> None:
     """Raises LimitReached for a line that would take long to parse."""
     longest = max(map(len, text.splitlines()), default=0)
@@ -500,19 +488,3 @@ def _wrong(reply: Reply) -> str:
     if isinstance(reply, DiagnosticsReport):
         return "; ".join(sentence(one.diagnostic.text, one.diagnostic.detail, "") for one in reply.items)
     return str(getattr(reply, "text", "")) or type(reply).__name__
-
-
-_TAKEN: Mapping[type, Callable[[ClientSession, Any, Outlet], None]] = {
-    messages.Subscribe: ClientSession._subscribe,
-    messages.Play: ClientSession._play,
-    messages.Resync: ClientSession._resync,
-    messages.Window: ClientSession._window,
-    messages.Who: ClientSession._who,
-    messages.Ping: ClientSession._pong,
-    messages.Drive: ClientSession._drive,
-    messages.Drag: ClientSession._drag,
-    messages.Put: ClientSession._put_file,
-    messages.Get: ClientSession._get,
-    messages.Names: ClientSession._names,
-    messages.Bye: ClientSession._nothing,
-}

@@ -100,7 +100,9 @@ class Room(ServedRobot):
             before.connection.close("this holder has another connection now")
             client.detach()
             before.flush()
-        connection.welcome(self._welcome(client, grant), client.delivery_log, now)
+        role = TEACHER if grant.teacher and grant.name else grant.role.title
+        said = replace(self.greeting(), role=role, name=client.name, robots=self.robots(grant))
+        connection.welcome(said, client.delivery_log, now)
         link.flush()  # before the first that is told to all
         client.attach(link, hello)
         self._mind_idleness(now)
@@ -112,26 +114,19 @@ class Room(ServedRobot):
         return client if client is not None and client.grant == grant else None
 
     def _new(self, grant: Grant, hello: messages.Hello) -> ClientSession:
-        name = self._free(grant.name or hello.name or "guest")
+        """Add a client, with a name that no other has."""
+        wanted = grant.name or hello.name or "guest"
+        name = wanted = "".join(character if character.isprintable() else "?" for character in wanted)[:40]
+        number = 1
+        while name in self.clients:
+            number += 1
+            name = f"{wanted}-{number}"
         client = ClientSession(self, self.clients, name, grant, DeliveryLog(token_urlsafe()), hello)
         self.clients[client.name] = self._delivery_logs[client.delivery_log.key] = client
         self._user_states[client.user_state] = client
         if hello.attended:
             self._seated[client] = None
         return client
-
-    def _free(self, wanted: str) -> str:
-        """Return a name that no other user has."""
-        wanted = "".join(character if character.isprintable() else "?" for character in wanted)[:40]
-        name, number = wanted, 1
-        while name in self.clients:
-            number += 1
-            name = f"{wanted}-{number}"
-        return name
-
-    def _welcome(self, client: ClientSession, grant: Grant) -> messages.Welcome:
-        role = TEACHER if grant.teacher and grant.name else grant.role.title
-        return replace(self.greeting(), role=role, name=client.name, robots=self.robots(grant))
 
     def greeting(self) -> messages.Welcome:
         """The welcome for those who watch the robot without holding it."""
@@ -313,11 +308,15 @@ class Room(ServedRobot):
         if gone := self.driving.lapsed():
             self._driver_gone(gone)
         self._mind_idleness(now)
-        self._watch_over()
+        session = self.session
+        if session.running and not session.driver.waited and (self._watch is None or self._watch.done()):
+            self._watch = self._self.put(session.watch_over())  # a program whose user has gone goes on
         self._withdraw_questions()
         self._measure(now)
         self._push_status()
-        self._note_ends()
+        ran, self._ran = self._ran, session.running
+        if ran and not self._ran:  # what a program that has ended has changed is written down
+            self._call(lambda _session: self.durable_log.note())
         self._announce()
         if self.session.actor.internal_errors:
             raise self.session.actor.internal_errors.pop(0)
@@ -339,23 +338,14 @@ class Room(ServedRobot):
         if self.broadcast.watched:
             self._watched_at = now
             if self._paused_at is not None:
-                self._go_on(now - self._paused_at)
+                paused, self._paused_at = now - self._paused_at, None
+                self.session.actor.rest(False)
+                self.audit.note(self.name, "", "", "(go on)", f"after {paused:.0f} s")
+                self._show_all(f"nobody was here: the robot stood still for {paused:.0f} s, and goes on now")
         elif self._paused_at is None and now - self._watched_at >= self.plan.idle and self.works:
             self._paused_at = now
             self.session.actor.rest(True)
             self.audit.note(self.name, "", "", "(pause)", "nobody holds or watches it")
-
-    def _go_on(self, paused: float) -> None:
-        self._paused_at = None
-        self.session.actor.rest(False)
-        self.audit.note(self.name, "", "", "(go on)", f"after {paused:.0f} s")
-        self._show_all(f"nobody was here: the robot stood still for {paused:.0f} s, and goes on now")
-
-    def _watch_over(self) -> None:
-        """Let a program go on whose user has gone, though nobody waits for it."""
-        session = self.session
-        if session.running and not session.driver.waited and (self._watch is None or self._watch.done()):
-            self._watch = self._self.put(session.watch_over())
 
     def _withdraw_questions(self) -> None:
         """Withdraw the questions of programs that were stopped."""
@@ -377,12 +367,6 @@ class Room(ServedRobot):
             self._call(Session.stop, urgent=True)  # tasks that nobody waits for
             told = messages.Told(refusal(wrong, ""))
             self.put(lambda: self._spread(told, None))
-
-    def _note_ends(self) -> None:
-        """Write down what a program that has ended has changed."""
-        ran, self._ran = self._ran, self.session.running
-        if ran and not self._ran:
-            self._call(lambda _session: self.durable_log.note())
 
     def _push_status(self) -> None:
         """Tell users at a prompt what stands around it: when something has happened, and each second."""

@@ -118,7 +118,7 @@ class ServedRobot:
         assert isinstance(first, TimelineReplaced)
         self.broadcast = Broadcast(self._self, first, wall)
         self._measured = wall() - 2 * MEASURED
-        self._grown: LimitReached | None = None
+        self._grown: LimitReached | None = None  # why the robot may not grow any more
 
     def _session(self) -> Session:
         plan = self.plan
@@ -194,19 +194,14 @@ class ServedRobot:
     def _check(self) -> None:
         self.durable_log.check()
         if (now := self.wall()) - self._measured > MEASURED:
-            self._measured, self._grown = now, self._too_large()
+            self._measured, self._grown = now, None
+            try:
+                check_growth(self.allowance, len(self.session.environment.kinds()) + len(self.session.programs))
+                check_room(self.folder, self.allowance)
+            except LimitReached as error:
+                self._grown = error
         if self._grown is not None:
             raise self._grown
-
-    def _too_large(self) -> LimitReached | None:
-        """Return why the robot may not grow any more, None if it may."""
-        session = self.session
-        try:
-            check_growth(self.allowance, len(session.environment.kinds()) + len(session.programs))
-            check_room(self.folder, self.allowance)
-        except LimitReached as error:
-            return error
-        return None
 
     def may_always(self, line: str) -> bool:
         """Return whether a line only looks, stops, or makes room."""

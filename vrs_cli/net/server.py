@@ -198,18 +198,16 @@ class _Link:
             await self.socket.close()
 
     def ping(self) -> None:
-        self._spawn(self._ping())
+        async def ask() -> None:
+            with suppress(ConnectionClosed):
+                await (await self.socket.ping())
+                if self.client is not None:
+                    self.client.beat()
 
-    async def _ping(self) -> None:
-        try:
-            await (await self.socket.ping())
-        except ConnectionClosed:
-            return
-        if self.client is not None:
-            self.client.beat()
+        self._spawn(ask())
 
     def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
-        task = asyncio.get_running_loop().create_task(work)
+        task = asyncio.create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
@@ -327,7 +325,11 @@ class Server:
             pass
         finally:
             self._links.discard(link)
-            self._gone(link)
+            if link.client is not None and link.room is not None:
+                self._crowd.leave(link.client.grant.name)
+                link.room.cut(link.client, link)
+                why = link.connection.why or "cut"
+                self._audit.note(link.room.name, link.client.name, link.address, "(leave)", why)
 
     async def _taken(self, link: _Link, message: messages.ClientMessage, size: int) -> None:
         client, room = link.client, link.room
@@ -338,23 +340,19 @@ class Server:
                 client.refuse(message, self._too_fast, client.send)
                 return
             if client.park(message, size):
-                self._unpark(client)
+                if client not in self._waiting:
+                    self._waiting[client] = asyncio.create_task(self._wait_for_share(client))
             else:
                 client.receive(message)
             if isinstance(message, messages.Bye):
                 link.connection.why = "left"
                 room.leave(client)
 
-    def _unpark(self, client: ClientSession) -> None:
-        """Carry out the waiting requests of a client in their time, whether it is still connected or not."""
-        if client not in self._waiting:
-            self._waiting[client] = asyncio.get_running_loop().create_task(self._wait_for_share(client))
-
     async def _wait_for_share(self, client: ClientSession) -> None:
+        """Carry out the waiting requests of a client in their time, whether it is still connected or not."""
         try:
             while (left := client.unpark()) is not None:
-                if client.link is not None:
-                    client.link.flush()
+                client.flush()
                 await asyncio.sleep(min(left, LONGEST_WAIT))
         finally:
             del self._waiting[client]
@@ -364,7 +362,11 @@ class Server:
         try:
             grant = self._grant(link, hello)
             name = self.hub.chosen(grant, self._wanted(link, hello))
-            room = await self._opened(name)
+            try:
+                room = await asyncio.to_thread(self.hub.open, name)
+            except VrsError as error:
+                self._tell(f"{name}: {error}")
+                raise RequestRefused(f"{name} cannot be served now", "ask whoever runs the server") from None
             self._crowd.enter(grant.name)
         except VrsError as error:
             self._audit.note(hello.robot, hello.name, link.address, "(enter)", f"refused: {error}")
@@ -374,14 +376,6 @@ class Server:
         link.room, link.client = room, room.enter(grant, hello, link)
         room.pump()
         self._audit.note(name, link.client.name, link.address, "(enter)", "done")
-
-    async def _opened(self, name: str) -> Room:
-        """Return the room of a robot. Raises RequestRefused if it cannot be served; the operator is told why."""
-        try:
-            return await asyncio.to_thread(self.hub.open, name)
-        except VrsError as error:
-            self._tell(f"{name}: {error}")
-            raise RequestRefused(f"{name} cannot be served now", "ask whoever runs the server") from None
 
     def _grant(self, link: _Link, hello: messages.Hello) -> Grant:
         """Raises RequestRefused."""
@@ -407,15 +401,6 @@ class Server:
             raise RequestRefused(f"the address says {named}, the client {hello.robot}", "name one robot")
         return named or hello.robot
 
-    def _gone(self, link: _Link) -> None:
-        """Note that a socket is closed, or cut."""
-        client, room = link.client, link.room
-        if client is None or room is None:
-            return
-        self._crowd.leave(client.grant.name)
-        room.cut(client, link)
-        self._audit.note(room.name, client.name, link.address, "(leave)", link.connection.why or "cut")
-
     # --- robots ---
 
     def _pump(self, name: str) -> None:
@@ -433,7 +418,7 @@ class Server:
             room.pump()  # what it has said before anybody was there to be woken
             for hear in self.opened:
                 hear(room)
-            task = asyncio.get_running_loop().create_task(self._broadcast(name))
+            task = asyncio.create_task(self._broadcast(name))
             self._broadcasts.add(task)
 
     async def _broadcast(self, name: str) -> None:
@@ -489,13 +474,10 @@ class Server:
         self._told = tokens.wrong
         for room in self.hub.rooms.values():
             for client in tuple(room.clients.values()):
-                if not tokens.tokens.holds(client.grant, time.time()):
-                    self._revoke(room, client)
-
-    def _revoke(self, room: Room, client: ClientSession) -> None:
-        link = client.link
-        if link is not None:
-            refused = RequestRefused("your token was revoked, or has ended", "ask whoever runs the server")
-            link.connection.close(refused.detail, Refusal.of(refused))
-            link.flush()
-        room.leave(client)
+                if tokens.tokens.holds(client.grant, time.time()):
+                    continue
+                if client.link is not None:
+                    refused = RequestRefused("your token was revoked, or has ended", "ask whoever runs the server")
+                    client.link.connection.close(refused.detail, Refusal.of(refused))
+                    client.flush()
+                room.leave(client)
