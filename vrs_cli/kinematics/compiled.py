@@ -19,6 +19,7 @@ from vrs_cli.kinematics.transform import Transform
 Entry = float | str  # a number that is known, or the name of a variable
 Column = tuple[Entry, Entry, Entry]
 
+STILL: Column = (0.0, 0.0, 0.0)
 NOTHING = 1e-15  # an entry so small is the rounding of a right angle
 
 
@@ -108,22 +109,14 @@ class Writer:
         """By the outward half of the recursion of Newton and Euler (Luh, Walker and Paul 1980), one derivative more for
         the jerk: the angular velocity w of each frame, its derivatives, and those of the steps that turn with it.
         """
-        entries = ", ".join(map(text_of, self._bias(jerk)))
-        lines = [self.unpacked("q", "q"), self.unpacked("d", "qd"), *_needed(self.lines, entries)]
-        name, more = ("jerk", [self.unpacked("e", "qdd")]) if jerk else ("acceleration", [])
-        arguments = "q, qd, qdd" if jerk else "q, qd"
-        return function(f"{name}({arguments}, tx=0.0, ty=0.0, tz=0.0)", [*more, *lines, f"return ({entries})"])
-
-    def _bias(self, jerk: bool) -> tuple[Entry, ...]:
-        still: Column = (0.0, 0.0, 0.0)
-        w = w1 = w2 = moved = still
+        w = w1 = w2 = moved = STILL
         n, s, a, _ = self.columns
         *steps, last, hand = self.steps
         steps.append((*last, *hand, ("tx", n), ("ty", s), ("tz", a)))
         for i, (link, (z, _), step) in enumerate(zip(self.links, self.axes, steps, strict=True)):
             rate, change = f"d{i}", f"e{i}" if jerk else 0.0
             z1 = self.cross(w, z)
-            z2 = self.crossed(still, (w1, z), (w, z1))
+            z2 = self.crossed(STILL, (w1, z), (w, z1))
             if link.kind is JointKind.PRISMATIC:
                 twice, thrice = self.sum([(2.0, rate)]), self.sum([(3.0, rate)])
                 slid = ((thrice, z2), (self.sum([(3.0, change)]), z1)) if jerk else ((twice, z1),)
@@ -132,17 +125,23 @@ class Writer:
                 w2 = self.mix((1.0, w2), (rate, z2), (self.sum([(2.0, change)]), z1))
                 w1 = self.mix((1.0, w1), (rate, z1), (change, z))
                 w = self.mix((1.0, w), (rate, z))
-            moved = self._carried(moved, self.mix(*step), (w, w1, w2), jerk)
-        return (*moved, *(w2 if jerk else w1))
-
-    def _carried(self, moved: Column, p: Column, spins: tuple[Column, Column, Column], jerk: bool) -> Column:
-        """The acceleration or jerk of the next point, which is at p from this one and turns with the frame."""
-        w, w1, w2 = spins
-        p1 = self.cross(w, p)
-        if not jerk:
-            return self.crossed(moved, (w1, p), (w, p1))
-        p2 = self.crossed((0.0, 0.0, 0.0), (w1, p), (w, p1))
-        return self.crossed(moved, (w2, p), (self.mix((2.0, w1)), p1), (w, p2))
+            p = self.mix(*step)  # the next point, as seen from this one, which turns with the frame
+            p1 = self.cross(w, p)
+            if jerk:
+                p2 = self.crossed(STILL, (w1, p), (w, p1))
+                moved = self.crossed(moved, (w2, p), (self.mix((2.0, w1)), p1), (w, p2))
+            else:
+                moved = self.crossed(moved, (w1, p), (w, p1))
+        entries = ", ".join(map(text_of, (*moved, *(w2 if jerk else w1))))
+        names, needed = set(re.findall(r"t\d+", entries)), list[str]()  # assignments that the result asks for
+        for line in reversed(self.lines):
+            if line.partition(" ")[0] in names:
+                names.update(re.findall(r"t\d+", line))
+                needed.insert(0, line)
+        lines = [self.unpacked("q", "q"), self.unpacked("d", "qd"), *needed, f"return ({entries})"]
+        if jerk:
+            return function("jerk(q, qd, qdd, tx=0.0, ty=0.0, tz=0.0)", [self.unpacked("e", "qdd"), *lines])
+        return function("acceleration(q, qd, tx=0.0, ty=0.0, tz=0.0)", lines)
 
     def unpacked(self, letter: str, name: str) -> str:
         return f"({' '.join(f'{letter}{i},' for i in range(len(self.links)))}) = {name}"
@@ -197,7 +196,7 @@ class Writer:
         return x, y, z
 
     def cross(self, a: Column, b: Column) -> Column:
-        return self.crossed((0.0, 0.0, 0.0), (a, b))
+        return self.crossed(STILL, (a, b))
 
     def crossed(self, start: Column, *pairs: tuple[Column, Column]) -> Column:
         """A column and cross products."""
@@ -259,16 +258,6 @@ def without_rounding(x: float) -> float:
         if abs(x - exact) < NOTHING:
             return exact
     return x
-
-
-def _needed(lines: Iterable[str], result: str) -> list[str]:
-    """The assignments that a result asks for."""
-    names, kept = set(re.findall(r"t\d+", result)), list[str]()
-    for line in reversed(list(lines)):
-        if line.partition(" ")[0] in names:
-            names.update(re.findall(r"t\d+", line))
-            kept.append(line)
-    return kept[::-1]
 
 
 def text_of(entry: Entry) -> str:

@@ -20,10 +20,35 @@ def solve(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[flo
     None where an equation asks for what no unknown can give.
     """
     if len(rows) == len(rows[0]):
-        x = square(rows, wanted)
-        if x is not None:
-            return x
-    return _any(rows, wanted)
+        found = square(rows, wanted)
+        if found is not None:
+            return found
+    # with complete pivoting
+    table = [[*row, value] for row, value in zip(rows, wanted, strict=True)]
+    count = len(rows[0])
+    order: list[int] = []
+    least = LOST * max([abs(x) for row in rows for x in row], default=0.0)
+    for k in range(len(table)):
+        size, r, c = max(
+            [(abs(table[r][c]), r, c) for r in range(k, len(table)) for c in range(count) if c not in order],
+            default=(0.0, k, 0),
+        )
+        if size <= least:
+            if any(abs(row[count]) > DEMAND for row in table[k:]):
+                return None
+            break
+        table[k], table[r] = table[r], table[k]
+        order.append(c)
+        pivot = table[k]
+        for i in range(k + 1, len(table)):
+            factor = table[i][c] / pivot[c]
+            if factor:
+                table[i] = [x - factor * y for x, y in zip(table[i], pivot, strict=True)]
+    x = [0.0] * count
+    for row, c in zip(reversed(table[: len(order)]), reversed(order), strict=True):
+        known = sum([a * b for a, b in zip(row, x, strict=False)])
+        x[c] = (row[count] - known) / row[c]
+    return tuple(x)
 
 
 def square(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:
@@ -40,19 +65,15 @@ def squares(rows: Sequence[Sequence[float]], *wanted: Sequence[float]) -> tuple[
 @cache
 def _written(n: int, sides: int) -> Callable[..., tuple[tuple[float, ...], ...] | None]:
     """The elimination of n equations, written out: without tables it takes a third of the time."""
-    names: dict[str, Any] = {"SMALL": SMALL, "LARGE": LARGE}
-    exec(compile(_text(n, sides), "<elimination>", "exec"), names)
-    return cast(Callable[..., tuple[tuple[float, ...], ...] | None], names["square"])
-
-
-def _text(n: int, sides: int) -> str:
     rows = ", ".join(f"({listed(f'a{r}_{c}' for c in range(n))})" for r in range(n))
     lines = [f"{rows}, = rows"]
     lines += [f"{listed(f'a{r}_{n + side}' for r in range(n))} = wanted{side}" for side in range(sides)]
     found = (listed(f"x{k}_{side}" for k in range(n)) for side in range(sides))
     lines += [*elimination_lines(n, sides), f"return {listed(f'({one})' for one in found)}"]
     head = f"def square(rows, {listed(f'wanted{side}' for side in range(sides))}):\n"
-    return head + "".join(f"    {line}\n" for line in lines)
+    names: dict[str, Any] = {"SMALL": SMALL, "LARGE": LARGE}
+    exec(compile(head + "".join(f"    {line}\n" for line in lines), "<elimination>", "exec"), names)
+    return cast(Callable[..., tuple[tuple[float, ...], ...] | None], names["square"])
 
 
 def elimination_lines(n: int, sides: int) -> list[str]:
@@ -83,35 +104,6 @@ def listed(names: Iterable[str]) -> str:
     return "".join(f"{name}, " for name in names)
 
 
-def _any(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:
-    """By elimination with complete pivoting."""
-    table = [[*row, value] for row, value in zip(rows, wanted, strict=True)]
-    count = len(rows[0])
-    order: list[int] = []
-    least = LOST * max([abs(x) for row in rows for x in row], default=0.0)
-    for k in range(len(table)):
-        size, r, c = max(
-            [(abs(table[r][c]), r, c) for r in range(k, len(table)) for c in range(count) if c not in order],
-            default=(0.0, k, 0),
-        )
-        if size <= least:
-            if any(abs(row[count]) > DEMAND for row in table[k:]):
-                return None
-            break
-        table[k], table[r] = table[r], table[k]
-        order.append(c)
-        pivot = table[k]
-        for i in range(k + 1, len(table)):
-            factor = table[i][c] / pivot[c]
-            if factor:
-                table[i] = [x - factor * y for x, y in zip(table[i], pivot, strict=True)]
-    x = [0.0] * count
-    for row, c in zip(reversed(table[: len(order)]), reversed(order), strict=True):
-        known = sum([a * b for a, b in zip(row, x, strict=False)])
-        x[c] = (row[count] - known) / row[c]
-    return tuple(x)
-
-
 def gram(rows: Sequence[Sequence[float]]) -> list[list[float]]:
     """rows @ rows^T."""
     return cast(list[list[float]], _written_of_gram("gram", len(rows), len(rows[0]))(rows))
@@ -139,21 +131,19 @@ def _written_of_gram(name: str, m: int, n: int) -> Callable[[Sequence[Sequence[f
     for r, row in enumerate(rows):
         dots = (" + ".join(f"{x} * {y}" for x, y in zip(row, other, strict=True)) for other in rows[: r + 1])
         lines += [f"g{r}_{k} = {dot or 0.0}" for k, dot in enumerate(dots)]
-    table = (listed(f"g{max(r, k)}_{min(r, k)}" for k in range(m)) for r in range(m))
-    lines += [f"return [{listed(f'[{row}]' for row in table)}]"] if name == "gram" else _volume_lines(m)
+    if name == "gram":
+        table = (listed(f"g{max(r, k)}_{min(r, k)}" for k in range(m)) for r in range(m))
+        lines += [f"return [{listed(f'[{row}]' for row in table)}]"]
+    else:
+        for k in range(m):
+            lines += [f"if g{k}_{k} <= 0.0: return 0.0"]
+            for r in range(k + 1, m):
+                changes = "; ".join(f"g{r}_{c} -= f * g{c}_{k}" for c in range(k + 1, r + 1))
+                lines += [f"f = g{r}_{k} / g{k}_{k}; {changes}"]
+        lines += [f"return sqrt({' * '.join(f'g{k}_{k}' for k in range(m))})"]
     names: dict[str, Any] = {"sqrt": sqrt}
     exec(compile(f"def {name}(rows):\n" + "".join(f"    {line}\n" for line in lines), f"<{name}>", "exec"), names)
     return cast(Callable[[Sequence[Sequence[float]]], Any], names[name])
-
-
-def _volume_lines(m: int) -> list[str]:
-    lines = list[str]()
-    for k in range(m):
-        lines += [f"if g{k}_{k} <= 0.0: return 0.0"]
-        for r in range(k + 1, m):
-            changes = "; ".join(f"g{r}_{c} -= f * g{c}_{k}" for c in range(k + 1, r + 1))
-            lines += [f"f = g{r}_{k} / g{k}_{k}; {changes}"]
-    return [*lines, f"return sqrt({' * '.join(f'g{k}_{k}' for k in range(m))})"]
 
 
 def positive(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> list[float]:

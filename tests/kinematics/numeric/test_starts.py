@@ -14,7 +14,7 @@ from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.numeric.steady.arm import SteadyArm
 from vrs_cli.kinematics.numeric.steady.batch import STEPS
-from vrs_cli.kinematics.numeric.steady.starts import FIRST, OTHERS
+from vrs_cli.kinematics.numeric.steady.starts import FIRST_SAMPLES, OTHERS
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import (
     IDENTITY,
@@ -96,7 +96,7 @@ def test_one_pose_takes_few_steps(model: RobotModel, monkeypatch: pytest.MonkeyP
         steps.clear()
         arm.batch.every_inverse(np.reshape(T, (1, 3, 4)))
         assert 0 < len(steps) <= 2 * STEPS
-        assert max(steps) <= max(2 * FIRST, OTHERS)
+        assert max(steps) <= max(2 * FIRST_SAMPLES, OTHERS)
         assert sum(steps) <= MOST_ROWS
 
 

@@ -77,19 +77,15 @@ class NumericBatch(SerialBatch):
             rows, before = rows[~done], before[~done]
             if self.short:
                 stuck = rows[np.abs(q[rows] - before).max(axis=1) < CONVERGED]
-                there = stuck[self._at_the_goal(q[stuck], T[stuck])]
+                missing = self._missing(self.forward(q[stuck]), T[stuck])
+                away, turned = np.linalg.norm(missing[:, :3], axis=1), np.linalg.norm(missing[:, 3:], axis=1)
+                there = stuck[(away <= LEVEL) & (turned <= STRAIGHT)]  # what is missed is less than three decimals tell
                 found[there] = q[there]
                 rows = np.setdiff1d(rows, stuck)
         if guides is None and len(rows):  # a place, and no part of a line
             there = rows[np.abs(self.error(q[rows], T[rows])[1]).max(axis=1) < SINGULAR]
             found[there] = q[there]
         return found
-
-    def _at_the_goal(self, q: Floats, T: Floats) -> Flags:
-        """(N, n) and (N, 3, 4) -> (N,): whether what is missed is no more than three decimals tell."""
-        missing = self._missing(self.forward(q), T)
-        away, turned = (np.linalg.norm(part, axis=1) for part in (missing[:, :3], missing[:, 3:]))
-        return np.asarray((away <= LEVEL) & (turned <= STRAIGHT))
 
     def _next_joints(self, q: Floats, J: Floats, error: Floats, *, bounded: bool) -> Floats:
         """One damped step; where it pushes joints out of their range, again without these."""

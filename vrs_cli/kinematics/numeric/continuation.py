@@ -26,7 +26,6 @@ Euclidean, that of the inverse Frobenius's.
 
 from __future__ import annotations
 
-from functools import cached_property
 from math import hypot, sqrt
 from typing import NamedTuple
 
@@ -95,14 +94,6 @@ class Gaps(NamedTuple):
         return Cubic(self.begin, self.end, self.begin_rate, self.end_rate)
 
 
-class _Pace(NamedTuple):
-    """Bounds (k,) of the first three derivatives of the joints by x, those of all joints together."""
-
-    first: Floats
-    second: Floats
-    third: Floats
-
-
 class Continuation:
     """The proof for one arm, whose joints are as many as the parts of its task and its guides.
 
@@ -121,19 +112,22 @@ class Continuation:
         self.longest = np.maximum.accumulate(self.levers[::-1])[::-1]  # of a joint and those behind it
         self.units = np.where(self.turns, 1.0, self.length)
         self.places = sum(model.counts[:3])
-
-    @cached_property
-    def place_bend(self) -> float:
-        """A bound of the second derivatives of the flange's place: of two joints the later one's lever counts."""
-        n = len(self.turns)
+        n = model.joint_count
         first, later = np.minimum.outer(range(n), range(n)), np.maximum.outer(range(n), range(n))
-        return float(np.linalg.norm(np.where(self.turns[first], self.levers[later], 0.0), 2))
+        # a bound of the second derivatives of the flange's place: of two joints the later one's lever counts
+        self.place_bend = float(np.linalg.norm(np.where(self.turns[first], self.levers[later], 0.0), 2))
 
     def proved(self, gaps: Gaps, pieces: int) -> Flags:
         """(k,): of each gap."""
         n = float(self.turns.sum())
         missed, bend = self._bounds(gaps)
-        J = self._jacobians(gaps, pieces)
+        q = gaps.way.at(np.linspace(0.0, 1.0, pieces + 1))  # the ends of the pieces
+        rows = self.batch.rows(q.reshape(-1, q.shape[2])).reshape(*q.shape[:2], -1, q.shape[2])
+        J = np.empty((*q.shape[:2], rows.shape[2] + len(gaps.weights), q.shape[2]))
+        J[:, :, : rows.shape[2]] = rows
+        J[:, :, rows.shape[2] :] = gaps.weights
+        J *= self.units
+        J[:, :, : self.places] /= self.length
         A = inverse_or_nan(0.5 * (J[:, 1:] + J[:, :-1]))
         size = norm(A)
         lost = 0.5 * norm(A @ (J[:, 1:] - J[:, :-1]))
@@ -154,26 +148,16 @@ class Continuation:
     def _bounds(self, gaps: Gaps) -> tuple[Floats, Floats]:
         """(k,): how much of F is missed on the cubic at most, and of the second derivative of J on it."""
         changes = np.stack(gaps.way.most()) / self.units  # (3, k, n)
-        pace, far = _Pace(*changes.sum(axis=2)), _Pace(*(changes @ self.longest))
-        turn = [own + asked for own, asked in zip((*pace, 0.0), gaps.turn.T, strict=True)]
-        place = pace.first**2 * (far.first * pace.first + 6.0 * far.second) + 3.0 * far.second * pace.second
-        place = place + 4.0 * far.third * pace.first + gaps.place / self.length
+        first, second, third = changes.sum(axis=2)  # bounds (k,) of the first three derivatives of the joints, together
+        far1, far2, far3 = changes @ self.longest
+        turn = [own + asked for own, asked in zip((first, second, third, 0.0), gaps.turn.T, strict=True)]
+        place = first**2 * (far1 * first + 6.0 * far2) + 3.0 * far2 * second
+        place = place + 4.0 * far3 * first + gaps.place / self.length
         sums = np.linalg.norm(gaps.weights * self.units)
         fourth = np.sqrt(fourth_of_turn(*turn) ** 2 + place * place + gaps.guide**2)
-        missed = HERMITE * fourth + SLOPES * RATES * ((1.0 + sums) * pace.first + far.first)
+        missed = HERMITE * fourth + SLOPES * RATES * ((1.0 + sums) * first + far1)
         size = hypot(float(np.linalg.norm(self.longest)), sqrt(float(self.turns.sum())))
-        return missed, size * (pace.first**2 + pace.second)
-
-    def _jacobians(self, gaps: Gaps, pieces: int) -> Floats:
-        """(k, pieces + 1, m, n): at the ends of pieces, with a row for each guide."""
-        q = gaps.way.at(np.linspace(0.0, 1.0, pieces + 1))
-        rows = self.batch.rows(q.reshape(-1, q.shape[2])).reshape(*q.shape[:2], -1, q.shape[2])
-        J = np.empty((*q.shape[:2], rows.shape[2] + len(gaps.weights), q.shape[2]))
-        J[:, :, : rows.shape[2]] = rows
-        J[:, :, rows.shape[2] :] = gaps.weights
-        J *= self.units
-        J[:, :, : self.places] /= self.length
-        return J
+        return missed, size * (first**2 + second)
 
 
 def fourth_of_turn(first: Floats, second: Floats, third: Floats, fourth: Floats) -> Floats:

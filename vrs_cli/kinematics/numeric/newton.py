@@ -8,13 +8,13 @@ are eliminated here, once; the others, where it runs, by `elimination`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from math import cos, sin
 from typing import Any, cast
 
 from vrs_cli.kinematics.axes import Link
-from vrs_cli.kinematics.compiled import Column, Entry, Writer, function, minus, text_of, tilted
+from vrs_cli.kinematics.compiled import STILL, Column, Entry, Writer, function, minus, text_of, tilted
 from vrs_cli.kinematics.elimination import LARGE, SMALL, elimination_lines, listed
 from vrs_cli.kinematics.joints import Demands, JointKind, Joints, Twist
 from vrs_cli.kinematics.numeric.search import as_long_as_angle
@@ -23,7 +23,6 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform, inverse
 SEEN_FROM = 2  # the frame with the axis of the third joint
 SIDES = 2  # of the equations: what is missing, and the rates
 NO_TWIST: Twist = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-STILL: Column = (0.0, 0.0, 0.0)
 
 Table = list[list[Entry]]
 Newton = Callable[[Joints, Transform, Demands, Twist, Sequence[float]], tuple[Joints, Joints] | None]
@@ -71,18 +70,17 @@ class _StepWriter(Writer):
             head += [f"{listed(f'(({listed(row)}), v{k})' for k, row in enumerate(weights))} = demands"]
             head += [f"{listed(f'r{k}' for k in guides)} = rates"]
         sums = [self.sum([(1.0, f"v{k}"), *((minus(w), f"q{i}") for i, w in enumerate(weights[k]))]) for k in guides]
-        wanted = zip((*self._missing(), *sums), (*self._twist(), *(f"r{k}" for k in guides)), strict=True)
-        table = [[*row, *sides] for row, sides in zip((*self._seen(), *weights), wanted, strict=True)]
+        n, s, a, _ = self.columns
+        v, w = self.mix(("u0", n), ("u1", s), ("u2", a)), self.mix(("u3", n), ("u4", s), ("u5", a))
+        twist = *self.crossed(v, (self.flange[3], w)), *w  # of the flange as one of the origin
+        wanted = zip((*self._missing(), *sums), (*twist, *(f"r{k}" for k in guides)), strict=True)
+        columns = list[tuple[Entry, ...]]()  # of the Jacobian: the velocity of the origin, and the angular velocity
+        for link, (z, o) in zip(self.all, self.axes, strict=True):
+            columns.append((*z, *STILL) if link.kind is JointKind.PRISMATIC else (*self.cross(o, z), *z))
+        rows = (*zip(*columns, strict=True), *weights)
+        table = [[*row, *sides] for row, sides in zip(rows, wanted, strict=True)]
         found = (f"({listed(map(text_of, side))})" for side in zip(*self._solved(table), strict=True))
         return function("newton(q, T, demands, twist, rates)", [*head, *self.lines, f"return {listed(found)}"])
-
-    def _seen(self) -> Iterator[tuple[Entry, ...]]:
-        """The rows of the Jacobian: the velocity of the origin, and the angular velocity."""
-        columns = list[tuple[Entry, ...]]()
-        for link, (z, o) in zip(self.all, self.axes, strict=True):
-            slides = link.kind is JointKind.PRISMATIC
-            columns.append((*z, *STILL) if slides else (*self.cross(o, z), *z))
-        return zip(*columns, strict=True)
 
     def _missing(self) -> tuple[Entry, ...]:
         """The way of the origin, if it went with the flange, and the turn to the pose that is wanted."""
@@ -95,41 +93,25 @@ class _StepWriter(Writer):
         turn: Column = ("x", "y", "z")
         return *self.crossed(self.mix((1.0, p), (-1.0, o)), (o, turn)), *turn
 
-    def _twist(self) -> tuple[Entry, ...]:
-        """The twist of the flange as one of the origin."""
-        n, s, a, _ = self.columns
-        v, w = self.mix(("u0", n), ("u1", s), ("u2", a)), self.mix(("u3", n), ("u4", s), ("u5", a))
-        return *self.crossed(v, (self.flange[3], w)), *w
-
     # --- equations ---
 
     def _solved(self, table: Table) -> Table:
         """The unknowns, each on both sides, of rows of coefficients and sides."""
         n = len(table)
-        r, c = next(((r, c) for r in range(n) for c in range(n) if _is_pivot(table[r][c])), (n, n))
-        if r == n:
-            return self._solved_there(table)
-        factor = 1.0 / cast(float, table[r][c])
-        row = [self.sum([(factor, x)]) for x in table[r]]
-        found = self._solved([self._without(other, row, c) for k, other in enumerate(table) if k != r])
+        entries = ((r, c, table[r][c]) for r in range(n) for c in range(n))
+        r, c, pivot = next(((r, c, x) for r, c, x in entries if isinstance(x, float) and abs(x) >= LARGE), (n, n, 0.0))
+        if r == n:  # the rest is solved where the function runs
+            table = sorted(table, key=lambda row: row[0] == 0.0)
+            self.lines += [f"a{r}_{c} = {text_of(x)}" for r, row in enumerate(table) for c, x in enumerate(row)]
+            self.lines += elimination_lines(n, SIDES)
+            return [[f"x{k}_{side}" for side in range(SIDES)] for k in range(n)]
+        row = [self.sum([(1.0 / pivot, x)]) for x in table[r]]
+        others = list[list[Entry]]()  # each less so much of that row that it has none of its unknown
+        for other in (*table[:r], *table[r + 1 :]):
+            pairs = [(x, y) for k, (x, y) in enumerate(zip(other, row, strict=True)) if k != c]
+            others.append([self.sum([(1.0, x), (minus(other[c]), y)]) for x, y in pairs])
+        found = self._solved(others)
         known = [minus(x) for x in row[:c] + row[c + 1 : n]]
         sides = zip(row[n:], zip(*found, strict=True), strict=True)
-        own = [self.sum([(1.0, wanted), *zip(known, others, strict=True)]) for wanted, others in sides]
+        own = [self.sum([(1.0, wanted), *zip(known, values, strict=True)]) for wanted, values in sides]
         return [*found[:c], own, *found[c:]]
-
-    def _without(self, row: Sequence[Entry], other: Sequence[Entry], c: int) -> list[Entry]:
-        """A row less so much of another, whose entry of column c is 1, that it has none there."""
-        factor = minus(row[c])
-        return [self.sum([(1.0, x), (factor, y)]) for k, (x, y) in enumerate(zip(row, other, strict=True)) if k != c]
-
-    def _solved_there(self, table: Table) -> Table:
-        """The same, where it runs."""
-        table = sorted(table, key=lambda row: row[0] == 0.0)
-        entries = ((f"a{r}_{c}", x) for r, row in enumerate(table) for c, x in enumerate(row))
-        self.lines += [f"{name} = {text_of(x)}" for name, x in entries]
-        self.lines += elimination_lines(len(table), SIDES)
-        return [[f"x{k}_{side}" for side in range(SIDES)] for k in range(len(table))]
-
-
-def _is_pivot(entry: Entry) -> bool:
-    return not isinstance(entry, str) and abs(entry) >= LARGE

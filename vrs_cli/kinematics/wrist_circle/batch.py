@@ -119,7 +119,14 @@ def _closer(circle: Circle, T: Floats, arcs: Arcs, pieces: int) -> Arcs:
     quick = _quick(at.q1)
     k, j = np.nonzero(inside[:, 1:] & inside[:, :-1] & ((positive[:, 1:] != positive[:, :-1]) | quick))
     turns = _turns(np.where(inside, np.abs(at.f), np.inf), positive) & ~(quick[:, 1:] & quick[:, :-1])
-    doubt = _edges(inside) | turns | _turns_at_0(at.beyond)
+    middle = inside[:, 1:-1]
+    edges = (middle != inside[:, 2:]) | (
+        middle != inside[:, :-2]
+    )  # one of three neighbours is in reach, another is not
+    a, b, c = at.beyond[:, :-2], at.beyond[:, 1:-1], at.beyond[:, 2:]
+    # of three neighbours: whether the reach may end, or not end, between them, against what the three say
+    turns_at_0 = ((b - a) * (b - c) >= 0.0) & (np.abs(b) < np.abs(a - 2.0 * b + c))
+    doubt = edges | turns | turns_at_0
     d, i = np.nonzero(doubt)
     both, begin, end = np.concatenate((k, d)), np.concatenate((j, i)), np.concatenate((j + 1, i + 2))
     return Arcs(arcs.rows[both], arcs.ways[both], q6[both, begin], q6[both, end])
@@ -130,23 +137,12 @@ def _quick(q1: Floats) -> Flags:
     return np.asarray(np.abs(np.sin(0.5 * np.diff(q1))) > QUICK)
 
 
-def _edges(inside: Flags) -> Flags:
-    """(K, M) -> (K, M - 2): whether one of three neighbours is in reach, and another is not."""
-    return np.asarray((inside[:, 1:-1] != inside[:, 2:]) | (inside[:, 1:-1] != inside[:, :-2]))
-
-
 def _turns(size: Floats, positive: Flags) -> Flags:
     """Of three neighbours on the same side of 0: whether the middle one is nearest, and 0 may be between."""
     a, b, c = size[:, :-2], size[:, 1:-1], size[:, 2:]
     same = (positive[:, 1:-1] == positive[:, 2:]) & (positive[:, 1:-1] == positive[:, :-2])
     with np.errstate(invalid="ignore"):
         return np.asarray(same & (b <= a) & (b <= c) & (b < a - 2.0 * b + c) & (c < np.inf) & (a < np.inf))
-
-
-def _turns_at_0(beyond: Floats) -> Flags:
-    """Of three neighbours: whether the reach may end, or not end, between them, against what the three say."""
-    a, b, c = beyond[:, :-2], beyond[:, 1:-1], beyond[:, 2:]
-    return np.asarray(((b - a) * (b - c) >= 0.0) & (np.abs(b) < np.abs(a - 2.0 * b + c)))
 
 
 POSES = 64  # at once, which stay in the processor's cache

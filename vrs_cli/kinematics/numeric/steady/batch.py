@@ -21,7 +21,7 @@ from vrs_cli.kinematics.model import LEVEL, STRAIGHT, RobotModel, Unchanging
 from vrs_cli.kinematics.numeric.search import LARGEST_STEP
 from vrs_cli.kinematics.numeric.steady.box import least_in_box
 from vrs_cli.kinematics.numeric.steady.conditions import PLACES, SteadyConditions, Terms
-from vrs_cli.kinematics.numeric.steady.starts import OTHERS, PlanarStarts, SampledStarts, is_planar
+from vrs_cli.kinematics.numeric.steady.starts import FIRST_SAMPLES, OTHERS, PlanarStarts, SampledStarts, is_planar
 from vrs_cli.kinematics.serial_batch import SerialBatch
 from vrs_cli.kinematics.transform import Transform
 
@@ -89,7 +89,8 @@ class SteadyBatch(SerialBatch):
         rest = [i for i in np.unique(pose[~bounded]).tolist() if least[i] > STRAIGHT]
         if not rest:
             return pose, found
-        begin, again = np.concatenate([self._sampled.others(T[i]) for i in rest]), np.repeat(rest, OTHERS)
+        begin = np.concatenate([self._sampled.near(T[i], FIRST_SAMPLES, OTHERS) for i in rest])
+        again = np.repeat(rest, OTHERS)
         more = self._within_limits(self.search(T[again], begin, np.zeros(len(begin), dtype=np.bool_), pose=again))
         return np.concatenate((pose, again)), Found(*map(np.concatenate, zip(found, more, strict=True)))
 
@@ -102,7 +103,7 @@ class SteadyBatch(SerialBatch):
         pose, begin, bounded = list[int](), list[Floats](), list[bool]()
         for i, wanted in enumerate(T):
             table = None if self._planar is None else self._planar.of(wanted)
-            first = self._sampled.first(wanted) if table is None else table
+            first = self._sampled.near(wanted, 0, FIRST_SAMPLES) if table is None else table
             own = np.empty((0, self.joints)) if near is None or not len(first) else np.array([near])
             begin += [own, first, *([first] if table is None else [])]
             bounded += [True] * len(own) + [True] * len(first) + [False] * (len(first) if table is None else 0)
@@ -121,19 +122,10 @@ class SteadyBatch(SerialBatch):
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:  # noqa: ARG002
         """From joints that are near, whatever their limits: by Newton's method, else downhill."""
-        near = np.broadcast_to(near, (len(T), self.joints))
-        found = self._by_newton(T, near)
-        rows = np.flatnonzero(np.isnan(found[:, 0]))
-        if len(rows):
-            others = self.search(T[rows], near[rows], np.zeros(len(rows), dtype=np.bool_), steps=FOLLOWING).joints
-            close = np.abs(others - near[rows]).max(axis=1) < BRANCH
-            found[rows[close]] = others[close]
-        return found
-
-    def _by_newton(self, T: Floats, near: Floats) -> Floats:
-        conditions, q = self.conditions, near.copy()
+        conditions, near = self.conditions, np.broadcast_to(near, (len(T), self.joints))
+        q = near.copy()
         found, rows = np.full_like(q, np.nan), np.arange(len(T))
-        at = conditions.terms(q[rows], T[rows])
+        at = conditions.terms(q, T)
         multipliers = conditions.multipliers(at)
         for _ in range(FOLLOWING):
             if not len(rows):
@@ -149,6 +141,11 @@ class SteadyBatch(SerialBatch):
             goes_on = ~done & (np.abs(q[rows] - near[rows]).max(axis=1) <= 2.0 * BRANCH)
             rows, multipliers = rows[goes_on], multipliers[goes_on]
             at = conditions.terms(q[rows], T[rows])
+        rows = np.flatnonzero(np.isnan(found[:, 0]))
+        if len(rows):
+            others = self.search(T[rows], near[rows], np.zeros(len(rows), dtype=np.bool_), steps=FOLLOWING).joints
+            close = np.abs(others - near[rows]).max(axis=1) < BRANCH
+            found[rows[close]] = others[close]
         return found
 
     def within_ranges(self, T: Transform, near: Joints) -> Joints | None:

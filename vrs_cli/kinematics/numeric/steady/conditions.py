@@ -71,7 +71,12 @@ class SteadyConditions:
 
     def terms(self, q: Floats, T: Floats) -> Terms:
         """Joints (N, n) and poses of the flange that are asked for (N, 3, 4)."""
-        have, J = self._geometry(q)
+        if len(q) > FEW:
+            have, J = self.batch.forward(q), self.batch.jacobian(q, self.tool)
+        else:  # the formulas for floats are faster
+            rows = q.tolist()
+            have = np.array([self.formulas.forward(row) for row in rows]).reshape(-1, 3, 4)
+            J = np.array([self.formulas.jacobian(row, *self.tool[3::4]) for row in rows]).reshape(-1, 6, self.joints)
         away = T[:, :, 3] - have[:, :, 3]
         if self.tip.any():
             away = away + (T[:, :, :3] - have[:, :, :3]) @ self.tip
@@ -81,15 +86,6 @@ class SteadyConditions:
         )
         columns = np.swapaxes(J, 1, 2)
         return Terms(columns[:, :, :3], columns[:, :, 3:], away, sine, mixed)
-
-    def _geometry(self, q: Floats) -> tuple[Floats, Floats]:
-        """(N, 3, 4) and (N, 6, n): of the flange and of the tip. Of few rows the formulas for floats are faster."""
-        if len(q) > FEW:
-            return self.batch.forward(q), self.batch.jacobian(q, self.tool)
-        rows, tip = q.tolist(), self.tool[3::4]
-        have = np.array([self.formulas.forward(row) for row in rows])
-        J = np.array([self.formulas.jacobian(row, *tip) for row in rows])
-        return have.reshape(-1, 3, 4), J.reshape(-1, 6, self.joints)
 
     def multipliers(self, at: Terms, free: Flags | None = None) -> Floats:
         """(N, 3): those with which the conditions of the free joints (N, n), of all by default, are met as nearly as

@@ -78,7 +78,10 @@ class SteadyContinuation:
     def proved(self, gaps: SteadyGaps, pieces: int) -> Flags:
         """(k,): of each gap."""
         parts = np.linspace(0.0, 1.0, pieces + 1)
-        cubic = self._cubic(gaps)
+        poses = np.swapaxes(gaps.poses(gaps.which, np.array((0.0, 1.0))), 0, 1)
+        ends = zip((gaps.begin, gaps.end), poses, np.swapaxes(gaps.twists, 0, 1), strict=True)
+        (a, v), (b, w) = (self._state(*end) for end in ends)
+        cubic = Cubic(a, b, v, w)
         x = cubic.at(parts)
         missed, table = self._looked_at(x, gaps.poses(gaps.which, parts))
         fourth, bend, curved = self._bounds(gaps, cubic)
@@ -98,14 +101,8 @@ class SteadyContinuation:
         step = inverse_or_nan(conditions.system(at, bend)) @ wanted[:, :, None]
         return np.asarray(q + step[:, : self.n, 0])
 
-    def _cubic(self, gaps: SteadyGaps) -> Cubic:
-        """Through joints and multipliers at both ends, with their rates, in units of the proof."""
-        poses = np.swapaxes(gaps.poses(gaps.which, np.array((0.0, 1.0))), 0, 1)
-        ends = zip((gaps.begin, gaps.end), poses, np.swapaxes(gaps.twists, 0, 1), strict=True)
-        (a, v), (b, w) = (self._state(*end) for end in ends)
-        return Cubic(a, b, v, w)
-
     def _state(self, q: Floats, T: Floats, twist: Floats) -> tuple[Floats, Floats]:
+        """Joints and multipliers, and their rates, in units of the proof."""
         conditions = self.conditions
         at = conditions.terms(q, T)
         multipliers = conditions.multipliers(at)

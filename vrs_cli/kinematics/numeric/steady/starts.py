@@ -18,7 +18,7 @@ from math import cos, pi, sqrt
 
 import numpy as np
 
-from vrs_cli.kinematics.arrays import Flags, Floats, Rows
+from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.joints import TURN
 from vrs_cli.kinematics.model import RobotModel, joint_axes, link_frames
 from vrs_cli.kinematics.numeric.search import some_joints
@@ -98,7 +98,7 @@ class PlanarStarts:
         joints[..., 0], joints[..., -1] = q1[:, :, None, None, None], self.rolls[:, None, None, None, None]
         for i, angle in enumerate(angles, 1):
             joints[..., i] = angle
-        joints[..., :FIRST] = self._turned(joints[..., :FIRST])
+        joints[..., :FIRST] -= TURN * np.rint((joints[..., :FIRST] - self.middle[:FIRST]) / TURN)
         missed = self._missed(q1, T, angles[0] + self.signs[0] * angles[1] + self.signs[1] * angles[2])
         outside = np.maximum(np.abs(joints - self.middle) - self.half, 0.0).sum(axis=-1)
         missed = np.where(reached, missed, np.inf)
@@ -148,11 +148,6 @@ class PlanarStarts:
         q3 = self.signs[0] * (bent - np.angle(self.fore) + np.angle(self.upper))
         return (q2, q3, self.signs[1] * (directions - q2 - self.signs[0] * q3)), apart
 
-    def _turned(self, q: Floats) -> Floats:
-        """Joints 1 to 4 on the turns nearest to the middles of their ranges."""
-        middle = self.middle[:FIRST]
-        return np.asarray(q - TURN * np.rint((q - middle) / TURN))
-
     def _missed(self, q1: Floats, T: Floats, direction: Floats) -> Floats:
         """The turn that the hand misses [rad]: from the trace of a product of rotations, one about the normal."""
         back = rotation_about_batch(self.axis, q1.ravel())[:, :, :3].reshape(*q1.shape, 3, 3)
@@ -194,17 +189,9 @@ class SampledStarts:
         self.tips = self.poses[:, :, :3] @ tip + self.poses[:, :, 3]
         self.length = np.ptp(self.tips, axis=0).max() / 2.0
 
-    def first(self, T: Floats) -> Floats:
-        """(FIRST_SAMPLES, n) for a pose (3, 4)."""
-        return np.asarray(self.joints[self._order(T)[:FIRST_SAMPLES]])
-
-    def others(self, T: Floats) -> Floats:
-        """(OTHERS, n): the next ones."""
-        return np.asarray(self.joints[self._order(T)[FIRST_SAMPLES : FIRST_SAMPLES + OTHERS]])
-
-    def _order(self, T: Floats) -> Rows:
-        """The numbers of the samples, those first that miss a pose least."""
+    def near(self, T: Floats, after: int, count: int) -> Floats:
+        """(count, n): samples that miss a pose (3, 4) least, after so many that miss it less."""
         away = np.linalg.norm(self.tips - (T[:, :3] @ self.tip + T[:, 3]), axis=1)
         cosine = 0.5 * (np.einsum("nij,ij->n", self.poses[:, :, :3], T[:, :3]) - 1.0)
         missed = away / self.length + TURN_COUNTS * np.arccos(np.clip(cosine, -1.0, 1.0))
-        return np.asarray(np.argsort(missed), dtype=np.intp)
+        return np.asarray(self.joints[np.argsort(missed)[after : after + count]])
