@@ -10,7 +10,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from enum import Enum
 from math import inf
-from typing import NamedTuple
 
 from msgspec import structs
 
@@ -47,15 +46,6 @@ FIRST_PINGS, QUICKLY, USUALLY = 8, 0.05, 2.0  # how many, and the seconds betwee
 Outlet = Callable[[ServerMessage], None]
 
 
-class _Ended(NamedTuple):
-    """A command that is done. Its change of the timeline may still be on its way, and is waited for `until` then
-    [s].
-    """
-
-    done: Done
-    until: float
-
-
 class Ahead(Enum):
     """How far ahead of the clock that is heard a viewer is shown the robot, by the measured delays: at the present
     (D_b), or where a command of now will find it (D_f + D_b).
@@ -90,7 +80,8 @@ class FarEnd:
         self._arm: RobotArm | None = None
         self._wishes, self._pulled = Wishes(), PulledState()  # for a tool that is dragged
         self._outlets: dict[int, Outlet] = {}
-        self._ended: dict[int, _Ended] = {}
+        # commands that are done, whose change is waited for until then [s]
+        self._ended: dict[int, tuple[Done, float]] = {}
         self._clock = messages.Clock(0.0)
         self._resyncs = False  # the mirror is lost, and a snapshot was asked for
         self._cut_at = self._silent_since = inf
@@ -127,12 +118,12 @@ class FarEnd:
     def due(self) -> float:
         """When `look` is due, by the time of the day [s]."""
         next_ping = self._next_ping if self.open else inf
-        return min([next_ping, self._cut_at + PATIENCE, *(one.until for one in self._ended.values())])
+        return min([next_ping, self._cut_at + PATIENCE, *(until for _, until in self._ended.values())])
 
     def look(self) -> None:
         """Do what time makes due: end the requests that waited too long, and measure the delays by a ping."""
         now = self._wall()
-        self._release(lambda one: now >= one.until)
+        self._release(lambda _done, until: now >= until)
         if now >= self._cut_at + PATIENCE:
             self.give_up()
         if self.open and now >= self._next_ping:
@@ -148,7 +139,7 @@ class FarEnd:
         them.
         """
         self._cut_at = inf
-        self._release(lambda _one: True)
+        self._release(lambda _done, _until: True)
         lost = RequestRefused("the connection is lost: nobody knows whether it was done", "connect again, and look")
         for id in tuple(self._outlets):
             self._end(id, Done(id, ok=False, refusal=Refusal.of(why or lost)))
@@ -170,8 +161,12 @@ class FarEnd:
 
     def send(self, message: messages.ClientMessage) -> None:
         """Raises RequestRefused where there is no connection: what is not sent now is never sent."""
-        if isinstance(message, messages.Command | messages.Answer) and not _holds_file(message):
-            message = structs.replace(message, until=self._until)
+        match message:
+            case messages.Put() | messages.At(act=Define()):
+                pass  # a file is on its way for as long as its length takes
+            case messages.Command() | messages.Answer() if self._estimate is not None:
+                until = self._estimate.there(self._wall()) + self._round_trip + HELD_UP
+                message = structs.replace(message, until=until)
         if not self.open:
             raise self.no_connection
         if isinstance(message, messages.Drag) and self._passes:
@@ -179,12 +174,6 @@ class FarEnd:
             message = structs.replace(message, issued=issued)
             self._wishes.sent(message.pose, issued)
         self.connection.send(message)
-
-    @property
-    def _until(self) -> float | None:
-        """The time by the server's clock [s] until which a message of now has to arrive; None if that is not known."""
-        known = self._estimate
-        return None if known is None else known.there(self._wall()) + self._round_trip + HELD_UP
 
     @property
     def no_connection(self) -> RequestRefused:
@@ -215,8 +204,14 @@ class FarEnd:
 
     def _take(self, message: ServerMessage) -> None:
         match message:
-            case Done():
-                self._done(message)
+            case Done(id):  # a command ends when its change is in the mirror: that comes after the answer
+                if message.status is not None:
+                    self.status.see(message.status)
+                    self._moves_to(message.status.clock)
+                if not message.seq or self._is_seen(message, None):  # without a number the robot has not said it
+                    self._end(id, message)
+                else:
+                    self._ended[id] = message, self._wall() + CATCHING_UP
             case messages.Refused(id=int(id)) | messages.Result(id=id):
                 self._end(id, message)
             case messages.Told(id=int(id)) | messages.Asked(id=int(id)):
@@ -295,7 +290,7 @@ class FarEnd:
             self.refusal = FileDamaged(f"the robot tells what cannot be: {wrong}", "install the same vrs on both")
             return
         self._find_again(full=isinstance(change, messages.Steered))
-        self._release(lambda one: self._is_seen(one.done, change))
+        self._release(lambda done, _until: self._is_seen(done, change))
 
     def _replace(self, snapshot: Snapshot, number: int, arm: RobotArm) -> None:
         """Take another timeline, perhaps the first."""
@@ -425,16 +420,6 @@ class FarEnd:
 
     # --- ends ---
 
-    def _done(self, done: Done) -> None:
-        """End a command when its change is in the mirror: the change comes after the answer."""
-        if done.status is not None:
-            self.status.see(done.status)
-            self._moves_to(done.status.clock)
-        if not done.seq or self._is_seen(done, None):  # without a number the robot has not said it
-            self._end(done.id, done)
-        else:
-            self._ended[done.id] = _Ended(done, self._wall() + CATCHING_UP)
-
     def _is_seen(self, done: Done, change: messages.Change | None) -> bool:
         """Whether the change that a command made is in the mirror; `change` is the last that has come since."""
         if self.mirror is None or isinstance(change, messages.Replaced):
@@ -444,12 +429,12 @@ class FarEnd:
             return timeline.version >= done.version
         return timeline.version == done.version and (done.status is None or done.status.end == timeline.end)
 
-    def _release(self, is_due: Callable[[_Ended], bool]) -> None:
+    def _release(self, is_due: Callable[[Done, float], bool]) -> None:
         """Tell the ends of the commands that need not wait any longer."""
-        for id, one in tuple(self._ended.items()):
-            if is_due(one):
+        for id, (done, until) in tuple(self._ended.items()):
+            if is_due(done, until):
                 del self._ended[id]
-                self._end(id, one.done)
+                self._end(id, done)
 
     def _end(self, id: int, message: ServerMessage) -> None:
         if self.preview is not None and isinstance(message, Done) and message.ok:
@@ -457,11 +442,6 @@ class FarEnd:
         elif self.preview is not None:
             self.preview.refused(id)
         self._outlets.pop(id, self._spread)(message)
-
-
-def _holds_file(message: messages.ClientMessage) -> bool:
-    """Whether a message holds a file: it is on its way for as long as its length takes."""
-    return isinstance(message, messages.Put) or (isinstance(message, messages.At) and isinstance(message.act, Define))
 
 
 class Predicted:

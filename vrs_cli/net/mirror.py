@@ -193,30 +193,27 @@ def parting(before: Timeline, after: Timeline) -> float:
 
 
 class LastStatus:
-    """The last status, and the robot's clock since. A clock that was shown does not go back while time passes."""
+    """The last status that the robot told, with its clock since. A clock that was shown does not go back while time
+    passes.
+    """
 
     def __init__(self, wall: Callable[[], float]) -> None:
         self._wall = wall
-        self._status, self._told_at = PromptStatus(), 0.0
-        self._floor = -inf  # [s] of the clock that was shown
+        self._status, self._clock = PromptStatus(), ClockReading()
 
     def see(self, status: PromptStatus) -> None:
-        """A status was told. It was some time on its way: it tells of the clock only that it is not earlier."""
-        now, before = self._wall(), self._status
-        goes_on = before.pace is not None and status.pace is not None and not (before.pace.paused or status.pace.paused)
-        self._floor = self.now().clock if goes_on else -inf
-        if goes_on and status.pace == before.pace:
-            status = replace(status, clock=max(status.clock, self._extrapolated(now)))
-        self._status, self._told_at = status, now
+        """Take a status. It was some time on its way: it tells of the clock only that it is not earlier."""
+        now, pace = self._wall(), status.pace
+        told = ClockReading(status.clock, None if pace is None or pace.paused else pace.rate, now)
+        if told.rate is not None and pace == self._status.pace:
+            told = replace(told, now=max(told.now, replace(self._clock, floor=-inf).at(now)))
+        self._status, self._clock = status, self._clock.then(told, now)
 
     def forget_pace(self) -> None:
-        """The robot may be another one, with a clock of its own."""
+        """Let the clock stand: the robot may be another one, with its own clock."""
         self._status = replace(self._status, pace=None)
+        self._clock = ClockReading(max(self._clock.now, self._clock.floor))
 
     def now(self) -> PromptStatus:
         """The status with the clock as it is now."""
-        return replace(self._status, clock=max(self._floor, self._extrapolated(self._wall())))
-
-    def _extrapolated(self, now: float) -> float:
-        pace, clock = self._status.pace, self._status.clock
-        return clock if pace is None or pace.paused else clock + pace.rate * (now - self._told_at)
+        return replace(self._status, clock=self._clock.at(self._wall()))

@@ -1,4 +1,5 @@
-"""The two ends of a connection, without sockets: frames in, messages and frames out; the time of the day is passed in.
+"""The two ends of a connection, without sockets: they take frames, and return messages and frames. The time of the day
+is passed in.
 
     connection = ServerConnection(now)
     for message in connection.receive(frame, now):
@@ -13,7 +14,6 @@ Nothing that comes raises an exception.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from enum import Enum
 from math import inf
 
@@ -63,15 +63,15 @@ HELLO_BYTES = 32_000
 CLIENT_BYTES = 2_000_000  # of one message of a client
 SERVER_BYTES = 256_000_000  # of one message of a server: a snapshot
 BACKLOG = 4_000_000  # bytes that wait for a socket
-COMMANDING = 8  # times as many for who waits for a command: what a program TYPEs comes in no time
-MOST_WAITING = 1000  # requests of a client without an answer, and questions to it
+COMMANDING = 8  # times as many for a client that waits for a command: what a program TYPEs comes in no time
+MOST_WAITING = 1000  # requests of a client without an answer; questions to it
 
 _from_client: Reader[FromClient] = Reader(FromClient)
 _from_server: Reader[FromServer] = Reader(FromServer)
 
 
 class ConnectionState(Enum):
-    """What a connection waits for: a socket, the first message, the answer to it, anything, its end."""
+    """The state of a connection: without a socket, before the first message, before its answer, open, or closing."""
 
     CUT = "cut"
     HELLO = "hello"
@@ -81,7 +81,7 @@ class ConnectionState(Enum):
 
 
 class ServerConnection:
-    """One connection at the server. `hello`: what the client has said of itself; `delivery_log`: of the client
+    """The server's end of a connection. `hello`: the first message of the client; `delivery_log`: that of the client
     session, which another connection may resume; `why` it is closed.
     """
 
@@ -97,7 +97,9 @@ class ServerConnection:
     # --- what comes ---
 
     def receive(self, frame: Frame, now: float) -> list[ClientMessage]:
-        """What is to be done about a frame. Commands come once, whatever the client repeats."""
+        """Take a frame, and return the messages that are to be carried out. A command is returned once, however often
+        the client sends it.
+        """
         self.look(now)
         if self.state is ConnectionState.CLOSING:
             return []
@@ -108,19 +110,15 @@ class ServerConnection:
         try:
             message = _from_client.read(frame)
         except RecordError as error:
-            self._misunderstood(frame, error, now)
+            marks = marks_of(frame)
+            if self.delivery_log is None or marks is None:  # it is no client
+                self._refuse(str(error), "see docs/protocol.md")
+            else:  # a later client may send such a message
+                self.delivery_log.tell(Refused(_refusal(str(error)), marks.known_id), now)
             return []
         if self.delivery_log is not None and not isinstance(message, Hello):
             return self._heard(message, self.delivery_log, now)
         return self._greeted(message, frame)
-
-    def _misunderstood(self, frame: Frame, error: RecordError, now: float) -> None:
-        """A message that a later client may send is refused; whoever sends anything else is no client."""
-        marks = marks_of(frame)
-        if self.delivery_log is None or marks is None:
-            self._refuse(str(error), "see docs/protocol.md")
-        else:
-            self.delivery_log.tell(Refused(_refusal(str(error)), marks.known_id), now)
 
     def _greeted(self, message: ClientMessage, frame: Frame) -> list[ClientMessage]:
         if not isinstance(message, Hello) or self.state is not ConnectionState.HELLO or isinstance(frame, bytes):
@@ -150,8 +148,8 @@ class ServerConnection:
         return [message]
 
     def _is_new(self, command: Command, delivery_log: DeliveryLog, now: float) -> bool:
-        """Whether a command was never seen. One that was is answered from memory, or by its end when that comes. There
-        is always room for ABORT.
+        """Return whether a command was never seen. A known one is answered from memory, or by its end when that comes.
+        There is always room for ABORT.
         """
         id = command.id
         outcome, done = delivery_log.outcome(id), delivery_log.ended.get(id)
@@ -169,8 +167,8 @@ class ServerConnection:
         return False
 
     def look(self, now: float) -> None:
-        """Time has passed: a client that says nothing is not waited for, and one that is at another connection now is
-        not heard here, where what was lost may still come.
+        """Close the connection if no hello came in time, or if the user has another connection now: lost messages may
+        still arrive here.
         """
         if self.state is ConnectionState.HELLO and now > self._until:
             self._refuse(f"no hello came within {HELLO_SECONDS:g} s", "")
@@ -180,8 +178,8 @@ class ServerConnection:
     # --- what is sent ---
 
     def welcome(self, welcome: Welcome, delivery_log: DeliveryLog, now: float) -> None:
-        """Answer the hello: with what the caller says of the robot, and what is known of the holder. What it has missed
-        follows.
+        """Answer the hello with what the caller says of the robot and what is known of the user; then send the messages
+        that the user has missed. After them come ends of commands that nobody heard of, and open questions.
         """
         assert self.hello is not None, "hello comes first"
         resume, encoding = self.hello.resume, self.hello.format
@@ -194,12 +192,8 @@ class ServerConnection:
         said = replace(welcome, version=self.version, connection=delivery_log.key, seq=delivery_log.seq)
         self._outbox.send(replace(said, resumed=missed is not None, fates=fates))
         for frame in missed or ():
-            self._outbox.put(frame, counts=False)  # the ledger has bounded it
-        self._say_again(ids if missed is None else (), delivery_log, now)
-
-    def _say_again(self, ids: Iterable[int], delivery_log: DeliveryLog, now: float) -> None:
-        """What has ended while nobody heard of it, and what waits for an answer."""
-        for id in ids:
+            self._outbox.put(frame, counts=False)  # the delivery log has bounded it
+        for id in ids if missed is None else ():
             done = delivery_log.ended.get(id)
             if done is not None:
                 delivery_log.tell(done, now)
@@ -207,7 +201,7 @@ class ServerConnection:
             delivery_log.tell(question, now)
 
     def send(self, message: ServerMessage, now: float) -> None:
-        """Numbered messages are remembered for a connection that is cut."""
+        """Send a message; a numbered one is remembered until it has arrived, also over a cut."""
         if isinstance(message, Numbered):
             assert self.delivery_log is not None, "welcome comes first"
             self.delivery_log.tell(message, now)
@@ -215,7 +209,7 @@ class ServerConnection:
             self._outbox.send(message)
 
     def close(self, why: str, refusal: Refusal | None = None) -> None:
-        """Say why, and no more. The holder may resume."""
+        """Tell the client why the connection closes, and nothing after that. The user may resume."""
         if self.state is not ConnectionState.CLOSING:
             self.state, self.why = ConnectionState.CLOSING, why
             self._outbox.send(Closing(why, refusal))
@@ -224,7 +218,7 @@ class ServerConnection:
         self.close(detail, _refusal(detail, hint))
 
     def cut(self, now: float) -> None:
-        """The socket is gone."""
+        """Note that the socket is gone."""
         self.state = ConnectionState.CLOSING
         if self.delivery_log is not None and self.delivery_log.put == self._outbox.put:
             self.delivery_log.cut(now)
@@ -235,7 +229,7 @@ class ServerConnection:
         return self._outbox.size
 
     def frames(self, most: float = inf) -> list[Frame]:
-        """What the socket is to send now: so many bytes and a frame at most."""
+        """Take the frames that the socket is to send now, until they have `most` bytes or more."""
         if self._outbox.overflown and self.state is not ConnectionState.CLOSING:
             self.state, self.why = ConnectionState.CLOSING, f"the client has not taken {self._outbox.most} bytes"
         taken = self._outbox.taken(most)
@@ -249,10 +243,10 @@ class ServerConnection:
 
 
 class ClientConnection:
-    """A holder's end of a connection, over all the sockets that it has one after the other.
+    """The client's end of a connection, over all sockets that it has one after the other.
 
-    `begin` when there is a socket, `cut` when it is gone; `receive` and `frames` in between. After a cut nothing is
-    commanded again: a command that never reached the robot ends with a refusal.
+    Call `begin` when there is a socket and `cut` when it is gone; `receive` and `frames` in between. After a cut
+    nothing is commanded again: a command that never reached the robot ends with a refusal.
     """
 
     def __init__(self, hello: Hello, most: int = SERVER_BYTES) -> None:
@@ -261,7 +255,7 @@ class ClientConnection:
         self._most = most
         self._outbox = Outbox(BACKLOG)
         self._id = 0
-        self._heard = 0  # the number of the last message of those that are numbered
+        self._heard = 0  # the number of the last numbered message
         self._unanswered: dict[int, Request] = {}
         self._questions: dict[int, bool] = {}  # by number: whether its answer was given
         self._told: list[Told] = []  # the parts that have come of a long reply
@@ -271,7 +265,7 @@ class ClientConnection:
     # --- sockets ---
 
     def begin(self) -> None:
-        """There is a socket: say hello."""
+        """Say hello on a new socket."""
         self._outbox = Outbox(BACKLOG)
         resume = None
         if self.welcomed is not None:
@@ -282,11 +276,11 @@ class ClientConnection:
         self.state, self.why = ConnectionState.WELCOME, ""
 
     def cut(self) -> None:
-        """The socket is gone."""
+        """Note that the socket is gone."""
         self.state = ConnectionState.CUT
 
     def frames(self) -> list[Frame]:
-        """What the socket is to send now."""
+        """Take the frames that the socket is to send now."""
         return self._outbox.taken()
 
     @property
@@ -296,13 +290,14 @@ class ClientConnection:
     # --- what is sent ---
 
     def next_id(self) -> int:
-        """For the next request."""
+        """Return the id for the next request."""
         self._id += 1
         return self._id
 
     def send(self, message: ClientMessage) -> None:
-        """Raises RequestRefused where there is no connection, for more than a server takes at once, and where too much
-        waits for an answer; ABORT need not wait. A question whose answer was not sent is asked again.
+        """Send a message. Raises RequestRefused if there is no connection, if the message is longer than a server
+        takes, or if too many requests wait for an answer; ABORT is always sent. A question whose answer was not sent is
+        asked again.
         """
         if isinstance(message, Answer) and message.question in self._questions:
             self._questions[message.question] = True
@@ -322,7 +317,7 @@ class ClientConnection:
     # --- what comes ---
 
     def receive(self, frame: Frame) -> list[ServerMessage]:
-        """The messages of a frame, each once. `Closing` is the last one, also where what came could not be read."""
+        """Return the messages of a frame, each once. `Closing` is the last one, also if a frame could not be read."""
         if self.state not in (ConnectionState.WELCOME, ConnectionState.OPEN):
             return []
         if len(frame) > self._most:
@@ -339,7 +334,7 @@ class ClientConnection:
         return self._began(message) if isinstance(message, Welcome) else self._took(message)
 
     def _passed_over(self, frame: Frame, error: RecordError) -> list[ServerMessage]:
-        """A later server may say what is not known here. What must be heard counts, and is told to be unreadable."""
+        """Pass over a message that a later server may send. A numbered one counts, and is told to be unreadable."""
         marks = marks_of(frame)
         if marks is None or self.state is not ConnectionState.OPEN or type(marks.seq) is not int:
             return [] if isinstance(error, UnknownType) else self._close(str(error))
@@ -352,7 +347,9 @@ class ClientConnection:
         return [Closing(why)]
 
     def _began(self, welcome: Welcome) -> list[ServerMessage]:
-        """What is new begins with what was lost of the old."""
+        """Begin or resume the connection; return the welcome, and the ends of commands that were lost. What changes
+        nothing is asked again.
+        """
         if welcome.version not in self.hello.versions:
             return self._close(f"the server speaks version {welcome.version}")
         before, self.welcomed, self.state = self.welcomed, welcome, ConnectionState.OPEN
@@ -363,11 +360,6 @@ class ClientConnection:
         if before is not None and before.life != welcome.life:
             self._change = None
         lost = self._settled(welcome)
-        self._ask_again()
-        return [welcome, *lost]
-
-    def _ask_again(self) -> None:
-        """What changes nothing."""
         for request in tuple(self._unanswered.values()):
             if isinstance(request, Subscribe):
                 del self._unanswered[request.id]
@@ -376,6 +368,7 @@ class ClientConnection:
         if self._followed is not None:
             self._unanswered[self._followed.id] = self._followed
             self._outbox.send(replace(self._followed, after=self._change))
+        return [welcome, *lost]
 
     def _settled(self, welcome: Welcome) -> list[ServerMessage]:
         """Return the ends of the commands without an answer that never came to the robot, or that it has forgotten."""
@@ -414,7 +407,7 @@ class ClientConnection:
         return [message]
 
     def _is_asked(self, number: int) -> bool:
-        """Whether a question is new, or its answer was lost; it is asked until it is withdrawn."""
+        """Return whether a question is new, or its answer was lost. It is asked until it is withdrawn."""
         if self._questions.get(number) is False:
             return False
         self._questions[number] = False
@@ -423,7 +416,7 @@ class ClientConnection:
         return True
 
     def _fits(self, change: Change) -> bool:
-        """Whether a change is the next one. Where one is missing, a snapshot is asked for."""
+        """Return whether a change is the next one. If one is missing, ask for a snapshot."""
         if isinstance(change, Replaced):
             self._change = change.number
             return True
