@@ -146,8 +146,9 @@ class WorkingFolder(Folder, frozen=True, kw_only=True):
                     with path.open("xb") as copy:
                         shutil.copyfileobj(stream, copy)
                 except OSError as error:
-                    hint = "the folder of the run has no room for a copy"
-                    raise FileError(f"{path.name}: {error.strerror}", hint) from None
+                    raise FileError(
+                        f"{path.name}: {error.strerror}", "the folder of the run has no room for a copy"
+                    ) from None
                 return path.stat()
         except (OSError, FileOutside):  # it is not there, or cannot be read
             return None

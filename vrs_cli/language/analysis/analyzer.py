@@ -71,7 +71,7 @@ def analyze_among(surroundings: Surroundings, program: Program) -> Analysis:
     for index, step in enumerate(program.steps):
         if step.statement is not None:
             steps.statement(index + 1, step.statement)
-    steps.finish()
+    steps.finish(program, surroundings)
     found = (*structure.diagnostics, *steps.diagnostics, *beyond(program))
     kinds = {key: decided.kind for key, decided in steps.kinds.items()}
     needs = frozenset(one.key for one in steps.without_value())
@@ -102,8 +102,7 @@ class _Steps(Expressions):
     def __init__(
         self, known: Mapping[str, Kind], program: Program | None = None, surroundings: Surroundings | None = None
     ) -> None:
-        parameters = {variable.key for variable in program.parameters} if program is not None else set()
-        super().__init__(known, parameters, at_prompt=program is None)
+        super().__init__(known, () if program is None else program.parameters, at_prompt=program is None)
         self.called: set[str] = set()
         self._program = program
         self._surroundings = surroundings
@@ -146,26 +145,21 @@ class _Steps(Expressions):
         elif isinstance(inner, ast.Show):
             self.value(inner.expression, ANY_KIND)
         elif inner is not None:
-            detail, hint = "this works in programs only", ".PROGRAM name begins one"
-            self.fault(CannotInterpret, statement.span, detail, hint)
+            self.fault(CannotInterpret, statement.span, "this works in programs only", ".PROGRAM name begins one")
 
-    def finish(self) -> None:
+    def finish(self, program: Program, around: Surroundings) -> None:
         """Report what only the whole program shows: names that nothing gives a value."""
-        program, around = self._program, self._surroundings
         nowhere = [
             one  # another program may give it a value, unless AUTO or LOCAL declares it
             for one in self.without_value()
-            if program is None or around is None or one.key in self.own or not around.given_elsewhere(one.key, program)
+            if one.key in self.own or not around.given_elsewhere(one.key, program)
         ]
         own = Candidates({*self.given, *self.parameters})
         for number, variable in enumerate(nowhere):
             detail = f"{variable.sigil}{variable.name} is given a value nowhere"
-            hint = ""
-            if around is not None and number < MOST_HINTS:
-                hint = around.name_meant(variable, own)
+            hint = around.name_meant(variable, own) if number < MOST_HINTS else ""
             self.warn(UndefinedValue, variable.span, detail, hint)
-        if program is not None and around is not None:
-            self.diagnostics += confusions(program, self, around)
+        self.diagnostics += confusions(program, self, around)
 
     # --- statements ---
 
@@ -212,8 +206,12 @@ class _Steps(Expressions):
             return
         wanted = SIGIL_KINDS.get(target.sigil, Kind.LOCATION)
         if kind is not wanted:
-            detail = f"{target.sigil}{target.name} cannot hold {with_article({kind})}"
-            self.fault(TypeMismatch, target.span, detail, f"{with_article({wanted})} is wanted")
+            self.fault(
+                TypeMismatch,
+                target.span,
+                f"{target.sigil}{target.name} cannot hold {with_article({kind})}",
+                f"{with_article({wanted})} is wanted",
+            )
 
     # --- instructions and monitor commands ---
 
@@ -247,8 +245,10 @@ class _Steps(Expressions):
     def _check_operand(self, expression: Expression, argument: Argument) -> None:
         if argument.shape is Shape.PROGRAM:
             self._program_argument(expression)
-        elif argument.shape is Shape.PROGRAM_TEXT:
-            self._program_text(expression)
+        elif argument.shape is Shape.PROGRAM_TEXT:  # nothing is known of the program that a string names
+            self.value(expression.text if isinstance(expression, ast.Applied) else expression, STRING)
+            if isinstance(expression, ast.Applied):
+                self._pass(expression.arguments)
         elif argument.shape.value in SETTINGS and isinstance(expression, ast.BareWord):
             table, idle = SETTINGS[argument.shape.value]  # switches or parameters
             try:
@@ -268,13 +268,6 @@ class _Steps(Expressions):
             self._check_call(expression)
         elif not isinstance(expression, ast.BareWord):
             self.fault(InvalidName, expression.span, "a program name is wanted here")
-
-    def _program_text(self, expression: Expression) -> None:
-        """Check a string that names a program. Nothing is known of that program."""
-        text = expression.text if isinstance(expression, ast.Applied) else expression
-        self.value(text, STRING)
-        if isinstance(expression, ast.Applied):
-            self._pass(expression.arguments)
 
     def _pass(self, arguments: Iterable[Expression | None]) -> None:
         for argument in arguments:
@@ -296,14 +289,20 @@ class _Steps(Expressions):
             self.warn(UndefinedName, call.span, f"{call.name} is not in memory", hint)
             return
         if len(call.arguments) > len(target.parameters):
-            detail = f"{target.name} is given {counted(len(call.arguments), 'argument')}"
-            hint = f"it has {counted(len(target.parameters), 'parameter')}"
-            self.fault(ArgumentMismatch, call.span, detail, hint)
+            self.fault(
+                ArgumentMismatch,
+                call.span,
+                f"{target.name} is given {counted(len(call.arguments), 'argument')}",
+                f"it has {counted(len(target.parameters), 'parameter')}",
+            )
         for argument, parameter in zip(call.arguments, target.parameters, strict=False):
             kind = None if argument is None else self.kind_of(argument)
             if argument is not None and kind is not None and kind not in kinds_of_name(parameter.sigil):
-                detail = f"{with_article({kind})} for the parameter {parameter.sigil}{parameter.name}"
-                self.fault(ArgumentMismatch, argument.span, detail)
+                self.fault(
+                    ArgumentMismatch,
+                    argument.span,
+                    f"{with_article({kind})} for the parameter {parameter.sigil}{parameter.name}",
+                )
 
 
 _STATEMENTS: Mapping[type, Callable[[_Steps, Any], None]] = {

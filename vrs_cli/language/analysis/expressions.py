@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -47,9 +47,7 @@ FORMAT_CODES = "BCDEFGHINOSUX"
 class Expressions(NameFindings):
     """Checks expressions, each by itself."""
 
-    def __init__(self, known: Mapping[str, Kind], parameters: Collection[str], *, at_prompt: bool) -> None:
-        super().__init__(known, parameters, at_prompt=at_prompt)
-        self._logical = False  # whether NOT, AND, OR or XOR has been met in the expression
+    _logical = False  # whether NOT, AND, OR or XOR has been met in the expression
 
     # --- arguments, by their shape ---
 
@@ -61,8 +59,12 @@ class Expressions(NameFindings):
         if not isinstance(expression, ast.Format):
             self.value(expression, ANY_KIND)
         elif expression.code not in FORMAT_CODES:
-            hint = "the format codes are /" + " /".join(FORMAT_CODES)
-            self.fault(IllegalExpression, expression.span, f"/{expression.code}", hint)
+            self.fault(
+                IllegalExpression,
+                expression.span,
+                f"/{expression.code}",
+                "the format codes are /" + " /".join(FORMAT_CODES),
+            )
 
     def _unit(self, expression: Expression) -> None:
         """The number of a unit. ATTACH may choose a unit and put its number in a variable."""
@@ -103,8 +105,12 @@ class Expressions(NameFindings):
         variable = self._checked_variable(expression)
         if variable is not None:
             if variable.indexes is None:
-                hint = f"{variable.name}[1], or {variable.name}[]"
-                self.fault(IllegalArrayIndex, variable.span, f"{variable.name} is no array", hint)
+                self.fault(
+                    IllegalArrayIndex,
+                    variable.span,
+                    f"{variable.name} is no array",
+                    f"{variable.name}[1], or {variable.name}[]",
+                )
             self.read(variable, REAL)
 
     def _label(self, expression: Expression) -> None:
@@ -129,8 +135,9 @@ class Expressions(NameFindings):
         self._kind(expression, wanted)
         if self._logical:
             for ours, theirs, span in val_grouping(expression):
-                detail = f"it is taken as {ours}, VAL-II takes {theirs}"
-                self.warn(AmbiguousGrouping, span, detail, "add parentheses", ours)
+                self.warn(
+                    AmbiguousGrouping, span, f"it is taken as {ours}, VAL-II takes {theirs}", "add parentheses", ours
+                )
         self._logical = outer
 
     def _kind(self, expression: Expression, wanted: Kinds) -> Kind | None:
@@ -147,8 +154,7 @@ class Expressions(NameFindings):
         for index in variable.indexes or ():
             self._kind(index, REAL)
         if variable.many:
-            detail = f"{variable.name}[] is an array"
-            self.fault(IllegalExpression, variable.span, detail, "give an index")
+            self.fault(IllegalExpression, variable.span, f"{variable.name}[] is an array", "give an index")
         return self.read(variable, wanted)
 
     def _no_value(self, expression: ast.Format | ast.Applied) -> None:
@@ -200,8 +206,7 @@ class Expressions(NameFindings):
             self.fault(UnknownKeyword, call.span, f"there is no function {call.name}", hint)
             return None
         if function.state is not State.SUPPORTED:
-            detail = f"{function.name}: {function.summary}"
-            self.fault(NotAvailable, call.span, detail, function.note)
+            self.fault(NotAvailable, call.span, f"{function.name}: {function.summary}", function.note)
             return function.result
         if not call.parenthesised and call.name.lower() in FUNCTION_NAMES:
             self.functions.setdefault(call.name.lower(), call)
@@ -221,7 +226,7 @@ class Expressions(NameFindings):
 
     def kind_of(self, expression: Expression) -> Kind | None:
         """Return the kind of an expression as far as it is certain. Decide nothing and report nothing."""
-        return kind_of(expression, self.certain_kind)
+        return kind_of(expression, lambda it: (decided := self._decided(it)) and decided.kind)
 
 
 def miscounted(

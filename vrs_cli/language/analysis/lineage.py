@@ -141,8 +141,9 @@ def _beyond(statement: Statement, told: _Told, at_prompt: bool = False) -> Itera
             case ast.Binary() if node.operator not in RELATIONS or told.dialect is not Dialect.VAL:
                 yield from told.named(node.operator, OPERATORS[node.operator].where, node.span)
             case ast.Variable() if len(node.indexes or ()) > 1 or node.rest:
-                hint = f"one index: {node.sigil}{node.name}[10*i+j]"
-                yield told.refused("an array with several indexes is", hint, node.span)
+                yield told.refused(
+                    "an array with several indexes is", f"one index: {node.sigil}{node.name}[10*i+j]", node.span
+                )
         if told.dialect is Dialect.VAL and isinstance(node, _Block) and not getattr(node, "then", False):
             yield error(NotAvailable, node.span, f"this form is of VAL-II, and {told.why} VAL", _BLOCKS[type(node)])
 

@@ -8,7 +8,7 @@ between calls. All other variables are global, and GLOBAL says so. Declarations 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from enum import Enum
 from functools import cached_property
 from itertools import takewhile
@@ -217,7 +217,7 @@ class NameFindings(DiagnosticCollector):
     `functions`: the first call of each function that could be a variable.
     """
 
-    def __init__(self, known: Mapping[str, Kind], parameters: Collection[str], *, at_prompt: bool) -> None:
+    def __init__(self, known: Mapping[str, Kind], parameters: Iterable[ast.Variable], *, at_prompt: bool) -> None:
         super().__init__()
         self.step = 0
         self.kinds: dict[str, Decided] = {}
@@ -228,7 +228,7 @@ class NameFindings(DiagnosticCollector):
         self.first_read: dict[str, ast.Variable] = {}
         self.assigned: dict[str, ast.Variable] = {}
         self.functions: dict[str, ast.Call] = {}
-        self.parameters = parameters
+        self.parameters = {parameter.key for parameter in parameters}
         self.declared: set[str] = set()
         self._declared_by: dict[str, str] = {}  # the word of the first declaration of a name, right or wrong
         self._declarations_over = False
@@ -267,8 +267,12 @@ class NameFindings(DiagnosticCollector):
     def check_declaration(self, statement: ast.Instruction) -> None:
         """Check AUTO, LOCAL or GLOBAL, and note what it declares."""
         if self._declarations_over:
-            detail = f"{statement.word} stands after a step that does something"
-            self.fault(MisplacedDeclaration, statement.span, detail, "declarations begin a program")
+            self.fault(
+                MisplacedDeclaration,
+                statement.span,
+                f"{statement.word} stands after a step that does something",
+                "declarations begin a program",
+            )
         for argument in statement.arguments:
             if isinstance(argument, ast.Variable):
                 self._check_declared(argument, statement)
@@ -284,12 +288,15 @@ class NameFindings(DiagnosticCollector):
         elif key in self._declared_by:
             self.fault(InvalidName, variable.span, f"{name} is in {self._declared_by[key]} too")
         elif not all(isinstance(index, ast.Number) for index in variable.indexes or ()):
-            hint = f"{statement.word} {name}[]"
-            self.fault(CannotInterpret, variable.span, "the size of an array is a number, or left out", hint)
+            self.fault(
+                CannotInterpret,
+                variable.span,
+                "the size of an array is a number, or left out",
+                f"{statement.word} {name}[]",
+            )
         else:
             if variable.sigil and kind is not None and not (variable.sigil == "#" and kind is Kind.LOCATION):
-                detail = f"{name} is a {SIGIL_KINDS[variable.sigil].value}, not {sort}"
-                self.fault(TypeMismatch, variable.span, detail)
+                self.fault(TypeMismatch, variable.span, f"{name} is a {SIGIL_KINDS[variable.sigil].value}, not {sort}")
             self.check(variable)
             self.declared.add(key)
             if statement.word != "GLOBAL":
@@ -316,7 +323,7 @@ class NameFindings(DiagnosticCollector):
         tells if the variable has a value of the other kind now.
         """
         key, name = variable.key, variable.name
-        decided = self._decided(variable.sigil, key)
+        decided = self._decided(variable)
         if decided is None:
             choice = wanted & BARE
             if not choice:
@@ -329,29 +336,27 @@ class NameFindings(DiagnosticCollector):
             decided = self.kinds[key] = Decided(next(iter(choice)), self.step)
             now = self._known.get(key, decided.kind)
             if now is not decided.kind and key not in self.parameters and key not in self.own:
-                detail = f"{name} is used as {_ARTICLES[decided.kind]}, and has the value of {_ARTICLES[now]} now"
-                self.warn(TypeMismatch, variable.span, detail)
+                self.warn(
+                    TypeMismatch,
+                    variable.span,
+                    f"{name} is used as {_ARTICLES[decided.kind]}, and has the value of {_ARTICLES[now]} now",
+                )
         if decided.kind not in wanted:
             self.mismatch(variable, decided.kind, wanted, decided.step)
         return decided.kind
 
-    def _decided(self, sigil: str, key: str) -> Decided | None:
+    def _decided(self, variable: ast.Variable) -> Decided | None:
         """What the sigil of a name says, or its uses have decided, or (at the prompt) its present value."""
-        decided = self.kinds.get(key)
-        if decided is None:
-            kind = SIGIL_KINDS.get(sigil) or (self._known.get(key) if self._at_prompt else None)
-            decided = None if kind is None else Decided(kind, None)
-        return decided
-
-    def certain_kind(self, variable: ast.Variable) -> Kind | None:
-        """Return the kind of a variable as far as it is certain."""
-        decided = self._decided(variable.sigil, variable.key)
-        return None if decided is None else decided.kind
+        if variable.key in self.kinds:
+            return self.kinds[variable.key]
+        kind = SIGIL_KINDS.get(variable.sigil) or (self._known.get(variable.key) if self._at_prompt else None)
+        return None if kind is None else Decided(kind, None)
 
     def mismatch(self, expression: Expression, kind: Kind, wanted: Kinds, step: int | None = None) -> None:
         """Report an expression of a kind that is not wanted. `step`: the one that decided the kind."""
         text = expression_text(expression)
         shown = text if len(text) <= MAX_SHOWN_CHARS else "this"
         since = f" since step {step}" if step not in (None, self.step) else ""
-        detail = f"{shown} is {_ARTICLES[kind]}{since}"
-        self.fault(TypeMismatch, expression.span, detail, f"{with_article(wanted)} is wanted")
+        self.fault(
+            TypeMismatch, expression.span, f"{shown} is {_ARTICLES[kind]}{since}", f"{with_article(wanted)} is wanted"
+        )

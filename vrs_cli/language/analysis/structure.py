@@ -71,8 +71,11 @@ class Structure(DiagnosticCollector):
         elif isinstance(statement, ast.BadLine):
             self._unread(index, statement)
         elif self._open and self._open[-1].kind is BlockKind.CASE and not self._open[-1].middles:
-            detail = f"between CASE at step {self._open[-1].opener + 1} and its first VALUE nothing is carried out"
-            self.warn(ControlStructure, statement.span, detail)
+            self.warn(
+                ControlStructure,
+                statement.span,
+                f"between CASE at step {self._open[-1].opener + 1} and its first VALUE nothing is carried out",
+            )
 
     def end(self, program: Program) -> None:
         """Report every block that is still open at the end of the program, but those whose end a vague block may have
@@ -100,8 +103,9 @@ class Structure(DiagnosticCollector):
             self._fault(statement.span, f"{statement.word} takes a whole number of loops", f"{statement.word} 2")
         elif wanted > around:
             loops = "no loop" if not around else "1 loop" if around == 1 else f"{around} loops"
-            detail = f"{statement.word} {wanted} with {loops} around it"
-            self._fault(statement.span, detail, "the loops are FOR, WHILE and DO")
+            self._fault(
+                statement.span, f"{statement.word} {wanted} with {loops} around it", "the loops are FOR, WHILE and DO"
+            )
 
     def _begin(self, index: int, statement: Statement) -> None:
         self._open.append(_Open(_OPENERS[type(statement)], index, statement.span))
@@ -232,8 +236,12 @@ def unreachable(program: Program, blocks: Sequence[Block], labels: Mapping[int, 
     for index, step in enumerate(program.steps):
         if step.statement is not None and not isinstance(step.statement, _CLOSERS):
             if index not in reached and before_reached:
-                detail = f"this is never carried out{leaving}"
-                yield warning(UnreachableCode, step.statement.span, detail, "a label before it would lead to it")
+                yield warning(
+                    UnreachableCode,
+                    step.statement.span,
+                    f"this is never carried out{leaving}",
+                    "a label before it would lead to it",
+                )
             before_reached = index in reached
         if _leaves(step.statement):
             word = step.statement.word if isinstance(step.statement, ast.Instruction) else "GOTO"

@@ -94,8 +94,12 @@ def _items(children: Sequence[Any], row: WordRow | None = None, places: int | No
     """
     signs = [child for child in children if type(child) is Token]
     if row is not None and signs and signs[-1] is children[-1] and (places is None or len(signs) >= places):
-        detail = f"{row.name}: nothing stands behind {signs[-1].text}"
-        raise refusal(CannotInterpret, signs[-1].span, detail, f"the form is {row.form}")
+        raise refusal(
+            CannotInterpret,
+            signs[-1].span,
+            f"{row.name}: nothing stands behind {signs[-1].text}",
+            f"the form is {row.form}",
+        )
     items: Items = [None]
     for child in children:
         if type(child) is Token:
@@ -275,8 +279,9 @@ class _Given(Struct):
     def _refuse_beyond(self, items: Items, most: int, what: str) -> None:
         beyond = next((item for item in items[most:] if item is not None), None)
         if beyond is not None:
-            detail, hint = f"{self.row.name}: too many {what}", f"the form is {self.row.form}"
-            raise refusal(CannotInterpret, beyond.span, detail, hint)
+            raise refusal(
+                CannotInterpret, beyond.span, f"{self.row.name}: too many {what}", f"the form is {self.row.form}"
+            )
 
     def _refusal(self, token: Token) -> LineRefused:
         row, hint = self.row, f"the form is {self.row.form}"
@@ -343,8 +348,9 @@ class Builder:
         """A part of a string in a section: `$CHR(34)` for what cannot stand in quotes."""
         code = number_value(number.text)
         if name.value.upper() != "$CHR" or code is None or not 0 <= code <= LAST_CHARACTER or not code.is_integer():
-            hint = 'strings here are made of "text" and $CHR(0) to $CHR(255)'
-            raise refusal(IllegalExpression, span, name.text, hint)
+            raise refusal(
+                IllegalExpression, span, name.text, 'strings here are made of "text" and $CHR(0) to $CHR(255)'
+            )
         return ast.StringConstant(chr(int(code)), span=span)
 
     # --- statements ---
@@ -369,8 +375,12 @@ class Builder:
         compares = isinstance(condition, ast.Binary) and not condition.grouped and condition.operator in RELATIONS
         then = link.type == "THEN_LABEL"
         if then and not compares:
-            hint = "write IF condition GOTO label"
-            raise refusal(IllegalExpression, condition.span, "IF ... THEN label compares two values", hint)
+            raise refusal(
+                IllegalExpression,
+                condition.span,
+                "IF ... THEN label compares two values",
+                "write IF condition GOTO label",
+            )
         return ast.IfGoto(condition, label_value(label.text, label.span), then, span=span)
 
     @_by_name
@@ -407,8 +417,9 @@ class Builder:
         token: Token = children[0]
         width, _, decimals = token.text[2:].partition(".")
         if max(len(width), len(decimals)) > FORMAT_DIGITS:
-            detail, hint = token.text, f"the numbers of a format code have up to {FORMAT_DIGITS} digits"
-            raise refusal(InvalidNumber, token.span, detail, hint)
+            raise refusal(
+                InvalidNumber, token.span, token.text, f"the numbers of a format code have up to {FORMAT_DIGITS} digits"
+            )
         most, after_point = (int(digits) if digits else None for digits in (width, decimals))
         return ast.Format(token.text[1].upper(), most, after_point, span=token.span)
 

@@ -207,8 +207,12 @@ class Lexer:
         word = self._first_word(kind, "a line begins with a word or the variable that is assigned", hint)
         colon_equal = re.compile(_COLON_EQUAL).match(self._text, word.end()) if ":=" in self._text else None
         if colon_equal:
-            hint = f"{word[0]} = 5 assigns, {word[0]} == 5 compares"
-            raise self._refusal(CannotInterpret, *colon_equal.span(1), ":= is no sign of VAL-II", hint)
+            raise self._refusal(
+                CannotInterpret,
+                *colon_equal.span(1),
+                ":= is no sign of VAL-II",
+                f"{word[0]} = 5 assigns, {word[0]} == 5 compares",
+            )
         if _ASSIGNS.match(self._text, word.end()):
             if word[0].upper() in OPERATOR_WORDS:  # AND = 5: what follows would be read as its operand
                 raise self._refusal(InvalidName, *word.span(), *why_reserved(word[0].upper()))
@@ -329,8 +333,12 @@ class Lexer:
         """Read the number in EXECUTE 2 pick: a group without its parentheses."""
         qualifier = re.compile(_QUALIFIER).match(self._text, self._at)
         if qualifier is not None:
-            detail, hint = f"{qualifier[1]}: only where the task does not run yet", "IF TASK(1, 2) <> 4 THEN asks that"
-            raise self._refusal(NotAvailable, *qualifier.span(1), detail, hint)
+            raise self._refusal(
+                NotAvailable,
+                *qualifier.span(1),
+                f"{qualifier[1]}: only where the task does not run yet",
+                "IF TASK(1, 2) <> 4 THEN asks that",
+            )
         match = re.compile(_TASK).match(self._text, self._at)
         if match is not None:
             start, end = match.span(1)
@@ -470,8 +478,7 @@ class Lexer:
         if character == '"':
             return self._refusal(MissingQuote, at, len(self._text), "the text is not closed", 'a text ends in "')
         if character in "^'" and glued > at:
-            hint = "write ^HFF, ^B101, ^17 or 'A"
-            return self._refusal(InvalidNumber, at, glued, self._text[at:glued], hint)
+            return self._refusal(InvalidNumber, at, glued, self._text[at:glued], "write ^HFF, ^B101, ^17 or 'A")
         if character in "_#$%" or character.isalpha():
             end = max(glued, at + 1)
             return self._refusal(InvalidName, at, end, self._text[at:end], "a name begins with a letter a to z")

@@ -191,8 +191,11 @@ class Complaint:
             return self._say(CannotInterpret, "GOTO wants a label", "a label is a number before a statement: GOTO 10")
         found = self._no_operand() or self._parenthesis()
         if found is None and self._start == "entry":
-            hint = "write a name, a blank and the value: count 12"
-            return self._say(CannotInterpret, f"{self._said} in a section of variables", hint)
+            return self._say(
+                CannotInterpret,
+                f"{self._said} in a section of variables",
+                "write a name, a blank and the value: count 12",
+            )
         found = found or self._equals() or self._missing_link() or self._instruction_in_place_of_value()
         return found or self._neighbours() or self._other()
 
@@ -301,8 +304,9 @@ class Complaint:
         if head is None or last is None:
             return self._say(CannotInterpret, self._said)
         if last.type == "THEN":
-            hint = "THEN ends the line; what is done stands on the next ones"
-            return self._say(CannotInterpret, f"{self._said} after THEN", hint)
+            return self._say(
+                CannotInterpret, f"{self._said} after THEN", "THEN ends the line; what is done stands on the next ones"
+            )
         row = CONTROL.get(head.type, head.row)
         form = f"the form is {row.form}" if row is not None else ""
         if head.type in CONTROL and (head is last or last.type in ("DO", "OF", "COLON")):

@@ -116,8 +116,7 @@ def dialect_in(text: str, usual: Dialect) -> tuple[Dialect, tuple[Diagnostic, ..
     word, span = named_above(text, "dialect") or (usual.name, None)
     if span is None or word.lower() in DIALECTS:
         return Dialect[word.upper()], ()
-    detail, hint = f"there is no dialect {word}", f"there are {', '.join(DIALECTS)}"
-    return usual, (error(CannotInterpret, span, detail, hint),)
+    return usual, (error(CannotInterpret, span, f"there is no dialect {word}", f"there are {', '.join(DIALECTS)}"),)
 
 
 class FileReader(DiagnosticCollector):
@@ -169,8 +168,12 @@ class FileReader(DiagnosticCollector):
         elif line.directive or not stray:
             near = did_you_mean(line.directive, (PROGRAM, END, *SECTIONS)) if line.directive else ""
             foreign = re.match(FOREIGN_COMMENT, line.text.lstrip())
-            hint = near or (OWN_COMMENT if foreign else "a program begins with .PROGRAM name")
-            self.fault(CannotInterpret, line.span, "this stands outside of programs", hint)
+            self.fault(
+                CannotInterpret,
+                line.span,
+                "this stands outside of programs",
+                near or (OWN_COMMENT if foreign else "a program begins with .PROGRAM name"),
+            )
 
     def _damage_in(self, line: SourceLine) -> Diagnostic | None:
         """The first character that no text has."""
@@ -183,8 +186,14 @@ class FileReader(DiagnosticCollector):
     def _check_text(self, line: SourceLine) -> None:
         """Raises LineRefused for a line with characters that no text has, and for one that is too long."""
         if len(line.text) > MAX_LINE_CHARS:
-            detail, hint = f"a line of {len(line.text)} characters", f"{MAX_LINE_CHARS} at most: give it in parts"
-            raise LineRefused(error(CannotInterpret, line.span, detail, hint))
+            raise LineRefused(
+                error(
+                    CannotInterpret,
+                    line.span,
+                    f"a line of {len(line.text)} characters",
+                    f"{MAX_LINE_CHARS} at most: give it in parts",
+                )
+            )
         damage = self._damage_in(line)
         if damage is not None:
             raise LineRefused(damage)

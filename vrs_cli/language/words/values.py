@@ -84,8 +84,13 @@ def whole(value: float) -> int:
 def integer(value: float) -> int:
     """`whole`, in the range that 24 bits and a sign hold. Raises IllegalValue outside it."""
     if not INTEGER_LOW - 0.5 < value < INTEGER_HIGH + 0.5:
-        right = f"an integer from {INTEGER_LOW} to {INTEGER_HIGH} is wanted"
-        raise IllegalValue(plain(value), right, value=value, lower=INTEGER_LOW, upper=INTEGER_HIGH)
+        raise IllegalValue(
+            plain(value),
+            f"an integer from {INTEGER_LOW} to {INTEGER_HIGH} is wanted",
+            value=value,
+            lower=INTEGER_LOW,
+            upper=INTEGER_HIGH,
+        )
     return whole(value)
 
 
@@ -164,8 +169,10 @@ def transformation(numbers: Iterable[float]) -> Transform:
     if len(given) == len(Transform._fields):
         off = rounding(given)
         if not off <= MOST_ROUNDED:
-            hint = "the 12 numbers are the axes n, s and a of a right-handed frame, then x, y and z"
-            raise IllegalValue(f"the axes are no rotation: a number is off by {off:.3f}", hint)
+            raise IllegalValue(
+                f"the axes are no rotation: a number is off by {off:.3f}",
+                "the 12 numbers are the axes n, s and a of a right-handed frame, then x, y and z",
+            )
         return normalised(from_axes(given))
     x, y, z, o, a, t = given
     return from_oat(x / 1000.0, y / 1000.0, z / 1000.0, radians(o), radians(a), radians(t))
