@@ -70,7 +70,7 @@ LIVES_IN = {
     "PIL": {"view3d/still.py"},
     "msgspec": {*FLOORS[FLOORS.index("values") :]},  # but see `test_bytes_are_made_and_read_in_one_room`
     "filelock": {"files/atomic.py"},
-    "mcap": {"files/mcap_log.py"},
+    "mcap": {"files/samples.py"},
     "shtab": {"cli/settings.py"},
     "xacro": {"kinematics/urdf/macros.py"},
     "nats": {"net/nats.py"},
@@ -112,7 +112,7 @@ DEFERRED = (
     Deferred(("files/atomic.py",), ("fcntl",), "Windows has none"),
     Deferred(("devices/sockets.py",), ("termios", "tty", "fcntl"), "Windows has none"),
     Deferred(("files/atomic.py",), ("filelock",), "most runs write nothing"),
-    Deferred(("files/mcap_log.py",), ("mcap",), "mcap is an extra"),
+    Deferred(("files/samples.py",), ("mcap",), "mcap is an extra"),
     Deferred(("cli/settings.py",), ("shtab",), "a wrong name of a shell is told without it"),
     Deferred(("kinematics/urdf/macros.py",), ("xacro",), "xacro is an extra"),
     Deferred(("files/store.py",), ("vrs_cli.language.text.printer",), "most runs store no program"),

@@ -65,7 +65,7 @@ def test_the_format_may_come_from_the_name(vrs: Vrs) -> None:
 
 
 def test_a_log_needs_mcap(vrs: Vrs, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vrs_cli.files.mcap_log.find_spec", lambda _: None)
+    monkeypatch.setattr("vrs_cli.files.samples.find_spec", lambda _: None)
     ended = vrs("export", "t.vrst", "-o", "a.mcap")
     assert (ended.status, ended.err.count("\n")) == (2, 1)
     assert "-m pip install mcap)" in ended.err

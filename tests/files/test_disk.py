@@ -37,7 +37,7 @@ def disk(tmp_path: Path) -> Disk:
 
 def opened(disk: Disk, name: str, access: Access) -> int:
     disk.open(MAIN, UNIT, name, access)
-    return disk.status(MAIN, UNIT)
+    return disk.unit(MAIN, UNIT).status
 
 
 def names(folder: Path) -> list[str]:
@@ -95,8 +95,8 @@ def test_the_end_of_a_file(disk: Disk, tmp_path: Path) -> None:
     (tmp_path / "data.txt").write_bytes(b"one\r\n\nthree")
     assert opened(disk, "data.txt", Access.READ) == SUCCESS
     assert [disk.read(MAIN, UNIT) for _ in range(5)] == ["one", "", "three", None, None]
-    assert disk.status(MAIN, UNIT) == EndOfInput.code == -504
-    assert disk.length(MAIN, UNIT) == 0
+    assert disk.unit(MAIN, UNIT).status == EndOfInput.code == -504
+    assert disk.unit(MAIN, UNIT).length == 0
 
 
 def test_status_of_what_cannot_be_opened(disk: Disk, tmp_path: Path) -> None:
@@ -116,11 +116,11 @@ def test_a_file_is_either_read_or_written(disk: Disk, tmp_path: Path) -> None:
     (tmp_path / "a.txt").write_text("x\n")
     opened(disk, "a.txt", Access.READ)
     disk.write(MAIN, UNIT, "no")
-    assert disk.status(MAIN, UNIT) == FileError.code
+    assert disk.unit(MAIN, UNIT).status == FileError.code
     disk.close(MAIN, UNIT)
-    assert disk.status(MAIN, UNIT) == SUCCESS
+    assert disk.unit(MAIN, UNIT).status == SUCCESS
     disk.close(MAIN, UNIT)
-    assert disk.status(MAIN, UNIT) == FileNotOpened.code
+    assert disk.unit(MAIN, UNIT).status == FileNotOpened.code
     opened(disk, "a.txt", Access.APPEND)
     assert disk.read(MAIN, UNIT) is None
     assert disk.character(MAIN, UNIT) == FileError.code
@@ -131,14 +131,14 @@ def test_many_may_read_a_file_or_one_may_write_it(disk: Disk, tmp_path: Path) ->
     disk.attach(OTHER, UNIT)
     opened(disk, "a.txt", Access.READ)
     disk.open(OTHER, UNIT, "a.txt", Access.READ)
-    assert disk.status(OTHER, UNIT) == SUCCESS
+    assert disk.unit(OTHER, UNIT).status == SUCCESS
     disk.close(OTHER, UNIT)
     disk.open(OTHER, UNIT, "a.txt", Access.APPEND)
-    assert disk.status(OTHER, UNIT) == FileOpened.code
+    assert disk.unit(OTHER, UNIT).status == FileOpened.code
     disk.close(MAIN, UNIT)
     opened(disk, "a.txt", Access.APPEND)
     disk.open(OTHER, UNIT, "a.txt", Access.READ)
-    assert disk.status(OTHER, UNIT) == FileOpened.code
+    assert disk.unit(OTHER, UNIT).status == FileOpened.code
 
 
 def test_an_operation_that_goes_well_clears_the_status(disk: Disk) -> None:
@@ -190,7 +190,7 @@ def test_nothing_is_left_of_a_file_that_the_disk_has_no_room_for(
     opened(disk, "log.txt", Access.WRITE)
     disk.write(MAIN, UNIT, "a line")
     disk.close(MAIN, UNIT)
-    assert disk.status(MAIN, UNIT) == FileError.code
+    assert disk.unit(MAIN, UNIT).status == FileError.code
     assert names(tmp_path) == []
 
 

@@ -327,7 +327,7 @@ def test_a_log_has_an_index_and_names_its_robot() -> None:
 @pytest.mark.parametrize("angles", [(0, 0, 0), (180, 0, 0), (0, 180, 0), (0, 0, 180), (119, -170, 3), (90, 90, 90)])
 def test_a_quaternion_of_any_rotation(angles: tuple[float, float, float]) -> None:
     pytest.importorskip("mcap")
-    from vrs_cli.files.mcap_log import quaternions
+    from vrs_cli.files.samples import quaternions
 
     T = from_oat(0.0, 0.0, 0.0, *(radians(angle) for angle in angles))
     R = np.array([[T[4 * i + j] for j in range(3)] for i in range(3)])

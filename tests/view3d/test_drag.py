@@ -23,7 +23,7 @@ from vrs_cli.kinematics.transform import (
     translation,
 )
 from vrs_cli.view3d.app import App
-from vrs_cli.view3d.drag import END, RECORD, Gizmo
+from vrs_cli.view3d.panel_hand import END, RECORD, Gizmo
 from vrs_cli.view3d.parts import wxyz
 from vrs_cli.view3d.window import RobotWindow
 

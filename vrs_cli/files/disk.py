@@ -33,7 +33,7 @@ from vrs_cli.language.run.effects import DISKS, SUCCESS, Access
 BLOCK = 4096  # bytes that an empty file costs too, in a folder whose size is bounded
 
 
-class _Unit(Struct, eq=False):
+class Unit(Struct, eq=False):
     """A logical unit of one task. `file`: the text that is read, or the file beside the one that is written. `status`
     is that of the last operation, `length` [characters] of the last record."""
 
@@ -98,7 +98,7 @@ class Disk(Struct, eq=False):
     spend: Callable[[int], None] = lambda _size: None
     hold: Callable[[int], None] = lambda _characters: None
     folders: dict[int, Folder] = field(default_factory=dict)  # of tasks that have one of their own
-    _units: dict[tuple[int, int], _Unit] = field(default_factory=dict)
+    _units: dict[tuple[int, int], Unit] = field(default_factory=dict)
 
     # --- folders ---
 
@@ -110,43 +110,42 @@ class Disk(Struct, eq=False):
 
     # --- units ---
 
+    def unit(self, task: int, unit: int) -> Unit:
+        """A unit of a task, attached or not."""
+        return self._units.get((task, unit)) or Unit()
+
+    def attached(self, task: int, unit: int) -> Unit:
+        """A unit that a task has attached. Raises UnitNotAttached."""
+        one = self.unit(task, unit)
+        if not one.attached:
+            raise UnitNotAttached(f"logical unit {unit}", f"ATTACH ({unit}) comes first")
+        return one
+
     def attach(self, task: int, unit: int) -> None:
         """Give a task a unit; what it has open on it stays open."""
-        one = self._units.setdefault((task, unit), _Unit())
+        one = self._units.setdefault((task, unit), Unit())
         one.attached, one.status = True, SUCCESS
 
     def free(self, task: int) -> int:
         """The first unit that a task has not attached. Raises UnitNotAttached."""
         for unit in DISKS:
-            if not self._any(task, unit).attached:
+            if not self.unit(task, unit).attached:
                 return unit
         raise UnitNotAttached("every unit of the disk is in use", "DETACH one")
 
     def detach(self, task: int, unit: int) -> None:
         """Take a unit back, and close what is open on it. Raises UnitNotAttached."""
-        one = self._unit(task, unit)
+        one = self.attached(task, unit)
         with one.attempt():
             one.close()
         one.attached = False
-
-    def status(self, task: int, unit: int) -> int:
-        """1, or the code of what went wrong last."""
-        return self._any(task, unit).status
-
-    def length(self, task: int, unit: int) -> int:
-        """Characters of the record that was read or written last."""
-        return self._any(task, unit).length
-
-    def refuse(self, task: int, unit: int, code: int) -> None:
-        """The record that was read is not what was wanted."""
-        self._unit(task, unit).status = code
 
     # --- files ---
 
     def open(self, task: int, unit: int, name: str, access: Access) -> None:
         """Raises UnitNotAttached, FileOutside; what else goes wrong is the status."""
         folder = self.folders.get(task, self.folder)
-        one, path = self._unit(task, unit), folder.inside(name)
+        one, path = self.attached(task, unit), folder.inside(name)
         if access is Access.READ and path.is_file():
             read = sum(len(other.file.getvalue()) for other in self._units.values() if isinstance(other.file, StringIO))
             self.hold(read + path.stat().st_size)
@@ -166,7 +165,7 @@ class Disk(Struct, eq=False):
 
     def close(self, task: int, unit: int) -> None:
         """Raises UnitNotAttached; a unit with no file open has the status of that."""
-        one = self._unit(task, unit)
+        one = self.attached(task, unit)
         with one.attempt():
             one.check_open()
             one.close()
@@ -174,7 +173,7 @@ class Disk(Struct, eq=False):
     def delete(self, task: int, unit: int, name: str) -> None:
         """Raises UnitNotAttached, FileOutside."""
         folder = self.folders.get(task, self.folder)
-        one, path = self._unit(task, unit), folder.inside(name)
+        one, path = self.attached(task, unit), folder.inside(name)
         with one.attempt():
             if any(other.path == path for other in self._units.values()):
                 raise FileOpened(path.name, "FCLOSE closes it")
@@ -186,7 +185,7 @@ class Disk(Struct, eq=False):
 
     def read(self, task: int, unit: int) -> str | None:
         """The next record; None where there is none, and the status says why. Raises UnitNotAttached."""
-        one, line = self._unit(task, unit), None
+        one, line = self.attached(task, unit), None
         with one.attempt():
             line = one.read(StringIO.readline).removesuffix("\n").removesuffix("\r")
         one.length = len(line or "")
@@ -195,13 +194,13 @@ class Disk(Struct, eq=False):
     def character(self, task: int, unit: int) -> int:
         """The code of the next character, or of what went wrong."""
         try:
-            return ord(self._unit(task, unit).read(lambda text: text.read(1)))
+            return ord(self.attached(task, unit).read(lambda text: text.read(1)))
         except VrsError as error:
             return error.code
 
     def write(self, task: int, unit: int, text: str) -> None:
         """Raises UnitNotAttached, and what `spend` does."""
-        one = self._unit(task, unit)
+        one = self.attached(task, unit)
         if isinstance(one.file, NewFile):
             self.spend(len(text.encode("utf-8", "replace")))
         with one.attempt():
@@ -211,38 +210,24 @@ class Disk(Struct, eq=False):
     # --- endings ---
 
     def rest(self, task: int) -> None:
-        """A task has stopped, and may go on: what it has written so far is in its files."""
-        for one in self._of(task):
-            if isinstance(one.file, NewFile):
+        """Write what a task has written so far into its files: it has stopped, and may go on."""
+        for (owner, _), one in self._units.items():
+            if owner == task and isinstance(one.file, NewFile):
                 with one.attempt():
                     one.file.commit()
 
     def release(self, task: int) -> None:
-        """A task has ended: its files are closed, its units free."""
-        for one in self._of(task):
-            with one.attempt():
-                one.close()
-            one.attached = False
+        """Close the files of a task that has ended, and free its units."""
+        for (owner, _), one in self._units.items():
+            if owner == task:
+                with one.attempt():
+                    one.close()
+                one.attached = False
 
     def close_all(self) -> None:
         """Nothing runs any more."""
         for task in {task for task, _ in self._units}:
             self.release(task)
-
-    # --- inside ---
-
-    def _unit(self, task: int, unit: int) -> _Unit:
-        """Raises UnitNotAttached."""
-        one = self._any(task, unit)
-        if not one.attached:
-            raise UnitNotAttached(f"logical unit {unit}", f"ATTACH ({unit}) comes first")
-        return one
-
-    def _any(self, task: int, unit: int) -> _Unit:
-        return self._units.get((task, unit)) or _Unit()
-
-    def _of(self, task: int) -> Iterator[_Unit]:
-        return (one for (owner, _), one in list(self._units.items()) if owner == task)
 
 
 def _opened(path: Path, access: Access, within: Folder) -> StringIO | NewFile:

@@ -25,8 +25,7 @@ from vrs_cli.engine.position import (
     positions_at,
 )
 from vrs_cli.files.atomic import atomically
-from vrs_cli.files.mcap_log import check_mcap, write_mcap
-from vrs_cli.files.samples import CHUNK, NANOSECONDS, joint_names, nanoseconds, sample_times
+from vrs_cli.files.samples import CHUNK, NANOSECONDS, check_mcap, joint_names, nanoseconds, sample_times, write_mcap
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Flags, Floats
 from vrs_cli.kinematics.joints import Joints, JointUnits

@@ -1,15 +1,28 @@
-"""The samples of an export: their times, and the names of the joints."""
+"""The samples of an export: their times, and the names of the joints; and a trajectory as an MCAP log of ROS 2
+messages: Foxglove shows it without plugins, `ros2 bag play` plays it.
+
+Topics: /joint_states (sensor_msgs/JointState) and /tool (geometry_msgs/PoseStamped, T_world_tool) at each sample,
+/commands (rcl_interfaces/Log) when a motion begins. The log's clock is the robot's: 0 is 0 s.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import struct
+from collections.abc import Callable, Iterator
+from heapq import merge
+from importlib.util import find_spec
 from math import ceil
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
+from vrs_cli.engine.position import positions_at
+from vrs_cli.errors import UsageError
+from vrs_cli.extras import how_to_install
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.version import __version__
 
 CHUNK = 4096  # rows that are in memory at a time
 NANOSECONDS = 1_000_000_000  # in a second
@@ -33,3 +46,189 @@ def joint_names(arm: RobotArm) -> list[str]:
 def nanoseconds(times: Floats) -> list[int]:
     """(N,) [s] as whole nanoseconds."""
     return [round(t * NANOSECONDS) for t in times.tolist()]
+
+
+# --- an MCAP log -----------------------------------------------------------------------------------------------------
+
+
+INFO = 20  # the level of rcl_interfaces/Log
+CDR_HEAD = b"\x00\x01\x00\x00"
+Field = str | list[str] | tuple[Any, ...]  # a text; texts; or numbers after the code that `struct` has for each
+
+_TIME = "int32 sec\nuint32 nanosec"
+_HEADER = "builtin_interfaces/Time stamp\nstring frame_id"
+_RULE = "\n" + "=" * 80 + "\n"
+
+
+def _schema(own: str, *others: tuple[str, str]) -> bytes:
+    """The text of a message and of those that it is made of."""
+    return _RULE.join((own, *(f"MSG: {name}\n{text}" for name, text in others))).encode("ascii")
+
+
+_STAMPED = (("std_msgs/Header", _HEADER), ("builtin_interfaces/Time", _TIME))
+TOPICS = {
+    "/joint_states": (
+        "sensor_msgs/msg/JointState",
+        _schema(
+            "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort", *_STAMPED
+        ),
+    ),
+    "/tool": (
+        "geometry_msgs/msg/PoseStamped",
+        _schema(
+            "std_msgs/Header header\ngeometry_msgs/Pose pose",
+            ("geometry_msgs/Pose", "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation"),
+            ("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z"),
+            ("geometry_msgs/Quaternion", "float64 x\nfloat64 y\nfloat64 z\nfloat64 w"),
+            *_STAMPED,
+        ),
+    ),
+    "/commands": (
+        "rcl_interfaces/msg/Log",
+        _schema(
+            "builtin_interfaces/Time stamp\nuint8 level\nstring name\nstring msg\n"
+            "string file\nstring function\nuint32 line",
+            ("builtin_interfaces/Time", _TIME),
+        ),
+    ),
+}
+
+
+def check_mcap() -> None:
+    """Raises UsageError where the package is missing."""
+    if find_spec("mcap") is None:
+        raise UsageError("a log in MCAP needs mcap, which is not installed", how_to_install("mcap"))
+
+
+class LogMessage(NamedTuple):
+    """`time` in nanoseconds, `data` in CDR."""
+
+    time: int
+    topic: str
+    data: bytes
+
+
+def write_mcap(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
+    """The whole trajectory, messages in the order of their times."""
+    check_mcap()
+    from mcap.writer import Writer
+
+    writer = Writer(_Counted(stream.write))  # type: ignore[arg-type]  # it writes, and asks where it is
+    writer.start(profile="ros2", library=f"vrs {__version__}")
+    writer.add_metadata("robot", {"name": arm.model.name, "title": arm.model.title})
+    channels = {}
+    for topic, (name, text) in TOPICS.items():
+        schema = writer.register_schema(name, "ros2msg", text)
+        channels[topic] = writer.register_channel(topic, "cdr", schema)
+    for message in merge(_commands(timeline), _states(arm, timeline, rate), key=lambda message: message.time):
+        writer.add_message(channels[message.topic], message.time, message.data, message.time)
+    writer.finish()  # type: ignore[no-untyped-call]
+
+
+class _Counted:
+    """A stream that knows how much was written, also where a pipe does not."""
+
+    def __init__(self, write: Callable[[bytes], int]) -> None:
+        self._write, self._count = write, 0
+
+    def write(self, data: bytes) -> int:
+        self._count += len(data)
+        return self._write(data)
+
+    def tell(self) -> int:
+        return self._count
+
+    def flush(self) -> None:
+        """Nothing is held back here."""
+
+
+# --- messages --------------------------------------------------------------------------------------------------
+
+
+def _states(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[LogMessage]:
+    n = arm.model.joint_count
+    joint_state = _stamped("", joint_names(arm), ("I", n), numbers=f"{n}dI4x{n}dI")
+    tool = _stamped("world", numbers="7d")
+    for times in sample_times(timeline, rate):
+        here = positions_at(arm, timeline, times)
+        rows = zip(
+            nanoseconds(times),
+            here.joints.tolist(),
+            here.velocity.tolist(),
+            here.T_world_tool[:, :, 3].tolist(),
+            quaternions(here.T_world_tool[:, :, :3]).tolist(),
+            strict=True,
+        )
+        for ns, joints, velocity, place, orientation in rows:
+            yield LogMessage(ns, "/joint_states", joint_state(ns, *joints, n, *velocity, 0))
+            yield LogMessage(ns, "/tool", tool(ns, *place, *orientation))
+
+
+def _stamped(*fields: Field, numbers: str) -> Callable[..., bytes]:
+    """Return a function that makes messages in CDR. They differ in their time [ns] and in `numbers`, which come last:
+    as `cdr` does, but the rest is made once.
+    """
+    head = cdr(_stamp(0), *fields)
+    between = head[len(CDR_HEAD) + _STAMP.size :] + bytes(-(len(head) - len(CDR_HEAD)) % struct.calcsize("d"))
+    pack = struct.Struct(f"<{numbers}").pack
+    return lambda ns, *values: CDR_HEAD + _STAMP.pack(*divmod(ns, NANOSECONDS)) + between + pack(*values)
+
+
+def _commands(timeline: Timeline) -> Iterator[LogMessage]:
+    """One where a motion begins, also where it goes on after another that was inserted."""
+    before = 0
+    for segment in timeline:
+        motion = segment.motion
+        if motion.number != before:
+            ns, text = round(segment.start * NANOSECONDS), motion.text or motion.kind.value
+            yield LogMessage(ns, "/commands", cdr(_stamp(ns), ("B", INFO), "vrs", text, "", "", ("I", 0)))
+        before = motion.number
+
+
+_STAMP = struct.Struct("<ii")
+
+
+def _stamp(nanoseconds: int) -> Field:
+    return ("i", *divmod(nanoseconds, NANOSECONDS))
+
+
+def cdr(*fields: Field) -> bytes:
+    """A message in CDR, little-endian: each number stands at a multiple of its size, counted from after the head."""
+    body = bytearray()
+    for field in fields:
+        _append(body, field)
+    return CDR_HEAD + bytes(body)
+
+
+def _append(body: bytearray, field: Field) -> None:
+    if isinstance(field, str):
+        data = field.encode("utf-8") + b"\0"
+        _append(body, ("I", len(data)))
+        body += data
+    elif isinstance(field, list):
+        _append(body, ("I", len(field)))
+        for text in field:
+            _append(body, text)
+    else:
+        code, *numbers = field
+        body += bytes(-len(body) % struct.calcsize(code)) + struct.pack(f"<{len(numbers)}{code}", *numbers)
+
+
+def quaternions(R: Floats) -> Floats:
+    """Rotations (N, 3, 3) as x, y, z, w (N, 4), w not negative. (Shepperd 1978: the largest of the four first.)"""
+    m00, m11, m22 = R[:, 0, 0], R[:, 1, 1], R[:, 2, 2]
+    squares = np.stack((1 + m00 - m11 - m22, 1 - m00 + m11 - m22, 1 - m00 - m11 + m22, 1 + m00 + m11 + m22), axis=1)
+    xy, xz, yz = R[:, 0, 1] + R[:, 1, 0], R[:, 0, 2] + R[:, 2, 0], R[:, 1, 2] + R[:, 2, 1]
+    x, y, z = R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]
+    rows = np.stack(
+        [
+            np.stack((squares[:, 0], xy, xz, x), axis=1),
+            np.stack((xy, squares[:, 1], yz, y), axis=1),
+            np.stack((xz, yz, squares[:, 2], z), axis=1),
+            np.stack((x, y, z, squares[:, 3]), axis=1),
+        ],
+        axis=1,
+    )
+    largest = rows[np.arange(len(R)), np.argmax(squares, axis=1)]
+    unit: Floats = largest / np.linalg.norm(largest, axis=1, keepdims=True)
+    return np.where(unit[:, 3:] < 0.0, -unit, unit)

@@ -257,7 +257,7 @@ def axis_angle(T: Transform) -> tuple[Vector, float]:
 
     By way of the quaternion, taken from its largest component (Shepperd 1978): as precise near 0 as near pi.
     """
-    w, x, y, z = _quaternion(T)
+    w, x, y, z = quaternion(T)
     length = hypot(x, y, z)
     if length < 1e-300:  # below it digits are missing
         return (0.0, 0.0, 1.0), 0.0
@@ -266,7 +266,7 @@ def axis_angle(T: Transform) -> tuple[Vector, float]:
     return (x / length + 0.0, y / length + 0.0, z / length + 0.0), 2.0 * atan2(length, w)
 
 
-def _quaternion(T: Transform) -> tuple[float, float, float, float]:
+def quaternion(T: Transform) -> tuple[float, float, float, float]:
     """A multiple, of any sign and length, of the quaternion (w, x, y, z)."""
     nx, sx, ax, _, ny, sy, ay, _, nz, sz, az, _ = T
     trace = nx + sy + az

@@ -17,9 +17,8 @@ from vrs_cli.render.colours import Ink
 from vrs_cli.render.html import pieces_html
 from vrs_cli.render.scan import scan
 from vrs_cli.values.acts import StepList, Surveyed, TaskRow
-from vrs_cli.view3d.drag import Gizmo
 from vrs_cli.view3d.panel_front_end import PanelFrontEnd
-from vrs_cli.view3d.panel_hand import HandPanel
+from vrs_cli.view3d.panel_hand import Gizmo, HandPanel
 from vrs_cli.view3d.panel_line import CommandLine
 from vrs_cli.view3d.parts import OFF, ON, Hands, Shown, ShownPart, boxed, put
 from vrs_cli.view3d.window import RobotWindow, Surveying

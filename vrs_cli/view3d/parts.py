@@ -19,7 +19,7 @@ from viser import _messages as its
 
 from vrs_cli.interfaces.port.preview import Previewed
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.transform import Transform, Vector, position
+from vrs_cli.kinematics.transform import Transform, Vector, position, quaternion
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import Surveyed
 from vrs_cli.values.motion import Frames
@@ -139,15 +139,10 @@ def _grained(values: Sequence[float]) -> list[float]:
 
 
 def wxyz(T: Transform) -> Quaternion:
-    """The rotation of T as a unit quaternion, by its largest part (S. W. Shepperd, J. Guidance and Control 1, 1978)."""
-    xx, yy, zz = T.nx, T.sy, T.az
-    squares = (1.0 + xx + yy + zz, 1.0 + xx - yy - zz, 1.0 - xx + yy - zz, 1.0 - xx - yy + zz)  # four times each
-    largest = max(range(4), key=squares.__getitem__)
-    a, b, c = T.sz - T.ay, T.ax - T.nz, T.ny - T.sx  # 4 w times x, y, z
-    d, e, f = T.ay + T.sz, T.ax + T.nz, T.ny + T.sx  # 4 times y z, x z, x y
-    rows = ((squares[0], a, b, c), (a, squares[1], f, e), (b, f, squares[2], d), (c, e, d, squares[3]))
-    scale = 0.5 / sqrt(squares[largest])
-    w, x, y, z = (scale * value for value in rows[largest])
+    """The rotation of T as a unit quaternion."""
+    q = quaternion(T)
+    scale = 0.5 / sqrt(max(q))  # its largest part is four times the square of that of the unit quaternion
+    w, x, y, z = (scale * value for value in q)
     return w, x, y, z
 
 

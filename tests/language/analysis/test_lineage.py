@@ -7,19 +7,28 @@ import pytest
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import NotAvailable, ProgramNotExecutable
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.language.analysis.lineage import beyond_val2
+from vrs_cli.language.analysis.lineage import beyond, line_beyond
+from vrs_cli.language.text.ast import Program, Statement, Step
 from vrs_cli.language.text.parser import parse_prompt, parse_step
 from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.word import State
-from vrs_cli.values.diagnostics import LineRefused, Severity
+from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Severity
+from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.results import RunOutcome
 
 
 def columns(line: str, *, at_prompt: bool = False) -> list[int]:
     statement = parse_prompt(line) if at_prompt else parse_step(line).statement
     assert statement is not None
-    return [one.span.column for one in beyond_val2(statement, at_prompt=at_prompt)]  # type: ignore[arg-type]
+    found = line_beyond(statement, Dialect.VPLUS, vplus=False) if at_prompt else of_step(statement)  # type: ignore[arg-type]
+    return [one.span.column for one in found]
+
+
+def of_step(statement: Statement) -> list[Diagnostic]:
+    """What V+ alone has, in a program of this statement."""
+    span = statement.span
+    return list(beyond(Program("p", (), (Step(None, statement, None, span=span),), None, span=span), vplus=False))
 
 
 @pytest.mark.parametrize(
@@ -62,7 +71,7 @@ ALL = [
 def test_the_column_of_the_tables_decides() -> None:
     """What is only of V+ is refused, and everything else but what else stands in its example is not."""
     trees = {name: parse_step(example).statement for name, example, _ in ALL if name != "REMARK"}
-    refused = {name for name, tree in trees.items() if any(name in one.detail for one in beyond_val2(tree))}  # type: ignore[arg-type]
+    refused = {name for name, tree in trees.items() if any(name in one.detail for one in of_step(tree))}  # type: ignore[arg-type]
     assert refused == {name for name, _, where in ALL if where == "+"}
 
 

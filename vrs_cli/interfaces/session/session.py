@@ -34,7 +34,7 @@ from vrs_cli.interfaces.rights import check_beside, needed
 from vrs_cli.interfaces.station.operands import own, path_of
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.analysis.analyzer import check_line
-from vrs_cli.language.analysis.lineage import beyond_dialect, beyond_val2
+from vrs_cli.language.analysis.lineage import line_beyond
 from vrs_cli.language.text.ast import (
     DoInstruction,
     Instruction,
@@ -123,8 +123,8 @@ class Session(Station):
             )
         said, role = needed(statement)
         self.check_may(said, role)
-        found = (*read.findings, *beyond_dialect(statement, self.dialect))
-        found += () if self.engine.settings.switch("VPLUS") else tuple(beyond_val2(statement, at_prompt=True))
+        vplus = self.engine.settings.switch("VPLUS")
+        found = (*read.findings, *line_beyond(statement, self.dialect, vplus=vplus))
         wrong = first_error(found)
         if wrong is not None:
             raise LineRefused(wrong)

@@ -9,7 +9,7 @@ from vrs_cli.errors import FileDamaged, IllegalValue, VrsError
 from vrs_cli.files.store import Layout
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.analysis.analyzer import analyze_among
-from vrs_cli.language.analysis.lineage import program_beyond_val2
+from vrs_cli.language.analysis.lineage import beyond
 from vrs_cli.language.analysis.surroundings import Surroundings
 from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.run.variables import Variables
@@ -52,7 +52,7 @@ class LoadedFile(NamedTuple):
         for one in stored:
             free_in_parts(one.program, one.program.steps, lines)
             diagnostics += one.analysis.diagnostics
-            diagnostics += () if vplus else program_beyond_val2(one.program)
+            diagnostics += () if vplus else beyond(one.program, vplus=False)
         return cls(file, Layout.of(file), variables, stored, heeded(lines, diagnostics))
 
 

@@ -118,7 +118,7 @@ class Devices(Struct, eq=False):
             case OpenFile():
                 disk.open(task, effect.unit, effect.name, effect.access)
             case OpenDevice() | CommandDevice():
-                disk.refuse(task, effect.unit, FileError.code)
+                disk.attached(task, effect.unit).status = FileError.code
             case CloseFile():
                 disk.close(task, effect.unit)
             case DeleteFile():
@@ -133,7 +133,7 @@ class Devices(Struct, eq=False):
             case RecordRefused(unit=unit) if unit == TERMINAL:
                 self._status = effect.code
             case RecordRefused():
-                disk.refuse(task, effect.unit, effect.code)
+                disk.attached(task, effect.unit).status = effect.code
         return None
 
     def _of_device(self, device: Device, task: int, effect: UnitEffect) -> str | Waits | None:
@@ -178,12 +178,12 @@ class Devices(Struct, eq=False):
     def status(self, task: int, unit: int) -> int:
         if (device := self._devices.get((task, unit))) is not None:
             return device.status
-        return self._status if unit == TERMINAL else self.disk.status(task, unit)
+        return self._status if unit == TERMINAL else self.disk.unit(task, unit).status
 
     def length(self, task: int, unit: int) -> int:
         if (device := self._devices.get((task, unit))) is not None:
             return device.length
-        return self._length if unit == TERMINAL else self.disk.length(task, unit)
+        return self._length if unit == TERMINAL else self.disk.unit(task, unit).length
 
     def connection(self, task: int, unit: int) -> int | None:
         """The handle of the connection of the last READ; None where the unit has no connections."""

@@ -99,26 +99,20 @@ _BLOCKS: Mapping[type, str] = {
 }
 
 
-def beyond(program: Program) -> Iterator[Diagnostic]:
-    """Yield the refusal of each word and form of a program that its dialect has not."""
-    told = _Told(program.dialect, "this program is in")
-    statements = () if program.dialect is Dialect.VPLUS else program.statements
+def beyond(program: Program, *, vplus: bool = True) -> Iterator[Diagnostic]:
+    """Yield the refusal of each word and form of a program that its dialect has not; without `vplus`, of each that V+
+    alone has.
+    """
+    told = _Told(program.dialect, "this program is in") if vplus else _Told(Dialect.VAL2)
+    statements = () if told.dialect is Dialect.VPLUS else program.statements
     return (found for statement in statements for found in _beyond(statement, told))
 
 
-def beyond_dialect(statement: Statement, dialect: Dialect) -> Iterator[Diagnostic]:
-    """The same of a line of the prompt."""
-    return _beyond(statement, _Told(dialect, "this session is in"), at_prompt=True)
-
-
-def beyond_val2(statement: Statement, *, at_prompt: bool = False) -> Iterator[Diagnostic]:
-    """Yield the refusal of what V+ alone has, in a step or in a line of the prompt."""
-    return _beyond(statement, _Told(Dialect.VAL2), at_prompt)
-
-
-def program_beyond_val2(program: Program) -> Iterator[Diagnostic]:
-    """The same of a whole program."""
-    return (found for statement in program.statements for found in beyond_val2(statement))
+def line_beyond(statement: Statement, dialect: Dialect, *, vplus: bool) -> Iterator[Diagnostic]:
+    """Yield the same of a line of the prompt, in a session of this dialect."""
+    yield from _beyond(statement, _Told(dialect, "this session is in"), at_prompt=True)
+    if not vplus:
+        yield from _beyond(statement, _Told(Dialect.VAL2), at_prompt=True)
 
 
 def _beyond(statement: Statement, told: _Told, at_prompt: bool = False) -> Iterator[Diagnostic]:

@@ -17,7 +17,7 @@ from msgspec import Struct
 from vrs_cli.errors import ArgumentMismatch, ArithmeticOverflow, IllegalValue, ProgramNotExecutable, UndefinedValue
 from vrs_cli.kinematics.joints import TURNING, JointUnits
 from vrs_cli.kinematics.transform import compose
-from vrs_cli.language.analysis.lineage import program_beyond_val2
+from vrs_cli.language.analysis.lineage import beyond
 from vrs_cli.language.analysis.names import Own
 from vrs_cli.language.compile.compiler import Compiled, compile_expression, compile_program
 from vrs_cli.language.compile.expressions import CELLS, ExpressionCompiler, Library
@@ -241,7 +241,7 @@ class Executable:
 
     @cached_property
     def _beyond_val2(self) -> tuple[Diagnostic, ...]:
-        return tuple(program_beyond_val2(self.program))
+        return tuple(beyond(self.program, vplus=False))
 
     def refuse_beyond_val2(self) -> None:
         """Raises ProgramNotExecutable for a program with anything that V+ alone has."""
