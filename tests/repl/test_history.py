@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 from prompt_toolkit.history import InMemoryHistory
 
-from vrs_cli.repl.history import history_path, open_history
+from vrs_cli.repl.history import open_history, state_folder
 
 
 def test_it_follows_the_state_folder(tmp_path: Path) -> None:
-    assert history_path({"XDG_STATE_HOME": str(tmp_path)}) == tmp_path / "vrs" / "history"
+    assert state_folder({"XDG_STATE_HOME": str(tmp_path)}) / "history" == tmp_path / "vrs" / "history"
 
 
 @pytest.mark.parametrize("state", ["", "relative/folder"])
@@ -17,7 +17,7 @@ def test_without_an_absolute_folder_it_is_below_home(
     state: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert history_path({"XDG_STATE_HOME": state}) == tmp_path / ".local" / "state" / "vrs" / "history"
+    assert state_folder({"XDG_STATE_HOME": state}) / "history" == tmp_path / ".local" / "state" / "vrs" / "history"
 
 
 def test_lines_come_back_in_the_next_session(tmp_path: Path) -> None:

@@ -28,7 +28,7 @@ from vrs_cli.render.colours import Ink, toolkit_style
 from vrs_cli.repl import interactive
 from vrs_cli.repl.colours import ValLexer
 from vrs_cli.repl.front_end import FrontEnd
-from vrs_cli.repl.history import recovery_folder
+from vrs_cli.repl.history import state_folder
 from vrs_cli.repl.interactive import FromHistory, Shell, ValCompleter
 from vrs_cli.repl.interrupt import stoppable
 from vrs_cli.repl.place import Local
@@ -59,7 +59,7 @@ def run(*keys: str, file: str | None = None, clock: RobotClock | None = None) ->
     """A whole session of the shell; it must end by itself at the last key."""
     with keyboard() as pipe:
         pipe.send_text("".join(keys) + CTRL_D)  # the answer where EXIT asks about what is not stored
-        shell = Shell(Local(file=file, clock=clock, recovery=recovery_folder(os.environ)))
+        shell = Shell(Local(file=file, clock=clock, recovery=state_folder(os.environ) / "recovery"))
         assert shell.run() == 0
     return shell
 

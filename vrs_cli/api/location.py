@@ -126,7 +126,8 @@ def trans(
     """
     said = Units.of(units)
     given = {name: part for name, part in zip("xyzoat", (x, y, z, o, a, t), strict=True) if part is not None}
-    parts = [numbers(part, name) * _to_val2(name, said) for name, part in given.items()]
+    mm, degrees = (1.0, 1.0) if said is Units.VAL else (1000.0, 180.0 / pi)
+    parts = [numbers(part, name) * (mm if name in "xyz" else degrees) for name, part in given.items()]
     try:
         columns = np.stack(np.broadcast_arrays(*parts), axis=-1)
     except ValueError:
@@ -134,10 +135,3 @@ def trans(
     rows = columns.reshape(-1, len(parts)).tolist()
     made = [of_numbers(*map(dict(zip(given, row, strict=True)).get, "xyzoat")) for row in rows]
     return Location(np.array(made, dtype=np.float64).reshape(*columns.shape[:-1], 3, 4), said)
-
-
-def _to_val2(name: str, units: Units) -> float:
-    """What makes mm and degrees of a number."""
-    if units is Units.VAL:
-        return 1.0
-    return 1000.0 if name in "xyz" else 180.0 / pi

@@ -159,7 +159,7 @@ class Robot:
         given = to[0] if len(to) == 1 else to
         if isinstance(given, Location):
             T = given.transform
-            return PoseTarget(T), _as_trans(T)
+            return PoseTarget(T), f"TRANS({', '.join(map(plain, numbers_of(T)))})"
         joints = self._joints(given, "joints")
         shown = ", ".join(plain(x) for x in numbers_of(joints, self._model.units))
         return JointTarget(joints), f"#PPOINT({shown})"
@@ -554,7 +554,3 @@ def _location(given: Location) -> Location:
     if not isinstance(given, Location):
         raise TypeError(f"location: a Location is wanted, as trans(x, y, z, o, a, t) makes one, not {given!r}")
     return given
-
-
-def _as_trans(T: Transform) -> str:
-    return f"TRANS({', '.join(map(plain, numbers_of(T)))})"

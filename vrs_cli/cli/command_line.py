@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from itertools import takewhile
 from math import isfinite, isnan, nan
@@ -87,7 +87,10 @@ class Parser(argparse.ArgumentParser):
 
     def parse(self, arguments: Sequence[str]) -> argparse.Namespace:
         """The values of all arguments. Raises CommandLineError; `--help` raises SystemExit."""
-        arguments = list(_with_rate(arguments))
+        # `--realtime FILE` means `--realtime=1 FILE`: what follows the option is a rate only if it is a number
+        pairs = zip(arguments, [*arguments[1:], ""], strict=False)
+        bare = ("--realtime=1" if one == "--realtime" and isnan(float_of(next_)) else one for one, next_ in pairs)
+        arguments = list(bare)
         words = (word.partition("=")[0] for word in takewhile(lambda word: word != "--", arguments))
         unknown = [word for word in words if word.startswith("--") and word not in self.options()]
         if unknown:
@@ -258,12 +261,6 @@ REALTIME = option(
     const=1.0,
     help="let time pass as on a real robot, or RATE times as fast",
 )
-
-
-def _with_rate(arguments: Sequence[str]) -> Iterator[str]:
-    """`--realtime FILE` means `--realtime=1 FILE`: what follows the option is a rate only if it is a number."""
-    for argument, following in zip(arguments, [*arguments[1:], ""], strict=False):
-        yield "--realtime=1" if argument == "--realtime" and isnan(float_of(following)) else argument
 
 
 def clock_of(rate: float | None) -> WallClock | None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import asyncio
 from argparse import Namespace
-from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -14,7 +13,7 @@ from vrs_cli.cli.connections import KINDS, LINE_OPTIONS, signal_comes
 from vrs_cli.repl.interrupt import ENDINGS, Ended
 
 if TYPE_CHECKING:
-    from vrs_cli.net.delay_proxy import DelayProxy, Endpoint
+    from vrs_cli.net.delay_proxy import Endpoint
 
 LOOPBACK = "127.0.0.1"
 LAST_PORT = 65535
@@ -22,7 +21,7 @@ LAST_PORT = 65535
 
 def delay(options: Namespace) -> None:
     """Serve until Ctrl-C."""
-    number = asyncio.run(_serve(_proxy(options), options, partial(print, flush=True)))
+    number = asyncio.run(_serve(options))
     if number in ENDINGS:  # Ctrl-C is the way to stop it, any other signal ends the process
         raise Ended(number)
 
@@ -55,23 +54,19 @@ Each connection has delays of its own, the same for the same seed and number. Ct
 )
 
 
-def _proxy(options: Namespace) -> DelayProxy:
+async def _serve(options: Namespace) -> int:
+    """Serve until a signal comes; return its number. Raises CommandLineError where nobody can listen there."""
     from vrs_cli.net.delay_line import Constant, DelayWays, with_loss
     from vrs_cli.net.delay_proxy import DelayProxy
 
-    none = "0", Constant(0.0)
-    forward, backward = ((way or none)[1] for way in (options.forward, options.backward))
+    none, tell = ("0", Constant(0.0)), partial(print, flush=True)
+    (there, forward), (back, backward) = (way or none for way in (options.forward, options.backward))
     ways = DelayWays(with_loss(forward, options.loss), with_loss(backward, options.loss), options.seed)
-    return DelayProxy(options.target, ways, (lambda _text: None) if options.quiet else partial(print, flush=True))
-
-
-async def _serve(proxy: DelayProxy, options: Namespace, tell: Callable[[str], None]) -> int:
-    """Until a signal comes, whose number it is. Raises CommandLineError where nobody can listen there."""
+    proxy = DelayProxy(options.target, ways, (lambda _text: None) if options.quiet else tell)
     try:
         at = await proxy.listen(options.listen)
     except OSError as error:
         raise CommandLineError(f"{options.listen} cannot be listened at: {error.strerror}") from None
-    there, back = ((way or ("0", None))[0] for way in (options.forward, options.backward))
     lost = f", loss {options.loss:.1%}" if options.loss else ""
     tell(f"{at} -> {options.target}: forward {there}, backward {back}{lost}; Ctrl-C ends it")
     try:

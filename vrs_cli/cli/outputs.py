@@ -79,7 +79,22 @@ class Outputs(Struct, frozen=True):
             raise CommandLineError("--json and --csv - both want standard output", "write the table to a file")
         if outputs.save == STANDARD_STREAM:
             raise CommandLineError("--save - has no file", "name a file: --save T.vrst")
-        outputs._check(options.file)
+        from vrs_cli.files.atomic import check_writable
+
+        files = (outputs.csv, outputs.plot, outputs.report, outputs.save, options.file)
+        check_distinct(path for path in files if path is not None and path != STANDARD_STREAM)
+        if outputs.csv is not None and not outputs.takes_standard_output:
+            check_writable(outputs.csv)
+        if outputs.plot is not None:
+            from vrs_cli.render.plots import check_plot
+
+            check_plot(outputs.plot)
+        if outputs.report is not None:
+            from vrs_cli.cli.report import check_report
+
+            check_report(outputs.report)
+        if outputs.save is not None:
+            check_writable(outputs.save)
         return outputs
 
     @property
@@ -89,24 +104,6 @@ class Outputs(Struct, frozen=True):
     @property
     def any(self) -> bool:
         return any(path is not None for path in (self.csv, self.plot, self.report))
-
-    def _check(self, read: str) -> None:
-        from vrs_cli.files.atomic import check_writable
-
-        files = (self.csv, self.plot, self.report, self.save, read)
-        check_distinct(path for path in files if path is not None and path != STANDARD_STREAM)
-        if self.csv is not None and not self.takes_standard_output:
-            check_writable(self.csv)
-        if self.plot is not None:
-            from vrs_cli.render.plots import check_plot
-
-            check_plot(self.plot)
-        if self.report is not None:
-            from vrs_cli.cli.report import check_report
-
-            check_report(self.report)
-        if self.save is not None:
-            check_writable(self.save)
 
     def write(self, arm: RobotArm, timeline: Timeline, title: str) -> None:
         """Write all of them. Raises FileError."""

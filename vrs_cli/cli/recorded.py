@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from argparse import Namespace
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -26,9 +26,6 @@ from vrs_cli.repl.shell import on_terminal
 
 if TYPE_CHECKING:
     from vrs_cli.files.exports import Exporter
-    from vrs_cli.kinematics.arm import RobotArm
-    from vrs_cli.trajectory.timeline import Timeline
-    from vrs_cli.values.results import Position
 
 
 def where(options: Namespace) -> None:
@@ -123,7 +120,18 @@ def replay(options: Namespace) -> None:
 
         play(arm, timeline, options.speed)
     else:
-        _print_table(arm, timeline, options.step or DEFAULT_STEP)
+        step = options.step or DEFAULT_STEP
+        if (timeline.end - timeline.start) / step > MOST_ROWS:
+            what = f"--step {step:g} makes too many rows"
+            raise CommandLineError(what, f"at most {MOST_ROWS}; --csv writes long tables")
+        from vrs_cli.engine.position import position_at
+        from vrs_cli.files.samples import sample_times
+        from vrs_cli.render.text import plain_text
+        from vrs_cli.values.replies import WhereaboutsTable
+
+        times = (t for some in sample_times(timeline, 1.0 / step) for t in some.tolist())  # to the exact end
+        rows = tuple(position_at(arm, timeline, t) for t in times)
+        print(plain_text(WhereaboutsTable(rows, arm.model.units)), end="")
 
 
 replay_parser = command(
@@ -153,26 +161,6 @@ Without a terminal, or with --step, a table is printed; with --csv, --plot or --
     *OUTPUT_OPTIONS,
     LENIENT,
 )
-
-
-def _print_table(arm: RobotArm, timeline: Timeline, step: float) -> None:
-    """Raises CommandLineError for a step that is too small for a table to be read."""
-    if (timeline.end - timeline.start) / step > MOST_ROWS:
-        raise CommandLineError(f"--step {step:g} makes too many rows", f"at most {MOST_ROWS}; --csv writes long tables")
-    from vrs_cli.render.text import plain_text
-    from vrs_cli.values.replies import WhereaboutsTable
-
-    print(plain_text(WhereaboutsTable(tuple(_rows(arm, timeline, step)), arm.model.units)), end="")
-
-
-def _rows(arm: RobotArm, timeline: Timeline, step: float) -> Iterator[Position]:
-    """Positions from the start to the exact end."""
-    from vrs_cli.engine.position import position_at
-    from vrs_cli.files.samples import sample_times
-
-    for times in sample_times(timeline, 1.0 / step):
-        for t in times.tolist():
-            yield position_at(arm, timeline, t)
 
 
 # --- vrs export -----------------------------------------------------------------------------------------------------

@@ -12,18 +12,11 @@ from prompt_toolkit.history import FileHistory, History, InMemoryHistory
 PRIVATE = 0o700  # folders of the user's own state (XDG Base Directory Specification)
 
 
-def history_path(environment: Mapping[str, str]) -> Path:
-    """`$XDG_STATE_HOME/vrs/history`, or below `~/.local/state` when that is not set to an absolute path."""
-    return state_folder(environment) / "history"
-
-
-def recovery_folder(environment: Mapping[str, str]) -> Path:
-    """Where shells keep what they have in memory alone."""
-    return state_folder(environment) / "recovery"
-
-
 def state_folder(environment: Mapping[str, str]) -> Path:
-    """Where the shell keeps what outlives it. Raises RuntimeError where there is no home."""
+    """Return the folder of files that outlive a shell: `$XDG_STATE_HOME/vrs`, or below `~/.local/state` when that is
+    not set to an absolute path. The file `history` has the lines, the folder `recovery` what shells have in memory
+    alone. Raises RuntimeError where there is no home.
+    """
     state = environment.get("XDG_STATE_HOME", "")
     root = Path(state) if os.path.isabs(state) else Path("~/.local/state").expanduser()
     return root / "vrs"

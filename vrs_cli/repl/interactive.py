@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import asyncio
 import os
-from collections.abc import Callable, Container, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache, partial
 from math import inf
 from textwrap import fill
+from threading import Thread
 from time import monotonic
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
 
 from prompt_toolkit import PromptSession
 from prompt_toolkit.application import get_app, run_in_terminal
@@ -28,11 +29,10 @@ from prompt_toolkit.history import InMemoryHistory
 from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.patch_stdout import patch_stdout
 
-from vrs_cli.repl.backstage import Backstage
 from vrs_cli.repl.colours import STYLE, ValLexer, colour_depth
 from vrs_cli.repl.config import Config, read_config
 from vrs_cli.repl.echo import typed_ahead, unechoed
-from vrs_cli.repl.history import history_path, open_history
+from vrs_cli.repl.history import open_history, state_folder
 from vrs_cli.repl.interrupt import Ended, aborting, stoppable
 from vrs_cli.repl.piped import KEEPING_UP, RESTING
 from vrs_cli.repl.place import Place
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from vrs_cli.repl.terminal import ShellTerminal
     from vrs_cli.values.prompt import PromptStatus
 
+V = TypeVar("V")
 BANNER = f"vrs {__version__}: VAL-II for a virtual robot. HELP says what there is, EXIT leaves."
 IDLE = "."
 MENU_ROWS = 6
@@ -80,6 +81,47 @@ class Work(NamedTuple):
         return self.front_end.interrupt()
 
 
+# --- what is heavy (the robot, the language, numpy) is made ready behind the first prompt ---
+
+
+class Backstage(Generic[V]):
+    """Makes one value in the background. `ready` never waits; `wait` does, and raises what the making raised."""
+
+    def __init__(self, make: Callable[[], V], when_ready: Callable[[], None] = lambda: None) -> None:
+        self._make, self._when_ready = make, when_ready
+        self._thread: Thread | None = None
+        self._value: V | None = None
+        self._error: BaseException | None = None
+
+    def begin(self) -> None:
+        """Start, unless it has been started."""
+        if self._thread is None:
+            self._thread = Thread(target=self._work, name="backstage", daemon=True)
+            self._thread.start()
+
+    def _work(self) -> None:
+        try:
+            self._value = self._make()
+        except BaseException as error:  # kept for whoever waits
+            self._error = error
+        self._when_ready()
+
+    @property
+    def ready(self) -> V | None:
+        """The value, or None while there is none."""
+        return self._value
+
+    def wait(self) -> V:
+        """The value, begun now if need be."""
+        self.begin()
+        assert self._thread is not None
+        self._thread.join()
+        if self._error is not None:
+            raise self._error
+        assert self._value is not None
+        return self._value
+
+
 # --- what prompt-toolkit asks for -----------------------------------------------------------------------------------
 
 
@@ -111,7 +153,7 @@ class Shell:
     def __init__(self, place: Place) -> None:
         self.place = place
         self._status: PromptStatus | None = None  # as it was when it was looked at last
-        history, note = open_history(history_path(os.environ))
+        history, note = open_history(state_folder(os.environ) / "history")
         self._answers: PromptSession[str] | None = None
         config = read_config(os.environ)
         self.notes = [*filter(None, (note, *config.wrong))]
@@ -119,7 +161,11 @@ class Shell:
         self.prompts: PromptSession[str] = PromptSession(
             self._message,
             history=history,
-            lexer=ValLexer(lambda: self.backstage.ready is not None, self._hidden, config.palette),
+            lexer=ValLexer(
+                lambda: self.backstage.ready is not None,
+                lambda: () if self._status is None else self._status.hidden,
+                config.palette,
+            ),
             completer=ValCompleter(lambda: self.backstage.ready),
             validate_while_typing=False,
             complete_while_typing=True,
@@ -176,8 +222,9 @@ class Shell:
         except KeyboardInterrupt:
             if self.prompts.default_buffer.text.strip():
                 print(DROPPED)
-            elif not self._leave_entry():
-                self._stop_program()
+            elif not self._leave_entry() and (ready := self.backstage.ready) is not None:
+                with _interruptible(ready):
+                    ready.front_end.stop_program()
             return True
         except EOFError:
             return self._leave_entry() or not self._leave()
@@ -189,15 +236,11 @@ class Shell:
             else:
                 work.front_end.take(line)
             work.terminal.end_progress()
-        if work.front_end.was_cut():
-            self._drop_typed_ahead(work.front_end)
-        return not work.terminal.leaving
-
-    def _drop_typed_ahead(self, front_end: FrontEnd) -> None:
-        """Lines that were typed while the connection was cut stay in the history."""
-        for line in typed_ahead(self.prompts.app.input):
+        # lines that were typed while the connection was cut stay in the history
+        for line in typed_ahead(self.prompts.app.input) if work.front_end.was_cut() else ():
             self.prompts.history.append_string(line)
-            front_end.drop(line)
+            work.front_end.drop(line)
+        return not work.terminal.leaving
 
     def _read(self) -> str:
         """One line, or QUESTION."""
@@ -243,12 +286,6 @@ class Shell:
             prompts.app.erase_when_done = True
             prompts.app.exit(result=QUESTION if idle else "")
 
-    def _stop_program(self) -> None:
-        work = self.backstage.ready
-        if work is not None:
-            with _interruptible(work):
-                work.front_end.stop_program()
-
     def _send_abort(self) -> None:
         """Stop the robot, whatever is being carried out. Safe in a signal handler."""
         if self.backstage.ready is not None:
@@ -288,9 +325,6 @@ class Shell:
         work = self.backstage.ready
         self._status = None if work is None else work.front_end.status()
         return self._status
-
-    def _hidden(self) -> Container[str]:
-        return () if self._status is None else self._status.hidden
 
     def _message(self) -> str:
         return IDLE if self._status is None else self._status.prompt

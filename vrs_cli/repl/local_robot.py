@@ -13,10 +13,12 @@ from typing import TYPE_CHECKING
 from vrs_cli.devices.outside import Outside
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import FileError
-from vrs_cli.files.recovery import Left, Recovery, left
+from vrs_cli.files.journal import Journal, keep_journal, take_up
+from vrs_cli.files.recovery import Recovery, left
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.dialogue import Reading, Running, Terminal
 from vrs_cli.interfaces.monitor.consent import listed
+from vrs_cli.interfaces.monitor.files import TORN
 from vrs_cli.interfaces.port.local import LocalPort
 from vrs_cli.interfaces.port.port import Console
 from vrs_cli.interfaces.session.session import Session
@@ -24,8 +26,8 @@ from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.text.ast import Program, Section
 from vrs_cli.language.text.parser import parse_file
+from vrs_cli.render.progress import reading
 from vrs_cli.repl.front_end import FrontEnd
-from vrs_cli.repl.recorder import Recorder
 from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.numbers import count
 from vrs_cli.values.questions import Answer, Confirmation, OnScreen, Question
@@ -234,32 +236,21 @@ class Keeper:
 
     def offer(self) -> None:
         """Ask about what other shells have left."""
+        session, terminal = self._conversation.session, self._terminal
         for one in left(self._folder):
-            self._offer(one)
-
-    def _offer(self, one: Left) -> None:
-        session = self._conversation.session
-        terminal, (robot, text) = self._terminal, _robot_of(one.text)
-        whose = f", robot {robot}" if robot not in ("", session.engine.arm.model.name) else ""
-        if not terminal.ask(Confirmation(f"Recovered from {_moment(one.written)}{whose}: {_held(text)}. Load (Y/N)?")):
-            terminal.show(Message(f"Not loaded; LOAD {one.decline()} brings it back"))
-            return
-        terminal.show(report(session.load_text(text), text))
-        terminal.show(Message("Loaded, and not stored yet: STORE file stores all", Tone.WARNING))
-        self.keep()
-        self._recovery.wait()
-        one.remove()
-
-
-def _robot_of(text: str) -> tuple[str, str]:
-    """The name of the robot, "" where a file does not tell it; and the rest."""
-    first, _, rest = text.partition("\n")
-    return (first.removeprefix(ROBOT), rest) if first.startswith(ROBOT) else ("", text)
-
-
-def _moment(when: datetime) -> str:
-    """`14:05`, with the day if it is not today."""
-    return f"{when:%H:%M}" if when.date() == datetime.now().date() else f"{when:%d %b %Y %H:%M}"
+            first, _, rest = one.text.partition("\n")
+            robot, text = (first.removeprefix(ROBOT), rest) if first.startswith(ROBOT) else ("", one.text)
+            whose = f", robot {robot}" if robot not in ("", session.engine.arm.model.name) else ""
+            today = one.written.date() == datetime.now().date()
+            when = f"{one.written:%H:%M}" if today else f"{one.written:%d %b %Y %H:%M}"
+            if not terminal.ask(Confirmation(f"Recovered from {when}{whose}: {_held(text)}. Load (Y/N)?")):
+                terminal.show(Message(f"Not loaded; LOAD {one.decline()} brings it back"))
+                continue
+            terminal.show(report(session.load_text(text), text))
+            terminal.show(Message("Loaded, and not stored yet: STORE file stores all", Tone.WARNING))
+            self.keep()
+            self._recovery.wait()
+            one.remove()
 
 
 def _held(text: str) -> str:
@@ -270,3 +261,55 @@ def _held(text: str) -> str:
     nouns = {".LOCATIONS": "location", ".REALS": "real", ".STRINGS": "string"}
     said += [count(len(part.entries), nouns[part.name]) for part in parts if isinstance(part, Section)]
     return ", ".join(said) or "nothing"
+
+
+# --- the trajectory file ---
+
+
+class Recorder:
+    """Takes and reads the file at once, so that a wrong one is refused before the first prompt. Raises FileError."""
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+        self._journal: Journal | None = None
+        self._show: Callable[[Reply], None] | None = None  # where something is told
+        with reading(path) as progress:
+            self._taken = take_up(Path(path), progress)
+
+    @property
+    def model(self) -> RobotModel | None:
+        """The robot of the file that is there."""
+        return None if self._taken.recording is None else self._taken.recording.model
+
+    def begin(self, session: Session, terminal: Terminal) -> Message:
+        """Write from now on; return what to show of it. `terminal`: shows what goes wrong when the session is over.
+
+        Raises UsageError for a file of another robot, FileError.
+        """
+        engine, recording = session.engine, self._taken.recording
+        self._show, self._terminal = session.terminal.show, terminal
+        self._journal = keep_journal(self._taken, session.engine, self._tell)
+        session.journal = self._journal.path
+        if recording is None:
+            return Message(f"{self.path} is begun")
+        commands = count(engine.book.history.commands, "command")
+        torn = (TORN,) if recording.dropped_tail else ()
+        wrong = "".join(f"{what}\n" for what in (*torn, *recording.warnings))
+        return Message(f"{wrong}{self.path} goes on: {commands}, clock at {engine.now:.3f} s")
+
+    def _tell(self, text: str) -> None:
+        if self._show is not None:
+            self._show(Message(text, Tone.ERROR))
+
+    def close(self) -> bool:
+        """The session is over: the last look at the file, which others may write then. Whether all is in the file that
+        was asked for."""
+        if self._journal is None:
+            self._taken.close()
+            return True
+        self._show = self._terminal.show
+        try:
+            self._journal.close()
+        except FileError as error:
+            self._tell(str(error))
+        return self._journal.sound

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from vrs_cli.kinematics.model import RobotModel
     from vrs_cli.repl.connection import Remote
     from vrs_cli.repl.front_end import FrontEnd
-    from vrs_cli.repl.recorder import Recorder
+    from vrs_cli.repl.local_robot import Recorder
     from vrs_cli.values.dialect import Dialect
 
 

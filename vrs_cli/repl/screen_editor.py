@@ -318,17 +318,12 @@ class ScreenEditor:
             "c-q": self.leave,
             "c-c": self.leave,
             "c-f": start_search,
-            "f3": self._find_next,
+            "f3": lambda: self.buffer.apply_search(self._control.search_state, include_current_position=False),
             "c-z": lambda: self._travel(self.buffer.undo),
             "c-y": lambda: self._travel(self.buffer.redo),
             "u": lambda: self._travel(self.buffer.undo),
         }
-        action = actions[name]
-
-        def act(_event: KeyPressEvent) -> None:
-            action()
-
-        return act
+        return lambda _event: actions[name]()
 
     def _tab(self) -> None:
         """The next suggestion behind a word that is begun, else blanks."""
@@ -372,9 +367,6 @@ class ScreenEditor:
             last = min(self._row, len(rest) - 1)
             self._touched = None
             self.buffer.document = Document("\n".join(rest), _start_of("\n".join(rest), last))
-
-    def _find_next(self) -> None:
-        self.buffer.apply_search(self._control.search_state, include_current_position=False)
 
     def _travel(self, go: Callable[[], None]) -> None:
         """Undo and redo bring a text back as it was: it is not formatted again."""

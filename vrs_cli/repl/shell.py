@@ -17,16 +17,16 @@ def run(place: Local, save: str | None = None) -> int:
     all is in that file, and on a pipe when a line could not be carried out. Raises FileError.
     """
     if save is not None:
-        from vrs_cli.repl.recorder import Recorder
+        from vrs_cli.repl.local_robot import Recorder
 
         place.recorder = Recorder(save)
         place.model = place.model or place.recorder.model
     sound = True
     try:
         if on_terminal():
-            from vrs_cli.repl.history import recovery_folder
+            from vrs_cli.repl.history import state_folder
 
-            place.recovery = recovery_folder(os.environ)
+            place.recovery = state_folder(os.environ) / "recovery"
         status = at(place)
     finally:
         if place.recorder is not None:

@@ -215,12 +215,9 @@ class ShellTerminal:
             return self._answer(question)
         if isinstance(question, OnScreen):
             return self._on_screen(question)
-        while True:
-            answer = (self._answer(question) or "").partition(";")[0].strip()
-            agreed = yes_or_no(answer or "N")
-            if agreed is not None:
-                return agreed
+        while (agreed := yes_or_no((self._answer(question) or "").partition(";")[0].strip() or "N")) is None:
             self.type(WANTED, True)
+        return agreed
 
     def _line(self, question: LineWanted) -> str:
         if question.wrong:

@@ -22,7 +22,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from msgspec import structs
 
-from vrs_cli.engine.book import JournalWriter
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.feed import Inbox
 from vrs_cli.errors import FileError, RequestRefused, VrsError
@@ -385,19 +384,16 @@ class Actor:
             self._since = min(self._since, now)
             if (len(self._inbox) or self._present or self._ready) and now - self._since < TOGETHER:
                 return
-            self._settle(journal)
+            try:
+                journal.settle()
+            except FileError as error:
+                lost = Message(f"{error}; what was done last is not on the disk", Tone.ERROR)
+                tickets = dict.fromkeys(ticket for ticket, _ in self._answers if ticket is not None)
+                self._answers = [*((ticket, partial(ticket.say, lost)) for ticket in tickets), *self._answers]
         answers, self._answers, self._since = self._answers, [], inf
         for _, give in answers:
             give()
         self._driver.engine.events.release()
-
-    def _settle(self, journal: JournalWriter) -> None:
-        try:
-            journal.settle()
-        except FileError as error:
-            lost = Message(f"{error}; what was done last is not on the disk", Tone.ERROR)
-            tickets = dict.fromkeys(ticket for ticket, _ in self._answers if ticket is not None)
-            self._answers = [*((ticket, partial(ticket.say, lost)) for ticket in tickets), *self._answers]
 
     # --- messages ---
 

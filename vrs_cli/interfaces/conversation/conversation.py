@@ -42,6 +42,7 @@ from vrs_cli.values.tagged import UserAct
 
 RUNNING = "*"  # the prompt while a program runs
 PASTED_TOGETHER = 16  # pasted lines that are carried out before other users have their turn
+A_PROGRAM = "a program"  # what a role may type, in messages
 MANY_NAMES = 1000  # that are looked through in some milliseconds
 CONSTANTS = tuple(name.lower() for name, row in FUNCTIONS.items() if row.constant)
 
@@ -168,7 +169,7 @@ class Conversation:
         """`.PROGRAM`: the lines after it are its steps, also when it is refused (they are dropped then)."""
         name = _named(header)
         self.entry, self._refused = ProgramEntry(header), name or "the program"
-        self._check_may()
+        self.session.check_may(A_PROGRAM, Role.SUPERVISOR)
         if name and not (yield from may_replace(self.session, name)):
             raise ProgramExists(name, f"DELETEP {name} deletes it, DISABLE INTERACTIVE lets it be replaced")
         self._refused = ""
@@ -188,7 +189,7 @@ class Conversation:
             yield Message(f"Not in it, for their mistakes: {count(left_out, 'line')}")
         if not refused:
             try:
-                self._check_may()
+                self.session.check_may(A_PROGRAM, Role.SUPERVISOR)
             except VrsError:
                 if self.user_state.attended:
                     self.entry = entry  # the lease went to another user meanwhile, and may come back
@@ -196,9 +197,6 @@ class Conversation:
             self._pasted += entry.text
         if not goes_on:
             yield from self._store()
-
-    def _check_may(self) -> None:
-        self.session.check_may("a program", Role.SUPERVISOR)
 
     def _store(self) -> Dialogue[None]:
         """`.END`: check the whole and keep it. A bare EXECUTE runs the first program of it."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Mapping
 from typing import Any, NamedTuple, TypeVar, cast
 
+from vrs_cli.engine.book import Parts
 from vrs_cli.errors import IllegalValue, ProgramNotExecutable, UsageError
 from vrs_cli.files.trajectory_file import trajectory_lines
 from vrs_cli.interfaces.dialogue import Dialogue, beside, in_parts
@@ -88,12 +89,9 @@ def _rest(session: Session, _act: Rest) -> None:
         session.engine.perform(Break())
 
 
-def _undo(session: Session, act: Undo) -> Dialogue[None]:
-    yield from in_parts(session.engine.undoing(act.count))
-
-
-def _redo(session: Session, act: Redo) -> Dialogue[None]:
-    yield from in_parts(session.engine.redoing(act.count))
+def _through_history(work: Parts[tuple[str, ...]]) -> Dialogue[None]:
+    """UNDO, REDO."""
+    yield from in_parts(work)
 
 
 def _explain(session: Session, act: Explain) -> Dialogue[ReachReport]:
@@ -172,8 +170,8 @@ def _as(word: str, do: Callable[[Session, Any], object]) -> _Row:
 ACTS: Mapping[type[Act[Any]], _Row] = {
     Go: _as("MOVE", _go),
     Rest: _as("BREAK", _rest),
-    Undo: _as("UNDO", _undo),
-    Redo: _as("REDO", _redo),
+    Undo: _as("UNDO", lambda session, act: _through_history(session.engine.undoing(act.count))),
+    Redo: _as("REDO", lambda session, act: _through_history(session.engine.redoing(act.count))),
     Explain: _as("WHY", _explain),
     Compare: _as("COMPARE", lambda session, act: comparison(session, act.a, act.b)),
     Evaluate: _Row("a look at a value", Role.OBSERVER, _evaluate),

@@ -5,7 +5,7 @@ from threading import Event
 import pytest
 
 from tests.live import PATIENCE
-from vrs_cli.repl.backstage import Backstage
+from vrs_cli.repl.interactive import Backstage
 
 
 def test_nothing_is_made_before_it_is_begun() -> None:
