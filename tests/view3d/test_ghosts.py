@@ -15,8 +15,8 @@ from tests.view3d.test_places import surveyed
 from vrs_cli.engine.position import destination_at, position_at
 from vrs_cli.errors import RequestRefused
 from vrs_cli.interfaces.dialogue import at_once
+from vrs_cli.interfaces.session.acts import show_branch
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.session.survey import show_branch
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import link_frames
 from vrs_cli.net import messages

@@ -10,8 +10,8 @@ from tests.interfaces.monitor.test_showing import session
 from tests.view3d.test_figure import sent
 from tests.view3d.test_paths import seen
 from vrs_cli.interfaces.dialogue import at_once
+from vrs_cli.interfaces.session.acts import survey
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.session.survey import survey
 from vrs_cli.kinematics.transform import position
 from vrs_cli.values.acts import Survey
 from vrs_cli.view3d.parts import Shown

@@ -24,8 +24,8 @@ class Location:
     """
 
     def __init__(self, rows: Floats, units: Units = Units.VAL) -> None:
-        """`rows` (..., 3, 4): the upper three of the matrix [m]."""
-        self._rows, self.units = freeze(rows), units
+        """`rows` (..., 3, 4) [m]: the upper three rows of `matrix`."""
+        self.rows, self.units = freeze(rows), units
 
     @classmethod
     def of(cls, T: Transform, units: Units = Units.VAL) -> Location:
@@ -44,45 +44,40 @@ class Location:
     @property
     def shape(self) -> tuple[int, ...]:
         """() for one location, (N,) for N."""
-        return self._rows.shape[:-2]
-
-    @property
-    def rows(self) -> Floats:
-        """(..., 3, 4) [m]: the upper three rows of `matrix`."""
-        return self._rows
+        return self.rows.shape[:-2]
 
     @cached_property
     def xyz(self) -> Floats:
         """(..., 3): X, Y, Z."""
-        return freeze(self._rows[..., 3] * (1000.0 if self.units is Units.VAL else 1.0))
+        return freeze(self.rows[..., 3] * (1000.0 if self.units is Units.VAL else 1.0))
 
     @cached_property
     def oat(self) -> Floats:
         """(..., 3): the angles O, A, T."""
-        oat = to_oat_batch(self._rows)
+        oat = to_oat_batch(self.rows)
         return freeze(np.degrees(oat) if self.units is Units.VAL else oat)
 
     @cached_property
     def matrix(self) -> Floats:
         """(..., 4, 4) [m]."""
         last = np.broadcast_to((0.0, 0.0, 0.0, 1.0), (*self.shape, 1, 4))
-        return freeze(np.concatenate((self._rows, last), axis=-2))
+        return freeze(np.concatenate((self.rows, last), axis=-2))
 
     @property
     def transform(self) -> Transform:
         """The one location, for the kinematics. Raises ValueError where it is an array of them."""
         if self.shape:
             raise ValueError(f"location: one is wanted, not an array of shape {self.shape}")
-        return Transform(*self._rows.ravel().tolist())
+        return Transform(*self.rows.ravel().tolist())
 
     def __matmul__(self, other: Location) -> Location:
         if not isinstance(other, Location):
             return NotImplemented
-        return Location(compose_batch(self._rows, other._rows), self.units)
+        return Location(compose_batch(self.rows, other.rows), self.units)
 
     def inverse(self) -> Location:
-        R = self._rows[..., :3].swapaxes(-1, -2)
-        return Location(np.concatenate((R, -R @ self._rows[..., 3:]), axis=-1), self.units)
+        R = self.rows[..., :3].swapaxes(-1, -2)
+        return Location(np.concatenate((R, -R @ self.rows[..., 3:]), axis=-1), self.units)
 
     def __len__(self) -> int:
         if not self.shape:
@@ -92,13 +87,13 @@ class Location:
     def __getitem__(self, index: int | slice) -> Location:
         if not self.shape:
             raise TypeError("one location has no others in it")
-        return Location(self._rows[index].copy(), self.units)
+        return Location(self.rows[index].copy(), self.units)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Location) and np.array_equal(self._rows, other._rows)
+        return isinstance(other, Location) and np.array_equal(self.rows, other.rows)
 
     def __hash__(self) -> int:
-        return hash(self._rows.tobytes())
+        return hash(self.rows.tobytes())
 
     def __repr__(self) -> str:
         if self.shape:

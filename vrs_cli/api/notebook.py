@@ -6,8 +6,8 @@ answered and typed stands below the cell, errors too. `%vrs LINE` is one line.
 
 from __future__ import annotations
 
-from collections.abc import Callable, MutableMapping
-from typing import Any, Protocol
+from collections.abc import MutableMapping
+from typing import Any
 
 from vrs_cli.api.answers import Replies, figures, number_columns, table
 from vrs_cli.api.robot import Robot
@@ -18,17 +18,8 @@ from vrs_cli.values.questions import Amendment, OnScreen, Question
 USUAL_NAME = "robot"
 
 
-class Shell(Protocol):
-    """What is asked of IPython's InteractiveShell."""
-
-    user_ns: MutableMapping[str, object]
-    display_formatter: Any
-
-    def register_magic_function(self, func: Callable[..., object], magic_kind: str, magic_name: str) -> None: ...
-
-
-def load_ipython_extension(shell: Shell) -> None:
-    """IPython calls it for `%load_ext vrs_cli`."""
+def load_ipython_extension(shell: Any) -> None:
+    """Add the words to an InteractiveShell of IPython, which calls this for `%load_ext vrs_cli`."""
 
     def vrs(line: str, cell: str | None = None) -> Replies | None:
         """Type VAL-II: `%vrs LINE`, or a cell that begins with `%%vrs` or `%%vrs NAME_OF_ROBOT`."""

@@ -116,11 +116,6 @@ def errors(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
     return (one for one in found if one.severity is Severity.ERROR)
 
 
-def counted(number: int, noun: str) -> str:
-    """`1 argument`, `2 arguments`."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
-
-
 def show(diagnostic: Diagnostic, source_line: str, path: str | None = None) -> str:
     """`file:line:column: V452 *Text* detail (hint)`, the line, and a line of carets under the place. Plain text.
     Without a path, as at the prompt, the place and the code are left out.

@@ -5,7 +5,7 @@ Metres, radians, seconds; `render` shows millimetres and degrees.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from enum import Enum
 
 from msgspec import Struct
@@ -458,13 +458,9 @@ def is_error(reply: Reply) -> bool:
 
 def report(diagnostics: Iterable[Diagnostic], text: str, path: str | None = None) -> DiagnosticsReport:
     """Findings in a text with their lines, in order."""
-    lines = ["", *text.split("\n")]
-    return DiagnosticsReport(tuple(Diagnosed(one, _line(lines, one.span.line), path) for one in ordered(diagnostics)))
-
-
-def _line(lines: Sequence[str], number: int) -> str:
-    """A line, counted from 1; empty behind the end."""
-    return lines[number] if number < len(lines) else ""
+    lines = dict(enumerate(text.split("\n"), 1))  # a finding may stand behind the last
+    items = (Diagnosed(one, lines.get(one.span.line, ""), path) for one in ordered(diagnostics))
+    return DiagnosticsReport(tuple(items))
 
 
 def refusal(error: VrsError, line: str) -> Reply:

@@ -15,7 +15,7 @@ from vrs_cli.engine.position import Watched, position_at
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.interfaces.roles.playback import Playback
-from vrs_cli.interfaces.session.survey import MOST_STEPS
+from vrs_cli.interfaces.session.acts import MOST_STEPS
 from vrs_cli.language.words.word import Role
 from vrs_cli.net import messages
 from vrs_cli.net.messages import At, Done, ServerMessage

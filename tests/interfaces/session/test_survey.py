@@ -15,9 +15,8 @@ from tests.net.serving import serving
 from vrs_cli.errors import UsageError
 from vrs_cli.interfaces.dialogue import no_answer
 from vrs_cli.interfaces.roles.supervisor import Supervisor
-from vrs_cli.interfaces.session.acts import act_on
+from vrs_cli.interfaces.session.acts import MOST_PLACES, MOST_STEPS, act_on
 from vrs_cli.interfaces.session.session import Session
-from vrs_cli.interfaces.session.survey import MOST_PLACES, MOST_STEPS
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.values.acts import Survey, Surveyed

@@ -43,7 +43,8 @@ from vrs_cli.language.words.instructions import DECLARATIONS, INSTRUCTIONS, LOOP
 from vrs_cli.language.words.monitor import COMMANDS
 from vrs_cli.language.words.values import SIGIL_KINDS, Kind, kinds_of_name
 from vrs_cli.language.words.word import Argument, Shape, State, Word, argument_at
-from vrs_cli.values.diagnostics import Diagnostic, Span, counted, ordered
+from vrs_cli.values.diagnostics import Diagnostic, Span, ordered
+from vrs_cli.values.numbers import count
 
 # names of a program that are compared with others: one without its locations has hundreds that it lacks
 MOST_HINTS = 10
@@ -292,8 +293,8 @@ class _Steps(Expressions):
             self.fault(
                 ArgumentMismatch,
                 call.span,
-                f"{target.name} is given {counted(len(call.arguments), 'argument')}",
-                f"it has {counted(len(target.parameters), 'parameter')}",
+                f"{target.name} is given {count(len(call.arguments), 'argument')}",
+                f"it has {count(len(target.parameters), 'parameter')}",
             )
         for argument, parameter in zip(call.arguments, target.parameters, strict=False):
             kind = None if argument is None else self.kind_of(argument)

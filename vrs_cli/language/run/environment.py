@@ -40,8 +40,8 @@ from vrs_cli.language.words.values import (
     wrap,
 )
 from vrs_cli.values.commands import Break
-from vrs_cli.values.diagnostics import Diagnostic, counted
-from vrs_cli.values.numbers import Value
+from vrs_cli.values.diagnostics import Diagnostic
+from vrs_cli.values.numbers import Value, count
 
 
 def for_step(step: float) -> float:
@@ -214,8 +214,8 @@ class Executable:
         parameters = self.program.parameters
         if len(arguments) > len(parameters):
             raise ArgumentMismatch(
-                f"{self.name} is given {counted(len(arguments), 'argument')}",
-                f"it has {counted(len(parameters), 'parameter')}",
+                f"{self.name} is given {count(len(arguments), 'argument')}",
+                f"it has {count(len(parameters), 'parameter')}",
             )
         padded = (*arguments, *(None,) * (len(parameters) - len(arguments)))
         return tuple(map(self._bound, parameters, padded))

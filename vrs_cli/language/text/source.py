@@ -31,12 +31,12 @@ from vrs_cli.values.diagnostics import (
     LineRefused,
     Severity,
     Span,
-    counted,
     did_you_mean,
     error,
     ordered,
 )
 from vrs_cli.values.dialect import DIALECTS, Dialect
+from vrs_cli.values.numbers import count
 
 V = TypeVar("V")
 
@@ -276,7 +276,7 @@ class FileReader(DiagnosticCollector):
             if entry.variable.sigil == "#"
             else not entry.variable.sigil and len(entry.numbers) in (ANGLES, AXES)
         ):
-            name += f": {counted(len(entry.numbers), 'number')}"
+            name += f": {count(len(entry.numbers), 'number')}"
             wrong = "a location is written name x y z o a t, or with 12 numbers; a precision point #name and its joints"
         if wrong:
             self.fault(TypeMismatch, entry.span, name, wrong)
