@@ -13,7 +13,7 @@ from vrs_cli.kinematics.axes import link_transform
 from vrs_cli.kinematics.transform import compose
 from vrs_cli.kinematics.urdf.chain import choice
 from vrs_cli.kinematics.urdf.robot import arm_of
-from vrs_cli.kinematics.urdf.tree import Tree, document
+from vrs_cli.kinematics.urdf.tree import Tree, robot_element
 
 AXES = ("1 0 0", "-1 0 0", "0 1 0", "0 -1 0", "0 0 1", "0 0 -1")
 
@@ -38,13 +38,12 @@ def random_arm(random: Random) -> str:
 @pytest.mark.parametrize("seed", range(40))
 def test_links_stand_where_the_file_puts_them(seed: int) -> None:
     random = Random(seed)
-    read = document("random.urdf", random_arm(random))
-    tree = Tree(read)
+    tree = Tree("random.urdf", robot_element("random.urdf", random_arm(random)))
     arm = arm_of(tree, choice(tree, None, None))
     for _ in range(3):
         q = [random.uniform(-2.0, 2.0) for _ in arm.joints]
         steps = [link_transform(link, x) for link, x in zip(arm.chain.links, q, strict=True)]
         found = compose(reduce(compose, steps, arm.chain.base), arm.chain.flange)
         values = {joint.name: x for joint, x in zip(arm.joints, q, strict=True)}
-        own = forward(read.root, arm.choice.base, arm.choice.tip, values)
+        own = forward(tree.robot, arm.choice.base, arm.choice.tip, values)
         assert np.array(found).reshape(3, 4) == pytest.approx(own[:3], abs=1e-9)

@@ -27,7 +27,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Transform, compose, translation
 from vrs_cli.kinematics.urdf.macros import expanded, has_macros
-from vrs_cli.kinematics.urdf.tree import document
+from vrs_cli.kinematics.urdf.tree import robot_element
 from vrs_cli.values.commands import Move
 from vrs_cli.values.motion import NamedTarget, PoseTarget
 
@@ -106,9 +106,9 @@ def forward_error(path: Path, model: RobotModel) -> float:
     """The most that a place of the flange differs at random joints [mm]; nan for a telescope, whose joints are not
     those of the file."""
     text = path.read_text(encoding="utf-8", errors="replace")
-    root = document(str(path), text).root
+    root = robot_element(str(path), text)
     if has_macros(str(path), root):
-        root = document(str(path), expanded(str(path), {})).root
+        root = robot_element(str(path), expanded(str(path), {}))
     origin, arm, random = model.origin, arm_for(model), Random(3)
     assert origin is not None
     if _slides_between(root, origin.base, origin.tip) - set(origin.joints):

@@ -252,17 +252,14 @@ class RobotArm:
         configuration that would do, if one would.
         """
         self.check_task(T)
-        wanted = self._suitable_ways(self.configuration(near), asked)
+        have = self.configuration(near)
+        asked = Configuration(asked.arm or have.arm, asked.elbow or have.elbow, asked.wrist)
+        suited = [way for way in self.ways if way.has(asked)]
+        wanted = tuple(sorted(suited, key=lambda way: way.wrist is not have.wrist))
         found = [q for way in wanted if (q := self.inverse_branch(T, way, near)) is not None]
         if not found:
             raise self._refusal(T, near, wanted)
         return min(found, key=lambda q: self._duration(near, q))
-
-    def _suitable_ways(self, have: Configuration, asked: Configuration) -> tuple[Configuration, ...]:
-        """Those with what is asked; arm and elbow that are not asked stay, of the wrists the present one is first."""
-        asked = Configuration(asked.arm or have.arm, asked.elbow or have.elbow, asked.wrist)
-        suited = [way for way in self.ways if way.has(asked)]
-        return tuple(sorted(suited, key=lambda way: way.wrist is not have.wrist))
 
     def _duration(self, a: Joints, b: Joints) -> float:
         """The time that the slowest joint needs at its full velocity [s]."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from math import radians
 from reprlib import repr as brief
 from typing import NamedTuple
@@ -88,11 +88,14 @@ class DataReader(NamedTuple):
     def wrong(self, key: str, what: str, right: str) -> FileDamaged:
         return FileDamaged(f"{self.file}: {key}: {what}", right)
 
+    def listed(self, data: object, key: str, quantities: Sequence[Quantity], right: str) -> tuple[float, ...]:
+        """A list of as many numbers."""
+        if not isinstance(data, list | tuple) or len(data) != len(quantities):
+            raise self.wrong(key, f"is not a list of {len(quantities)} numbers", right)
+        return tuple([self.number(x, key, quantity) for x, quantity in zip(data, quantities, strict=True)])
+
     def frame(self, data: object, key: str) -> Transform:
-        count, form = (6, "X, Y, Z, O, A, T in mm and deg") if self.human else (12, "the rows of a matrix")
-        if not isinstance(data, list | tuple) or len(data) != count:
-            raise self.wrong(key, f"is not a list of {count} numbers", f"give {form}")
         if self.human:
-            units = [LENGTH] * 3 + [ANGLE] * 3
-            return from_oat(*(self.number(x, key, quantity) for x, quantity in zip(data, units, strict=True)))
-        return Transform(*(self.number(x, key, LENGTH) for x in data))
+            x, y, z, o, a, t = self.listed(data, key, [LENGTH] * 3 + [ANGLE] * 3, "give X, Y, Z, O, A, T in mm and deg")
+            return from_oat(x, y, z, o, a, t)
+        return Transform(*self.listed(data, key, [LENGTH] * 12, "give the rows of a matrix"))

@@ -74,22 +74,16 @@ def _of_four_or_five(model: RobotModel) -> ArmTask:
     """The whole pose counts only where less makes no arm of it: the place is not free, or joints do one thing."""
     if flange_steady(model):
         return ArmTask.UPRIGHT if model.joint_count == ArmTask.UPRIGHT.size else ArmTask.POSE
-    if (
-        model.joint_count == ArmTask.POINTING.size
-        and not _keeps_its_plane(model)
-        and _mean(model, ArmTask.POINTING) > WELL
-    ):
-        return ArmTask.POINTING
+    if model.joint_count == ArmTask.POINTING.size:
+        second, third, fourth = (axis.direction for axis in joint_axes(model)[1:4])
+        # joints 2 to 4 only tilt the tool in the plane of the arm, so that it points nowhere else
+        keeps_plane = model.units.kinds[1:4] == (JointKind.REVOLUTE,) * 3 and all(
+            max(map(abs, cross(second, other))) < PARALLEL for other in (third, fourth)
+        )
+        if not keeps_plane and _mean(model, ArmTask.POINTING) > WELL:
+            return ArmTask.POINTING
     places, all_parts = _mean(model, ArmTask.POSITION), _mean(model, ArmTask.POSE)
     return ArmTask.STEADY if min(places, all_parts) > NOTHING else ArmTask.POSE
-
-
-def _keeps_its_plane(model: RobotModel) -> bool:
-    """Whether joints 2 to 4 only tilt the tool in the plane of the arm, so that it points nowhere else."""
-    second, third, fourth = (axis.direction for axis in joint_axes(model)[1:4])
-    return model.units.kinds[1:4] == (JointKind.REVOLUTE,) * 3 and all(
-        max(map(abs, cross(second, other))) < PARALLEL for other in (third, fourth)
-    )
 
 
 def _mean(model: RobotModel, task: ArmTask) -> float:

@@ -47,7 +47,7 @@ class Canonical(NamedTuple):
 
 def canonical(model: RobotModel, alphas: Sequence[float | None], *, bare: bool = True) -> Canonical | None:
     """The way to an arm of turning joints with these alphas; None where the axes of the robot do not lie so. `bare`:
-    what stands at the ends goes into the links as far as it can.
+    a base and a flange that only turn about the first and the last axis, and slide along it, go into the links.
     """
     if model.joint_count != len(alphas) + 1 or any(map(model.units.slides, range(1, model.joint_count + 1))):
         return None
@@ -55,25 +55,19 @@ def canonical(model: RobotModel, alphas: Sequence[float | None], *, bare: bool =
     chain = chain_of(joint_axes(model), model.units.kinds, T_base_flange, alphas)
     if chain is None:
         return None
-    chain = _without_ends(chain) if bare else chain
+    base, (first, *others, last), flange, signs = chain
+    if bare and _along_axis(base):
+        first = first._replace(theta=first.theta + atan2(base.ny, base.nx), d=first.d + base.pz)
+        base = IDENTITY
+    if bare and _along_axis(flange):
+        last = last._replace(theta=last.theta + atan2(flange.ny, flange.nx), d=last.d + flange.pz)
+        flange = IDENTITY
+    chain = Chain(base, (first, *others, last), flange, signs)
     ends = zip(chain.of(model.lower), chain.of(model.upper), strict=True)
     lower, upper = zip(*((min(pair), max(pair)) for pair in ends), strict=True)
     links = tuple(link._replace(theta=0.0) for link in chain.links)
     inner = replace(model, links=links, base=IDENTITY, flange=IDENTITY, lower=lower, upper=upper, task=ArmTask.POSE)
     return Canonical(chain, inner)
-
-
-def _without_ends(chain: Chain) -> Chain:
-    """A base and a flange that only turn about the first and the last axis, and slide along it, go into the links."""
-    first, *others, last = chain.links
-    base, flange = chain.base, chain.flange
-    if _along_axis(base):
-        first = first._replace(theta=first.theta + atan2(base.ny, base.nx), d=first.d + base.pz)
-        base = IDENTITY
-    if _along_axis(flange):
-        last = last._replace(theta=last.theta + atan2(flange.ny, flange.nx), d=last.d + flange.pz)
-        flange = IDENTITY
-    return Chain(base, (first, *others, last), flange, chain.signs)
 
 
 def _along_axis(T: Transform) -> bool:

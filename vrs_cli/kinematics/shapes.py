@@ -278,9 +278,7 @@ class ShapeReader(DataReader):
         return self.three(data, key, LENGTH)
 
     def three(self, data: object, key: str, quantity: Quantity) -> Vector:
-        if not isinstance(data, list | tuple) or len(data) != 3:
-            raise self.wrong(key, "is not a list of 3 numbers", f"give [x, y, z]{self.in_unit(quantity)}")
-        x, y, z = (self.number(value, key, quantity) for value in data)
+        x, y, z = self.listed(data, key, [quantity] * 3, f"give [x, y, z]{self.in_unit(quantity)}")
         return x, y, z
 
     def pair(self, data: object, key: str) -> tuple[float, float]:

@@ -188,19 +188,12 @@ class NumericArm(RobotArm):
         basis = [_axis(joint, len(q)) for joint in others[: len(self.held) - len(asked)]]
         for k, pose in enumerate(poses):
             held = [(axis, begin[i] + k / steps * (end - begin[i])) for axis, (i, end) in zip(axes, asked, strict=True)]
-            step, basis = self._walk_step(q, pose, held, basis, self._inward(q, part / len(poses)) if part else ())
+            step, basis = self._walk_step(q, pose, held, basis, part / len(poses))
             total = [_plus(a, 1.0, b) for a, b in zip(total, basis, strict=True)] if total else basis
             q = _plus(q, 1.0, step)
             margin = min(margin, self._margin(q))
         arrives = max(map(abs, self.missing(q, poses[-1])[1])) < THERE
         return Walk(q, (*axes, *_orthonormal(total)), margin, arrives)
-
-    def _inward(self, q: Joints, part: float) -> Joints:
-        """Against the gradient of the sum of the squares of the joints' places in their ranges, of a range of 1 rad."""
-        ranges = [high - low for low, high in self._limits]
-        mean = sum(ranges) / len(ranges)
-        rows = zip(q, self.model.lower, ranges, strict=True)
-        return tuple([part * (low + 0.5 * size - x) * (mean / size) ** 2 for x, low, size in rows])
 
     def _margin(self, q: Joints) -> float:
         """How far all joints are from the ends of their ranges, as a part of these; less than 0 beyond."""
@@ -208,10 +201,12 @@ class NumericArm(RobotArm):
         return min([(x - low if x - low < high - x else high - x) / (high - low) for x, (low, high) in rows])
 
     def _walk_step(
-        self, q: Joints, pose: Transform, held: list[tuple[Joints, float]], near: list[Joints], inward: Joints
+        self, q: Joints, pose: Transform, held: list[tuple[Joints, float]], near: list[Joints], part: float
     ) -> tuple[Joints, list[Joints]]:
-        """The shortest step to a pose and to sums that are held, with what leads `inward`, if anything, in the null
-        space; and an orthonormal basis of that, each direction next to one of some others.
+        """The shortest step to a pose and to sums that are held, with a part of the gradient in the null space; and an
+        orthonormal basis of that, each direction next to one of some others.
+
+        The gradient is that of the sum of the squares of the joints' places in their ranges, of a range of 1 rad.
         """
         demands = (*held, *((unit, _dot(unit, q)) for unit in near))
         step, directions = Joints(), list[Joints]()
@@ -224,6 +219,9 @@ class NumericArm(RobotArm):
             step = found[0]
             directions.append(found[1])
         basis = _orthonormal(directions[: len(near)])
+        mean = sum([high - low for low, high in self._limits]) / len(q)
+        places = ((x, low, high - low) for x, (low, high) in zip(q, self._limits, strict=True))
+        inward = [part * (low + 0.5 * size - x) * (mean / size) ** 2 for x, low, size in places] if part else []
         for unit in basis:
             step = _plus(step, (_dot(unit, inward) if inward else 0.0) - _dot(unit, step), unit)
         return step, basis

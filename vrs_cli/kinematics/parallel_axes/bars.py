@@ -64,11 +64,6 @@ def bars_of(model: RobotModel) -> Bars | None:
     slides = tuple(i for i, kind in enumerate(kinds) if kind is JointKind.PRISMATIC)
     if TASKS.get((len(turns), len(slides))) is not model.task or not axes_parallel(model):
         return None
-    bars = _bars(model, turns, slides)
-    return None if min(bars.lengths) < EXACT else bars
-
-
-def _bars(model: RobotModel, turns: tuple[int, ...], slides: tuple[int, ...]) -> Bars:
     axes = joint_axes(model)
     start = axes[turns[0]]
     z = start.direction
@@ -77,7 +72,7 @@ def _bars(model: RobotModel, turns: tuple[int, ...], slides: tuple[int, ...]) ->
     turning = (axes[i] for i in turns)
     across = [compose(T_plane_base, frame(any_normal(a.direction), a.direction, a.point)) for a in turning]
     points = [complex(T.px, T.py) for T in (*across, flange)]
-    return Bars(
+    bars = Bars(
         T_plane_base=T_plane_base,
         turns=turns,
         slides=slides,
@@ -88,3 +83,4 @@ def _bars(model: RobotModel, turns: tuple[int, ...], slides: tuple[int, ...]) ->
         flange=flange,
         up=-1.0 if z[2] < -EXACT else 1.0,
     )
+    return None if min(bars.lengths) < EXACT else bars

@@ -19,7 +19,6 @@ from vrs_cli.kinematics.clearance import (
     Clearance,
     Hand,
     HandPace,
-    Turning,
     TwoBars,
     from_axis,
     from_shoulder,
@@ -101,28 +100,25 @@ class SphericalWristArm(RobotArm):
         turns = turning(sqrt(shoulder), far, bars.side, pace) if shoulder > 0.0 else None
         if beside_axis:
             turns = turning_beside_axis(bars.side, pace)
+        if turns is not None:
+            speed, bend = hypot(turns.outward, pace.speed), hypot(turns.outward_bend, pace.bend)
         if beside_axis or self.geometry.a1 == 0.0:
             outer, inner = from_shoulder(bars, a, b, pace.speed, pace.bend, h, bars.side * bars.side)
         elif turns is not None:
-            speed, bend = hypot(turns.outward, pace.speed), hypot(turns.outward_bend, pace.bend)
             outer, inner = from_shoulder(bars, a, b, speed, bend, h)
         else:
             outer = inner = UNKNOWN
         if turns is None or outer <= 0.0 or inner <= 0.0:
             return Clearance(shoulder, outer, inner, UNKNOWN)
-        return Clearance(shoulder, outer, inner, self._straightest(a, b, turns, bars.fold(outer, inner), pace, h))
-
-    def _straightest(self, a: Clearance, b: Clearance, turns: Turning, fold: float, pace: HandPace, h: float) -> float:
-        """The least `wrist` between two. Joints 2 and 3 turn the bars as a2 and forearm, square to them, make the
-        velocity of the wrist's centre, and their derivatives its acceleration.
-        """
-        bars = self.reach
-        speed, bend = hypot(turns.outward, pace.speed), hypot(turns.outward_bend, pace.bend)
+        # joints 2 and 3 turn the bars as a2 and forearm, square to them, make the velocity of the wrist's centre, and
+        # their derivatives its acceleration
+        fold = bars.fold(outer, inner)
         upper, fore = speed / (bars.upper * fold), speed / (bars.fore * fold)  # greatest rates of both bars
         fore_bend = (bend + bars.upper * upper * upper + bars.fore * fore * fore) / (bars.fore * fold)
         spin = hypot(turns.rate, fore)  # of the forearm, whose axes of turning are square to each other
         swing = turns.bend + fore_bend + turns.rate * fore + spin * spin
-        return shortest(a.across, b.across, spin + pace.tilt, swing + 2.0 * spin * pace.tilt + pace.tilt_bend, h)
+        wrist = shortest(a.across, b.across, spin + pace.tilt, swing + 2.0 * spin * pace.tilt + pace.tilt_bend, h)
+        return Clearance(shoulder, outer, inner, wrist)
 
     def outward(self, q: Joints) -> float:
         return outward(self.geometry, q)

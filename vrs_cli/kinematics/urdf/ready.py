@@ -54,7 +54,7 @@ def better_ready(model: RobotModel, ahead: Vector = Z) -> Ready | None:
         return None
     starts = sorted(wanted.starts(), key=wanted.worth, reverse=True)
     best = wanted.levelled(max((wanted.bettered(q) for q in starts[:TRIED]), key=wanted.worth))
-    if wanted.isotropy(wanted.frames(best)) <= SINGULAR:
+    if wanted.isotropy(link_frames(model, best)) <= SINGULAR:
         return None
     values = ", ".join(f"{round(x, 3):g}" for x in model.units.shown(best))
     return Ready(best, f"READY: at its zeros {fault}, ours is {values} ([poses] ready of a TOML file is another)")
@@ -71,7 +71,7 @@ class _Wanted:
 
     def fault(self) -> str:
         """What is wrong with READY."""
-        if self.isotropy(self.frames(self.rest)) <= SINGULAR:
+        if self.isotropy(link_frames(self.model, self.rest)) <= SINGULAR:
             return "the arm is singular"
         rows = zip(self.model.links, self.model.lower, self.model.upper, self.rest, strict=True)
         for i, (link, lower, upper, x) in enumerate(rows, 1):
@@ -114,12 +114,12 @@ class _Wanted:
     def levelled(self, q: Joints) -> Joints:
         """With the tool straight down, where one joint turns it so and that costs little."""
         turned = [(*q[:i], x, *q[i + 1 :]) for i, xs in enumerate(self.choices) for x in xs]
-        down = [other for other in turned if rotate(self.frames(other)[-1], self.ahead)[2] < STRAIGHT_DOWN]
+        down = [other for other in turned if rotate(link_frames(self.model, other)[-1], self.ahead)[2] < STRAIGHT_DOWN]
         best = max(down, key=self.worth, default=q)
         return best if self.worth(best) > self.worth(q) - LITTLE else q
 
     def worth(self, q: Joints) -> float:
-        frames = self.frames(q)
+        frames = link_frames(self.model, q)
         base, tip = position(frames[0]), position(frames[-1])
         turned = [abs(x - y) for x, y in zip(q, self.rest, strict=True) if x != y]
         heights = [position(T)[2] for T in frames]
@@ -135,23 +135,17 @@ class _Wanted:
             - max(0.0, NEAR - dist(tip[:2], base[:2]) / self.reach)
         )
 
-    def frames(self, q: Joints) -> tuple[Transform, ...]:
-        return link_frames(self.model, q)
-
     def isotropy(self, frames: Sequence[Transform]) -> float:
-        columns = list(self._columns(frames))
+        at, unit = position(frames[-1]), 0.5 * self.reach
+        columns = list[list[float]]()  # of the Jacobian at the flange
+        for link, frame in zip(self.model.links, frames, strict=False):
+            axis = axis_of(frame)
+            if link.kind is JointKind.PRISMATIC:
+                columns.append([*axis.direction, 0.0, 0.0, 0.0][: self.rows])
+            else:
+                x, y, z = cross(axis.direction, subtracted(at, axis.point))
+                columns.append([x / unit, y / unit, z / unit, *axis.direction][: self.rows])
         by_rows = [list(row) for row in zip(*columns, strict=True)]
         vectors = by_rows if len(by_rows) <= len(columns) else columns
         count, mean = len(vectors), sum(x * x for row in vectors for x in row) / len(vectors)
         return float(volume(vectors) ** (2.0 / count) / mean) if mean > 0.0 else 0.0
-
-    def _columns(self, frames: Sequence[Transform]) -> Iterator[list[float]]:
-        """Of the Jacobian at the flange."""
-        at, unit = position(frames[-1]), 0.5 * self.reach
-        for link, frame in zip(self.model.links, frames, strict=False):
-            axis = axis_of(frame)
-            if link.kind is JointKind.PRISMATIC:
-                yield [*axis.direction, 0.0, 0.0, 0.0][: self.rows]
-            else:
-                x, y, z = cross(axis.direction, subtracted(at, axis.point))
-                yield [x / unit, y / unit, z / unit, *axis.direction][: self.rows]

@@ -34,7 +34,7 @@ from vrs_cli.kinematics.urdf.chain import Choice, choice
 from vrs_cli.kinematics.urdf.hand import Fingers, Turned, Z, fingers_of, moved, other_than_z, pointing_note
 from vrs_cli.kinematics.urdf.macros import expanded, has_macros
 from vrs_cli.kinematics.urdf.ready import better_ready
-from vrs_cli.kinematics.urdf.tree import ENDLESS, HUGE, MOVING, Joint, Mimic, Tree, document
+from vrs_cli.kinematics.urdf.tree import ENDLESS, HUGE, MOVING, Joint, Mimic, Tree, robot_element
 from vrs_cli.kinematics.urdf.visuals import LinkPlace, link_shapes
 
 WHOLE_TURNS = 2 * pi  # [rad] a joint that turns without end is given one turn each way
@@ -66,14 +66,20 @@ def robot_of(
 
     Raises FileDamaged, with the file and the element.
     """
-    tree = _tree(file, text, reader, table)
+    robot = robot_element(file, text)
+    if has_macros(file, robot):
+        robot = robot_element(file, expanded(file, reader.words(table.get("xacro", {}), "xacro")))
+        if robot.find("joint") is None:
+            what = "it defines macros, and makes no joint of them"
+            raise FileDamaged(f"{file}: {what}", "give the file that includes it")
+    tree = Tree(file, robot)
     width, closed = reader.hand(table.get("hand", {}))
     flange = reader.frame(table["flange"], "flange") if "flange" in table else IDENTITY
     arm = arm_of(tree, choice(tree, base, tip), closed, flange)
     model = _model(tree.name, arm.chain, _joints(tree, arm, reader, table), reader, table)
     notes, way = list(arm.choice.notes), arm.choice.way
-    if slaves := [joint.name for joint in way if joint.moves and not joint.mimics and joint not in arm.joints]:
-        notes.append(f"{', '.join(slaves)} slide as the joint before them does: a telescope, which is one joint")
+    if telescoped := [joint.name for joint in way if joint.moves and not joint.mimics and joint not in arm.joints]:
+        notes.append(f"{', '.join(telescoped)} slide as the joint before them does: a telescope, which is one joint")
     turned = _pointing(arm)
     if turned is not None:
         notes.append(pointing_note(arm.choice.tip, turned))
@@ -98,23 +104,6 @@ def robot_of(
             notes=tuple(notes),
         ),
     )
-
-
-def _tree(file: str, text: str, reader: ModelReader, table: Mapping[str, object]) -> Tree:
-    """The joints of a file, its macros expanded."""
-    found = document(file, text)
-    if has_macros(file, found.root):
-        found = document(file, expanded(file, reader.words(table.get("xacro", {}), "xacro")))
-        if found.root.find("joint") is None:
-            what = "it defines macros, and makes no joint of them"
-            raise FileDamaged(f"{file}: {what}", "give the file that includes it")
-    return Tree(found)
-
-
-def _noted(model: RobotModel, note: str) -> RobotModel:
-    """The same, with something more to be said of it."""
-    assert model.origin is not None
-    return replace(model, origin=model.origin._replace(notes=(*model.origin.notes, note)))
 
 
 # --- its geometry --------------------------------------------------------------------------------------------------
@@ -157,7 +146,7 @@ def _follows(
     mimic = tree.mimic(joint)
     if abs(along) > 1.0 - PARALLEL and mimic.leader == before[0].name:
         return mimic._replace(factor=mimic.factor * along)
-    raise tree.wrong(joint, "mimics another joint", "every joint of an arm moves by itself")
+    raise tree.wrong(joint.element, "mimics another joint", "every joint of an arm moves by itself")
 
 
 def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, fingers: Fingers) -> dict[str, LinkPlace]:
@@ -171,8 +160,11 @@ def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, finger
     found, left = {base: LinkPlace(0, bodies[0])}, [(base, IDENTITY)]
     while left:
         parent, T_base_parent = left.pop()
-        for joint, T_parent_joint in tree.steps_below(parent):
-            before, T_base_joint = found[parent], compose(T_base_parent, T_parent_joint)
+        for joint in tree.below.get(parent, ()):
+            try:
+                before, T_base_joint = found[parent], compose(T_base_parent, tree.origin(joint.element))
+            except FileDamaged:  # the arm itself does without
+                continue
             body = before.body + (joint in joints[before.body : before.body + 1])
             opens = before.opens
             T = T_base_joint
@@ -222,14 +214,14 @@ def _figures(tree: Tree, joint: Joint, scale: float, own: Mapping[str, float]) -
         if end is None or not abs(end) < ENDLESS:
             what = f"limit has no {key}" if end is None else f"limit {key} is {end:g}"
             hint = f'give <limit lower="..." upper="..." velocity="..."/>, or {key} in a TOML file beside it'
-            raise tree.wrong(joint, what, hint)
+            raise tree.wrong(joint.element, what, hint)
         limits[key] = end
     if not limits["lower"] < limits["upper"]:
         what = f"limit: lower {limits['lower']:g} is not below upper {limits['upper']:g}"
-        raise tree.wrong(joint, what, "swap or mend the two limits")
+        raise tree.wrong(joint.element, what, "swap or mend the two limits")
     velocity = own.get("max_velocity", rate or 0.0)
     if velocity < 0.0:
-        raise tree.wrong(joint, f"limit: velocity {velocity:g} is below zero", "give it without a sign")
+        raise tree.wrong(joint.element, f"limit: velocity {velocity:g} is below zero", "give it without a sign")
     if "max_velocity" not in own and not 0.0 < velocity < HUGE:
         velocity = USUAL_VELOCITY[kind]
     acceleration = own.get("max_acceleration", velocity / FULL_SPEED_IN)

@@ -44,33 +44,8 @@ _DECLARATION = re.compile(r"<\?xml\s[^>]*\?>")
 _TEXT = "a robot description is an XML file"
 
 
-class Document(NamedTuple):
-    """A file, and its <robot> element."""
-
-    file: str
-    root: Element
-
-    def numbers(self, element: Element, what: str, text: str, count: int) -> tuple[float, ...]:
-        """So many numbers of an attribute. Raises FileDamaged, with the element's name."""
-        try:
-            values = tuple(map(float, text.split()))
-        except ValueError:
-            values = ()
-        if len(values) != count or not all(abs(value) < HUGE for value in values):
-            below = f"below {HUGE:g}"
-            right = (
-                f"give a number {below}" if count == 1 else f"give {count} numbers {below}, with blanks between them"
-            )
-            raise self.wrong(element, f"{what} is {text!r}", expanding(self.file) if EXPRESSION.search(text) else right)
-        return values
-
-    def wrong(self, joint: Element, what: str, right: str) -> FileDamaged:
-        """What is wrong with a joint, and what would be right."""
-        return FileDamaged(f"{self.file}: joint {named(joint) or '?'}: {what}", right)
-
-
-def document(file: str, text: str) -> Document:
-    """Raises FileDamaged."""
+def robot_element(file: str, text: str) -> Element:
+    """The root of a URDF file. Raises FileDamaged."""
     if len(text) > LARGEST:
         raise FileDamaged(f"{file}: {len(text)} characters", f"at most {LARGEST} are read")
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
@@ -87,7 +62,7 @@ def document(file: str, text: str) -> Document:
     root = builder.close()
     if root.tag != "robot":
         raise FileDamaged(f"{file}: its root is <{root.tag}>", "a URDF file is one <robot> element")
-    return Document(file, root)
+    return root
 
 
 def named(element: Element, key: str = "name") -> str:
@@ -144,12 +119,11 @@ class Joint:
 class Tree:
     """Joints by their child link, which has one parent."""
 
-    def __init__(self, document: Document) -> None:
-        self.document, self.file = document, document.file
-        self.name = named(document.root) or "robot"
+    def __init__(self, file: str, robot: Element) -> None:
+        self.file, self.robot, self.name = file, robot, named(robot) or "robot"
         self.by_child: dict[str, Joint] = {}
         self.below: dict[str, list[Joint]] = {}
-        for element in document.root.findall("joint")[: MOST_JOINTS + 1]:
+        for element in robot.findall("joint")[: MOST_JOINTS + 1]:
             self._add(element)
         if not self.by_child or len(self.by_child) > MOST_JOINTS:
             raise FileDamaged(
@@ -168,9 +142,9 @@ class Tree:
             raise FileDamaged(f"{self.file}: a joint is called {name!r}", expanding(self.file))
         joint = Joint(element, name or "joint", element.get("type", ""), parent, child)
         if child in self.by_child:
-            raise self.wrong(joint, f"link {child!r} has two parents", _CHAIN)
+            raise self.wrong(joint.element, f"link {child!r} has two parents", _CHAIN)
         if child == parent:
-            raise self.wrong(joint, f"leads from link {parent!r} to itself", _CHAIN)
+            raise self.wrong(joint.element, f"leads from link {parent!r} to itself", _CHAIN)
         self.by_child[child] = joint
         self.below.setdefault(parent, []).append(joint)
 
@@ -178,9 +152,9 @@ class Tree:
         found = element.find(which)
         link = "" if found is None else named(found, "link")
         if not link:
-            raise self.document.wrong(element, f"has no {which} link", f'give <{which} link="..."/>')
+            raise self.wrong(element, f"has no {which} link", f'give <{which} link="..."/>')
         if EXPRESSION.search(link):
-            raise self.document.wrong(element, f"its {which} link is {link!r}", expanding(self.file))
+            raise self.wrong(element, f"its {which} link is {link!r}", expanding(self.file))
         return link
 
     def _check_loops(self) -> None:
@@ -192,7 +166,7 @@ class Tree:
         seen = set(reached)
         for joint in self.by_child.values():
             if joint.child not in seen:
-                raise self.wrong(joint, f"is in a loop with link {joint.parent!r}", _CHAIN)
+                raise self.wrong(joint.element, f"is in a loop with link {joint.parent!r}", _CHAIN)
 
     # --- links ---
 
@@ -240,20 +214,13 @@ class Tree:
             yield joint
             left += self.nearest(joint.child)
 
-    def steps_below(self, parent: str) -> Iterator[tuple[Joint, Transform]]:
-        """The joints on a link, and T_parent_child while they are 0; without those whose place is not to be understood,
-        for the arm itself does without."""
-        for joint in self.below.get(parent, ()):
-            with suppress(FileDamaged):
-                yield joint, self.origin(joint.element)
-
     # --- what they say ---
 
     def kind(self, joint: Joint) -> JointKind:
         kind = MOVING.get(joint.type)
         if kind is None:
             right = f"an arm has joints of the types {', '.join(MOVING)} and {FIXED}"
-            raise self.wrong(joint, f"is of type {joint.type!r}", right)
+            raise self.wrong(joint.element, f"is of type {joint.type!r}", right)
         return kind
 
     def range(self, joint: Joint) -> Range:
@@ -267,8 +234,8 @@ class Tree:
     def mimic(self, joint: Joint) -> Mimic:
         found = joint.element.find("mimic")
         assert found is not None  # who asks has looked
-        (factor,) = self.document.numbers(joint.element, "mimic multiplier", found.get("multiplier", "1"), 1)
-        (offset,) = self.document.numbers(joint.element, "mimic offset", found.get("offset", "0"), 1)
+        (factor,) = self.numbers(joint.element, "mimic multiplier", found.get("multiplier", "1"), 1)
+        (offset,) = self.numbers(joint.element, "mimic offset", found.get("offset", "0"), 1)
         return Mimic(named(found, "joint"), factor, offset)
 
     def _limit(self, joint: Joint, values: Mapping[str, str], key: str) -> float | None:
@@ -278,14 +245,14 @@ class Tree:
         with suppress(ValueError):
             if not isnan(value := float(values[key])):
                 return value
-        return self.document.numbers(joint.element, f"limit {key}", values[key], 1)[0]
+        return self.numbers(joint.element, f"limit {key}", values[key], 1)[0]
 
     def origin(self, element: Element) -> Transform:
         """T_parent_child while the joint is 0: fixed axes, roll about x first (URDF)."""
         origin = element.find("origin")
         values: Mapping[str, str] = {} if origin is None else origin.attrib
-        x, y, z = self.document.numbers(element, "origin xyz", values.get("xyz", "0 0 0"), 3)
-        angles = self.document.numbers(element, "origin rpy", values.get("rpy", "0 0 0"), 3)
+        x, y, z = self.numbers(element, "origin xyz", values.get("xyz", "0 0 0"), 3)
+        angles = self.numbers(element, "origin rpy", values.get("rpy", "0 0 0"), 3)
         roll, pitch, yaw = map(_exact, angles)
         turned = compose(compose(rotation_z(yaw), rotation_y(pitch)), rotation_x(roll))
         return at_position(turned, x, y, z)
@@ -294,14 +261,29 @@ class Tree:
         """In the frame of its child link."""
         axis = joint.element.find("axis")
         text = "1 0 0" if axis is None else axis.get("xyz", "1 0 0")
-        x, y, z = self.document.numbers(joint.element, "axis xyz", text, 3)
+        x, y, z = self.numbers(joint.element, "axis xyz", text, 3)
         length = sqrt(x * x + y * y + z * z)
         if not length > 0.0:
-            raise self.wrong(joint, "axis xyz is 0 0 0", "give its direction")
+            raise self.wrong(joint.element, "axis xyz is 0 0 0", "give its direction")
         return x / length, y / length, z / length
 
-    def wrong(self, joint: Joint, what: str, right: str) -> FileDamaged:
-        return self.document.wrong(joint.element, what, right)
+    def numbers(self, element: Element, what: str, text: str, count: int) -> tuple[float, ...]:
+        """So many numbers of an attribute. Raises FileDamaged, with the element's name."""
+        try:
+            values = tuple(map(float, text.split()))
+        except ValueError:
+            values = ()
+        if len(values) != count or not all(abs(value) < HUGE for value in values):
+            below = f"below {HUGE:g}"
+            right = (
+                f"give a number {below}" if count == 1 else f"give {count} numbers {below}, with blanks between them"
+            )
+            raise self.wrong(element, f"{what} is {text!r}", expanding(self.file) if EXPRESSION.search(text) else right)
+        return values
+
+    def wrong(self, joint: Element, what: str, right: str) -> FileDamaged:
+        """The error for a joint, and what would be right."""
+        return FileDamaged(f"{self.file}: joint {named(joint) or '?'}: {what}", right)
 
 
 def _exact(angle: float) -> float:

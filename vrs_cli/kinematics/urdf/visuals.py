@@ -33,12 +33,11 @@ class LinkPlace(NamedTuple):
 
 def link_shapes(folder: Path, tree: Tree, places: Mapping[str, LinkPlace]) -> tuple[LinkShape, ...]:
     """The looks of the links that have a place; files of meshes are seen from `folder`."""
-    root = tree.document.root
-    said = ((material.get("name", ""), _colour(tree, material)) for material in root.iter("material"))
+    said = ((material.get("name", ""), _colour(tree, material)) for material in tree.robot.iter("material"))
     colours = {name: colour for name, colour in said if colour is not None}  # wherever they stand
     shapes = (
         _shape(folder, tree, visual, place, colours)
-        for link in root.findall("link")
+        for link in tree.robot.findall("link")
         if (place := places.get(named(link))) is not None
         for visual in link.findall("visual")
     )
@@ -68,7 +67,7 @@ def _body(folder: Path, tree: Tree, visual: Element, T: Transform) -> Body | Non
             (r,) = _sizes(tree, form, "radius", 1)
             return Capsule(position(T), position(T), (r, r))
         if form.tag == "mesh":
-            x, y, z = tree.document.numbers(visual, "mesh scale", form.get("scale", "1 1 1"), 3)
+            x, y, z = tree.numbers(visual, "mesh scale", form.get("scale", "1 1 1"), 3)
             if min(abs(x), abs(y), abs(z)) < TINY:
                 return None
             return MeshFile(str(found(folder, form.get("filename", ""))), T, (x, y, z))
@@ -76,7 +75,7 @@ def _body(folder: Path, tree: Tree, visual: Element, T: Transform) -> Body | Non
 
 
 def _sizes(tree: Tree, form: Element, key: str, count: int) -> tuple[float, ...]:
-    values = tree.document.numbers(form, f"{form.tag} {key}", form.get(key, ""), count)
+    values = tree.numbers(form, f"{form.tag} {key}", form.get(key, ""), count)
     if min(values) < TINY:
         raise FileDamaged(f"{form.tag} {key} is {form.get(key)}", "give what is above zero")
     return values
@@ -85,7 +84,7 @@ def _sizes(tree: Tree, form: Element, key: str, count: int) -> tuple[float, ...]
 def _colour(tree: Tree, material: Element) -> str | None:
     colour = material.find("color")
     try:
-        parts = () if colour is None else tree.document.numbers(material, "color rgba", colour.get("rgba", ""), 4)[:3]
+        parts = () if colour is None else tree.numbers(material, "color rgba", colour.get("rgba", ""), 4)[:3]
     except FileDamaged:
         return None
     return "#" + "".join(f"{round(255 * min(max(part, 0.0), 1.0)):02x}" for part in parts) if parts else None
