@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from vrs_cli.net.delay_line import Constant, Delays, DelayWays, Gamma
-from vrs_cli.net.delay_proxy import MOST, DelayProxy, Endpoint, _reset
+from vrs_cli.net.delay_proxy import MOST, DelayProxy, Endpoint, Time, _reset
 
 LOOPBACK = "127.0.0.1"
 SOON = 20.0  # [s] in which anything at all happens that does not hang
@@ -23,7 +23,7 @@ FORWARD, BACKWARD = Constant(2.0), Constant(3.0)
 Streams = tuple[StreamReader, StreamWriter]
 
 
-class ManualTime:
+class ManualTime(Time):
     """It is as late as a test says; `due`: what is waited for."""
 
     def __init__(self) -> None:

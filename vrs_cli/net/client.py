@@ -1,12 +1,11 @@
-"""A robot afar over sockets: they are opened, and opened again after a cut, until the robot is let go.
+"""A client of a served robot over sockets. It connects again after a cut, until the robot is let go.
 
     client = Client("ws://127.0.0.1:8765", hello_of("token"))
     await client.open()                     # the robot is there: client.far.mirror
     done = await client.ask(lambda id: Line(id, "READY"))
     await client.close()
 
-Between two attempts it waits for a time that grows, and is left to chance: those who were cut together do not come back
-together.
+Between two attempts it waits for a random time that grows: clients that were cut together do not come back together.
 """
 
 from __future__ import annotations
@@ -27,7 +26,6 @@ from urllib.parse import urlsplit
 from websockets.asyncio.client import ClientConnection as Socket
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidMessage, InvalidStatus, WebSocketException
-from websockets.http11 import Response
 
 from vrs_cli.errors import FileError, RequestRefused, UsageError, VrsError
 from vrs_cli.files.opening import reason
@@ -42,27 +40,27 @@ from vrs_cli.wire.codec import Encoding
 
 OPENING = 10.0  # [s] that a handshake takes at most
 KEEPALIVE, SILENT = 2.0, 10.0  # [s] between two pings of the socket, and until one without an answer cuts it
-CLOSING = 2.0  # [s] that both sides take to say so
+CLOSING = 2.0  # [s] that closing takes at most
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
 RUNNING, A_ROBOT = "is the server running? vrs serve", "is it a robot? vrs serve"
 TRUST = "name its file with --ca, in Python with ca="
-MISTRUST = {  # what helps, by OpenSSL's number of what is wrong with a certificate (openssl/x509_vfy.h)
+MISTRUST = {  # hints by OpenSSL's number of a certificate error (openssl/x509_vfy.h)
     9: "is the clock right? It is not valid yet",
     10: "the server wants a new one",
     62: "say the name that the certificate is for",
     64: "say the name that the certificate is for",
 }
-SAID = 100  # characters at most of what a server says in place of opening a connection
+SAID = 100  # characters of a server's reason not to open a connection, at most
 SOONEST, LATEST = 0.1, 10.0  # [s] to wait before the second attempt, and at most
 
 
 def waits(attempt: int, random: Random) -> float:
-    """How long to wait before that attempt [s], from 1: up to twice as long each time."""
+    """Return how long to wait before an attempt [s], counted from 1: up to twice as long each time."""
     return random.uniform(0.0, min(LATEST, SOONEST * 2.0 ** min(attempt, 30)))
 
 
 def address_of(url: str) -> str:
-    """`ws://HOST:PORT[/robots/NAME]` of what a user has typed: HOST, HOST:PORT or an address. Raises UsageError."""
+    """Return the address `ws://HOST:PORT[/robots/NAME]` for HOST, HOST:PORT or an address. Raises UsageError."""
     spelled = url if "://" in url else f"ws://{url}"
     try:
         parts = urlsplit(spelled)
@@ -75,8 +73,8 @@ def address_of(url: str) -> str:
 
 
 def hello_of(token: str = "", name: str = "", behind: float = 0.0, *, attended: bool = False) -> messages.Hello:
-    """Of a client that takes all there is, and commands by a clock that is so far `behind` the robot's [s]. `attended`:
-    a person is there, who can be asked.
+    """The first message of a client whose commands use a clock that is so far `behind` the robot's [s]. `attended`: a
+    person is there, who can be asked.
     """
     return messages.Hello(
         (messages.VERSION,),
@@ -90,7 +88,7 @@ def hello_of(token: str = "", name: str = "", behind: float = 0.0, *, attended: 
 
 
 def _tls(url: str, ca: Path | None) -> ssl.SSLContext | None:
-    """What is trusted, where the address is that of a server with a certificate. Raises FileError."""
+    """The trusted certificates, for the address of a server with TLS; else None. Raises FileError."""
     if urlsplit(url).scheme != "wss":
         return None
     try:
@@ -102,7 +100,7 @@ def _tls(url: str, ca: Path | None) -> ssl.SSLContext | None:
 
 
 class Even:
-    """Samples of a robot in real time, to be taken as evenly as they were sent; in virtual time as they come."""
+    """A buffer of samples: in real time they are taken as evenly as they were sent, in virtual time as they come."""
 
     def __init__(self, far: FarEnd, percentile: float, wall: Callable[[], float]) -> None:
         self._far, self._percentile, self._wall = far, percentile, wall
@@ -110,7 +108,7 @@ class Even:
 
     def hear(self, message: ServerMessage) -> None:
         match message:
-            case messages.Clock():  # it goes otherwise from now on: what was measured says nothing any more
+            case messages.Clock():  # its rate may have changed: the measured delays are worth nothing any more
                 self.playout = Playout(self._percentile)
             case messages.Sample(clock=clock):
                 arrived, rate = self._wall(), self._far.rate
@@ -118,8 +116,8 @@ class Even:
 
 
 class Client:
-    """Holds a robot; all methods are for the thread of the loop. `told` hears, in plain words, what becomes of the
-    connection. `ca`: a file with the certificate of the server, or of who has signed it.
+    """A connection to a robot; all methods are for the thread of the loop. `told` takes messages about the connection.
+    `ca`: a file with the certificate of the server, or of its authority.
     """
 
     def __init__(
@@ -144,7 +142,7 @@ class Client:
     # --- asking ---
 
     async def open(self) -> messages.Welcome:
-        """Connect, once. Raises RequestRefused where no robot answers, and what the server refuses."""
+        """Connect. To be called once. Raises RequestRefused if no robot answers, and what the server refuses."""
         self._opened = asyncio.get_running_loop().create_future()
         self._task = asyncio.create_task(self._run())
         done, _ = await asyncio.wait([self._opened], timeout=OPENING)
@@ -156,20 +154,18 @@ class Client:
         return self.far.welcome
 
     def begin(self, make: Callable[[int], Request], outlet: Callable[[ServerMessage], None]) -> int:
-        """Send a request; all that comes of it goes to the outlet, its end last. Raises RequestRefused where there is
-        no connection.
-        """
+        """Send a request; its messages go to the outlet, its end last. Raises RequestRefused without a connection."""
         id = self.far.ask(make, outlet)
         self._stirred.set()
         return id
 
     def send(self, message: messages.ClientMessage) -> None:
-        """What has no answer. Raises RequestRefused where there is no connection."""
+        """Send a message that has no answer. Raises RequestRefused if there is no connection."""
         self.far.send(message)
         self._stirred.set()
 
     async def ask(self, make: Callable[[int], Request]) -> ServerMessage:
-        """Send a request, and wait for its end: `Done`, or what was asked for. Raises what is refused."""
+        """Send a request, and wait for its end: `Done`, or the result. Raises what is refused."""
         end: Future[ServerMessage] = asyncio.get_running_loop().create_future()
 
         def hear(message: ServerMessage) -> None:
@@ -180,8 +176,8 @@ class Client:
         return checked(await end)
 
     async def follow(self, window: float = WINDOW) -> Mirror:
-        """Have every change told; the mirror, once it shows the last `window` seconds, which it keeps (infinity: all of
-        the past). Raises RequestRefused where that does not come.
+        """Follow the timeline; return the mirror once it shows the last `window` seconds, which it keeps (infinity: all
+        of the past). Raises RequestRefused if these do not come.
         """
         self.far.window = window
         self.far.news.append(self._see)
@@ -198,9 +194,9 @@ class Client:
     async def samples(
         self, rate: float, *, ahead: float = 0.0, percentile: float = USUAL_PERCENTILE
     ) -> AsyncIterator[messages.Sample]:
-        """Where the robot is, `rate` times a second, in place of the timeline: for who cannot hold that. In real time
-        they come as evenly as they were sent, so much later that `percentile` of a hundred are there in time. `ahead`:
-        of positions so much later [s]. Raises RequestRefused, IllegalValue.
+        """Yield where the robot is, `rate` times a second: for a client that cannot hold the timeline. In real time
+        samples come as evenly as they were sent, so much later that `percentile` of a hundred are there in time.
+        `ahead`: positions so much later [s]. Raises RequestRefused, IllegalValue.
         """
         even = Even(self.far, percentile, time.monotonic)
         self.far.news.append(even.hear)
@@ -220,7 +216,9 @@ class Client:
                 self.begin(messages.Subscribe, lambda _end: None)
 
     def _see(self, message: ServerMessage) -> None:
-        """A snapshot of a long timeline is of its last part. UNDO may set the clock back to before what is kept."""
+        """Ask for older parts when they are missing: a snapshot has only the last part of a long timeline, and UNDO may
+        set the clock back to before it.
+        """
         mirror, recalling = self.far.mirror, self._recalling
         if mirror is None:
             return
@@ -231,8 +229,8 @@ class Client:
             self._recalling = asyncio.create_task(self._recall(mirror))
 
     async def _recall(self, mirror: Mirror) -> None:
-        """Ask for the parts of the past that are wanted, and not known, one after the other."""
-        with suppress(RequestRefused):  # it was cut: it goes on when it is welcome again
+        """Ask for the wanted parts of the past that are not known, one after the other."""
+        with suppress(RequestRefused):  # it was cut: the next welcome asks again
             while (begins := mirror.begins) > (wanted := max(mirror.now - mirror.window, -1.0)) and not mirror.lost:
                 part = await self.ask(lambda id: messages.Window(id, wanted, begins))
                 assert isinstance(part, messages.Shown), "it answers Window"
@@ -285,7 +283,7 @@ class Client:
         )
 
     async def _dialogue(self, socket: Socket) -> None:
-        """Until the socket is closed, or the connection."""
+        """Receive and send until the socket or the connection is closed."""
         self.far.connection.begin()
         writing = asyncio.create_task(self._write(socket))
         try:
@@ -300,7 +298,7 @@ class Client:
             await asyncio.wait([writing])
 
     async def _write(self, socket: Socket) -> None:
-        """Send what there is to send, and do what is due."""
+        """Send what waits, and do what is due."""
         with suppress(ConnectionClosed):
             while not self._leaves and not self.far.connection.closing:
                 self._stirred.clear()
@@ -313,7 +311,7 @@ class Client:
             await socket.close()
 
     async def _pause(self, seconds: float) -> None:
-        """Before another attempt."""
+        """Wait before another attempt."""
         end = time.monotonic() + seconds
         while not self._leaves and time.monotonic() < end:
             self._stirred.clear()
@@ -321,17 +319,17 @@ class Client:
             await self._stir(min(end, self.far.due))
 
     async def _stir(self, until: float) -> None:
-        """Wait until there is something to send, or until then by the time of the day [s]."""
+        """Wait until there is something to send, at most until that time of the monotonic clock [s]."""
         with suppress(TimeoutError):
             async with asyncio.timeout(until - time.monotonic()):
                 await self._stirred.wait()
 
     def _goes_on(self, why: str, hint: str) -> bool:
-        """Whether it is tried again. Whoever opens it is told why it does not open."""
+        """Return whether to connect again. The caller of `open` is told why it fails."""
         refusal = self.far.refusal
         if not self._opened.done():
             self._opened.set_exception(refusal or RequestRefused(why, hint))
-            self._opened.exception()  # who opens it may have given up: nobody complains that he does not ask
+            self._opened.exception()  # the caller may have given up: asyncio is not to complain about that
             return False
         if self._leaves:
             return False
@@ -342,11 +340,13 @@ class Client:
 
 
 def _no_answer(url: str, error: Exception) -> tuple[str, str]:
-    """Why a connection does not open, and what would be right."""
+    """Return why a connection does not open, and a hint."""
     tls, rest = url.split(":", 1)[0] == "wss", url.split(":", 1)[1]
     match error:
         case InvalidStatus(response=response):
-            return f"{url} answers {response.status_code} {response.reason_phrase}", _said(response) or A_ROBOT
+            said = response.body.decode(errors="replace").strip()  # one line of our server, or a page of another
+            ours = 0 < len(said) <= SAID and said.isprintable() and "<" not in said
+            return f"{url} answers {response.status_code} {response.reason_phrase}", said if ours else A_ROBOT
         case ssl.SSLCertVerificationError():
             wrong = error.verify_message.rstrip(".")
             return f"the certificate of {url} is not trusted: {wrong}", MISTRUST.get(error.verify_code, TRUST)
@@ -365,14 +365,8 @@ def _no_answer(url: str, error: Exception) -> tuple[str, str]:
     return f"{url} does not answer: {reason_of(error)}", hint
 
 
-def _said(response: Response) -> str:
-    """The line with which a server of ours tells why; empty for a page of another."""
-    text = response.body.decode(errors="replace").strip()
-    return text if len(text) <= SAID and text.isprintable() and "<" not in text else ""
-
-
 def reason_of(error: Exception) -> str:
-    """In words: asyncio tells of a system call, the system why that failed."""
+    """Return the reason of an error in words."""
     match error:
         case TimeoutError():
             return f"nothing came within {OPENING:g} s"
@@ -380,7 +374,7 @@ def reason_of(error: Exception) -> str:
             return f"no TLS ({why.replace('_', ' ').lower()})"
         case InvalidMessage():
             return "no HTTP comes from there"
-        case OSError(errno=None):  # asyncio puts those of many addresses into one text, or tells only of a cut
+        case OSError(errno=None):  # asyncio puts the errors of several addresses into one text
             numbers = re.findall(r"\[Errno (\d+)\]", str(error))
             return os.strerror(int(numbers[-1])).lower() if numbers else str(error) or "the connection was cut"
         case OSError(errno=int(number)):

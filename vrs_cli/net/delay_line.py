@@ -17,8 +17,8 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
-from itertools import cycle, pairwise
-from math import exp, inf, isfinite
+from itertools import cycle
+from math import exp, inf, isfinite, nan
 from pathlib import Path
 from random import Random
 from typing import Protocol
@@ -257,49 +257,33 @@ def read_trace(path: str) -> Trace:
     except OSError as error:
         raise NonexistentFile(f"{path} cannot be read: {error.strerror}") from None
     written = ((f"{path}:{number}", line.partition("#")[0].split()) for number, line in enumerate(lines, 1))
-    rows = [_row(where, words) for where, words in written if words]
+    rows = {where: _row(where, words) for where, words in written if words}
     if not rows:
         raise DelayError(f"{path} holds no delay", "a line is a delay, or a time and a delay")
-    delays, times = tuple(row.delay for row in rows), tuple(row.time for row in rows if row.time is not None)
-    if times:
-        _check_times(rows, len(times))
+    delays, times = tuple(delay for delay, _ in rows.values()), tuple(t for _, t in rows.values() if t is not None)
+    for where, (_, time) in rows.items() if times else ():
+        if time is None:
+            raise DelayError(f"{where} has no time, and others have", "a time on each line, or on none")
+    for where, before, time in zip(list(rows)[1:], times, times[1:], strict=False):
+        if time <= before:
+            raise DelayError(f"{where} is not later than the line before", "times grow from line to line")
     return Trace(delays, times)
 
 
-class _Row(Struct, frozen=True):
-    """A line of a trace, and where it stands."""
-
-    where: str
-    delay: float
-    time: float | None
-
-
-def _row(where: str, words: Sequence[str]) -> _Row:
-    """Raises DelayError."""
+def _row(where: str, words: Sequence[str]) -> tuple[float, float | None]:
+    """Read a line of a trace: the delay [s], and the time [s] if the line has one. Raises DelayError."""
     if len(words) > 2:
         raise DelayError(f"{where} has {len(words)} values", "a line is a delay, or a time and a delay")
     try:
-        return _Row(where, parse_duration(words[-1]), _time(words[0]) if len(words) == 2 else None)
+        delay = parse_duration(words[-1])
     except DelayError as error:
         raise DelayError(f"{where}: {error.detail}", error.hint) from None
-
-
-def _time(text: str) -> float:
-    """A time [s], from whatever instant. Raises DelayError."""
+    if len(words) < 2:
+        return delay, None
     try:
-        t = float(text)
+        time = float(words[0])
     except ValueError:
-        t = float("nan")
-    if not isfinite(t):
-        raise DelayError(f"{text!r} is no time", "a number of seconds")
-    return t
-
-
-def _check_times(rows: Sequence[_Row], count: int) -> None:
-    """Every row has a time, each later than the one before. Raises DelayError."""
-    if count < len(rows):
-        without = next(row for row in rows if row.time is None)
-        raise DelayError(f"{without.where} has no time, and others have", "a time on each line, or on none")
-    for before, row in pairwise(rows):
-        if (row.time or 0.0) <= (before.time or 0.0):
-            raise DelayError(f"{row.where} is not later than the line before", "times grow from line to line")
+        time = nan
+    if not isfinite(time):
+        raise DelayError(f"{where}: {words[0]!r} is no time", "a number of seconds")
+    return delay, time

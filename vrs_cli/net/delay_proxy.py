@@ -10,9 +10,8 @@ import asyncio
 import socket
 import struct
 from asyncio import StreamReader, StreamWriter
-from collections import deque
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from vrs_cli.net.delay_line import DelayLine, DelayWays
 
@@ -28,21 +27,14 @@ class Endpoint(NamedTuple):
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
 
 
-class Time(Protocol):
-    """Where the time comes from [s]."""
-
-    def now(self) -> float: ...
-    async def until(self, t: float) -> None:
-        """Return when it is t."""
-
-
-class LoopTime:
-    """That of the event loop."""
+class Time:
+    """The time of the event loop [s]."""
 
     def now(self) -> float:
         return asyncio.get_running_loop().time()
 
     async def until(self, t: float) -> None:
+        """Return when it is t."""
         await asyncio.sleep(max(t - self.now(), 0.0))
 
 
@@ -52,8 +44,9 @@ class _Way:
     def __init__(self, line: DelayLine, time: Time) -> None:
         self.held = self.passed = 0
         self._line, self._time = line, time
-        self._pieces: deque[tuple[float, bytes]] = deque()  # with the times of arrival; no bytes: the end
-        self._came, self._went = asyncio.Event(), asyncio.Event()
+        # with the times of arrival; no bytes: the end
+        self._pieces: asyncio.Queue[tuple[float, bytes]] = asyncio.Queue()
+        self._went = asyncio.Event()
 
     async def receive(self, reader: StreamReader) -> None:
         """Take what is sent, to its end; no more while much is on its way."""
@@ -62,21 +55,16 @@ class _Way:
                 self._went.clear()
                 await self._went.wait()
             piece = await reader.read(PIECE)
-            self._pieces.append((self._line.arrival(self._time.now()), piece))
+            self._pieces.put_nowait((self._line.arrival(self._time.now()), piece))
             self.held += len(piece)
-            self._came.set()
             if not piece:
                 return
 
     async def deliver(self, writer: StreamWriter) -> None:
         """Let it arrive, each piece in its time."""
         while True:
-            while not self._pieces:
-                self._came.clear()
-                await self._came.wait()
-            arrival, piece = self._pieces[0]
+            arrival, piece = await self._pieces.get()
             await self._time.until(arrival)
-            self._pieces.popleft()
             if not piece:
                 writer.write_eof()
                 return
@@ -117,7 +105,7 @@ class DelayProxy:
     ) -> None:
         self.connections: dict[int, ProxyConnection] = {}
         self.count = 0  # connections so far
-        self._target, self._ways, self._tell, self._time = target, ways, tell, time or LoopTime()
+        self._target, self._ways, self._tell, self._time = target, ways, tell, time or Time()
         self._server: asyncio.Server | None = None
         self._tasks: set[asyncio.Task[None]] = set()
 

@@ -1,8 +1,8 @@
-"""Robots that are served, published over NATS: as many may watch as that carries; the server says all once.
+"""Publish served robots over NATS, for any number of viewers; the server sends everything once.
 
-Each robot has a subject, `vrs.NAME`, and a stream of JetStream that keeps the end of what was said on it: a welcome
-with the robot as data, a snapshot, and every change after it. Both come anew from time to time, so that who is late
-finds a beginning. They are the messages of a connection (docs/protocol.md), in MessagePack. Nobody can command here.
+Each robot has a subject, `vrs.NAME`, and a stream of JetStream that keeps its last messages: a welcome with the robot
+as data, a snapshot, and every change after it. Both are repeated from time to time, so that a late viewer finds a
+beginning. They are the messages of a connection (docs/protocol.md), in MessagePack. Nobody can command here.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from vrs_cli.net.stream import MessageForm, Packet
 from vrs_cli.wire.codec import Encoding, Reader, encode, marks_of
 from vrs_cli.wire.records import RecordError
 
-TAIL = 500  # changes, after which a snapshot comes anew
+TAIL = 500  # changes after which a snapshot is repeated
 KEPT = 4 * TAIL  # messages of a robot that JetStream keeps
-AGAIN = 0.2  # [s] between two looks whether a robot is published
-OPENING = 10.0  # [s] until NATS has to answer, where it does not refuse, and a robot has to be there
+AGAIN = 0.2  # [s] between two attempts to find a published robot
+OPENING = 10.0  # [s] that NATS has to answer, and a robot to be there
 FORM = MessageForm(text=False, full=True)
 
 _reader: Reader[FromServer] = Reader(FromServer)
@@ -44,12 +44,12 @@ def subject_of(robot: str) -> str:
 
 
 def _stream_of(robot: str) -> str:
-    """A name of a stream has no dots."""
+    """Return the name of a robot's stream, which may have no dots."""
     return "vrs=" + robot.replace(".", "=")
 
 
 async def _connected(url: str, told: Callable[[str], None], again: Callable[[], None] = lambda: None) -> Connection:
-    """Raises RequestRefused where NATS does not answer: it goes on trying only once it has been there."""
+    """Connect to NATS. After that, the connection opens itself again. Raises RequestRefused if NATS does not answer."""
 
     async def lost() -> None:
         if not connection.is_closed and not connection.is_draining:
@@ -60,7 +60,7 @@ async def _connected(url: str, told: Callable[[str], None], again: Callable[[], 
         again()
 
     async def wrong(error: Exception) -> None:
-        """Once it is open, what is wrong is told by what comes of it."""
+        """Note an error of opening; later ones show in what comes of them."""
         if not failed.done():
             failed.set_result(error)
 
@@ -96,7 +96,7 @@ def _reason(error: Exception) -> str:
 
 
 class Publisher:
-    """`told` hears, in plain words, what becomes of the connection to NATS. All is done in the thread of the loop."""
+    """Publishes robots. `told` takes messages about the connection to NATS. For the thread of the loop alone."""
 
     def __init__(self, url: str, told: Callable[[str], None]) -> None:
         self._url, self._told = url, told
@@ -104,7 +104,7 @@ class Publisher:
         self._connection: Connection | None = None
 
     async def open(self) -> None:
-        """Raises RequestRefused where NATS does not answer, or keeps no streams."""
+        """Connect. Raises RequestRefused if NATS does not answer, or keeps no streams."""
         self._connection = await _connected(self._url, self._told, self._found)
         try:
             await self._connection.jetstream().account_info()
@@ -113,18 +113,19 @@ class Publisher:
             raise RequestRefused(f"{self._url}: this NATS keeps no streams", "start it as nats-server -js") from None
 
     def add(self, robot: Room) -> None:
-        """One more robot."""
+        """Publish a robot."""
         assert self._connection is not None, "it is open"
         if robot.name not in self._robots:
             self._robots[robot.name] = _Robot(robot, self._connection, self._told)
 
     def _found(self) -> None:
-        """What was said while NATS was gone is lost, and perhaps what it kept."""
+        """Begin anew: messages sent while NATS was gone are lost, and perhaps what it kept."""
         for robot in self._robots.values():
-            robot.found()
+            robot.lost = True
+            robot.stir.set()
 
     async def close(self) -> None:
-        """What was said is sent."""
+        """Send what waits, and close the connection."""
         for robot in self._robots.values():
             await robot.close()
         if self._connection is not None:
@@ -134,13 +135,13 @@ class Publisher:
 
 
 class _Robot:
-    """One robot, as a listener of its broadcast."""
+    """One robot, as a listener of its broadcast. `lost`: NATS has lost messages, and a new beginning is to be sent."""
 
     def __init__(self, robot: Room, connection: Connection, told: Callable[[str], None]) -> None:
         self._robot, self._connection, self._told = robot, connection, told
         self._waiting: deque[bytes] = deque()
         self._size, self._changes = 0, 0
-        self._stirred, self._lost = asyncio.Event(), False
+        self.stir, self.lost = asyncio.Event(), False
         self._listener: Listener = robot.broadcast.join(self, FORM)
         self._task = asyncio.create_task(self._publish())
         robot.broadcast.subscribe(self._listener, Subscribe(0, deltas=True))
@@ -154,46 +155,37 @@ class _Robot:
 
     def send(self, *packets: Packet) -> None:
         for packet in packets:
-            self._send(packet)
+            marks = marks_of(packet.data)
+            kind = "" if marks is None else marks.type
+            if kind == "replaced":
+                self._changes = 0
+                self._put(encode(self._robot.greeting(), Encoding.MSGPACK))
+            self._put(packet.data)
+            self._changes += kind == "delta"
+            if kind == "delta" and self._changes == TAIL:
+                asyncio.get_running_loop().call_soon(self._begin_anew)
 
-    def _send(self, packet: Packet) -> None:
-        marks = marks_of(packet.data)
-        kind = "" if marks is None else marks.type
-        if kind == "replaced":
-            self._changes = 0
-            self._put(encode(self._robot.greeting(), Encoding.MSGPACK))
-        self._put(packet.data)
-        if kind == "delta":
-            self._changes += 1
-            if self._changes == TAIL:
-                asyncio.get_running_loop().call_soon(self.begin_anew)
-
-    def begin_anew(self) -> None:
-        """A snapshot comes next."""
+    def _begin_anew(self) -> None:
+        """Have a snapshot sent next."""
         self._robot.broadcast.resync(self._listener)
         self._robot.stirred()
-
-    def found(self) -> None:
-        """NATS is there again."""
-        self._lost = True
-        self._stirred.set()
 
     def _put(self, data: bytes) -> None:
         self._waiting.append(data)
         self._size += len(data)
-        self._stirred.set()
+        self.stir.set()
 
     # --- to NATS ---
 
     async def _publish(self) -> None:
         await self._make_stream()
         while True:
-            await self._stirred.wait()
-            self._stirred.clear()
-            if self._lost:
-                self._lost = False
+            await self.stir.wait()
+            self.stir.clear()
+            if self.lost:
+                self.lost = False
                 await self._make_stream()
-                self.begin_anew()
+                self._begin_anew()
             while self._waiting:
                 data = self._waiting.popleft()
                 self._size -= len(data)
@@ -201,7 +193,7 @@ class _Robot:
                     await self._connection.publish(subject_of(self._robot.name), data)
 
     async def _make_stream(self) -> None:
-        """A new one: what another run of the server has said is of no use."""
+        """Make a new stream: the messages of another run of the server are of no use."""
         name, streams = self._robot.name, self._connection.jetstream()
         with suppress(Error, TimeoutError):
             await streams.delete_stream(_stream_of(name))
@@ -225,7 +217,7 @@ class _Robot:
 
 
 class PublishedRobot:
-    """A robot that is published: `mirror` follows it."""
+    """A published robot, for its viewers: `mirror` follows it."""
 
     def __init__(self, robot: str) -> None:
         self._robot = robot
@@ -236,7 +228,7 @@ class PublishedRobot:
 
     @classmethod
     async def open(cls, url: str, robot: str, told: Callable[[str], None] = lambda _text: None) -> PublishedRobot:
-        """Raises RequestRefused where NATS does not answer, or no such robot is published."""
+        """Follow a robot. Raises RequestRefused if NATS does not answer, or no such robot is published."""
         watching = cls(robot)
         watching._connection = await _connected(url, told, watching._begin)
         watching._begin()
@@ -261,7 +253,7 @@ class PublishedRobot:
             await self._connection.close()
 
     def _begin(self) -> None:
-        """NATS is there, perhaps again."""
+        """Follow the robot's messages from the beginning: NATS is there, perhaps again."""
         if self._task is not None:
             self._task.cancel()
         assert self._connection is not None, "it is open"
@@ -279,7 +271,7 @@ class PublishedRobot:
                 self._hear(_reader.read(heard.data))
 
     def _hear(self, message: messages.ServerMessage) -> None:
-        """What does not begin with a welcome is the end of what is not kept any more."""
+        """Take a message. Those before the first welcome belong to a beginning that is not kept any more."""
         before = self._far.welcome
         if isinstance(message, messages.Welcome):
             self._anew = self._anew or before is None or before.life != message.life

@@ -1,5 +1,5 @@
-"""Tokens: who may enter a server, as what, and which of its robots are that one's. They are in a TOML file, which is
-read again when it has changed:
+"""Tokens: who may enter a server, in which role, and which robots each may hold. They are in a TOML file, which is read
+again when it has changed:
 
     [[token]]
     name = "ada"                                # what others see, and what her own robots are called
@@ -8,7 +8,7 @@ read again when it has changed:
     robots = ["cell1", "cell2"]                 # default: all that the server was started with
     expires = 2027-07-31                        # default: never
 
-A teacher is a supervisor of every robot, those of others too.
+A teacher is a supervisor of every robot, also of those of other tokens.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import os
 import re
 import secrets
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import date, datetime, time, timedelta
 from pathlib import Path
 
@@ -31,8 +31,8 @@ from vrs_cli.files.bounds import wrong_name
 from vrs_cli.files.opening import stamp, unreadable
 from vrs_cli.language.words.word import Role
 
-BYTES = 24  # of chance in a token that is made here
-SHORTEST = 16  # characters of a token that somebody chose
+BYTES = 24  # random bytes of a token that is made here
+SHORTEST = 16  # characters of a token that somebody chose, at least
 TEACHER = "teacher"
 ROLES: Mapping[str, Role] = {
     "observer": Role.OBSERVER,
@@ -41,20 +41,21 @@ ROLES: Mapping[str, Role] = {
     TEACHER: Role.SUPERVISOR,
 }
 KEYS = ("name", "token", "sha256", "role", "robots", "expires")
-_TABLE = re.compile(r"^(?=[ \t]*\[\[[ \t]*token[ \t]*\]\])", re.MULTILINE)  # where one begins
+_TABLE = re.compile(r"^(?=[ \t]*\[\[[ \t]*token[ \t]*\]\])", re.MULTILINE)  # the beginning of a table
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,39}")
 NAME_RULE = "a letter, then letters, digits, _ . and -, 40 at most"
 GOOD = "see docs/serve.md"
 
 
 def good_name(name: str) -> bool:
-    """Whether a token or a robot can be called so: it is part of an address, and of the name of a file."""
+    """Return whether a token or a robot may have this name: it becomes part of an address and of a file name."""
     return NAME.fullmatch(name) is not None and not wrong_name(name)
 
 
 class Grant(Struct, frozen=True):
-    """What a token gives: `robots` are those of the server that are meant, None for all of them. `until`: seconds since
-    1970. Two grants are equal as long as nothing of them has changed, the token included."""
+    """The rights of a token. `robots`: the shared robots that it may hold, None for all. `until`: seconds since 1970.
+    Two grants are equal if nothing of them has changed, the token included.
+    """
 
     name: str
     role: Role
@@ -67,15 +68,15 @@ class Grant(Struct, frozen=True):
         return self.until is not None and now >= self.until
 
     def own_names(self, most: int) -> tuple[str, ...]:
-        """Of the robots that this token has for itself: `ada`, `ada-2`, up to the number `most`."""
+        """The names of the robots that this token has for itself: `ada`, `ada-2`, up to the number `most`."""
         return tuple(self.name if number == 1 else f"{self.name}-{number}" for number in range(1, most + 1))
 
 
-OPEN = Grant("", Role.SUPERVISOR, teacher=True)  # whoever comes, where a server has no tokens
+OPEN = Grant("", Role.SUPERVISOR, teacher=True)  # for everybody, if a server has no tokens
 
 
 def digest_of(token: str) -> bytes:
-    """What is kept and compared of a token. It is long and made by chance, so that a plain hash is enough."""
+    """Return the hash that is kept and compared. Tokens are long and random, so a plain hash is enough."""
     return hashlib.sha256(token.encode("utf-8", "surrogatepass")).digest()
 
 
@@ -85,7 +86,7 @@ class Tokens(Struct, frozen=True):
     grants: tuple[Grant, ...] = ()
 
     def find(self, token: str, now: float) -> Grant | None:
-        """The grant of a token that holds now. How long that takes says nothing about which tokens there are."""
+        """Return the grant of a token that is valid now. The time that it takes tells nothing about the tokens."""
         asked, found = digest_of(token), None
         for grant in self.grants:
             if hmac.compare_digest(asked, grant.digest):
@@ -93,7 +94,7 @@ class Tokens(Struct, frozen=True):
         return None if found is None or found.expired(now) else found
 
     def holds(self, grant: Grant, now: float) -> bool:
-        """Whether a grant that was given still stands as it was."""
+        """Return whether a grant is still valid and unchanged."""
         return grant in self.grants and not grant.expired(now)
 
 
@@ -101,9 +102,9 @@ class Tokens(Struct, frozen=True):
 
 
 class TokenFile:
-    """The tokens of a file as it is now, for a server of `robots` at which each token has `own` more. `wrong` says what
-    is wrong with a file that has changed; nobody gets in by it, and those who are in by the file before stay. Raises
-    FileError, FileDamaged for a file that is wrong already.
+    """The tokens of a file, for a server of `robots` at which each token has `own` more. `wrong`: what is wrong with a
+    file that has changed; the tokens before the change are valid then. Raises FileError, FileDamaged if the file is
+    wrong at first.
     """
 
     def __init__(self, path: Path, robots: Iterable[str] = (), own: int = 0) -> None:
@@ -114,8 +115,8 @@ class TokenFile:
         self.wrong = ""
 
     def look(self) -> bool:
-        """Read the file again if it has changed; whether the tokens are others now. Who writes a file may empty it
-        first: it is read when it is as it was at the look before, and taken when it still is after that.
+        """Read the file again if it has changed; return whether the tokens are others now. A program that writes a file
+        may empty it first: so it is read when it is as at the look before, and taken if it still is after reading.
         """
         mark = stamp(self.path)
         still, self._seen = mark == self._seen, mark
@@ -138,7 +139,7 @@ class TokenFile:
 
 
 def read_tokens(path: Path) -> Tokens:
-    """Raises FileError, FileDamaged, which names the entry and what would be right."""
+    """Read a file of tokens. Raises FileError, and FileDamaged, which names the entry and what would be right."""
     try:
         text = path.read_text(encoding="utf-8")
         data = tomllib.loads(text)
@@ -150,22 +151,17 @@ def read_tokens(path: Path) -> Tokens:
     if data or not isinstance(rows, list):
         raise FileDamaged(f"{path}: {next(iter(data), 'token')}", f"it holds [[token]] tables alone: {GOOD}")
     grants = [_grant(f"{path}: token {number}", row) for number, row in enumerate(rows, start=1)]
-    _check_unlike(path, grants)
+    known = set[str | bytes]()
+    for grant in grants:
+        if known & {grant.name, grant.digest}:
+            raise FileDamaged(f"{path}: {grant.name} is there twice", "each token has a name of its own")
+        known |= {grant.name, grant.digest}
     return Tokens(tuple(grants))
 
 
-def _check_unlike(path: Path, grants: Sequence[Grant]) -> None:
-    names, digests = set[str](), set[bytes]()
-    for grant in grants:
-        if grant.name in names or grant.digest in digests:
-            raise FileDamaged(f"{path}: {grant.name} is there twice", "each token has a name of its own")
-        names.add(grant.name)
-        digests.add(grant.digest)
-
-
 def _check_own(path: Path, tokens: Tokens, robots: Iterable[str], own: int) -> None:
-    """Raises FileDamaged where a robot that a token has for itself would be another one's too. Small and capital
-    letters are one, as they are in the names of files on some systems.
+    """Raises FileDamaged if a robot that a token has for itself would belong to another one too. Names that differ by
+    capital letters alone are the same, as they are for files on some systems.
     """
     whose = {robot.casefold(): "the robot of all" for robot in robots}
     for grant in tokens.grants:
@@ -189,9 +185,11 @@ def _grant(where: str, row: object) -> Grant:
     role = row.get("role", "supervisor")
     if role not in ROLES:
         raise FileDamaged(f"{where}: role {role!r}", f"one of {', '.join(ROLES)}")
-    return Grant(
-        name, ROLES[role], role == TEACHER, _robots(where, row), _until(where, row.get("expires")), _digest(where, row)
-    )
+    robots = row.get("robots")
+    if robots is not None and not (isinstance(robots, list) and all(isinstance(one, str) for one in robots)):
+        raise FileDamaged(f"{where}: robots {robots!r}", 'names of robots: ["cell1", "cell2"]')
+    shared = None if robots is None else frozenset(robots)
+    return Grant(name, ROLES[role], role == TEACHER, shared, _until(where, row.get("expires")), _digest(where, row))
 
 
 def _digest(where: str, row: Mapping[str, object]) -> bytes:
@@ -205,17 +203,8 @@ def _digest(where: str, row: Mapping[str, object]) -> bytes:
     raise FileDamaged(where, f"a token has {SHORTEST} characters at least, sha256 64 hexadecimal digits")
 
 
-def _robots(where: str, row: Mapping[str, object]) -> frozenset[str] | None:
-    robots = row.get("robots")
-    if robots is None:
-        return None
-    if not isinstance(robots, list) or not all(isinstance(one, str) for one in robots):
-        raise FileDamaged(f"{where}: robots {robots!r}", 'names of robots: ["cell1", "cell2"]')
-    return frozenset(robots)
-
-
 def _until(where: str, expires: object) -> float | None:
-    """The end of a day that is named, or an instant; where no zone is named, in that of the server."""
+    """Return the end of the named day, or the instant, in the server's time zone if none is named."""
     if expires is None:
         return None
     if isinstance(expires, datetime):
@@ -235,8 +224,10 @@ def add_tokens(
     robots: Sequence[str] | None = None,
     until: datetime | date | None = None,
 ) -> dict[str, str]:
-    """Make tokens that are alike, and add their hashes to a file, which is made if need be; the tokens by name, which
-    nobody can tell later. Raises FileError, FileDamaged, and UsageError for a name that is there already."""
+    """Make a token for each name, all with the same rights, and add their hashes to a file, which is made if need be.
+    Return the tokens by name; nobody can find them out later. Raises FileError, FileDamaged, and UsageError for a name
+    that is there already.
+    """
     made, before, known = {name: secrets.token_urlsafe(BYTES) for name in names}, "", set[str]()
     if path.exists():
         known = {grant.name for grant in read_tokens(path).grants}
@@ -250,25 +241,21 @@ def add_tokens(
         raise UsageError(
             f"{path} has a token of {taken[0]} already", "take it out of the file first: it is revoked then"
         )
-    given = tuple(_given(role, robots, until))
+    given = [f'role = "{role}"']
+    if robots is not None:
+        listed = ", ".join(f'"{robot}"' for robot in robots)
+        given.append(f"robots = [{listed}]")
+    if until is not None:
+        given.append(f"expires = {until.isoformat()}")
     heads = (f'[[token]]\nname = "{name}"\nsha256 = "{digest_of(token).hex()}"' for name, token in made.items())
     parts = [before, *("\n".join((head, *given)) for head in heads)]
     write_atomically(path, "\n\n".join(part for part in parts if part) + "\n")
     return made
 
 
-def _given(role: str, robots: Sequence[str] | None, until: datetime | date | None) -> Iterator[str]:
-    yield f'role = "{role}"'
-    if robots is not None:
-        listed = ", ".join(f'"{robot}"' for robot in robots)
-        yield f"robots = [{listed}]"
-    if until is not None:
-        yield f"expires = {until.isoformat()}"
-
-
 def take_out(path: Path, names: Iterable[str]) -> None:
-    """Take the tokens of these names out of a file; all else in it stays as it is. Raises FileError, FileDamaged, and
-    UsageError for a name that is not there.
+    """Remove the tokens of these names from a file; all else in it stays. Raises FileError, FileDamaged, and UsageError
+    for a name that is not there.
     """
     gone = set(names)
     if missing := sorted(gone - {grant.name for grant in read_tokens(path).grants}):
