@@ -160,6 +160,7 @@ DEFERRED = (
         "as above",
     ),
     Deferred(("files/trajectory_file.py",), ("vrs_cli.files.soundness",), "it brings numpy"),
+    Deferred(("contacts/watch.py",), ("vrs_cli.contacts.checker",), "it brings mujoco, which is an extra"),
     Deferred(
         ("view3d/pictures.py", "api/scene.py"),
         ("vrs_cli.view3d.studio", "vrs_cli.view3d.still"),

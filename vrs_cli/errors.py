@@ -6,6 +6,7 @@
     │   └── StackOverflow
     ├── MotionError           the robot cannot do the motion
     │   ├── PowerOff, TooLate, TooNear, LocationOutOfRange, JointOutOfRange, IllegalJoint
+    │   ├── CollisionAhead
     │   └── StraightLineConfiguration, StraightLineSingular
     ├── PathWithoutJoints     a straight line on the timeline, from a file, leaves the reach
     ├── FileError             a file cannot be read or written
@@ -296,6 +297,12 @@ class TooLate(MotionError, code=-690, text="Execution time is past"):
 
 class TooNear(MotionError, code=-691, text="Too near a singularity"):
     """A small step of the tool would be a large one for a joint. (The code is ours.)"""
+
+
+class CollisionAhead(MotionError, code=-696, text="Collision"):
+    """With ENABLE COLLISION: something would touch on the way. `value`: how deep [m], `lower`: how much farther apart
+    both would have to be [m], `place`: where, in the world [m]. (The code is ours.)
+    """
 
 
 class StreamIsOver(MotionError, code=-692, text="Stream of targets is over"):

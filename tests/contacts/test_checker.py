@@ -67,7 +67,7 @@ def test_contact_tells_time_pair_place_depth_and_what_is_needed() -> None:
     assert all(abs(x - centre) < 0.11 for x, centre in zip(found.place, (tip.px, tip.py, tip.pz), strict=True))
     assert found.depth > 0.05
     assert found.needed == pytest.approx(found.depth)
-    assert found.said().startswith(f"hand touches box at {found.t:.3f} s, at ")
+    assert found.said().startswith(f"hand touches box at {found.t:.3f} s near X ")
 
 
 def test_clearance_counts_what_comes_near() -> None:

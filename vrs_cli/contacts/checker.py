@@ -18,8 +18,8 @@ from math import ceil, inf
 import numpy as np
 
 from vrs_cli.contacts.physics import Ball, Bounds, Physics, Standing, around
-from vrs_cli.contacts.solids import LinkSolids, height_of_foot, solids_of_robot, solids_of_shape
-from vrs_cli.contacts.stages import Stage
+from vrs_cli.contacts.solids import LinkSolids, solids_of_robot, solids_of_shape
+from vrs_cli.contacts.stages import Stage, stages
 from vrs_cli.contacts.sweep import Sweep, levers, sums_of
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Floats
@@ -29,6 +29,8 @@ from vrs_cli.kinematics.transform import Vector, compose, inverse, length, moved
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.contacts import Contact
 from vrs_cli.values.scene import CellScene
+from vrs_cli.world.course import WorldCourse
+from vrs_cli.world.support import floor_height
 
 DEEP = 5e-4  # [m] a touch is deeper
 APART = 5e-4  # [m] two things that touched have come apart
@@ -71,7 +73,7 @@ class Checker:
         if self._physics is None or slots > self._slots:
             counts = [len(solids) for solids in self.solids.values()]
             self._slots = min(max(slots, 2 * self._slots, SLOTS), sum(counts))
-            model, height = self.arm.model, self.scene.floor
+            model = self.arm.model
             self._physics = Physics(
                 model,
                 self.links,
@@ -80,7 +82,7 @@ class Checker:
                     for k, one in enumerate(self.scene.fixtures)
                     for solid in solids_of_shape(one.shape)
                 ],
-                floor=(self.floor, height_of_foot(self.links, model.base) if height is None else height),
+                floor=(self.floor, floor_height(self.scene, model)),
                 kinds=[solid for solids in self.solids.values() for solid in solids],
                 slots=self._slots,
                 grips=max(counts, default=0),
@@ -93,6 +95,10 @@ class Checker:
             self.stroke = stroke(self.links)
             self.part_balls = {name: self._physics.ball_of(solids) for name, solids in self.solids.items()}
         return self._physics
+
+    def first_contact(self, timeline: Timeline, begin: float, end: float, course: WorldCourse | None) -> Contact | None:
+        """Return the first contact between two times [s]; None where there is none. `course`: of the parts."""
+        return self.first_in(timeline, stages(timeline, course, begin, end))
 
     def first_in(self, timeline: Timeline, stages: Iterable[Stage]) -> Contact | None:
         """Return the first contact in stages that follow each other."""

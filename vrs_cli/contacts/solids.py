@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
-from math import acos, cos, hypot, pi, sin, sqrt
+from math import acos, cos, hypot, pi, sin
 from typing import NamedTuple
 
 from vrs_cli.kinematics.axes import frame
@@ -22,7 +22,6 @@ from vrs_cli.kinematics.transform import (
     Vector,
     along,
     any_normal,
-    compose,
     dot,
     length,
     moved_point,
@@ -91,27 +90,6 @@ def solids_of_shape(shape: Shape) -> tuple[Solid, ...]:
             return (Solid(SolidForm.BALL, (radius, 0.0, 0.0)),)
         case MeshShape(pieces):
             return tuple(Solid(SolidForm.HULL, points=points) for points in pieces)
-
-
-def height_of_foot(links: Iterable[LinkSolids], T_robot_base: Transform) -> float:
-    """Return how high the lowest point of a robot's base is, in the robot's frame [m]."""
-    base = (solid for group in links if group.link == 0 for solid in group.solids)
-    return min((_lowest(solid, compose(T_robot_base, solid.pose)) for solid in base), default=0.0)
-
-
-def _lowest(solid: Solid, T: Transform) -> float:
-    (x, y, z), upright = solid.sizes, min(abs(T.az), 1.0)
-    match solid.form:
-        case SolidForm.BALL:
-            return T.pz - x
-        case SolidForm.CAPSULE:
-            return T.pz - x - y * upright
-        case SolidForm.CYLINDER:
-            return T.pz - y * upright - x * sqrt(1.0 - upright * upright)
-        case SolidForm.BOX:
-            return T.pz - x * abs(T.nz) - y * abs(T.sz) - z * upright
-        case SolidForm.HULL:
-            return min((moved_point(T, point)[2] for point in solid.points), default=T.pz)
 
 
 def mesh_files(model: RobotModel) -> Iterator[str]:

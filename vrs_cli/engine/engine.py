@@ -111,6 +111,7 @@ class Engine:
         self.settings = Settings().after(SetParameter("PROFILE", model.profile))
         self.events: Feed[Event] = Feed(lambda: TimelineReplaced(self.timeline, self.settings))
         self.postponed: list[Callable[[Postponement], None]] = []  # they are told of every one
+        self.checks: list[Callable[[Timeline, TimelineDelta], None]] = []  # may refuse a change before it is made
         self.turned: list[Callable[[ToolTurning], None]] = []  # the same, of those that are `NOTICEABLE`
         self.book = Book.at(model.poses["ready"] if start is None else start)
         self.book.told = self.events.publish
@@ -348,6 +349,11 @@ class Engine:
         held = min(float(self.settings.parameters["GRASP.WIDTH"]) / 1000.0 / widest, 1.0)
         return wanted if opening else max(wanted, held)
 
+    def check(self, timeline: Timeline, delta: TimelineDelta) -> None:
+        """Ask all `checks` about a change of a timeline before it is made. Raises what they raise."""
+        for check in self.checks:
+            check(timeline, delta)
+
     # --- standing still ---
 
     def _stand(
@@ -428,6 +434,7 @@ class Engine:
             delta = plan_steering(self.arm, self.timeline, motion, executed, target, lasting)
         except NoRoomToStop:
             return
+        self.check(self.timeline, delta)
         if motion is stream:
             self.book.prolong(delta)
         else:
@@ -452,6 +459,8 @@ class Engine:
         if end > 2.0 * LATEST:
             what = f"{delta.motion.text or 'the motion'} would end at {end:g} s"
             raise IllegalValue(what, f"times are up to {2.0 * LATEST:g} s", value=end, upper=2.0 * LATEST)
+        if not happens:
+            self.check(self.timeline, delta)
         self.book.commit([HistoryStep.of(self.timeline, delta, issued, insert, self.settings.alter)], happens=happens)
         return delta
 
@@ -537,6 +546,12 @@ class Engine:
         near = self.position().joints if near is None else near
         settings = self.settings if asked is None else structs.replace(self.settings, configuration=asked)
         return select(self.arm, settings, pose, self.frames, near)
+
+    def trial(self, move: Move) -> TimelineDelta:
+        """Plan a motion as `perform` does, and leave the timeline as it is. Raises MotionError, IllegalValue."""
+        start, executed = self._beginning(move, False)
+        motion = self._motion(move, start, executed)
+        return self._planned(motion, self.now, executed, insert=self.settings.inserts)
 
     def explain(self, target: PoseTarget | JointTarget) -> Reach:
         """Why a MOVE or MOVES to a target from here is possible or not.

@@ -99,6 +99,7 @@ def _table(*rows: V) -> Mapping[str, V]:
 
 
 SWITCHES: Mapping[str, Switch] = _table(
+    Switch("COLLISION", False, "a motion that would touch something is refused; off: it is told"),
     Switch("CP", True, "continuous path: a motion blends into the next when no BREAK stands between them"),
     Switch("DRY.RUN", False, "programs run, the robot does not move"),
     Switch("INTERACTIVE", True, "ask before something is deleted or overwritten"),
@@ -116,6 +117,7 @@ PARAMETERS: Mapping[str, ParameterRow] = _table(
         "in real time, ABORT: a motion that comes too late is refused; POSTPONE: it begins at the end of the segment",
         words=("ABORT", "POSTPONE"),
     ),
+    ParameterRow("CLEARANCE", 0.0, "what comes nearer than that counts as a contact", "mm", 0.0, 1000.0),
     ParameterRow("GRASP.WIDTH", 0.0, "the width of what GRASP finds in the hand; 0: it is empty", "mm", 0.0, 1000.0),
     ParameterRow("HAND.TIME", 0.05, "how long OPENI, CLOSEI and RELAXI wait for the hand", "s", 0.0, 60.0),
     ParameterRow(

@@ -21,6 +21,7 @@ from typing import NamedTuple
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_at
 from vrs_cli.engine.targets import fraction_of_full
+from vrs_cli.errors import CollisionAhead
 from vrs_cli.interfaces.steering import SHORTEST
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Arm, Configuration, Joints, largest_change, put_inside
@@ -312,7 +313,8 @@ class Dragging:
         self._last: float | None = None
 
     def to(self, T_world_tool: Transform, issued: float | None = None) -> Shortfall:
-        """Take a wish for the tool; `issued`: when it was given, where that was earlier. Raises PowerOff."""
+        """Take a wish for the tool; `issued`: when it was given, where that was earlier. With ENABLE COLLISION the tool
+        stops before a contact. Raises PowerOff."""
         engine, pursuit, frames = self.engine, self.pursuit, self.engine.frames
         now = engine.now
         since = TICK if self._last is None else now - self._last
@@ -331,5 +333,8 @@ class Dragging:
             velocity = (0.0,) * len(velocity)
         if now < engine.end or largest_change(here, pursuit.goal) > AT_REST:
             target = Target(pursuit.goal, velocity, *pursuit.range)
-            engine.steer(target, tick, speed=1.0, text=DRAG, issued=issued)
+            try:
+                engine.steer(target, tick, speed=1.0, text=DRAG, issued=issued)
+            except CollisionAhead as error:  # the arm goes on with the motion before, which ends without a contact
+                return Shortfall(held.away, held.turned, (Hold(Limit.CONTACT, which=error.detail),))
         return held

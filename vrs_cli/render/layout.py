@@ -128,6 +128,9 @@ def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
     else:
         yield from _told(f"MOVE: {reach.reason}", Ink.ERROR, page)
     yield from _line_check(reach.line, page)
+    for word, contact in (("MOVE", reply.move_contact), ("MOVES", reply.line_contact)):
+        if contact is not None:
+            yield from _told(f"{word}: {contact.said('after')}", Ink.ERROR, page)
 
 
 def _verdict(option: Option, units: JointUnits) -> str:

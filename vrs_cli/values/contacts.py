@@ -21,11 +21,11 @@ class Contact(Struct, frozen=True):
     depth: float
     needed: float
 
-    def said(self) -> str:
-        """Return the sentence that reports say."""
-        where = ", ".join(f"{1000.0 * x:z.1f}" for x in self.place)
+    def said(self, when: str = "at") -> str:
+        """Return the sentence that reports say; `when`: the word before the time."""
+        x, y, z = (1000.0 * one for one in self.place)
+        where = f"{when} {self.t:.3f} s near X {x:z.1f} Y {y:z.1f} Z {z:z.1f} mm"
         needed = f"{1000.0 * self.needed:.1f} mm more are needed"
         if self.depth <= 0.0:
-            return f"{self.first} comes too near to {self.second} at {self.t:.3f} s, at {where}: {needed}"
-        deep = f"{1000.0 * self.depth:.1f} mm deep"
-        return f"{self.first} touches {self.second} at {self.t:.3f} s, at {where}, {deep}: {needed}"
+            return f"{self.first} comes too near to {self.second} {where}: {needed}"
+        return f"{self.first} touches {self.second} {where}, {1000.0 * self.depth:.1f} mm deep: {needed}"

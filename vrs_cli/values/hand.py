@@ -18,11 +18,12 @@ class Limit(Enum):
     REACH = "reach"
     SINGULARITY = "singularity"
     SPEED = "speed"
+    CONTACT = "contact"
 
 
 class Hold(Struct, frozen=True, omit_defaults=True):
     """One limit. `joint`, counted from 1: at its `end` (`lower`, `upper`), or as fast as it may be. `which`: of the
-    reach `far` or `close`, of the singularities `shoulder`, `elbow` or `wrist`.
+    reach `far` or `close`, of the singularities `shoulder`, `elbow` or `wrist`; of a contact, what it is.
     """
 
     limit: Limit
@@ -42,6 +43,8 @@ class Hold(Struct, frozen=True, omit_defaults=True):
             case Limit.SINGULARITY:
                 hurried = f": JT{self.joint} is as fast as it may be" if self.joint else ""
                 return f"near the {self.which} singularity{hurried}"
+            case Limit.CONTACT:
+                return f"it stops before a contact: {self.which}"
             case Limit.SPEED:
                 return f"JT{self.joint} is as fast as it may be"
 

@@ -13,6 +13,7 @@ from msgspec import Struct
 from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
+from vrs_cli.values.contacts import Contact
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Severity, ordered
 from vrs_cli.values.results import CommandRecord, Comparison, Displacement, Position, Reach
 from vrs_cli.values.tagged import Spoken
@@ -99,11 +100,15 @@ class ArmPicture(Spoken, frozen=True, tag="Picture"):
 
 
 class ReachReport(Spoken, frozen=True):
-    """WHY: the text of the location, and what was found."""
+    """WHY: the text of the location, and what was found. `move_contact`, `line_contact`: the first contacts of MOVE and
+    of MOVES.
+    """
 
     name: str
     reach: Reach
     units: JointUnits = TURNING
+    move_contact: Contact | None = None
+    line_contact: Contact | None = None
 
 
 class NamedLocation(Struct, frozen=True):

@@ -126,6 +126,10 @@ class Reasons:
         self._scene.add_icosphere(
             "/why/stop", BALL * self._reach, GOOD if possible else STOP, subdivisions=2, position=stop
         )
+        for word, contact in (("move", self._drawn.move_contact), ("line", self._drawn.line_contact)):
+            if contact is not None:
+                ball = f"/why/{word}_contact"
+                self._scene.add_icosphere(ball, BALL * self._reach, BAD, subdivisions=2, position=contact.place)
         text = fill(said(self._drawn), WIDTH, max_lines=LINES, placeholder=" ...")
         self._scene.add_label("/why/reason", text, position=stop, anchor="bottom-left")
 
@@ -157,6 +161,9 @@ def said(report: ReachReport) -> str:
     line = report.reach.line
     if line.duration is None:
         return f"{report.name}: {line.trouble}"
+    contact = report.line_contact or report.move_contact
+    if contact is not None:
+        return f"{report.name}: {'MOVES' if report.line_contact else 'MOVE'}: {contact.said('after')}"
     way = "MOVE and MOVES" if report.reach.chosen is not None else "MOVES"
     return f"{report.name}: {way} go there, {1e3 * line.length:.0f} mm in {line.duration:.1f} s"
 

@@ -16,6 +16,7 @@ from math import ceil, copysign, radians
 
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import (
+    CollisionAhead,
     FileError,
     IllegalJoint,
     IllegalValue,
@@ -41,6 +42,7 @@ from vrs_cli.values.replies import Message, Tone
 
 AHEAD = 0.3  # [s] before the arm comes to rest: when the next step of a sequence may come, so that it does not stop
 JUMP = radians(45.0)  # [rad, m] a joint that would move so much more than was asked for: a singularity is too near
+SHORTER = 7  # times: half a step after half a step is tried where something touches on its way
 ROUNDING = 1e-9  # [rad] a step that is none
 INCREMENT = 10.0  # [mm, deg] a long step is looked at in parts, along its way
 AWAY = "jog the joints away from there first"
@@ -164,16 +166,26 @@ class Jogger:
         before = engine.timeline
         begin = engine.destination(engine.end).joints if takes_back else engine.stopping_place()
         try:
-            return self._step(begin, axis, amount)
+            return self._step_to_contact(begin, axis, amount)
         finally:
             if engine.timeline is before:
                 self.stop()
 
     def step(self, axis: Axis, amount: float) -> str:
         """Move by so much [mm, deg] from where the arm will be, as far as it goes. Return what the user is told. Raises
-        MotionError: no power, or too near a singularity.
+        MotionError: no power, or too near a singularity; CollisionAhead where the arm cannot begin.
         """
-        return self._step(self.engine.destination(self.engine.end).joints, axis, amount)
+        return self._step_to_contact(self.engine.destination(self.engine.end).joints, axis, amount)
+
+    def _step_to_contact(self, begin: Joints, axis: Axis, amount: float) -> str:
+        """Do a step, or the longest of its halves, quarters, ... before which nothing touches."""
+        why = ""
+        for _ in range(SHORTER):
+            try:
+                return self._step(begin, axis, amount) or why
+            except CollisionAhead as error:
+                why, amount, refused = f"The arm stops before a contact: {error.detail}", 0.5 * amount, error
+        raise refused
 
     def _step(self, begin: Joints, axis: Axis, amount: float) -> str:
         goal, part, why = self._farthest(begin, axis, amount)

@@ -31,6 +31,7 @@ from vrs_cli.language.words.values import (
     transformation,
     whole,
 )
+from vrs_cli.values.commands import Move
 from vrs_cli.values.motion import JointTarget, PoseTarget
 from vrs_cli.values.questions import Amendment, Watching
 from vrs_cli.values.replies import (
@@ -219,7 +220,8 @@ def _why(station: Station, it: Instruction) -> Dialogue[None]:
 def explained(station: Station, target: PoseTarget | JointTarget, name: str) -> Dialogue[ReachReport]:
     """Explain whether a place of that name can be reached from here."""
     reach = yield from beside(lambda: station.engine.explain(target))
-    return ReachReport(name, reach, station.units)
+    contacts = (station.contacts.ahead(Move(target, straight)) for straight in (False, True))
+    return ReachReport(name, reach, station.units, *contacts)
 
 
 LOCATIONS: Mapping[str, Handler] = {

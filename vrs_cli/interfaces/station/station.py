@@ -11,6 +11,7 @@ from weakref import WeakSet, finalize
 
 from msgspec import Struct
 
+from vrs_cli.contacts.watch import ContactWatch
 from vrs_cli.devices.outside import Outside
 from vrs_cli.engine.branches import Branches
 from vrs_cli.engine.clock import RobotClock
@@ -58,6 +59,8 @@ from vrs_cli.values.diagnostics import Diagnostic, first_error
 from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.replies import Message, Plot, ProgramStopped, Tone
 from vrs_cli.values.results import RunOutcome, RunResult, StoppedTask
+from vrs_cli.values.scene import CellScene
+from vrs_cli.world.world import World
 
 R = TypeVar("R")
 
@@ -129,6 +132,7 @@ class Station:
         self.close = finalize(self, self.driver.devices.close_all)  # called by itself when the process ends
         self.engine.postponed.append(self._postponed)
         self.engine.turned.append(self._turned)
+        self.contacts = ContactWatch(self.engine, self._around, self._warn)
         self.dialect = Dialect.VPLUS  # of what is typed, and of files that name none
         self.last_program: str | None = None
         self.own_user_state = UserState(attended=terminal.attended)
@@ -140,6 +144,7 @@ class Station:
         self.layout = Layout()
         self._given: Folder | None = None  # where programs that begin now have their files, if not in `folder`
         self.home = folder  # where CD without a folder leads; no CD leads out of a closed folder
+        self._world: World | None = None
         self.log: Log | None = None  # what writes the session to a file, where this robot has that
         self.draw: Callable[[Path, Plot], None] | None = None  # draws a plot into a file, where this robot does that
         self.journal: Path | None = None  # the file that all motions are written to as they are commanded
@@ -390,16 +395,26 @@ class Station:
         """Let the other tasks see what has changed; do all that has become due in real time, or is due `until` then."""
         self.driver.settle(until)
 
+    def _warn(self, text: str) -> None:
+        self.terminal.show(Message(text, Tone.WARNING))
+
+    def _around(self) -> tuple[CellScene, World | None]:
+        """Return the scene that the robot is in, and its world."""
+        scene, known = self.driver.cell.scene, self._world
+        if known is None or known.settings.scene is not scene:
+            known = self._world = None if scene.empty else World(self.engine.arm, self.driver.cell)
+        return scene, known
+
     def _postponed(self, it: Postponement) -> None:
         what = it.text or "the motion"
-        self.terminal.show(Message(f"{what} is postponed from {it.asked:.3f} to {it.executed:.3f} s", Tone.WARNING))
+        self._warn(f"{what} is postponed from {it.asked:.3f} to {it.executed:.3f} s")
 
     def _turned(self, it: ToolTurning) -> None:
         """Say it once: all motions to locations that were not taught do it."""
         self.engine.turned.remove(self._turned)
         joints, off = self.engine.model.joint_count, f"{degrees(it.angle):.1f} deg off what is asked"
         what = f"{it.text or 'the motion'}: {joints} joints turn the tool as nearly as they can, here {off} (said once)"
-        self.terminal.show(Message(what, Tone.WARNING))
+        self._warn(what)
 
     def _tell(self, one: StoppedTask) -> None:
         """Show what became of another task."""

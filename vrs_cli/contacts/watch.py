@@ -1,0 +1,113 @@
+"""Asks for contacts before an engine commits a motion: with ENABLE COLLISION a motion that touches is refused, without
+it contacts are told, once a motion, where a scene is around the robot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+from msgspec import structs
+
+from vrs_cli.engine.engine import Engine
+from vrs_cli.errors import CollisionAhead, IllegalValue, MotionError
+from vrs_cli.extras import how_to_install
+from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.values.commands import Move
+from vrs_cli.values.contacts import Contact
+from vrs_cli.values.events import HAND
+from vrs_cli.values.motion import MotionKind
+from vrs_cli.values.scene import CellScene
+from vrs_cli.world.world import World
+
+if TYPE_CHECKING:
+    from vrs_cli.contacts.checker import Checker
+
+MM = 1e-3  # [m]
+
+
+class ContactWatch:
+    """Checks the motions of an engine.
+
+    `around` returns the scene and its world, None where there is none. `tell` gets the line for people, `told` a
+    contact that is not refused, with the text of its motion.
+    """
+
+    def __init__(
+        self,
+        engine: Engine,
+        around: Callable[[], tuple[CellScene, World | None]],
+        tell: Callable[[str], None],
+    ) -> None:
+        self._engine, self._around, self._tell = engine, around, tell
+        self._checker: Checker | None = None
+        self._missing = False  # and said
+        self.contacts: list[tuple[str, Contact]] = []  # that were told, each with the text of its motion
+        engine.checks.append(self.check)
+
+    @property
+    def refuses(self) -> bool:
+        """Whether a motion that touches is refused."""
+        return self._engine.settings.switch("COLLISION")
+
+    def check(self, timeline: Timeline, delta: TimelineDelta) -> None:
+        """Raises CollisionAhead for a change after which something touches, where that is refused."""
+        moves = any(segment.motion.kind is not MotionKind.REST for segment in delta.segments)
+        of_hand = delta.events is not None and any(event.channel == HAND for event in delta.events.events)
+        if not (moves or of_hand):
+            return
+        found = self.first_contact(timeline.apply(delta), delta.cut, _end(delta))
+        if found is None:
+            return
+        text = delta.motion.text or "the motion"
+        if self.refuses:
+            hint = "DISABLE COLLISION lets it begin all the same"
+            raise CollisionAhead(
+                f"{text}: {found.said()}", hint, value=found.depth, lower=found.needed, place=found.place
+            )
+        self.contacts.append((text, found))
+        self._tell(f"{text}: {found.said()}")
+
+    def ahead(self, move: Move) -> Contact | None:
+        """Return the first contact of a motion that would begin now, with its time from then on; None too for one that
+        the arm cannot do.
+        """
+        try:
+            delta = self._engine.trial(move)
+        except (MotionError, IllegalValue):
+            return None
+        found = self.first_contact(self._engine.timeline.apply(delta), delta.cut, _end(delta))
+        return None if found is None else structs.replace(found, t=found.t - delta.executed)
+
+    def first_contact(self, timeline: Timeline, begin: float, end: float) -> Contact | None:
+        """Return the first contact between two times [s]; None too where nothing is checked."""
+        scene, world = self._around()
+        if (scene.empty and not self.refuses) or end <= begin or not self._available():
+            return None
+        checker = self._checker_of(scene)
+        return checker.first_contact(timeline, begin, end, world.course(timeline) if world is not None else None)
+
+    def _available(self) -> bool:
+        if find_spec("mujoco") is not None:
+            return True
+        if not self._missing:
+            self._missing = True
+            self._tell(f"contacts are not checked: that needs mujoco-core ({how_to_install('mujoco-core')})")
+        return False
+
+    def _checker_of(self, scene: CellScene) -> Checker:
+        from vrs_cli.contacts.checker import Checker
+
+        clearance = float(self._engine.settings.parameters["CLEARANCE"]) * MM
+        known = self._checker
+        if known is None or known.scene is not scene or known.clearance != clearance:
+            known = self._checker = Checker(self._engine.arm, scene, clearance)
+        return known
+
+
+def _end(delta: TimelineDelta) -> float:
+    """Return when the last of what a change brings ends [s]; later motions are shifted alone."""
+    events = () if delta.events is None else delta.events.events
+    ends = [segment.finish for segment in delta.segments] + [event.time + event.duration for event in events]
+    return max(ends, default=delta.cut)
