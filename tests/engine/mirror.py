@@ -7,13 +7,13 @@ from math import inf
 
 from msgspec import structs
 
-from vrs_cli.engine.engine import Event
+from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import MissedEvents
 from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced
 from vrs_cli.trajectory.timeline import Timeline
 
 
-def mirrored(events: Iterable[Event | MissedEvents], timeline: Timeline | None = None) -> Timeline:
+def mirrored(events: Iterable[TimelineChange | MissedEvents], timeline: Timeline | None = None) -> Timeline:
     """The timeline after these events, by what they say alone. The first one brings it, where there is none yet."""
     for event in events:
         if isinstance(event, TimelineReplaced):
@@ -29,5 +29,5 @@ def windowed(snapshot: Snapshot, begin: float, end: float = inf) -> Snapshot:
     """The same for the times from `begin` to `end` [s] alone: the robot is there as it was, to the bit."""
     timeline = snapshot.timeline()
     first, last = timeline.index_at(begin), timeline.index_at(end)
-    segments = snapshot.segments[first : last + 1]
-    return structs.replace(snapshot, segments=segments, first=snapshot.first + first)
+    part = Snapshot.part(timeline, snapshot.settings, first, last + 1)
+    return structs.replace(part, first=snapshot.first + first)

@@ -333,10 +333,13 @@ class Rows:
     """Rows one after the other, each whole."""
 
     def __init__(self, rows: Sequence[Length]) -> None:
-        self.rows, self.version = rows, 0
+        self.rows, self.version, self.event_count = rows, 0, 0
 
     def __len__(self) -> int:
         return sum(map(len, self.rows))
+
+    def event_parts(self, _first: int) -> Iterator[Any]:
+        return iter(())
 
     def parts(self, _first: int) -> Iterator[tuple[int, None, Any]]:
         index = 0

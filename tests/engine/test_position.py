@@ -17,6 +17,7 @@ from vrs_cli.kinematics.transform import compose, rotation_about, translation
 from vrs_cli.trajectory.segment import CartesianPath
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.commands import Break, Delay, Move, OperateHand, SetBase, SetParameter, SetTool
+from vrs_cli.values.events import HAND
 from vrs_cli.values.motion import JointTarget, PoseTarget
 
 
@@ -133,9 +134,10 @@ def test_stands_before_and_after(engine: Engine) -> None:
 
 
 def test_hand_opens_when_told_to(engine: Engine) -> None:
-    (opening,) = [s for s in engine.timeline if s.motion.hand == 1.0 and s.duration == pytest.approx(0.05)]
-    assert engine.position(opening.start - 1e-6).hand == 0.0
-    assert engine.position(opening.start).hand == 1.0
+    (opening,) = [event for event in engine.timeline.events if event.duration == pytest.approx(0.05)]
+    assert (opening.channel, opening.value, opening.tied) == (HAND, 1.0, True)
+    assert engine.position(opening.time - 1e-6).hand == 0.0
+    assert engine.position(opening.time).hand == 1.0
     assert engine.position(engine.end).hand == 1.0
 
 

@@ -94,7 +94,7 @@ def test_a_motion_has_what_is_set_for_its_kind() -> None:
     """A line alone goes by where a joint is to end; what stands has no speed of its own; a blend alone is rounded."""
     swivel = Swivel(3, 0.5)
     settings = Settings().after(SetSwivel(swivel)).after(SetAcceleration(40.0)).after(SetParameter("ROUNDING", 7.0))
-    before = Motion(4, MotionKind.JOINT, Start.AT, goal=JOINTS.joints, hand=0.5)
+    before = Motion(4, MotionKind.JOINT, Start.AT, goal=JOINTS.joints)
     after = After(before, 5, settings)
     goals = zip(Start, (None, IDENTITY, JOINTS.joints), strict=True)
     stand, line, joint = (after.motion(start, goal) for start, goal in goals)
@@ -104,7 +104,7 @@ def test_a_motion_has_what_is_set_for_its_kind() -> None:
     assert [one.pose for one in (stand, line, joint)] == [None, IDENTITY, None]
     assert [one.goal for one in (stand, line, joint)] == [None, None, JOINTS.joints]
     for one in (stand, line, joint):
-        assert (one.number, one.hand, one.frames) == (5, 0.5, before.frames)
+        assert (one.number, one.frames) == (5, before.frames)
         assert (one.rounding is None) == (one.start is not Start.BLEND)
-    other = after.motion(Start.AT, IDENTITY, hand=1.0, duration=2.0, text="MOVES a")
-    assert (other.hand, other.duration, other.text) == (1.0, 2.0, "MOVES a")
+    other = after.motion(Start.AT, IDENTITY, duration=2.0, text="MOVES a")
+    assert (other.duration, other.text) == (2.0, "MOVES a")

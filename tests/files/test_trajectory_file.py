@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import re
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -61,7 +62,7 @@ def test_reading_gives_the_deltas_and_the_timeline_they_make(tmp_path: Path) -> 
     assert recording.timeline == timeline
     assert recording.timeline.version == timeline.version
     assert recording.model == puma()
-    assert recording.initial == (initial(),)
+    assert tuple(recording.initial) == (initial(),)
     assert not recording.dropped_tail
 
 
@@ -165,7 +166,9 @@ def test_a_file_of_before_is_read_to_the_bit(tmp_path: Path) -> None:
     recording, again = read_trajectory(before), tmp_path / "again.vrst"
     assert recording.warnings == ()
     write_trajectory(again, recording.model, recording.initial, recording.deltas)
-    assert without_checksums(again).read_bytes().replace(b',"laws":2}', b"}", 1) == before.read_bytes()
+    written = re.sub(rb',"events":\{([^{}]|\{[^{}]*\})*\}', b"", without_checksums(again).read_bytes())
+    assert written.replace(b',"laws":2}', b"}", 1) == before.read_bytes()  # but for the hand, which is a channel now
+    assert read_trajectory(again).timeline == recording.timeline
 
 
 def test_a_motion_of_earlier_laws_goes_as_it_did() -> None:

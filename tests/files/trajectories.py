@@ -20,6 +20,7 @@ from vrs_cli.kinematics.transform import compose, from_oat, translation
 from vrs_cli.trajectory.instant import LATEST, TICK, on_grid
 from vrs_cli.trajectory.segment import CartesianPath, JointPath, Phase, Segment, Turn
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
+from vrs_cli.values.events import Event, EventEdit
 from vrs_cli.values.motion import AlignedTarget, Frames, JointOffsetTarget, Motion, MotionKind, Start, ToolOffsetTarget
 from vrs_cli.wire.records import LARGEST, Form
 
@@ -90,7 +91,6 @@ def motion(rng: random.Random, number: int) -> Motion:
         pose=pose if kind is MotionKind.STRAIGHT else None,
         speed=rng.choice((1.0, 0.3)),
         duration=0.5 if kind is MotionKind.REST else 0.0,
-        hand=rng.choice((0.0, 1.0)),
         frames=frames,
         text=f"MOVE p[{number}] ;größer",
         profile=rng.choice(list(Profile)),
@@ -114,7 +114,7 @@ relatives = (
 )
 fractions = st.floats(0.0, 1.0, exclude_min=True)
 positive = st.floats(0.0, LARGEST, exclude_min=True)
-motions = st.builds(
+every_motion = st.builds(
     Motion,
     number=st.integers(0, 9),
     kind=st.sampled_from(MotionKind),
@@ -145,12 +145,30 @@ lines = st.builds(
     seed_interval=st.floats(1e-6, 10.0),
     guides=st.just(()),
 )
+motions = every_motion.filter(lambda motion: motion.kind not in (MotionKind.EVENT, MotionKind.RECORDED))
 segments = st.builds(
     lambda edges, path, phase, motion: Segment(min(edges), max(edges), path, phase, motion),
     st.tuples(times, times),
     joint_paths | lines,
     st.sampled_from(Phase),
     motions,
+)
+events = st.builds(
+    Event,
+    time=times,
+    channel=st.integers(0, 2**31 - 1),
+    value=floats,
+    number=st.integers(0, 9),
+    tied=st.booleans(),
+    duration=st.floats(0.0, LATEST),
+    observed=st.booleans(),
+)
+edits = st.builds(
+    EventEdit,
+    keep=st.integers(0, 10**6),
+    drop=st.integers(0, 10**6),
+    shift=times,
+    events=st.lists(events, max_size=3).map(tuple),
 )
 deltas = st.builds(
     TimelineDelta,
@@ -164,4 +182,5 @@ deltas = st.builds(
     drop=st.integers(0, 10**6),
     shift=times,
     segments=st.lists(segments, max_size=2).map(tuple),
+    events=st.none() | edits,
 )

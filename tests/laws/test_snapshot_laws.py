@@ -13,7 +13,7 @@ from tests.engine.mirror import windowed
 from tests.examples import examples
 from tests.laws.test_motion_laws import ABOVE_THE_TABLE, MODEL, any_request
 from vrs_cli.engine.branches import Branches
-from vrs_cli.engine.engine import Engine, Event
+from vrs_cli.engine.engine import Engine, TimelineChange
 from vrs_cli.engine.feed import MissedEvents, Subscription
 from vrs_cli.engine.position import position_at
 from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced, fitted
@@ -28,7 +28,7 @@ READY = MODEL.poses["ready"]
 class Mirror:
     """Somebody who was given a snapshot, all of it or a window, and is told of what comes; `lost`: from before it."""
 
-    events: Subscription[Event]
+    events: Subscription[TimelineChange]
     snapshot: Snapshot
     timeline: Timeline
     lost: bool = False
@@ -49,7 +49,7 @@ class Mirror:
         for event in self.events.taken():
             self.hear(event)
 
-    def hear(self, event: Event | MissedEvents) -> None:
+    def hear(self, event: TimelineChange | MissedEvents) -> None:
         assert not isinstance(event, MissedEvents)
         if isinstance(event, TimelineReplaced):
             self.snapshot, self.timeline, self.lost = Snapshot.of(event.timeline, event.settings), event.timeline, False

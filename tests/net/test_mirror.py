@@ -15,7 +15,7 @@ from tests.examples import some
 from tests.net.edits import Edits
 from tests.wire.test_steered import waves
 from vrs_cli.engine.clock import WallClock
-from vrs_cli.engine.engine import Engine, Event
+from vrs_cli.engine.engine import Engine, TimelineChange
 from vrs_cli.engine.feed import MissedEvents
 from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced
 from vrs_cli.interfaces.roles.observer import Observer
@@ -46,7 +46,7 @@ class Line:
         self.heard = engine.events.subscribe(10**9)
         self.heard.take()
 
-    def through(self, event: Event) -> Snapshot | TimelineDelta:
+    def through(self, event: TimelineChange) -> Snapshot | TimelineDelta:
         if isinstance(event, TimelineReplaced):
             return self.sent(Snapshot.of(event.timeline, event.settings))
         delta = READER.read(encode(Delta(delta_record(event, Motions()), 0.0), self.encoding))

@@ -7,7 +7,7 @@ from threading import Thread
 
 from msgspec import Struct
 
-from vrs_cli.engine.engine import Event
+from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import MissedEvents, Subscription
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
 
@@ -24,7 +24,7 @@ class Change(Struct, frozen=True):
         return f"<Change to version {self.version}: {what}, to {self.timeline.end:.3f} s>"
 
 
-def hear(subscription: Subscription[Event], callback: Callable[[Change], object]) -> Callable[[], None]:
+def hear(subscription: Subscription[TimelineChange], callback: Callable[[Change], object]) -> Callable[[], None]:
     """Call back for every event, in a thread of its own; what is returned ends that, once all before it is told.
 
     A callback that raises hears no more; the thread reports its error.

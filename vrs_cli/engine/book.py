@@ -12,7 +12,7 @@ The answer to a command says which scheduled motions its change has moved or dro
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from functools import reduce
 from itertools import islice, pairwise
 from typing import Protocol, TypeVar
@@ -22,10 +22,12 @@ from msgspec import Struct
 from vrs_cli.engine.history import History, HistoryStep, held, records
 from vrs_cli.errors import RequestRefused
 from vrs_cli.kinematics.joints import Joints
+from vrs_cli.trajectory.events import EventRow
 from vrs_cli.trajectory.rope import SMALL
 from vrs_cli.trajectory.row import Row, RowStore
 from vrs_cli.trajectory.segment import rest
 from vrs_cli.trajectory.timeline import PART, Cause, DeltaLog, KeptDeltas, Timeline, TimelineDelta
+from vrs_cli.values.events import EventEdit
 from vrs_cli.values.motion import Motion, MotionKind, Start
 from vrs_cli.values.results import CommandRecord, Displacement, Moved
 
@@ -53,9 +55,12 @@ class Store(KeptDeltas, Protocol):
     def keep_row(self, row: Row) -> RowStore | None:
         """Write a row and return where it is; None if it cannot be written now."""
 
+    def keep_events(self, row: EventRow) -> int | None:
+        """Write a row of events and return where it is; None if it cannot be written now."""
+
     def keep_checkpoint(self, timeline: Timeline, commands: int, number: int) -> bool:
-        """Write where all rows of a timeline are, and return whether that was possible. `commands`: how many are in
-        force; `number`: of the last motion.
+        """Write where all rows of a timeline are, those of its events too, and return whether that was possible.
+        `commands`: how many are in force; `number`: of the last motion.
         """
 
 
@@ -65,19 +70,23 @@ class MemoryWindow:
     def __init__(self, store: Store, reach: WindowSize, checkpoint: int = 0) -> None:
         self.store, self.reach, self._checkpoint = store, reach, checkpoint
         self._first = 0  # the segments before the one with this number are away
+        self._first_event = 0  # the events before the one with this number are written
 
     def let_go(self, timeline: Timeline, deltas: Sequence[TimelineDelta], commands: int, number: int) -> None:
         """Let a part of the past leave memory after these changes, and write a checkpoint if one is due. `timeline`:
         after the changes; `commands`, `number`: as for `Store.keep_checkpoint`.
         """
         self._first = min([self._first, *[max(delta.keep - SMALL - 1, 0) for delta in deltas]])  # neighbours may merge
+        edits = [delta.events.keep - SMALL - 1 for delta in deltas if delta.events is not None]
+        self._first_event = max(min([self._first_event, *edits]), 0)
         count = len(timeline)
         for index, _, leaf in timeline.parts(max(count - 2 * ROW, 0)):
             row, is_last = leaf.row, index + leaf.count == count
             if not row.closed and len(row) >= (ROW if is_last else ROW // 2):
                 row.close()  # no row at the end grows far beyond ROW: not by what is next, nor by one that joins it
-        due = timeline.version - self._checkpoint >= max(self.reach.checkpoint, count // ROW)
-        if self._write_rows(timeline, due=due) and due and self.store.keep_checkpoint(timeline, commands, number):
+        due = timeline.version - self._checkpoint >= max(self.reach.checkpoint, (count + timeline.event_count) // ROW)
+        written = self._write_rows(timeline, due=due) and self._write_events(timeline, due=due)
+        if written and due and self.store.keep_checkpoint(timeline, commands, number):
             self._checkpoint = timeline.version
 
     def _write_rows(self, timeline: Timeline, *, due: bool) -> bool:
@@ -102,6 +111,26 @@ class MemoryWindow:
             away = away and leaves
             if away:
                 self._first = index + leaf.count
+        return True
+
+    def _write_events(self, timeline: Timeline, *, due: bool) -> bool:
+        """Write rows of events that are long enough, or all if a checkpoint is `due`; return whether all of them are
+        written. They stay in memory, where an event takes 50 bytes.
+        """
+        written, before = 0, True
+        for index, _, leaf in timeline.event_parts(self._first_event):
+            row = leaf.row
+            if row.kept is None and (due or len(row) >= ROW):
+                if written >= ROW:
+                    return False
+                written += len(row)
+                row.closed = True
+                row.kept = self.store.keep_events(row)
+                if row.kept is None:
+                    return False
+            before = before and row.kept is not None
+            if before:
+                self._first_event = index + leaf.count
         return True
 
 
@@ -139,7 +168,8 @@ class Book:
     """`timeline`: `initial` after all `deltas`. `number`: of the last motion.
 
     `stream`: the motion of the last command, while more targets of it may come (`prolong`). `window`: what keeps the
-    book short in memory; None: all of it is there.
+    book short in memory; None: all of it is there. `marks_events`: the motions of its file say how far the hand is
+    open, so that the next delta has to have events, from which on they do not.
     """
 
     def __init__(
@@ -157,6 +187,7 @@ class Book:
         self.stream: Motion | None = None
         self.journal: JournalWriter | None = None
         self.window: MemoryWindow | None = None
+        self.marks_events = False
         self.told: Callable[[Sequence[TimelineDelta]], None] = silent
 
     @classmethod
@@ -168,7 +199,9 @@ class Book:
     def copy(self) -> Book:
         """Return a book with the same past, to continue separately: it has no journal, and nobody listens."""
         self.end_stream()
-        return Book(self.initial, self.timeline, self.deltas, self.history.copy(), self.number)
+        book = Book(self.initial, self.timeline, self.deltas, self.history.copy(), self.number)
+        book.marks_events = self.marks_events
+        return book
 
     # --- reading ---
 
@@ -229,18 +262,19 @@ class Book:
         self._let_go(deltas)
         self.told(deltas)
 
-    def undo(self, count: int, clock: Callable[[], float]) -> Parts[float]:
+    def undo(self, count: int, clock: Callable[[], float], *, leaves_recorded: bool) -> Parts[float]:
         """Take the last commands back, all of them or none, and return the clock [s] before them. `clock` returns the
-        present time. Raises UsageError if there are not so many, RequestRefused, FileError.
+        present time; `leaves_recorded`: as for `History.last_done`. Raises UsageError if there are not so many,
+        RequestRefused, FileError.
         """
         self.end_stream()
-        steps, version = self.history.last_done(count), self.timeline.version
+        steps, version = self.history.last_done(count, leaves_recorded=leaves_recorded), self.timeline.version
         taken_back = (step.taking_back(version + number) for number, step in enumerate(steps))
         deltas, timeline = yield from self._planned(taken_back)
         self._change(deltas, timeline)
         before = clock()
         for step in steps:
-            self.history.take_back(before)
+            self.history.take_back(before, step.delta.motion)
             before = step.clock
         self._let_go(deltas)
         self.told(deltas)
@@ -251,8 +285,8 @@ class Book:
         Raises as `undo` does.
         """
         undone, version = self.history.last_undone(count), self.timeline.version
-        again = enumerate(one.step.delta for one in undone)
-        done_again = (delta._replace(version=version + number, cause=Cause.REDO) for number, delta in again)
+        again = (one.step.present(version + number) for number, one in enumerate(undone))
+        done_again = (delta._replace(cause=Cause.REDO) for delta in again)
         deltas, timeline = yield from self._planned(done_again)
         self._change(deltas, timeline)
         for _ in undone:
@@ -306,6 +340,8 @@ class Book:
         """Write changes into the journal, then make them; `timeline`: the result, if it is known. They end the stream,
         unless it `goes_on` in them. Return the error of the journal if the changes happen all the same (`happens`).
         """
+        if self.marks_events and deltas and deltas[0].events is None:
+            deltas = [deltas[0]._replace(events=EventEdit(self.timeline.event_count)), *deltas[1:]]
         if timeline is None:
             timeline = reduce(Timeline.apply, deltas, self.timeline)
         wrong = None
@@ -318,29 +354,32 @@ class Book:
             wrong = error
         if not goes_on:
             self.end_stream()
-        self.timeline = timeline
+        self.timeline, self.marks_events = timeline, self.marks_events and not deltas
         self.deltas.extend(deltas)
         return wrong
 
 
 def displacement(book: Book, before: Timeline) -> Displacement | None:
-    """Return how motions have been moved that were scheduled on the timeline `before`, or with a time stamp since then.
+    """Return how motions and events have been moved that were scheduled on the timeline `before`, or motions with a
+    time stamp since then.
 
-    None if none has been moved. Motions that UNDO took back are not counted as dropped.
+    None if none has been moved. What UNDO took back is not counted as dropped.
     """
     changes = book.deltas[len(book.deltas) - (book.timeline.version - before.version) :]
-    if not any(delta.drop or delta.shift for delta in changes):
+    if not any(delta.drop or delta.shift or delta.events for delta in changes):
         return None
     since = min(delta.cut for delta in changes)
     taken_back = {delta.motion.number for delta in changes if delta.cause is Cause.UNDO}
-    old = list(islice(_begins(before, since), MOST + 1))
+    commands = {step.delta.motion.number: step.delta for step in book.history.known}
+    old = [*islice(_begins(before, since), MOST + 1), *_dated(before, since, commands)]
     stamped = [
         (one.motion, one.executed)
         for one in changes[-MOST:-1]
-        if one.motion.start is Start.AT and abs(one.executed - one.issued) > SAME_TIME
+        if one.motion.start is Start.AT and one.segments and abs(one.executed - one.issued) > SAME_TIME
     ]
     new = {motion.number: begin for motion, begin in islice(_begins(book.timeline, since), 2 * MOST)}
     gone = len(new) < 2 * MOST  # what is not among these is nowhere
+    new.update((motion.number, time) for motion, time in _dated(book.timeline, since, commands))
     rows = [
         (motion, begin, new.get(motion.number))
         for motion, begin in (*old[:MOST], *stamped)
@@ -348,8 +387,7 @@ def displacement(book: Book, before: Timeline) -> Displacement | None:
     ]
     if all(then is not None and abs(then - begin) <= SAME_TIME for _, begin, then in rows):
         return None
-    deltas = (step.delta for step in book.history.done)
-    asked = {delta.motion.number: delta.executed for delta in deltas if delta.motion.start is Start.AT}
+    asked = {number: delta.executed for number, delta in commands.items() if delta.motion.start is Start.AT}
     moved = [Moved(motion.text, asked.get(motion.number), begin, then) for motion, begin, then in rows]
     return _sorted_out(moved, more=len(old) > MOST)
 
@@ -372,6 +410,15 @@ def displacement_of(commands: Iterable[CommandRecord]) -> Displacement | None:
         if one.end is None or one.displaced
     ]
     return _sorted_out(sorted(moved, key=lambda one: one.before)) if moved else None
+
+
+def _dated(timeline: Timeline, since: float, commands: Mapping[int, TimelineDelta]) -> Iterator[tuple[Motion, float]]:
+    """Yield the commands that set channels later than `since`, the first MOST of them, and when each does."""
+    first = timeline.events_by(since)
+    for event in timeline.event_slice(first, min(first + MOST, timeline.event_count)):
+        delta = commands.get(event.number)
+        if delta is not None and delta.motion.kind is MotionKind.EVENT:
+            yield delta.motion, event.time
 
 
 def _begins(timeline: Timeline, since: float) -> Iterator[tuple[Motion, float]]:

@@ -7,7 +7,7 @@ only, as deltas like any others.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 from msgspec import Struct, structs
@@ -20,8 +20,9 @@ from vrs_cli.engine.position import destination_at
 from vrs_cli.engine.targets import retarget
 from vrs_cli.errors import MotionError, UsageError
 from vrs_cli.trajectory.segment import Phase
-from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
-from vrs_cli.values.motion import Start
+from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
+from vrs_cli.values.events import HAND, Event, EventEdit
+from vrs_cli.values.motion import Motion, MotionKind, Start
 
 MAIN = "main"
 
@@ -251,18 +252,28 @@ class Branches:
         if len(done) < len(known) or any(a is not b for a, b in zip(done, known, strict=False)):
             undone = f"{name} has undone commands of {MAIN}, which has changed since"
             raise UsageError(undone, f"UNDO them on {MAIN}, or DELETEB {name}")
+        numbers: dict[int, int] = {}  # of the commands on the branch, and what they become on main
         for number, step in enumerate(done[len(known) :], main.book.number + 1):
             motion = step.delta.motion._replace(number=number)
+            numbers[step.delta.motion.number] = number
+            if motion.kind in (MotionKind.EVENT, MotionKind.RECORDED):
+                delta = _set_again(step.delta, motion, old, timeline, numbers)
+                self.engine.check(timeline, delta)
+                planned.append(HistoryStep.of(timeline, delta, clock, step.insert))
+                timeline, old = timeline.apply(delta), old.apply(step.present(old.version))
+                continue
             when = _when(step.delta, old, timeline)
             try:
                 before = destination_at(arm, timeline, when if motion.start is Start.AT else timeline.end)
-                motion = retarget(arm, motion, before.joints)
-                delta = plan(arm, timeline, motion, step.delta.issued, when, insert=step.insert, slowest=slowest)
+                motion, event = retarget(arm, motion, before.joints), _own_event(step.delta, number)
+                issued, insert = step.delta.issued, step.insert
+                delta = plan(arm, timeline, motion, issued, when, insert=insert, slowest=slowest, event=event)
             except MotionError as error:
                 what = f"when {motion.text or 'a motion'} of {name} is planned again on main"
                 raise error.reworded(f"{what}: {error.detail}") from None
+            self.engine.check(timeline, delta)
             planned.append(HistoryStep.of(timeline, delta, clock, step.insert))
-            timeline, old = timeline.apply(delta), old.apply(step.delta._replace(version=old.version))
+            timeline, old = timeline.apply(delta), old.apply(step.present(old.version))
             if motion.start is not Start.AT:
                 clock = max(clock, timeline.end)
             elif stood:  # as after motions in real time, each AT its instant: the clock goes on over them
@@ -271,6 +282,39 @@ class Branches:
             main.book.check_same(begun[0])
             left.book.check_same(begun[1])
         return planned, timeline, max(clock, left.clock)
+
+
+def _own_event(delta: TimelineDelta, number: int) -> Event | None:
+    """Return the event that came with the motion of a delta, for the motion that is planned again."""
+    events = () if delta.events is None else delta.events.events
+    own = (event for event in events if event.channel == HAND and event.number == delta.motion.number)
+    found = next(own, None)
+    return None if found is None else found._replace(number=number)
+
+
+def _set_again(
+    delta: TimelineDelta, motion: Motion, old: Timeline, new: Timeline, numbers: Mapping[int, int]
+) -> TimelineDelta:
+    """Return the delta that sets channels of a branch on main: at the same time or, if they are tied, at the same time
+    of the motion that was under way. `numbers`: of the motions of the branch on main.
+    """
+    assert delta.events is not None
+    t = delta.executed
+    if delta.events.events[0].tied:
+        segment = old[old.index_at(t)]
+        same = numbers.get(segment.motion.number, segment.motion.number)
+        there = next((one for one in reversed(new) if one.motion.number == same), None)
+        if there is not None:
+            t = (
+                max(t + there.finish - segment.finish, 0.0)
+                if t > segment.finish
+                else min(t - segment.start + there.start, there.finish)
+            )
+    events = tuple(event._replace(time=t, number=motion.number) for event in delta.events.events)
+    edit = EventEdit(new.events_by(t), events=events)
+    return delta._replace(
+        version=new.version, motion=motion, executed=t, cut=new.end, keep=len(new), cause=Cause.COMMAND, events=edit
+    )
 
 
 def _when(delta: TimelineDelta, old: Timeline, new: Timeline) -> float:

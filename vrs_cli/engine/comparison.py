@@ -44,8 +44,8 @@ def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
         tool = _greatest(arm, a.timeline, b.timeline, here, lambda at: at.T_world_tool[:, None, :, 3])
         tool = structs.replace(tool, joint=0)
         joints = _greatest(arm, a.timeline, b.timeline, here, lambda at: at.joints[:, :, None])
-    others = dict(zip(map(_identity, b.history.done), b.records(), strict=True))
-    rows = zip(a.history.done, a.records(), strict=True)
+    others = dict(zip(map(_identity, b.history.known), b.records(), strict=True))
+    rows = zip(a.history.known, a.records(), strict=True)
     pairs = [Pair(record, others.pop(_identity(step), None)) for step, record in rows]
     pairs += [Pair(None, record) for record in others.values()]
     return Comparison(_extent(arm, a), _extent(arm, b), tuple(pairs), since, tool, joints)
@@ -73,7 +73,7 @@ def _courses(blocks: Iterable[RowPart]) -> Iterator[Any]:
         (starts, finishes), part = block.times(), slice(block.first, block.last)
         paths, motions = block.row.paths[part], block.row.motions[part]
         for start, path, motion, finish in zip(starts, paths, motions, finishes, strict=True):
-            yield start, path, motion.hand, motion.frames, finish
+            yield start, path, motion.frames, finish
 
 
 # --- how far ---------------------------------------------------------------------------------------------------

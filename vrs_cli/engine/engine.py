@@ -41,7 +41,7 @@ from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, angle_between, compose
 from vrs_cli.trajectory.instant import LATEST, on_grid, up_to_grid
 from vrs_cli.trajectory.state import Target
-from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
 from vrs_cli.values.commands import (
     Alter,
     Brake,
@@ -57,7 +57,9 @@ from vrs_cli.values.commands import (
     SetParameter,
     SetSwivel,
     SetTool,
+    Stamp,
 )
+from vrs_cli.values.events import HAND, Event, EventEdit
 from vrs_cli.values.motion import (
     Frames,
     JointTarget,
@@ -74,7 +76,7 @@ NOTICEABLE = 0.01  # [rad] of a tool that is turned otherwise than asked
 SLACK = 1e-6  # [m] of the width of a hand: rounding
 LONGER = 1.0 + 1e-5  # a tick of steering, so that the next target comes before its end
 
-Event = TimelineDelta | TimelineReplaced  # the timeline has changed, or another has taken its place
+TimelineChange = TimelineDelta | TimelineReplaced  # the timeline has changed, or another has taken its place
 
 
 class Postponement(Struct, frozen=True):
@@ -109,7 +111,7 @@ class Engine:
         self.clock: RobotClock = clock or VirtualClock()
         self.clock.set(0.0)
         self.settings = Settings().after(SetParameter("PROFILE", model.profile))
-        self.events: Feed[Event] = Feed(lambda: TimelineReplaced(self.timeline, self.settings))
+        self.events: Feed[TimelineChange] = Feed(lambda: TimelineReplaced(self.timeline, self.settings))
         self.postponed: list[Callable[[Postponement], None]] = []  # they are told of every one
         self.checks: list[Callable[[Timeline, TimelineDelta], None]] = []  # may refuse a change before it is made
         self.turned: list[Callable[[ToolTurning], None]] = []  # the same, of those that are `NOTICEABLE`
@@ -190,21 +192,27 @@ class Engine:
                 self._alter(request, issued)
             case Delay():
                 return self._until(self._stand(issued, request.text, DELAY.checked(request.seconds)), program)
+            case OperateHand(stamp=Stamp()):
+                event = self._hand_event(self._opening(request.opening, request.width), self._hand_time)
+                if self.settings.moves:
+                    self._set_channels((event,), request.stamp, request.text, issued)
             case OperateHand(immediate=True):
-                seconds = float(self.settings.parameters["HAND.TIME"])
-                self._stand(issued, request.text, seconds, self._opening(request.opening, request.width))
+                seconds = self._hand_time
+                event = self._hand_event(self._opening(request.opening, request.width), seconds)
+                self._stand(issued, request.text, seconds, event=event)
                 return self._until(self.end, program)
             case OperateHand():
                 hand = self._opening(request.opening, request.width)
                 self.settings = structs.replace(self.settings, hand=hand)
+            case SetChannels():
+                changes = [Event(0.0, channel, value) for channel, value in request.changes]
+                self._set_channels(changes, request.stamp, request.text, issued, observed=request.observed)
             case SetTool() | SetBase():
                 self._set_frames(request, issued)
             case Break():
                 self.clock.advance(self.end)
             case Brake():
                 self.stop()
-            case SetChannels():
-                raise NotImplementedError("channels are not set yet")
             case _:
                 if isinstance(request, SetConfiguration):
                     check_flag(self.arm, request.flag)
@@ -218,17 +226,8 @@ class Engine:
         start, executed = self._beginning(move, program)
         now = on_grid(self.now)
         if self.realtime and executed < now:  # the past stays as it is
-            if self.settings.parameters["CAUSALITY"] == "ABORT":
-                raise TooLate(
-                    f"{move.text or 'the motion'} was to begin at {executed:.3f} s, and it is {now:.3f} s",
-                    "give a later time, or IN dt; PARAMETER CAUSALITY = POSTPONE puts it off",
-                    value=executed,
-                    lower=now,
-                )
             later = max(now, self.timeline[self.timeline.index_at(now)].finish)
-            for listener in self.postponed:
-                listener(Postponement(move.text, executed, later))
-            executed = later
+            executed = self._postpone(move.text or "the motion", executed, later)
         altered = self.settings.alter
         if altered is not None and isinstance(move.target, PoseTarget):
             nominal = move.target.T_world_tool
@@ -238,7 +237,9 @@ class Engine:
         if altered is not None:
             self.settings = structs.replace(self.settings, alter=altered)
         if self.settings.moves:
-            executed = self._edit(motion, executed, self.settings.inserts, issued).executed
+            hand = self.settings.hand if move.hand is None else self._opening(move.hand)
+            event = None if hand is None else self._hand_event(hand)
+            executed = self._edit(motion, executed, self.settings.inserts, issued, event=event).executed
             if self.arm.steady is not None and isinstance(move.target, PoseTarget):
                 angle = angle_between(self.destination(executed).T_world_tool, move.target.T_world_tool)
                 for told in tuple(self.turned) if angle > NOTICEABLE else ():
@@ -247,6 +248,20 @@ class Engine:
         if move.stamp is not None:
             return self.now
         return self._until(executed, program)
+
+    def _postpone(self, text: str, executed: float, later: float) -> float:
+        """Put off what comes too late for its execution time, and tell of it. Return `later`. Raises TooLate."""
+        now = on_grid(self.now)
+        if self.settings.parameters["CAUSALITY"] == "ABORT":
+            raise TooLate(
+                f"{text} was to begin at {executed:.3f} s, and it is {now:.3f} s",
+                "give a later time, or IN dt; PARAMETER CAUSALITY = POSTPONE puts it off",
+                value=executed,
+                lower=now,
+            )
+        for listener in self.postponed:
+            listener(Postponement(text, executed, later))
+        return later
 
     def _alter(self, alter: Alter, issued: float | None) -> None:
         """Re-plan the current motion (at rest: a straight line) to the displaced target, starting now, as an inserted
@@ -290,16 +305,20 @@ class Engine:
         """How and when a motion begins."""
         now, end = on_grid(self.now), self.end
         if move.stamp is not None:
-            seconds, known = move.stamp.seconds, TIME
-            if move.stamp.relative:
-                seconds, known = self.now + seconds, TIME_FROM_NOW
-            return Start.AT, on_grid(known.checked(seconds, given=move.stamp.seconds))
+            return Start.AT, self._time_of(move.stamp)
         if now >= end:
             return Start.AFTER, now
         slowing = slowing_down(self.timeline)
         if program and slowing and self._may_blend(move):
             return Start.BLEND, max(now, rounding_begins(self.arm, slowing, self.settings.rounding))
         return Start.AFTER, end
+
+    def _time_of(self, stamp: Stamp) -> float:
+        """Return the time that a stamp means [s]. Raises IllegalValue."""
+        seconds, known = stamp.seconds, TIME
+        if stamp.relative:
+            seconds, known = self.now + seconds, TIME_FROM_NOW
+        return on_grid(known.checked(seconds, given=stamp.seconds))
 
     def _may_blend(self, move: Move) -> bool:
         """Whether continuous path is on, and no configuration word asks for another one than the arm will have."""
@@ -327,7 +346,6 @@ class Engine:
             resolve(arm, settings, move, after.before.frames, here, before),
             speed,
             duration=settings.duration.present,
-            hand=settings.hand if move.hand is None else self._opening(move.hand),
             text=move.text,
             relative=move.target if isinstance(move.target, RelativeTarget) else None,
         )
@@ -349,6 +367,53 @@ class Engine:
         held = min(float(self.settings.parameters["GRASP.WIDTH"]) / 1000.0 / widest, 1.0)
         return wanted if opening else max(wanted, held)
 
+    @property
+    def _hand_time(self) -> float:
+        """How long the fingers take [s]."""
+        return on_grid(float(self.settings.parameters["HAND.TIME"]))
+
+    def _hand_event(self, opening: float, duration: float = 0.0) -> Event:
+        """Make the event of the hand that comes with the next command."""
+        return Event(0.0, HAND, opening, self.book.number + 1, tied=True, duration=duration)
+
+    # --- dated events ---
+
+    def _set_channels(
+        self,
+        changes: Iterable[Event],
+        stamp: Stamp | None,
+        text: str,
+        issued: float | None,
+        *,
+        observed: bool = False,
+    ) -> None:
+        """Put events on the timeline: now, tied to its motions, or at the time of a stamp. What has no text, or was
+        observed, is recorded, and is no command. Raises TooLate as a motion does.
+        """
+        now, number = on_grid(self.now), self.book.number + 1
+        t = now if stamp is None else self._time_of(stamp)
+        if self.realtime and t < now:
+            t = self._postpone(text or "an event", t, now)
+        timeline, tied = self.timeline, stamp is None
+        events = [event._replace(time=t, number=number, tied=tied, observed=observed) for event in changes]
+        kind = MotionKind.RECORDED if observed or not text else MotionKind.EVENT
+        delta = TimelineDelta(
+            version=timeline.version,
+            cause=Cause.COMMAND,
+            motion=Motion(number, kind, Start.AT, text=text),
+            issued=now if issued is None else on_grid(issued),
+            executed=t,
+            cut=timeline.end,
+            keep=len(timeline),
+            drop=0,
+            shift=0.0,
+            segments=(),
+            events=EventEdit(timeline.events_by(t), events=tuple(events)),
+        )
+        if kind is MotionKind.EVENT:
+            self.check(self.timeline, delta)
+        self.book.commit([HistoryStep.of(timeline, delta, self.now, insert=True, altered=self.settings.alter)])
+
     def check(self, timeline: Timeline, delta: TimelineDelta) -> None:
         """Ask all `checks` about a change of a timeline before it is made. Raises what they raise."""
         for check in self.checks:
@@ -361,14 +426,14 @@ class Engine:
         issued: float | None,
         text: str,
         seconds: float = 0.0,
-        hand: float | None = None,
+        event: Event | None = None,
         frames: Frames | None = None,
     ) -> float:
         """Stand still after the last motion; when that begins [s]."""
         executed = max(on_grid(self.now), self.end)
-        motion = self._after(executed).motion(Start.AFTER, duration=seconds, hand=hand, frames=frames, text=text)
+        motion = self._after(executed).motion(Start.AFTER, duration=seconds, frames=frames, text=text)
         if self.settings.moves:
-            self._edit(motion, executed, self.settings.inserts, issued)
+            self._edit(motion, executed, self.settings.inserts, issued, event=event)
         return executed
 
     def _set_frames(self, request: SetTool | SetBase, issued: float | None) -> None:
@@ -449,11 +514,20 @@ class Engine:
     # --- changing the timeline ---
 
     def _edit(
-        self, motion: Motion, executed: float, insert: bool, issued: float | None = None, *, happens: bool = False
+        self,
+        motion: Motion,
+        executed: float,
+        insert: bool,
+        issued: float | None = None,
+        *,
+        happens: bool = False,
+        event: Event | None = None,
     ) -> TimelineDelta:
-        """Plan a motion, and commit it. Raises IllegalValue where motions would end later than times are exact."""
+        """Plan a motion with the event that comes with it, and commit both. Raises IllegalValue where motions would end
+        later than times are exact, and what the `checks` raise, unless it `happens` in any case.
+        """
         issued = self.now if issued is None else issued
-        delta = self._planned(motion, issued, executed, insert=insert)
+        delta = self._planned(motion, issued, executed, insert=insert, event=event)
         stays = delta.keep + delta.drop < len(self.timeline)
         end = self.end + delta.shift if stays else delta.segments[-1].finish if delta.segments else 0.0
         if end > 2.0 * LATEST:
@@ -464,9 +538,11 @@ class Engine:
         self.book.commit([HistoryStep.of(self.timeline, delta, issued, insert, self.settings.alter)], happens=happens)
         return delta
 
-    def _planned(self, motion: Motion, issued: float, executed: float, *, insert: bool) -> TimelineDelta:
-        slowest = self.settings.slowest
-        return plan(self.arm, self.timeline, motion, on_grid(issued), executed, insert=insert, slowest=slowest)
+    def _planned(
+        self, motion: Motion, issued: float, executed: float, *, insert: bool, event: Event | None = None
+    ) -> TimelineDelta:
+        arm, timeline, slowest = self.arm, self.timeline, self.settings.slowest
+        return plan(arm, timeline, motion, on_grid(issued), executed, insert=insert, slowest=slowest, event=event)
 
     def undo(self, count: int = 1) -> tuple[str, ...]:
         """Take the last motion commands back, and the clock, unless time is real: all of them or none. Their texts, the
@@ -477,7 +553,9 @@ class Engine:
 
     def undoing(self, count: int) -> Parts[tuple[str, ...]]:
         """`undo`, a part at a time. Raises RequestRefused, too, where the robot was stopped meanwhile."""
-        return self._through_history(self.book.history.last_done(count), self.book.undo(count, lambda: self.now))
+        stay = self.realtime
+        steps = self.book.history.last_done(count, leaves_recorded=stay)
+        return self._through_history(steps, self.book.undo(count, lambda: self.now, leaves_recorded=stay))
 
     def redo(self, count: int = 1) -> tuple[str, ...]:
         """Do again what `undo` took back last; timeline and clock are as before that: all or none. Their texts. Raises
@@ -494,7 +572,8 @@ class Engine:
         deltas = [step.delta for step in steps]
         while True:
             for delta in deltas:
-                if self.realtime and delta.cut < on_grid(self.now):
+                begun = delta.executed if delta.motion.kind is MotionKind.EVENT else delta.cut
+                if self.realtime and begun < on_grid(self.now):
                     text = delta.motion.text or "the last motion"
                     raise TooLate(
                         f"{text} has begun at {delta.executed:.3f} s, and the past stays",
@@ -513,7 +592,7 @@ class Engine:
             then = done[-1].altered if done else None
             same = then is not None and then.mode is altered.mode
             self.settings = structs.replace(self.settings, alter=then if same else Altered(altered.mode))
-        return tuple(delta.motion.text for delta in deltas)
+        return tuple(delta.motion.text for delta in deltas if delta.motion.kind is not MotionKind.RECORDED)
 
     # --- other courses of events ---
 

@@ -2,6 +2,9 @@
 
 A step holds the delta that took place and the one that takes it back, not the timelines between them: a day of
 commands costs what its deltas cost. Where even that is too much, the steps of old changes are forgotten.
+
+Recorded events (inputs from outside, what programs observed) are steps, but no commands. In virtual time UNDO takes
+them along with the command before them. In real time they have happened: UNDO takes commands out from below them.
 """
 
 from __future__ import annotations
@@ -9,19 +12,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from itertools import islice
 from math import inf
-from typing import TypeVar
 
 from msgspec import Struct, structs
 
 from vrs_cli.engine.settings import Altered
-from vrs_cli.errors import UsageError
+from vrs_cli.errors import TooLate, UsageError
 from vrs_cli.trajectory.instant import shown
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
-from vrs_cli.values.motion import Start
+from vrs_cli.values.events import EventEdit
+from vrs_cli.values.motion import Motion, MotionKind, Start
 from vrs_cli.values.results import CommandRecord
-
-_S = TypeVar("_S")
 
 WIDE = 64  # segments that a step drops: taking back a wider one is prepared when it is asked for
 
@@ -30,7 +31,8 @@ class HistoryStep(Struct, frozen=True):
     """A command that took place: its delta, the inverse of it, the clock before it [s], the policy INSERT, and what
     ALTER has displaced with it.
 
-    `back` is the inverse of the delta, or the timeline before it where the inverse would be long.
+    `back` is the inverse of the delta, or the timeline before it where the inverse would be long. `earlier`: how many
+    events have been put in before its own since then.
     """
 
     delta: TimelineDelta
@@ -38,6 +40,7 @@ class HistoryStep(Struct, frozen=True):
     clock: float
     insert: bool = True
     altered: Altered | None = None
+    earlier: int = 0
 
     @staticmethod
     def of(
@@ -45,10 +48,37 @@ class HistoryStep(Struct, frozen=True):
     ) -> HistoryStep:
         return HistoryStep(delta, before if delta.drop > WIDE else before.inverse(delta), clock, insert, altered)
 
+    @property
+    def recorded(self) -> bool:
+        """Whether it is of recorded events, and no command."""
+        return self.delta.motion.kind is MotionKind.RECORDED
+
     def taking_back(self, version: int) -> TimelineDelta:
         """The delta that undoes it, for the timeline of that version."""
         back = self.back.inverse(self.delta) if isinstance(self.back, Timeline) else self.back
-        return back._replace(version=version)
+        return back._replace(version=version, events=self._present(back.events))
+
+    def present(self, version: int) -> TimelineDelta:
+        """The delta of the command, for the timeline of that version."""
+        return self.delta._replace(version=version, events=self._present(self.delta.events))
+
+    def _present(self, edit: EventEdit | None) -> EventEdit | None:
+        return edit and edit._replace(keep=edit.keep + self.earlier)
+
+    def passed_by(self, recorded: HistoryStep, *, undone: bool) -> tuple[HistoryStep, HistoryStep] | None:
+        """Return both steps as if the recorded one had come before this one. This one is done, or `undone`, when the
+        other came. None if that is not possible: the recorded one came after events of this one had begun.
+        """
+        edit, events = self.delta.events, recorded.delta.events
+        if edit is None or events is None:
+            return self, recorded
+        place = events.keep + recorded.earlier - edit.keep - self.earlier
+        if place <= 0:
+            return structs.replace(self, earlier=self.earlier + len(events.events)), recorded
+        here, there = (edit.drop, len(edit.events)) if undone else (len(edit.events), edit.drop)
+        if place < here or edit.shift:
+            return None
+        return self, structs.replace(recorded, earlier=recorded.earlier + there - here)
 
 
 class Undone(Struct, frozen=True):
@@ -71,9 +101,14 @@ class History:
         self.forgotten = forgotten
 
     @property
+    def known(self) -> list[HistoryStep]:
+        """The steps that hold and are commands, oldest first."""
+        return [step for step in self.done if not step.recorded]
+
+    @property
     def commands(self) -> int:
         """The number of commands in force."""
-        return self.forgotten + len(self.done)
+        return self.forgotten + len(self.known)
 
     def copy(self) -> History:
         return History(self.done, self.undone, self.forgotten)
@@ -84,45 +119,83 @@ class History:
         while old < len(self.done) and self.done[old].delta.version < version:
             old += 1
         if old:
+            self.forgotten += sum(not step.recorded for step in self.done[:old])
             del self.done[:old]
-            self.forgotten += old
         if self.undone and ((last := self.undone[-1]) is None or last.step.delta.version < version):
             self.undone.clear()
 
     def add(self, step: HistoryStep) -> None:
-        """Add a new command: what was undone before it cannot be done again."""
+        """Add a new command: what was undone before it cannot be done again. Recorded events leave it possible, if they
+        come before all that was undone.
+        """
         self.done.append(step)
-        self.undone.clear()
+        undone: list[Undone | None] = []
+        for one in reversed(self.undone if step.recorded else ()):
+            passed = None if one is None else one.step.passed_by(step, undone=True)
+            if one is None or passed is None:
+                undone.clear()
+                break
+            undone.append(Undone(passed[0], one.clock))
+            step = passed[1]
+        self.undone = undone[::-1]
 
-    def last_done(self, count: int) -> Sequence[HistoryStep]:
-        """The steps that UNDO takes back, the last one first. Raises UsageError where there are not so many."""
+    def last_done(self, count: int, *, leaves_recorded: bool = False) -> Sequence[HistoryStep]:
+        """The steps that UNDO takes back, the last one first: so many commands and the recorded events after them,
+        which stay if it `leaves_recorded`. Raises UsageError where there are not so many, TooLate for a command that
+        has begun before events which stay.
+        """
+        hint = f"at most UNDO {len(self.known)}"
         older = "what is older cannot be taken back any more" if self.forgotten else ""
-        return _last(self.done, count, "undo", older)
+        _check_count(len(self.known), count, "undo", hint, older)
+        taken: list[HistoryStep] = []
+        stay: list[HistoryStep] = []
+        for step in reversed(self.done):
+            if step.recorded and leaves_recorded:
+                stay.insert(0, step)
+                continue
+            alone, stay = _below(step, stay)
+            taken.append(alone)
+            count -= not step.recorded
+            if not count:
+                break
+        return taken
 
     def last_undone(self, count: int) -> Sequence[Undone]:
-        """The steps that REDO does again, the next one first. Raises UsageError where there are not so many."""
-        known = [one for one in self.undone if one is not None]
-        return _last(known, count, "redo", "REDO follows UNDO; a new motion ends it")
+        """The steps that REDO does again, the next one first: so many commands, and the recorded events that were taken
+        back with them. Raises UsageError where there are not so many.
+        """
+        known = [one for one in reversed(self.undone) if one is not None]
+        commands = [place for place, one in enumerate(known) if not one.step.recorded]
+        never = "REDO follows UNDO; a new motion ends it"
+        _check_count(len(commands), count, "redo", f"at most REDO {len(commands)}", never)
+        return known[: (*commands, len(known))[count]]
 
-    def take_back(self, clock: float) -> None:
-        """Undo the last step, which may be forgotten; `clock` is the time now [s]. Raises UsageError for none."""
-        if self.forgotten and not self.done:
-            self.forgotten -= 1
+    def take_back(self, clock: float, motion: Motion | None = None) -> None:
+        """Undo the step of a motion (the last one), which may be forgotten; `clock` is the time now [s]. Raises
+        UsageError for none.
+        """
+        place = len(self.done) - 1
+        while motion is not None and place >= 0 and self.done[place].delta.motion.number != motion.number:
+            place -= 1
+        if place >= 0:
+            step, stay = _below(self.done[place], self.done[place + 1 :])
+            self.done[place:] = stay
+            self.undone.append(Undone(step, clock))
+        elif self.forgotten:
+            self.forgotten -= motion is None or motion.kind is not MotionKind.RECORDED
             self.undone.append(None)
-            return
-        self.last_done(1)
-        self.undone.append(Undone(self.done.pop(), clock))
+        else:
+            _check_count(0, 1, "undo", "", "")
 
-    def do_again(self) -> None:
+    def do_again(self, motion: Motion | None = None) -> None:
         """Let the step that was taken back last hold again. Raises UsageError where there is none."""
-        if self.undone and self.undone[-1] is None:
-            self.undone.pop()
-            self.forgotten += 1
-            return
-        self.last_undone(1)
+        if not self.undone:
+            self.last_undone(1)
         last = self.undone.pop()
-        assert last is not None
-        self.done.append(last.step)
+        if last is not None:
+            self.done.append(last.step)
+        elif motion is None or motion.kind is not MotionKind.RECORDED:
+            self.forgotten += 1
 
     def lengthen_last(self, timeline: Timeline) -> None:
         """End the stream of targets that is the last command: UNDO takes back all that stands since it began."""
@@ -135,12 +208,25 @@ class History:
         self.done[-1] = structs.replace(step, delta=step.delta._replace(segments=segments), back=back)
 
 
-def _last(steps: Sequence[_S], count: int, what: str, hint: str = "") -> Sequence[_S]:
-    if not steps:
-        raise UsageError(f"there is no motion to {what}", hint)
-    if not 0 < count <= len(steps):
-        raise UsageError(f"there are not {count} motions to {what}", f"at most {what.upper()} {len(steps)}")
-    return steps[: -count - 1 : -1]
+def _below(step: HistoryStep, behind: Sequence[HistoryStep]) -> tuple[HistoryStep, list[HistoryStep]]:
+    """Return a step, and the recorded ones behind it, as if these had come before it. Raises TooLate."""
+    stay: list[HistoryStep] = []
+    for recorded in behind:
+        passed = step.passed_by(recorded, undone=False)
+        if passed is None:
+            text = step.delta.motion.text or "the last command"
+            raise TooLate(f"{text} has begun before what was recorded since", "ABORT stops the motion")
+        step = passed[0]
+        stay.append(passed[1])
+    return step, stay
+
+
+def _check_count(known: int, count: int, what: str, most: str, none: str) -> None:
+    """Raises UsageError if so many commands cannot be undone or done again."""
+    if not known:
+        raise UsageError(f"there is no motion to {what}", none)
+    if not 0 < count <= known:
+        raise UsageError(f"there are not {count} motions to {what}", most)
 
 
 def held(deltas: Iterable[TimelineDelta]) -> Sequence[TimelineDelta]:
@@ -148,6 +234,8 @@ def held(deltas: Iterable[TimelineDelta]) -> Sequence[TimelineDelta]:
     done: list[TimelineDelta] = []
     undone: list[TimelineDelta] = []
     for delta in deltas:
+        if delta.motion.kind is MotionKind.RECORDED:
+            continue
         if delta.cause is Cause.UNDO:
             undone.append(done.pop())
         elif delta.cause is Cause.REDO:
@@ -160,6 +248,7 @@ def held(deltas: Iterable[TimelineDelta]) -> Sequence[TimelineDelta]:
 
 def records(timeline: Timeline, commands: Sequence[TimelineDelta]) -> tuple[CommandRecord, ...]:
     """The commands that deltas are of, with the times of their motions on a timeline."""
+    commands = [delta for delta in commands if delta.motion.kind is not MotionKind.RECORDED]
     begins: dict[int, float] = {}
     ends: dict[int, float] = {}
     for block in timeline.blocks(-inf, inf) if commands else ():
@@ -168,6 +257,9 @@ def records(timeline: Timeline, commands: Sequence[TimelineDelta]) -> tuple[Comm
         for number, start in zip(numbers, starts, strict=True):
             begins.setdefault(number, start)
         ends.update(zip(numbers, finishes, strict=True))
+    if any(delta.motion.kind is MotionKind.EVENT for delta in commands):
+        alone = {event.number: event.time for event in timeline.events if event.number not in begins}
+        begins, ends = {**begins, **alone}, {**ends, **alone}
     found = []
     for delta in commands:
         motion, executed = delta.motion, shown(delta.executed)

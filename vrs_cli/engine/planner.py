@@ -14,6 +14,7 @@ from functools import cached_property, partial
 
 from msgspec import Struct, structs
 
+from vrs_cli.engine.dated import edit_of
 from vrs_cli.engine.one_motion import (
     hardest_limits,
     joint_limits,
@@ -34,6 +35,7 @@ from vrs_cli.trajectory.polynomial import Polynomial, shifted
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.state import JointState, Target
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
+from vrs_cli.values.events import Event
 from vrs_cli.values.motion import Motion, Start
 
 SAME_PLACE = 1e-9  # [rad, m] two places that are one
@@ -49,16 +51,18 @@ def plan(
     *,
     insert: bool = True,
     slowest: float = SLOWEST,
+    event: Event | None = None,
 ) -> TimelineDelta:
     """f: the change of the timeline that lets `motion` start at `executed` [s]: cut, plan, plan the next again, shift.
 
-    `insert` false: what was scheduled after it is dropped. Raises MotionError when the motion, or a scheduled one that
-    would have to be planned again, is not possible; the message names the latter.
+    `insert` false: what was scheduled after it is dropped. `event`: comes with the motion, when that begins. Raises
+    MotionError when the motion, or a scheduled one that would have to be planned again, is not possible; the message
+    names the latter.
     """
     place = place_at(arm, timeline, executed)
     cut, segments = _plan_new(timeline, place, Problem(arm, place.here, motion, executed, slowest))
     tail = _Tail.of(timeline, cut.keep).after(cut.interrupted) if insert else _Tail.of(timeline, len(timeline))
-    edit = _Edit(arm, slowest, cut, segments, tail)
+    edit = _Edit(arm, slowest, cut, segments, tail, insert, event)
     while edit.changes_the_next:
         edit = edit.with_the_next_planned_again()
     return edit.delta(motion, issued, segments[0].start if motion.start is Start.BLEND else executed)
@@ -76,7 +80,7 @@ def plan_steering(
     limits = limits._replace(lower=target.lower or limits.lower, upper=target.upper or limits.upper)
     segments = steer(here, target, limits, hardest_limits(arm), tick, executed, motion, coming)
     segments = segments or plan_stop(Problem(arm, place.here, motion, executed))
-    edit = _Edit(arm, SLOWEST, place, segments, _Tail.of(timeline, len(timeline)))
+    edit = _Edit(arm, SLOWEST, place, segments, _Tail.of(timeline, len(timeline)), inserts=False)
     return edit.delta(motion, executed, executed)
 
 
@@ -201,6 +205,8 @@ class _Edit(Struct, frozen=True, dict=True):
     cut: CutPlace
     segments: tuple[Segment, ...]
     tail: _Tail
+    inserts: bool
+    event: Event | None = None
 
     @cached_property
     def place(self) -> Here:
@@ -224,9 +230,13 @@ class _Edit(Struct, frozen=True, dict=True):
 
     def delta(self, motion: Motion, issued: float, executed: float) -> TimelineDelta:
         """Return the change as a delta that is caused by a motion."""
-        following = self.tail.next
+        old, following, events = self.tail.old, self.tail.next, None
+        shift = 0.0 if following is None else self._begin(following) - following.start
+        if old.event_count or self.event is not None:
+            index, own = self.tail.index, self.event
+            events = edit_of(old, self.cut.keep, index, self.segments, shift, inserts=self.inserts, own=own)
         return TimelineDelta(
-            version=self.tail.old.version,
+            version=old.version,
             cause=Cause.COMMAND,
             motion=motion,
             issued=issued,
@@ -234,8 +244,9 @@ class _Edit(Struct, frozen=True, dict=True):
             cut=self.segments[0].start,
             keep=self.cut.keep,
             drop=self.tail.index - self.cut.keep,
-            shift=0.0 if following is None else self._begin(following) - following.start,
+            shift=shift,
             segments=self.segments,
+            events=events,
         )
 
     def with_the_next_planned_again(self) -> _Edit:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from math import inf
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from msgspec import Struct, structs
@@ -20,6 +21,7 @@ from vrs_cli.trajectory.rope import RowPart
 from vrs_cli.trajectory.row import BlockTable
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.events import HAND
 from vrs_cli.values.motion import Frames
 from vrs_cli.values.results import Position
 
@@ -79,7 +81,8 @@ def position_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
     moving = segment.phase is not Phase.REST and t < timeline[timeline.index_at(t)].finish
     velocity, acceleration = _rates(arm, segment, s, joints) if moving else (still, still)
     pose = world_pose(arm, segment.motion.frames, joints)
-    return Position(t, joints, velocity, acceleration, pose, segment.motion.hand, moving, segment.motion.text)
+    hand = timeline.value_at(HAND, t)
+    return Position(t, joints, velocity, acceleration, pose, hand, moving, segment.motion.text)
 
 
 def destination_at(arm: RobotArm, timeline: Timeline, t: float) -> Position:
@@ -244,9 +247,9 @@ def _sampled(arm: RobotArm, timeline: Timeline, times: Floats, kind: type[Sample
             begun, rates = times[rows] >= table.starts[places] + block.offset, (found.velocity, found.acceleration)
             moving = begun & (s < table.durations[places]) & ~table.resting[places]
             _fill_rates(arm, table, places, s, moving, q, (rates[0][rows], rates[1][rows]))
-        found.hand[rows] = table.hand[places]
         numbers = [frames.setdefault(one, len(frames)) for one in table.frames]
         which[rows] = numbers[0] if len(numbers) == 1 else np.take(numbers, table.frame_number[places])
+    _fill_hand(timeline, times, found.hand)
     for one, number in frames.items():  # many poses at once
         T_world_robot, T_flange_tool = batch.stack([inverse(one.base), one.tool])
         rows_of_frame = np.flatnonzero(which == number)
@@ -254,6 +257,16 @@ def _sampled(arm: RobotArm, timeline: Timeline, times: Floats, kind: type[Sample
             T_world_flange = batch.compose_batch(T_world_robot, arm.batch.forward(found.joints[chunk]))
             found.T_world_tool[chunk] = batch.compose_batch(T_world_flange, T_flange_tool)
     return found if back is None else kind(*(column[back] for column in structs.astuple(found)))
+
+
+def _fill_hand(timeline: Timeline, times: Floats, out: Floats) -> None:
+    """Store the opening of the hand at times (N,) in order."""
+    changes = list(timeline.changes(HAND)) if timeline.event_count else []
+    if changes:
+        begins, openings = zip((-inf, 0.0), *changes, strict=True)
+        import numpy as np
+
+        out[:] = np.array(openings)[np.searchsorted(begins, times, side="right") - 1]
 
 
 def _fill_rates(

@@ -2,39 +2,96 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from msgspec import Struct
+from msgspec.structs import replace
 
 from vrs_cli.engine.settings import Settings
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
+from vrs_cli.values.events import Event
 
 
 class Snapshot(Struct, frozen=True):
     """The segments of timeline `version`, all of them or those of a window: from the one that has the number `first`
     (counted from 0) on. Before them the robot stands still. `settings`: those in force then.
+
+    `events`: those of the window, from the one that has the number `first_event` on; `values`: of those before it the
+    last of each channel, so that what all channels are is known from the begin of the window on.
     """
 
     version: int
     segments: tuple[Segment, ...]
     settings: Settings
     first: int = 0
+    events: tuple[Event, ...] = ()
+    values: tuple[Event, ...] = ()
+    first_event: int = 0
 
     @classmethod
     def of(cls, timeline: Timeline, settings: Settings) -> Snapshot:
-        return cls(timeline.version, tuple(timeline), settings)
+        return cls(timeline.version, tuple(timeline), settings, events=tuple(timeline.events))
+
+    @classmethod
+    def part(cls, timeline: Timeline, settings: Settings, first: int, after: int) -> Snapshot:
+        """Make the snapshot of the segments from number `first` to before `after`, and of the events of that time."""
+        segments = tuple([timeline[index] for index in range(first, after)])
+        known = timeline.events_by(segments[0].start, before=True) if first else 0
+        last = timeline.event_count if after == len(timeline) else timeline.events_by(timeline[after].start)
+        values = last_values(timeline, known)
+        return cls(timeline.version, segments, settings, first, tuple(timeline.event_slice(known, last)), values, known)
 
     def timeline(self) -> Timeline:
-        return Timeline(self.segments, self.version)
+        return Timeline(self.segments, self.version, (*self.values, *self.events))
+
+    def with_later_events(self, count: int) -> Snapshot:
+        """Return the snapshot without the first `count` events, but for the values of the channels after them."""
+        values = last_values(self.timeline(), len(self.values) + count)
+        return replace(self, events=self.events[count:], values=values, first_event=self.first_event + count)
+
+    @property
+    def known_events(self) -> KnownEvents:
+        """Return which events its timeline has."""
+        return KnownEvents(self.first_event, len(self.values))
 
 
-def fitted(delta: TimelineDelta, timeline: Timeline, first: int) -> TimelineDelta | None:
-    """Fit a delta of the whole timeline to its known part, `timeline`, which begins with segment number `first`.
+def last_values(timeline: Timeline, count: int) -> tuple[Event, ...]:
+    """Return the last event of each channel among the first `count` events, in order of time."""
+    last = {event.channel: event for event in timeline.event_slice(0, count) if not event.observed}
+    return tuple(sorted(last.values(), key=lambda event: event.time))
+
+
+class KnownEvents(NamedTuple):
+    """Which events a part of a timeline has: in place of those before number `first` the last of each channel, so many
+    as `values`.
+    """
+
+    first: int = 0
+    values: int = 0
+
+
+ALL_EVENTS = KnownEvents()
+
+
+def fitted(
+    delta: TimelineDelta, timeline: Timeline, first: int, known: KnownEvents = ALL_EVENTS
+) -> TimelineDelta | None:
+    """Fit a delta of the whole timeline to its known part, `timeline`, which begins with segment number `first` and
+    has the `known` events.
 
     What is behind the known part is left out. None for a change that reaches before it: a new snapshot is needed then.
     """
     keep, count = delta.keep - first, len(timeline)
     if keep < 1:
         return None
+    edit = delta.events
+    if edit is not None:
+        kept, events = edit.keep - known.first + known.values, timeline.event_count
+        if edit.keep < known.first:
+            return None
+        there = edit._replace(keep=kept, drop=min(edit.drop, events - kept)) if kept <= events else None
+        delta = delta._replace(events=there)
     if keep > count:
         return delta._replace(keep=count, drop=0, segments=())
     return delta._replace(keep=keep, drop=min(delta.drop, count - keep))

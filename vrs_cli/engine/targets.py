@@ -265,12 +265,11 @@ class After(Struct, frozen=True):
         speed: Speed = FULL,
         *,
         duration: float = 0.0,
-        hand: float | None = None,
         frames: Frames | None = None,
         text: str = "",
         relative: RelativeTarget | None = None,
     ) -> Motion:
-        """Make a motion to joints or a pose, or a rest; hand, BASE and TOOL are by default those of `before`."""
+        """Make a motion to joints or a pose, or a rest; BASE and TOOL are by default those of `before`."""
         pose = goal if isinstance(goal, Transform) else None
         return Motion(
             number=self.number,
@@ -284,7 +283,6 @@ class After(Struct, frozen=True):
             rotation=speed.rotation,
             duration=on_grid(duration),
             swivel=None if pose is None else self.settings.swivel.present.swivel,
-            hand=self.before.hand if hand is None else hand,
             frames=frames or self.before.frames,
             text=text,
             relative=relative,

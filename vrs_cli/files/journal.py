@@ -26,6 +26,7 @@ from vrs_cli.files.rebuild import history_of
 from vrs_cli.files.trajectory_file import Recording, read_trajectory, trajectory_lines
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.language.text.collector import pause_collector
+from vrs_cli.trajectory.events import EventRow
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import PART, Timeline, TimelineDelta
@@ -300,11 +301,17 @@ class Journal:
         place = self._repeat(lambda: self._lines.row(row))
         return None if place is None else KeptRow(self.past, place)
 
+    def keep_events(self, row: EventRow) -> int | None:
+        """Write a row of events. Where it begins; None where it cannot be written now."""
+        return self._repeat(lambda: self._lines.events(row))
+
     def keep_checkpoint(self, timeline: Timeline, commands: int, number: int) -> bool:
         """Write where all rows of a timeline are, which are in the file; whether that was possible."""
         assert self.past is not None, "it is kept to be read back"
         parts = tuple(part_record(offset, leaf) for _, offset, leaf in timeline.parts())
-        record = CheckpointRecord(timeline.version, number, commands, parts, tuple(self._places), self.past.checkpoint)
+        events = tuple(part_record(offset, leaf) for _, offset, leaf in timeline.event_parts())
+        places, before = tuple(self._places), self.past.checkpoint
+        record = CheckpointRecord(timeline.version, number, commands, parts, places, before, events)
         place = self._repeat(lambda: self._lines.checkpoint(record))
         if place is not None:
             self.past.checkpoint = place
@@ -389,13 +396,14 @@ def bookmark_of(path: str | Path, recording: Recording, engine: Engine) -> Bookm
     """
     check_robot(path, recording.model, engine)
     book = Book(
-        Timeline(recording.initial),
+        recording.initial,
         recording.timeline,
         recording.deltas,
         history_of(recording.initial, recording.deltas),
         max((delta.motion.number for delta in recording.deltas), default=0),
     )
-    return Bookmark(book, engine.settings, recording.timeline.end)
+    book.marks_events = recording.older_hand
+    return Bookmark(book, engine.settings, recording.timeline.last)
 
 
 def check_robot(path: str | Path, model: RobotModel, engine: Engine) -> None:
@@ -427,7 +435,7 @@ def keep_journal(
         found, goes_on = it.resumed, None
         if found is not None:
             check_robot(it.path, found.model, engine)
-            goes_on = Bookmark(found.book, engine.settings, found.book.timeline.end)
+            goes_on = Bookmark(found.book, engine.settings, found.book.timeline.last)
         elif it.recording is not None:
             goes_on = bookmark_of(it.path, it.recording, engine)
         book = engine.book if goes_on is None else goes_on.book

@@ -17,10 +17,11 @@ from vrs_cli.engine.history import History
 from vrs_cli.errors import FileError, FileOpened, VrsError
 from vrs_cli.files.atomic import claim, is_special, sync_handle
 from vrs_cli.files.opening import reason
-from vrs_cli.files.rebuild import loaded_forward
+from vrs_cli.files.rebuild import OlderHand, loaded_forward
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.model_data import from_dict
+from vrs_cli.trajectory.events import EventRow
 from vrs_cli.trajectory.rope import Leaf, OffsetNode
 from vrs_cli.trajectory.row import Row
 from vrs_cli.trajectory.timeline import PART, DeltaLog, Timeline, TimelineDelta
@@ -32,6 +33,7 @@ from vrs_cli.wire.lines import (
     HeaderRecord,
     PartRecord,
     decode_delta,
+    decode_events,
     decode_row,
     is_object,
     is_repeated,
@@ -124,6 +126,7 @@ class GrowingFile:
 
 CHUNK = 1 << 16  # bytes that are read at once
 NEAR = 32  # rows, and parts of deltas, that were read last are kept, for all robots of a process
+HAND_KEY = b'"hand":'  # of a motion
 TAIL = 64  # bytes at the end of a line that have its checksum
 V = TypeVar("V")
 
@@ -260,7 +263,8 @@ def resumed(file: GrowingFile, changes: int) -> Resumed | None:
             record = decode(_line(file, place).record, CheckpointRecord)
             after += 0 if version is None else version - record.checkpoint
             if after >= changes:
-                return _resumed(file, place, record)
+                older = not record.events and _has_older_hand(file)
+                return None if older else _resumed(file, place, record)
             place, version = record.before, record.checkpoint
     except (OSError, ValueError, LookupError, VrsError):
         pass
@@ -285,6 +289,20 @@ def _last_checkpoint(file: GrowingFile) -> int | None:
     return None
 
 
+def _has_older_hand(file: GrowingFile) -> bool:
+    """Return whether motions of a journal may say how far the hand is open, as they did in older files."""
+    begin, overlap, is_header = 0, b"", True
+    while chunk := file.read(begin, CHUNK):
+        begin += len(chunk)
+        if is_header:
+            _, end, chunk = chunk.partition(b"\n")
+            is_header = not end
+        if HAND_KEY in overlap + chunk:
+            return True
+        overlap = chunk[-len(HAND_KEY) :]
+    return False
+
+
 def _resumed(file: GrowingFile, place: int, record: CheckpointRecord) -> Resumed:
     data = b""
     while b"\n" not in data and (chunk := file.read(len(data), CHUNK)):
@@ -306,16 +324,18 @@ def _resumed(file: GrowingFile, place: int, record: CheckpointRecord) -> Resumed
                 past.places.append(line.place)
     unknown = [None] * len(new)  # commands that were taken back before the checkpoint, and may be done again after it
     history = History(undone=unknown, forgotten=record.commands)
-    timeline = Timeline.of_parts(_parts(record, past), record.checkpoint)
+    timeline = Timeline.of_parts(_parts(record, past), record.checkpoint, _event_parts(record, file))
+    book = Book(
+        OlderHand().initial(segments_of(header.initial, Motions(), None, form)),
+        loaded_forward(history, timeline, new, record.number),
+        DeltaLog.after(past, parts, [*known, *new]),
+        history,
+        max([record.number, *(delta.motion.number for delta in new)]),
+    )
+    book.marks_events = bool(record.events) and not any(delta.events for delta in new)
     return Resumed(
         model=model,
-        book=Book(
-            Timeline(segments_of(header.initial, Motions(), None, form)),
-            loaded_forward(history, timeline, new, record.number),
-            DeltaLog.after(past, parts, [*known, *new]),
-            history,
-            max([record.number, *(delta.motion.number for delta in new)]),
-        ),
+        book=book,
         past=past,
         size=size,
         checksum=_checksums(file, size).last,
@@ -332,8 +352,22 @@ def _parts(record: CheckpointRecord, past: Past) -> Iterator[OffsetNode[Row]]:
         yield OffsetNode(it.offset, Leaf(row, it.first, it.last, it.begin, it.end))
 
 
-def part_record(offset: float, leaf: Leaf[Row]) -> PartRecord:
+def _event_parts(record: CheckpointRecord, file: GrowingFile) -> Iterator[OffsetNode[EventRow]]:
+    """Read the events, which all stay in memory. Raises RecordError."""
+    rows: dict[int, EventRow] = {}
+    for it in record.events:
+        row = rows.get(it.place)
+        if row is None:
+            row = rows[it.place] = EventRow(decode_events(_line(file, it.place).record))
+            row.closed, row.kept = True, it.place
+        if len(row) != it.count:
+            raise RecordError("a row of events is not as long as it was")
+        yield OffsetNode(it.offset, Leaf(row, it.first, it.last, it.begin, it.end))
+
+
+def part_record(offset: float, leaf: Leaf[Row] | Leaf[EventRow]) -> PartRecord:
     """A part of a row that is in a journal; the timeline has its times `offset` [s] later."""
     kept = leaf.row.kept
-    assert isinstance(kept, KeptRow), "the row is in a journal"
-    return PartRecord(kept.place, len(leaf.row), leaf.first, leaf.last, leaf.begin, leaf.end, offset)
+    place = kept.place if isinstance(kept, KeptRow) else kept
+    assert isinstance(place, int), "the row is in a journal"
+    return PartRecord(place, len(leaf.row), leaf.first, leaf.last, leaf.begin, leaf.end, offset)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 
 from msgspec import Struct
@@ -10,6 +10,7 @@ from msgspec import Struct
 from vrs_cli.engine.history import History, HistoryStep
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
+from vrs_cli.values.events import HAND, Event, EventEdit
 from vrs_cli.wire.records import RecordError
 
 
@@ -35,7 +36,83 @@ def apply(timeline: Timeline, delta: TimelineDelta) -> Timeline:
     last = timeline[delta.keep - 1] if delta.keep else None
     before = () if last is None else (last.start, min(last.finish, delta.cut))
     check_order(delta.segments, before, (timeline[after].start + delta.shift,) if after < count else ())
+    if delta.events is not None:
+        _check_events(timeline, delta.events)
     return timeline.apply(delta)
+
+
+def _check_events(timeline: Timeline, edit: EventEdit) -> None:
+    """Raises RecordError where an edit does not fit the events of a timeline."""
+    count, after = timeline.event_count, edit.keep + edit.drop
+    if after > count:
+        raise RecordError(f"keeps {edit.keep} and drops {edit.drop} of {count} events")
+    before = [timeline.event(edit.keep - 1).time] if edit.keep else []
+    behind = [timeline.event(after).time + edit.shift] if after < count else []
+    times = (*before, *(event.time for event in edit.events), *behind)
+    if not all(earlier <= later for earlier, later in pairwise(times)):
+        raise RecordError("the events are not in order of time")
+
+
+# --- the hand in older files ---------------------------------------------------------------------------------------
+
+
+class OlderHand:
+    """Makes events of the hand from the motions of an older file, each of which says how far the hand is open.
+
+    In a file that has events in its deltas the motions before the first of these are older. `found`: there was one that
+    opens the hand, so that what is written on has to begin with a delta with events.
+    """
+
+    def __init__(self) -> None:
+        self.found, self._ended = False, False
+
+    def initial(self, segments: Sequence[Segment]) -> Timeline:
+        """Return the first timeline."""
+        return Timeline(segments, events=list(_openings(segments, 0.0)))
+
+    def read(self, timeline: Timeline, delta: TimelineDelta) -> TimelineDelta:
+        """Return the delta with the events that its motions mean."""
+        self._ended = self._ended or delta.events is not None
+        self.found = not self._ended and (self.found or delta.motion.hand != 0.0)
+        count = len(timeline)
+        if self._ended or not 0 < delta.keep <= delta.keep + delta.drop <= count:
+            return delta
+        if not timeline.event_count and not any(segment.motion.hand for segment in delta.segments):
+            return delta
+        keep, after = _event_of(timeline, delta.keep), _event_of(timeline, delta.keep + delta.drop)
+        before = timeline[delta.keep - 1].motion.hand
+        events = list(_openings(delta.segments, before))
+        if delta.keep + delta.drop < count:
+            tail = timeline[delta.keep + delta.drop]
+            if after < timeline.event_count and timeline.event(after).number == tail.motion.number:
+                after += timeline.event(after).time == tail.start
+            last = delta.segments[-1].motion.hand if delta.segments else before
+            events += _openings([tail.shifted(delta.shift)], last)
+        return delta._replace(events=EventEdit(keep, after - keep, delta.shift, tuple(events)))
+
+
+def _openings(segments: Iterable[Segment], before: float) -> Iterator[Event]:
+    """Yield an event for each segment that begins with the hand open otherwise than `before` it."""
+    for segment in segments:
+        motion = segment.motion
+        if motion.hand != before:
+            before = motion.hand
+            yield Event(segment.start, HAND, before, motion.number, tied=True)
+
+
+def _event_of(timeline: Timeline, index: int) -> int:
+    """Return how many events there are of segments before that number; each stands where its segment begins."""
+    start = timeline[index - 1].start
+    count = timeline.events_by(start, before=True)
+    known = set[int]()
+    while index and timeline[index - 1].start == start:
+        index -= 1
+        known.add(timeline[index].motion.number)
+    while count < timeline.event_count and timeline.event(count).time == start:
+        if timeline.event(count).number not in known:
+            break
+        count += 1
+    return count
 
 
 def check_order(segments: Iterable[Segment], before: Iterable[float] = (), behind: Iterable[float] = ()) -> None:
@@ -48,14 +125,14 @@ def check_order(segments: Iterable[Segment], before: Iterable[float] = (), behin
 # --- what can be undone ------------------------------------------------------------------------------------------
 
 
-def history_of(initial: Iterable[Segment], deltas: Iterable[TimelineDelta]) -> History:
+def history_of(initial: Timeline, deltas: Iterable[TimelineDelta]) -> History:
     """The commands that hold after a row of deltas, and those that were undone last, as if they had just been given.
 
     The targets of a stream, which are of one motion, are one command. A file does not tell the clock: UNDO goes back to
     the issue time of a command, REDO to the end of the timeline.
     """
     history = History()
-    loaded_forward(history, Timeline(initial), deltas, 0)
+    loaded_forward(history, initial, deltas, 0)
     return history
 
 
@@ -68,9 +145,9 @@ def loaded_forward(history: History, timeline: Timeline, deltas: Iterable[Timeli
             history.lengthen_last(timeline)
         streaming = goes_on
         if delta.cause is Cause.UNDO:
-            history.take_back(timeline.end)
+            history.take_back(timeline.end, delta.motion)
         elif delta.cause is Cause.REDO:
-            history.do_again()
+            history.do_again(delta.motion)
         elif not goes_on:
             number = delta.motion.number
             # it overrides where it drops motions that were scheduled after it

@@ -19,7 +19,7 @@ from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically
 from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.opening import unreadable
-from vrs_cli.files.rebuild import Fault, apply, check_order
+from vrs_cli.files.rebuild import Fault, OlderHand, apply, check_order
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import RobotModel
@@ -75,7 +75,8 @@ def trajectory_lines(
 
 
 class Recording(Struct, frozen=True):
-    """A trajectory file as read: `timeline` is tau after all `deltas`, `initial` the segments of tau[0].
+    """A trajectory file as read: `timeline` is tau after all `deltas`, `initial` is tau[0]. `older_hand`: motions
+    of the file open the hand, and no delta has events after them.
 
     `warnings`: what is wrong in a file of before, or in one that is read leniently, with the lines. `dropped_tail`: a
     last line that had not been written to its end was left out. `size`: the bytes of all others; `checksum`: that of
@@ -87,7 +88,8 @@ class Recording(Struct, frozen=True):
     arm: RobotArm
     timeline: Timeline
     deltas: tuple[TimelineDelta, ...]
-    initial: tuple[Segment, ...]
+    initial: Timeline
+    older_hand: bool
     dropped_tail: bool
     warnings: tuple[str, ...]
     size: int
@@ -148,7 +150,8 @@ class _Reader:
             raise _damaged(path, 1, str(error)) from None
         if not self._initial:
             raise _damaged(path, 1, "the initial timeline has no segment")
-        self._timeline = Timeline(self._initial)
+        self._hand = OlderHand()
+        self._begin = self._timeline = self._hand.initial(self._initial)
 
     def take(self, number: int, line: bytes, place: int) -> bool:
         """Read the next line, which begins at a place; False where it and all after it are left out. Raises
@@ -158,7 +161,7 @@ class _Reader:
             record = self._opened(number, line)
             if is_repeated(record):
                 return True
-            delta = decode_delta(record, self._motions, self._form)
+            delta = self._hand.read(self._timeline, decode_delta(record, self._motions, self._form))
             self._timeline = apply(self._timeline, delta)
         except RecordError as error:
             if not self._lenient:
@@ -193,7 +196,8 @@ class _Reader:
             arm=self._arm,
             timeline=self._timeline,
             deltas=tuple(self._deltas),
-            initial=self._initial,
+            initial=self._begin,
+            older_hand=self._hand.found,
             dropped_tail=lines.torn,
             warnings=tuple(map(str, self._faults)),
             size=lines.whole,

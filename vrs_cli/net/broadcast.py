@@ -17,7 +17,7 @@ from itertools import islice
 from math import inf
 from typing import NamedTuple, Protocol
 
-from vrs_cli.engine.engine import Event
+from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.position import Watched
 from vrs_cli.engine.snapshot import TimelineReplaced
 from vrs_cli.interfaces.roles.playback import Audience, Playback, Viewer, checked_rate
@@ -295,7 +295,7 @@ class Broadcast:
 
     # --- what happens ---
 
-    def tell(self, event: Event, applied: float) -> None:
+    def tell(self, event: TimelineChange, applied: float) -> None:
         """Take a change of the timeline; the robot's clock was at `applied` [s] then."""
         self.stream.tell(event, applied, self._watched.timeline)
         if isinstance(event, TimelineDelta):

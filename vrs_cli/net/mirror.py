@@ -14,10 +14,10 @@ from math import inf
 from msgspec import Struct
 from msgspec.structs import replace
 
-from vrs_cli.engine.engine import Event
+from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import Feed
 from vrs_cli.engine.settings import Settings
-from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced, fitted
+from vrs_cli.engine.snapshot import KnownEvents, Snapshot, TimelineReplaced, fitted, last_values
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.instant import down_to_grid
 from vrs_cli.trajectory.timeline import Timeline, TimelineDelta
@@ -54,22 +54,41 @@ class ClockReading(Struct, frozen=True):
 
 
 class _Held(Struct, frozen=True):
-    """The state at one moment: the timeline from its segment number `first` on, after change `seq`."""
+    """The state at one moment: the timeline from its segment number `first` on with the `known` events, after change
+    `seq`.
+    """
 
     timeline: Timeline
     first: int
     settings: Settings
     seq: int
+    known: KnownEvents
 
     @classmethod
     def of(cls, snapshot: Snapshot, seq: int) -> _Held:
-        return cls(snapshot.timeline(), snapshot.first, snapshot.settings, seq)
+        return cls(snapshot.timeline(), snapshot.first, snapshot.settings, seq, snapshot.known_events)
 
     def since(self, t: float) -> _Held:
-        """Return the state without the segments that ended before t [s]."""
-        gone = self.timeline.index_at(t)
-        kept = Timeline(islice(self.timeline, gone, None), self.timeline.version)
-        return replace(self, timeline=kept, first=self.first + gone)
+        """Return the state without the segments that ended before t [s], and the events before the others."""
+        timeline, known = self.timeline, self.known
+        gone = timeline.index_at(t)
+        events = max(timeline.events_by(timeline[gone].start, before=True), known.values)
+        values, later = last_values(timeline, events), timeline.event_slice(events, timeline.event_count)
+        kept = Timeline(islice(timeline, gone, None), timeline.version, (*values, *later))
+        known = KnownEvents(known.first + events - known.values, len(values))
+        return replace(self, timeline=kept, first=self.first + gone, known=known)
+
+    def with_older(self, older: Snapshot) -> _Held:
+        """Return the state with the segments of an older window before its own, and the events."""
+        timeline, known = self.timeline, self.known
+        segments = (*older.segments[: self.first - older.first], *timeline)
+        new, ours = known.first - older.first_event, tuple(timeline.events)
+        values = (*older.values, *older.events[: max(new, 0)])
+        since = values[-1].time if values else -inf
+        missed = () if new <= len(older.events) else [one for one in ours[: known.values] if one.time > since]
+        events = (*values, *missed, *ours[known.values :])
+        begins = KnownEvents(known.first, len(events) - len(ours) + known.values) if missed else older.known_events
+        return replace(self, timeline=Timeline(segments, timeline.version, events), first=older.first, known=begins)
 
 
 class Mirror:
@@ -87,7 +106,7 @@ class Mirror:
         self.clock = ClockReading()
         self.lost, self._form = False, Form.of(arm)
         self._held = _Held.of(snapshot, seq)
-        self.events: Feed[Event] = Feed(lambda: TimelineReplaced(self.timeline, self.settings))
+        self.events: Feed[TimelineChange] = Feed(lambda: TimelineReplaced(self.timeline, self.settings))
 
     # --- reading ---
 
@@ -135,7 +154,7 @@ class Mirror:
         if self.lost or seq <= held.seq:
             return
         follows = seq == held.seq + 1 and delta.version == held.timeline.version
-        here = fitted(delta, held.timeline, held.first) if follows else None
+        here = fitted(delta, held.timeline, held.first, held.known) if follows else None
         if here is None:
             self.lost = True
             return
@@ -166,8 +185,7 @@ class Mirror:
         joint = older.segments[count : count + 1]  # the first that is held, perhaps cut off by now
         if self.lost or count < 0 or not joint or joint[0].truncated(held.timeline[0].finish) != held.timeline[0]:
             return False
-        timeline = Timeline((*older.segments[:count], *held.timeline), held.timeline.version)
-        self._held = replace(held, timeline=timeline, first=older.first)
+        self._held = held.with_older(older)
         self.events.publish([TimelineReplaced(self.timeline, self.settings)])
         return True
 

@@ -12,7 +12,7 @@ from threading import Lock, Thread, current_thread
 from typing import Any, TypeVar
 from weakref import finalize
 
-from vrs_cli.engine.engine import Event
+from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.port.preview import Previewed
@@ -189,7 +189,7 @@ class SocketPort:
             raise RequestRefused(*CLOSED)
         return self.far.previewed()  # in the caller's thread: a window asks fifty times a second
 
-    def subscribe(self) -> Subscription[Event]:
+    def subscribe(self) -> Subscription[TimelineChange]:
         """The timeline, and every change of it from now on."""
         return self._loop.do(self.follow().events.subscribe)
 

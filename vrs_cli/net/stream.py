@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from msgspec import Struct, field
 
-from vrs_cli.engine.engine import Event
+from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Snapshot, TimelineReplaced
 from vrs_cli.kinematics.arm import RobotArm
@@ -130,7 +130,7 @@ class Stream:
 
     # --- the robot tells ---
 
-    def tell(self, event: Event, applied: float, seen: Timeline) -> None:
+    def tell(self, event: TimelineChange, applied: float, seen: Timeline) -> None:
         """Take the next change. The robot's clock was at `applied` [s] then; its timeline is `seen` now, perhaps after
         more changes. Raises ValueError for a change that does not fit.
         """
@@ -240,14 +240,18 @@ class Stream:
         have, and their message.
         """
         first = max(first, after - SEGMENTS)
-        segments = tuple([self.timeline[index] for index in range(first, after)])
+        snapshot = Snapshot.part(self.timeline, self.settings, first, after)
         while True:
-            record = snapshot_record(Snapshot(self.timeline.version, segments, self.settings, first))
+            record = snapshot_record(snapshot)
             packet = packet_of(messages.Replaced(record, number=self.number), form)
-            if len(packet.data) <= SNAPSHOT_BYTES or len(segments) <= 1:
+            segments, events = len(snapshot.segments), len(snapshot.events)
+            if len(packet.data) <= SNAPSHOT_BYTES or max(segments, events) <= 1:
                 return record, packet
-            half = len(segments) // 2
-            first, segments = first + half, segments[half:]
+            if segments > 1:
+                first += segments // 2
+                snapshot = Snapshot.part(self.timeline, self.settings, first, after)
+            else:
+                snapshot = snapshot.with_later_events(events // 2)
 
 
 def _follows(timeline: Timeline, delta: TimelineDelta) -> bool:

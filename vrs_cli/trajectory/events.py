@@ -19,10 +19,11 @@ TIED, OBSERVED = 1, 2  # bits of a flag
 class EventRow(Sequence[Event]):
     """Events with the times that they were made with, in order. It grows at its end and nowhere else.
 
-    `flags`: TIED, OBSERVED. `places`: where each channel changes (observations change nothing).
+    `flags`: TIED, OBSERVED. `places`: where each channel changes (observations change nothing). `closed`: it does not
+    grow any more. `kept`: where it is written down.
     """
 
-    __slots__ = ("channels", "closed", "durations", "flags", "numbers", "places", "starts", "values")
+    __slots__ = ("channels", "closed", "durations", "flags", "kept", "numbers", "places", "starts", "values")
 
     def __init__(self, events: Iterable[Event] = ()) -> None:
         self.starts, self.values, self.durations = array("d"), array("d"), array("d")
@@ -30,6 +31,7 @@ class EventRow(Sequence[Event]):
         self.flags = bytearray()
         self.places: dict[int, array[int]] = {}
         self.closed = False
+        self.kept: int | None = None
         self.grow(events)
 
     @property

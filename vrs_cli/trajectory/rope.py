@@ -555,6 +555,14 @@ def _values(node: Node[EventRow]) -> dict[int, float]:
     return {channel: value for channel, value in found if value is not None}
 
 
+def changes(held: OffsetNode[EventRow], channel: int) -> Iterator[tuple[float, float]]:
+    """When events change a channel [s], and to what."""
+    for _, offset, leaf in parts(held):
+        places, row = leaf.row.places.get(channel, ()), leaf.row
+        for place in places[bisect_left(places, leaf.first) : bisect_left(places, leaf.last)]:
+            yield offset + row.starts[place], row.values[place]
+
+
 def channels(held: OffsetNode[EventRow] | None) -> tuple[int, ...]:
     """The channels that events change, in order."""
     return () if held is None else tuple(sorted(_values(held.node)))

@@ -166,7 +166,7 @@ def later(times: array[float], shift: float) -> array[float]:
 
 
 class BlockTable(NamedTuple):
-    """m segments of n joints, those of a row from `first` on: `starts`, `finishes`, `durations`, `hand` (m,);
+    """m segments of n joints, those of a row from `first` on: `starts`, `finishes`, `durations` (m,);
     `coefficients` (k, m, n) by ascending power.
 
     `straight` and `resting` (m,) say what each segment is; a straight one has coefficients of zero. `frame_number` (m,)
@@ -178,7 +178,6 @@ class BlockTable(NamedTuple):
     starts: Floats
     finishes: Floats
     durations: Floats
-    hand: Floats
     coefficients: Floats
     straight: Flags
     resting: Flags
@@ -242,7 +241,6 @@ def table_of(row: Row, first: int, last: int) -> BlockTable:
         starts=starts,
         finishes=finishes,
         durations=finishes - starts,
-        hand=np.array([motion.hand for motion in motions]),
         coefficients=coefficients(paths),
         straight=np.array([not isinstance(path, JointPath) for path in paths]),
         resting=np.frombuffer(bytes(row.phases[first:last]), np.uint8) == CODES[Phase.REST],

@@ -114,6 +114,11 @@ class Timeline:
         """When the last segment finishes [s]."""
         return self._rope.offset + self._rope.node.end
 
+    @property
+    def last(self) -> float:
+        """When the last segment finishes or, if that is later, the last event happens [s]."""
+        return self.end if self._events is None else max(self.end, self._events.offset + self._events.node.end)
+
     def index_at(self, t: float) -> int:
         """The index of the last segment with start <= t (0 before the first)."""
         return rope.index_at(self._rope, t)
@@ -159,11 +164,13 @@ class Timeline:
         """How many events there are up to time t [s], or (`before`) earlier than t."""
         return 0 if self._events is None else rope.count_by(self._events, t, before=before)
 
+    def event_slice(self, first: int, last: int) -> Iterator[Event]:
+        """The events from index `first` to before `last`."""
+        return iter(()) if self._events is None else rope.events(self._events, first, last)
+
     def events_between(self, first: float, last: float) -> Iterator[Event]:
         """The events from time `first` to time `last` [s], both included."""
-        if self._events is None:
-            return iter(())
-        return rope.events(self._events, self.events_by(first, before=True), self.events_by(last))
+        return self.event_slice(self.events_by(first, before=True), self.events_by(last))
 
     def event_after(self, t: float) -> Event | None:
         """The first event that is later than t [s]."""
@@ -180,9 +187,9 @@ class Timeline:
     def changes(self, channel: int) -> Iterator[tuple[float, float]]:
         """When a channel becomes another value [s], and which."""
         before = 0.0
-        changes = (event for event in self.events if event.channel == channel and not event.observed)
-        for time, several in groupby(changes, lambda event: event.time):
-            value = list(several)[-1].value
+        set_to = () if self._events is None else rope.changes(self._events, channel)
+        for time, several in groupby(set_to, lambda change: change[0]):
+            value = list(several)[-1][1]
             if value != before:
                 yield time, value
             before = value
@@ -211,15 +218,17 @@ class Timeline:
     # --- in which rows it is ---
 
     @classmethod
-    def of_parts(cls, parts: Iterable[OffsetNode[Row]], version: int, events: Iterable[Event] = ()) -> Timeline:
-        """Make the timeline whose rope has these leaves, each with the offset of its times, and these events.
+    def of_parts(
+        cls, parts: Iterable[OffsetNode[Row]], version: int, events: Iterable[OffsetNode[EventRow]] = ()
+    ) -> Timeline:
+        """Make the timeline whose ropes have these leaves, each with the offset of its times.
 
         Raises ValueError for none.
         """
         made = rope.root(list(parts))
         if made is None:
             raise ValueError("a timeline has at least one segment")
-        return cls._made(made, rope.rope_of(EventRow(events)), version)
+        return cls._made(made, rope.root(list(events)), version)
 
     @classmethod
     def _made(cls, held: OffsetNode[Row], events: OffsetNode[EventRow] | None, version: int) -> Timeline:
@@ -232,6 +241,10 @@ class Timeline:
         with the offset of its times [s].
         """
         return rope.parts(self._rope, index)
+
+    def event_parts(self, index: int = 0) -> Iterator[tuple[int, float, Leaf[EventRow]]]:
+        """The same for its events."""
+        return iter(()) if self._events is None else rope.parts(self._events, index)
 
     def in_rows(self, most: int) -> Timeline:
         """The same timeline, with no more than so many segments in each row that is in memory."""

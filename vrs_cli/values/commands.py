@@ -62,13 +62,14 @@ class OperateHand(Struct, frozen=True):
     """OPENI, CLOSEI, RELAXI (`immediate`): break, operate, wait HAND.TIME. OPEN, CLOSE, RELAX: during the next motion.
 
     `opening`: 1 open, 0 closed; None relaxed. `width` [m]: how far apart the fingers are to be, for a robot of which
-    that is known.
+    that is known. `stamp` (OPENI AT t): the hand operates then, whatever the arm does; nobody waits.
     """
 
     opening: float | None
     immediate: bool
     text: str = ""
     width: float | None = None
+    stamp: Stamp | None = None
 
 
 class SetChannels(Struct, frozen=True):

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-HAND = 0  # the channel of the hand; those of outputs are 1 to 512, of inputs 1001 to 1512
+HAND = 0  # the channel of the hand; those of outputs are 1 to 512
+FIRST_INPUT = 1001  # the channels of inputs are 1001 to 1512
 
 
 class Event(NamedTuple):

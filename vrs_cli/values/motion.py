@@ -14,13 +14,16 @@ from vrs_cli.kinematics.transform import IDENTITY, Transform
 
 class MotionKind(Enum):
     """JOINT: joint-interpolated. STRAIGHT: the tool tip on a straight line. REST: stand still (DELAY, hand, tool).
-    STEERED: the joints follow a stream of targets, which are not kept.
+    STEERED: the joints follow a stream of targets, which are not kept. EVENT: no motion, but channels take values
+    (SIGNAL). RECORDED: the same from outside, or observed: no command; UNDO takes it along with the one before it.
     """
 
     JOINT = "joint"
     STRAIGHT = "straight"
     REST = "rest"
     STEERED = "steered"
+    EVENT = "event"
+    RECORDED = "recorded"
 
     @property
     def space(self) -> str:
@@ -77,10 +80,10 @@ class Motion(NamedTuple):
     `relative`: what both follow from, for a motion whose target depends on where the one before it ends. `speed` and
     `acceleration` are fractions of the nominal ones. For a straight line `tip_speed` [m/s] and `rotation` (fraction of
     the nominal angular speed) replace what `speed` gives.
-    `duration` [s]: the least time (for REST, the time). `hand`: the opening from its start on (1 open, 0 closed).
-    `text`: the instruction that asked for it. `rounding` [m]: with Start.BLEND, how near the tip comes to the end
-    of the motion before, until this one begins; None: as soon as that one slows down. `swivel`: of a straight line, for
-    an arm with a joint too many.
+    `duration` [s]: the least time (for REST, the time). `hand`: the opening from its start on (1 open, 0 closed), in
+    older files alone: now it is a channel. `text`: the instruction that asked for it. `rounding` [m]: with
+    Start.BLEND, how near the tip comes to the end of the motion before, until this one begins; None: as soon as that
+    one slows down. `swivel`: of a straight line, for an arm with a joint too many.
     """
 
     number: int

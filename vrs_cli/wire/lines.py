@@ -1,7 +1,7 @@
 """The lines of a trajectory file: JSON, a header and then one record per timeline delta, each with its checksum.
 
 Between them a journal may have lines that repeat what those above say, so that not all of it has to be read: rows of
-the timeline's segments, and checkpoints.
+the timeline's segments and of its events, and checkpoints.
 """
 
 from __future__ import annotations
@@ -19,12 +19,14 @@ from vrs_cli.kinematics.model_data import to_dict
 from vrs_cli.trajectory.laws.law import VERSION
 from vrs_cli.trajectory.segment import Segment
 from vrs_cli.trajectory.timeline import PART, TimelineDelta
+from vrs_cli.values.events import Event
 from vrs_cli.values.motion import Motion
 from vrs_cli.version import __version__
 from vrs_cli.wire.codec import decode
 from vrs_cli.wire.records import (
     Count,
     DeltaRecord,
+    EventRecord,
     Form,
     Motions,
     RecordError,
@@ -33,6 +35,8 @@ from vrs_cli.wire.records import (
     Time,
     delta_of,
     delta_record,
+    event_records,
+    events_of,
     segment_records,
     segments_of,
 )
@@ -115,6 +119,12 @@ class RowRecord(StrictRecord, frozen=True):
     row: Annotated[tuple[SegmentRecord, ...], msgspec.Meta(min_length=1)]
 
 
+class EventRowRecord(StrictRecord, frozen=True):
+    """Events that follow each other in a timeline."""
+
+    events: Annotated[tuple[EventRecord, ...], msgspec.Meta(min_length=1)]
+
+
 class PartRecord(StrictRecord, frozen=True, array_like=True):
     """A part of a row: where the line of the row begins in the file, how many segments it has, and those from `first`
     to before `last`; when they begin and end as the row says; the timeline has them `offset` later.
@@ -132,7 +142,7 @@ class PartRecord(StrictRecord, frozen=True, array_like=True):
 class CheckpointRecord(StrictRecord, frozen=True):
     """The state after the lines above. `checkpoint`: the version of the timeline; `number`: of the last motion;
     `commands`: how many are in effect; `deltas`: where the lines of each PART-th delta begin; `before`: the checkpoint
-    before this one.
+    before this one. `parts` are those of the segments, `events` those of the events.
     """
 
     checkpoint: Count
@@ -141,9 +151,10 @@ class CheckpointRecord(StrictRecord, frozen=True):
     parts: Annotated[tuple[PartRecord, ...], msgspec.Meta(min_length=1)]
     deltas: tuple[Count, ...]
     before: Count | None = None
+    events: tuple[PartRecord, ...] = ()
 
 
-ROW, CHECKPOINT = b'{"row":', b'{"checkpoint":'  # how these lines begin
+ROW, EVENTS, CHECKPOINT = b'{"row":', b'{"events":', b'{"checkpoint":'  # how these lines begin
 
 
 class Marks(msgspec.Struct):
@@ -188,6 +199,10 @@ class LineEncoder:
         """The next line, which holds segments."""
         return self._line(RowRecord(segment_records(segments, Motions(), None)))
 
+    def events(self, events: Iterable[Event]) -> bytes:
+        """The next line, which is of events."""
+        return self._line(EventRowRecord(event_records(events)))
+
     def checkpoint(self, record: CheckpointRecord) -> bytes:
         """The next line, which is a checkpoint."""
         return self._line(record)
@@ -209,9 +224,14 @@ def decode_row(line: bytes, form: Form) -> tuple[Segment, ...]:
     return segments_of(decode(line, RowRecord).row, Motions(), None, form)
 
 
+def decode_events(line: bytes) -> tuple[Event, ...]:
+    """The events of a line without its checksum. Raises RecordError."""
+    return events_of(decode(line, EventRowRecord).events)
+
+
 def is_repeated(line: bytes) -> bool:
     """Return whether a line repeats what the lines above say."""
-    return line.startswith((ROW, CHECKPOINT))
+    return line.startswith((ROW, EVENTS, CHECKPOINT))
 
 
 def is_object(line: bytes) -> bool:

@@ -20,6 +20,7 @@ from vrs_cli.kinematics.transform import IDENTITY, ORTHONORMAL, Transform, is_ro
 from vrs_cli.trajectory.instant import LATEST, TICKS_PER_SECOND
 from vrs_cli.trajectory.segment import CartesianPath, Guide, JointPath, Path, Phase, Segment, Turn
 from vrs_cli.trajectory.timeline import Cause, TimelineDelta
+from vrs_cli.values.events import Event, EventEdit
 from vrs_cli.values.motion import (
     AlignedTarget,
     Frames,
@@ -48,6 +49,7 @@ Row = tuple[Number, Number, Number, Number]
 Rows = tuple[Row, Row, Row]
 Axis = tuple[Number, Number, Number]
 Count = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
+Channel = Annotated[int, msgspec.Meta(ge=0, le=2**31 - 1)]
 Fraction = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
 Rate = Annotated[float, msgspec.Meta(gt=0.0, le=LARGEST)]
 Length = Annotated[float, msgspec.Meta(ge=0.0, le=LARGEST)]
@@ -135,6 +137,27 @@ class SegmentRecord(StrictRecord, frozen=True):
     line: LineRecord | None = None
 
 
+class EventRecord(StrictRecord, frozen=True):
+    """A dated event. `channel`: 0 the hand, else the number of a signal."""
+
+    time: Time
+    channel: Channel
+    value: Number
+    number: Count = 0
+    tied: bool = False
+    duration: Duration = ZERO
+    observed: bool = False
+
+
+class EventEditRecord(StrictRecord, frozen=True):
+    """The events' part of a delta."""
+
+    keep: Count
+    drop: Count = 0
+    shift: Time = ZERO
+    events: tuple[EventRecord, ...] = ()
+
+
 class DeltaRecord(StrictRecord, frozen=True):
     version: Count
     motion: Count | MotionRecord
@@ -146,6 +169,7 @@ class DeltaRecord(StrictRecord, frozen=True):
     segments: tuple[SegmentRecord, ...]
     shift: Time = ZERO
     cause: Cause = Cause.COMMAND
+    events: EventEditRecord | None = None
 
 
 class Form(msgspec.Struct, frozen=True):
@@ -221,7 +245,14 @@ def delta_record(delta: TimelineDelta, motions: Motions) -> DeltaRecord:
     values["motion"] = motions.reference(delta.motion)
     values["segments"] = segment_records(delta.segments, motions, delta.motion)
     values["shift"] = _default(delta.shift, ZERO)
+    if (edit := delta.events) is not None:
+        shift = _default(edit.shift, ZERO)
+        values["events"] = EventEditRecord(edit.keep, edit.drop, shift, event_records(edit.events))
     return DeltaRecord(**values)
+
+
+def event_records(events: Iterable[Event]) -> tuple[EventRecord, ...]:
+    return tuple([EventRecord(*event._replace(duration=_default(event.duration, ZERO))) for event in events])
 
 
 def _line_record(path: CartesianPath) -> LineRecord:
@@ -286,13 +317,28 @@ def delta_of(record: DeltaRecord, motions: Motions, form: Form) -> TimelineDelta
         raise _off_grid(record.cut, record.shift)
     values = structs.asdict(record)
     values["motion"], values["segments"] = motion, segments_of(record.segments, motions, motion, form)
+    if (edit := record.events) is not None:
+        values["events"] = EventEdit(edit.keep, edit.drop, _checked(edit.shift), events_of(edit.events))
     return TimelineDelta(**values)
+
+
+def events_of(records: Iterable[EventRecord]) -> tuple[Event, ...]:
+    """Raises RecordError."""
+    return tuple([Event(_checked(one.time), *structs.astuple(one)[1:]) for one in records])
+
+
+def _checked(t: float) -> float:
+    if t * TICKS_PER_SECOND % 1.0:
+        raise _off_grid(t, t)
+    return t
 
 
 def _segment(record: SegmentRecord, motions: Motions, owner: Motion | None, form: Form) -> Segment:
     motion = owner if record.motion is None else motions.resolve(record.motion, form)
     if motion is None:
         raise RecordError("a segment of the initial timeline names no motion")
+    if motion.kind in (MotionKind.EVENT, MotionKind.RECORDED):
+        raise RecordError(f"a segment of a motion of kind {motion.kind.value}, which has none")
     start, finish = record.start, record.finish
     if start * TICKS_PER_SECOND % 1.0 or finish * TICKS_PER_SECOND % 1.0:
         raise _off_grid(start, finish)

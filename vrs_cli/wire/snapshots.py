@@ -4,12 +4,22 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from msgspec import Meta, Struct
+from msgspec import UNSET, Meta, Struct, UnsetType
 
 from vrs_cli.engine.settings import Settings
 from vrs_cli.engine.snapshot import Snapshot
 from vrs_cli.values.tagged import RobotAct, Spoken
-from vrs_cli.wire.records import Count, Form, Motions, SegmentRecord, segment_records, segments_of
+from vrs_cli.wire.records import (
+    Count,
+    EventRecord,
+    Form,
+    Motions,
+    SegmentRecord,
+    event_records,
+    events_of,
+    segment_records,
+    segments_of,
+)
 
 
 class SnapshotRecord(Struct, frozen=True):
@@ -17,17 +27,30 @@ class SnapshotRecord(Struct, frozen=True):
     segments: Annotated[tuple[SegmentRecord, ...], Meta(min_length=1)]
     settings: Settings
     first: Count = 0
+    events: tuple[EventRecord, ...] | UnsetType = UNSET  # so that a snapshot without events has the bytes it had
+    values: tuple[EventRecord, ...] | UnsetType = UNSET
+    first_event: Count | UnsetType = UNSET
 
 
 def snapshot_record(snapshot: Snapshot) -> SnapshotRecord:
     segments = segment_records(snapshot.segments, Motions(), None)
-    return SnapshotRecord(snapshot.version, segments, snapshot.settings, snapshot.first)
+    return SnapshotRecord(
+        snapshot.version,
+        segments,
+        snapshot.settings,
+        snapshot.first,
+        event_records(snapshot.events) or UNSET,
+        event_records(snapshot.values) or UNSET,
+        snapshot.first_event or UNSET,
+    )
 
 
 def snapshot_of(record: SnapshotRecord, form: Form) -> Snapshot:
     """Raises RecordError."""
     segments = segments_of(record.segments, Motions(), None, form)
-    return Snapshot(record.version, segments, record.settings, record.first)
+    events, values = (() if one is UNSET else events_of(one) for one in (record.events, record.values))
+    first_event = 0 if record.first_event is UNSET else record.first_event
+    return Snapshot(record.version, segments, record.settings, record.first, events, values, first_event)
 
 
 class BranchShown(Spoken, frozen=True):

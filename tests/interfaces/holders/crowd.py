@@ -18,7 +18,7 @@ from tests.engine.mirror import mirrored
 from tests.interfaces.holders.holder import Holder
 from tests.interfaces.terminals import RecordingTerminal
 from tests.live import PATIENCE
-from vrs_cli.engine.engine import Event
+from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import MissedEvents, Subscription
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.files.journal import Journal, keep_journal, take
@@ -97,7 +97,7 @@ class Disk:
 class Watcher:
     """Somebody who hears of every change in a thread of its own, or takes what there is now and then, or raises."""
 
-    events: Subscription[Event]
+    events: Subscription[TimelineChange]
     raises_after: int | None = None
     heard: int = 0
     missed: int = 0
@@ -109,7 +109,7 @@ class Watcher:
             if self.heard == self.raises_after:
                 raise ZeroDivisionError
 
-    def hear(self, event: Event | MissedEvents) -> None:
+    def hear(self, event: TimelineChange | MissedEvents) -> None:
         self.heard += 1
         if isinstance(event, MissedEvents):
             self.missed += event.count

@@ -10,7 +10,7 @@ from threading import Lock
 from typing import TypeVar
 
 from vrs_cli.engine.clock import WallClock
-from vrs_cli.engine.engine import Event
+from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.errors import VrsError
 from vrs_cli.interfaces.actor.ticket import Outlet as ActorOutlet
@@ -161,7 +161,7 @@ class LocalPort:
     def follow(self) -> _LocalUser:
         return self.user
 
-    def subscribe(self) -> Subscription[Event]:
+    def subscribe(self) -> Subscription[TimelineChange]:
         with self._driving:
             return self.session.engine.events.subscribe()
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from vrs_cli.engine.engine import Event
+from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.engine.position import Watched
 from vrs_cli.errors import EndOfInput
@@ -130,7 +130,7 @@ class Port(Protocol):
     def follow(self) -> FollowedRobot:
         """Return the robot's timeline and clock, kept up to date from now on. Raises RequestRefused."""
 
-    def subscribe(self) -> Subscription[Event]:
+    def subscribe(self) -> Subscription[TimelineChange]:
         """The timeline, which is followed, and every change of it from now on."""
 
     def previewed(self) -> Previewed:

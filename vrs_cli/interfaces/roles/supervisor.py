@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeVar, cast
 from weakref import finalize
 
 from vrs_cli.engine.clock import SLICE
-from vrs_cli.engine.engine import Event
+from vrs_cli.engine.engine import TimelineChange
 from vrs_cli.engine.feed import Inbox, Subscription
 from vrs_cli.engine.position import PositionArrays, fill
 from vrs_cli.errors import RequestRefused, VrsError
@@ -308,7 +308,7 @@ class Supervisor(Observer):
         with atomically(path) as stream:
             stream.write(recorded.data)
 
-    def subscribe(self) -> Subscription[Event]:
+    def subscribe(self) -> Subscription[TimelineChange]:
         """The timeline, and every change of it from now on; it ends with the supervisor."""
         subscription = self.port.subscribe()
         finalize(self, subscription.end)

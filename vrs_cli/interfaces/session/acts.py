@@ -211,8 +211,7 @@ def show_branch(session: Session, act: ShowBranch) -> Dialogue[BranchShown]:
 
     def work() -> BranchShown:
         first = max(len(timeline) - MOST_SEGMENTS, 0)
-        segments = tuple(timeline[index] for index in range(first, len(timeline)))
-        return BranchShown(snapshot_record(Snapshot(timeline.version, segments, settings, first)))
+        return BranchShown(snapshot_record(Snapshot.part(timeline, settings, first, len(timeline))))
 
     return beside(work)
 

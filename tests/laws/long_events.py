@@ -1,0 +1,35 @@
+"""Try many random sessions of motions and dated events: `python -m tests.laws.long_events 10000 [first seed]`."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from tests.laws.event_sessions import session
+
+LENGTH = 30  # commands
+
+
+def main() -> None:
+    count = int(sys.argv[1])
+    first = int(sys.argv[2]) if len(sys.argv) > 2 else 0
+    begun, deltas, most = time.process_time(), 0, 0
+    with tempfile.TemporaryDirectory() as folder:
+        for seed in range(first, first + count):
+            try:
+                it = session(seed, LENGTH, Path(folder) / "session.vrst" if not seed % 10 else None)
+            except BaseException:
+                print(f"seed {seed}", flush=True)
+                raise
+            deltas, most = deltas + it.deltas, max(most, it.most)
+            if not (seed + 1) % 1000:
+                print(f"{seed + 1} sessions, {deltas} deltas, {time.process_time() - begun:.0f} s", flush=True)
+    print(
+        f"{count} sessions, {deltas} deltas, at most {most} events at once, {time.process_time() - begun:.0f} s of CPU"
+    )
+
+
+if __name__ == "__main__":
+    main()
