@@ -29,12 +29,11 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import Vector
 from vrs_cli.values.acts import Define
 from vrs_cli.view3d.app import App
-from vrs_cli.view3d.figure import Figure
+from vrs_cli.view3d.figure import FIELD, Figure, Stage, backdrop
 from vrs_cli.view3d.hosted import SHELL, Hosted
 from vrs_cli.view3d.parts import Shown, ShownPart
 from vrs_cli.view3d.paths import Path as Way
 from vrs_cli.view3d.places import Reasons
-from vrs_cli.view3d.stage import FIELD, Stage, backdrop
 from vrs_cli.view3d.still import Pixels, photographing
 
 ROOT = Path(__file__).parent.parent

@@ -17,8 +17,7 @@ from vrs_cli.interfaces.roles.playback import Playback, command_after
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.view3d.app import App
-from vrs_cli.view3d.bar import PlaybackBar, TimeSpan
-from vrs_cli.view3d.plots import KINDS
+from vrs_cli.view3d.bar import KINDS, PlaybackBar, TimeSpan
 from vrs_cli.view3d.window import RobotWindow
 
 PLAYED = "MOVE #PPOINT(10, -90, 90, 0, 0, 0)\nDELAY 1\nMOVE #PPOINT(80, -90, 90, 0, 0, 0)\nDELAY 5"

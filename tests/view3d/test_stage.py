@@ -11,9 +11,8 @@ import viser
 from vrs_cli.kinematics.model import link_frames
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
 from vrs_cli.kinematics.transform import compose, inverse, rotation_z, translation
-from vrs_cli.view3d.figure import floor_height, room_of
+from vrs_cli.view3d.figure import FIELD, GLYPHS, Stage, camera_for, floor_height, lettered, room_of
 from vrs_cli.view3d.parts import wxyz
-from vrs_cli.view3d.stage import FIELD, GLYPHS, Stage, camera_for, lettered
 
 BASE = compose(translation(0.1, -0.2, 0.3), rotation_z(0.7))
 

@@ -13,7 +13,7 @@ from vrs_cli.errors import TooLate
 from vrs_cli.interfaces.port.preview import Expected, Previewed
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.view3d.bar import COLOURS, FLAGGED, MARK, UNCONFIRMED, Doubts, TimeSpan, segments_in, strip
+from vrs_cli.view3d.bar import FLAGGED, MARK, PHASE_COLOURS, UNCONFIRMED, Doubts, TimeSpan, segments_in, strip
 
 LINES = "MOVE #PPOINT(10, -90, 90, 0, 0, 0)\nDELAY 1\nMOVE #PPOINT(20, -90, 90, 0, 0, 0)\nTYPE 1 < 2"
 
@@ -39,11 +39,11 @@ def test_it_is_a_picture(timeline: Timeline) -> None:
 def test_every_stretch_is_where_it_is(timeline: Timeline) -> None:
     span = TimeSpan.over(0.0, timeline.end)
     _, *stretches = boxes(strip(timeline, span, 800.0))
-    expected = [(span.percent(s.start), span.percent(s.finish), COLOURS[s.phase]) for s in timeline if s.duration]
+    expected = [(span.percent(s.start), span.percent(s.finish), PHASE_COLOURS[s.phase]) for s in timeline if s.duration]
     assert [fill for _, _, fill in stretches] == [fill for _, _, fill in expected]
     for (a, b, _), (c, d, _) in zip(stretches, expected, strict=True):
         assert (a, b) == pytest.approx((c, d), abs=0.002)
-    assert COLOURS[Phase.REST] in {fill for *_, fill in stretches}
+    assert PHASE_COLOURS[Phase.REST] in {fill for *_, fill in stretches}
 
 
 def test_every_command_has_a_mark_and_its_text(timeline: Timeline) -> None:
@@ -124,5 +124,5 @@ def test_a_timeline_that_grows_is_seldom_drawn_anew() -> None:
 
 
 def test_colours_tell_phases_apart() -> None:
-    assert set(COLOURS) == set(Phase)
-    assert len({*COLOURS.values(), MARK}) == len(Phase) + 1
+    assert set(PHASE_COLOURS) == set(Phase)
+    assert len({*PHASE_COLOURS.values(), MARK}) == len(Phase) + 1

@@ -14,10 +14,9 @@ from vrs_cli.interfaces.station.loaded_file import variables_of
 from vrs_cli.kinematics.joints import TURNING
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.transform import Transform, compose, translation
-from vrs_cli.language.analysis.analyzer import analyze_among
+from vrs_cli.language.analysis.analyzer import Surroundings, analyze_among, delays, names_given_in
 from vrs_cli.language.analysis.names import Analysis
 from vrs_cli.language.analysis.structure import unreachable
-from vrs_cli.language.analysis.surroundings import Surroundings, delays, names_given_in
 from vrs_cli.language.run.constants import Constants
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import Context

@@ -270,7 +270,6 @@ LIT = 0.09  # of the reach: the ball at a joint that is at its limit
 VISIBLE = 5e-4  # [m] that a tool is away from its wish, to be told
 RED = (214, 58, 46)
 TOLERANCE = Tolerance(0.002, radians(1.0))
-TOOL, WORLD = "Tool", "World"
 RECORD, END = "Record a program", "End the program"
 
 

@@ -24,8 +24,8 @@ from PIL import Image, ImageDraw, ImageFont
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.render.progress import RunProgress
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.view3d.figure import FIELD, camera_for
 from vrs_cli.view3d.needs import PictureError, find_browser, find_ffmpeg
-from vrs_cli.view3d.stage import FIELD, camera_for
 from vrs_cli.view3d.studio import Studio, caption, server
 
 SIZE = (960, 640)  # of a picture [px]

@@ -23,11 +23,10 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model import RobotModel, levers
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.view3d.figure import Figure
+from vrs_cli.view3d.figure import FIELD, Figure, Stage, backdrop, camera_for
 from vrs_cli.view3d.needs import PictureError
 from vrs_cli.view3d.parts import Shown, ShownPart, put
 from vrs_cli.view3d.paths import USUAL, Around, Path
-from vrs_cli.view3d.stage import FIELD, Stage, backdrop, camera_for
 
 MOST_SEGMENTS = 400  # whose way is drawn as usual: a recording has all of it anew for each of them, 30 MB for so many
 NEAR = Around(before=5.0, after=5.0, step=5.0)  # of more segments

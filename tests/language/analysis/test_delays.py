@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from vrs_cli.errors import PauseOfArm
-from vrs_cli.language.analysis.surroundings import delays
+from vrs_cli.language.analysis.analyzer import delays
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.parser import parse_file
 

@@ -6,9 +6,8 @@ from collections.abc import Mapping
 
 import pytest
 
-from vrs_cli.language.analysis import surroundings
-from vrs_cli.language.analysis.analyzer import analyze_among
-from vrs_cli.language.analysis.surroundings import FEW, Candidates, Surroundings
+from vrs_cli.language.analysis import analyzer as surroundings
+from vrs_cli.language.analysis.analyzer import FEW, Candidates, Surroundings, analyze_among
 from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.parser import parse_file
 from vrs_cli.language.words.values import Kind

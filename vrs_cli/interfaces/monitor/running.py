@@ -13,7 +13,7 @@ from vrs_cli.interfaces.tasks.tasks import PROMPT_LINE, ROBOT_PROGRAM, Stepping,
 from vrs_cli.kinematics.joints import JointUnits
 from vrs_cli.language.run.effects import PROCESS_CONTROL
 from vrs_cli.language.run.runtime import Task, arguments_of
-from vrs_cli.language.run.semantics.tasks import checked_task
+from vrs_cli.language.run.semantics.instructions import checked_task
 from vrs_cli.language.run.variables import Reference
 from vrs_cli.language.text.ast import Instruction, ProgramCall
 from vrs_cli.language.text.printer import expression_text

@@ -32,7 +32,7 @@ from vrs_cli.interfaces.monitor.running import of_task
 from vrs_cli.interfaces.station.operands import Handler, operand, real, real_or, word
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.language.run.effects import PROCESS_CONTROL
-from vrs_cli.language.run.semantics.motions import MODE_WORDS
+from vrs_cli.language.run.semantics.instructions import MODE_WORDS
 from vrs_cli.language.text.ast import BareWord, Instruction
 from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS, plain, read_number, whole
 from vrs_cli.values.commands import SetMonitorSpeed

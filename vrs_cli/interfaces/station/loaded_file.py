@@ -8,9 +8,8 @@ from typing import NamedTuple, Self
 from vrs_cli.errors import FileDamaged, IllegalValue, VrsError
 from vrs_cli.files.store import Layout
 from vrs_cli.kinematics.joints import JointUnits
-from vrs_cli.language.analysis.analyzer import analyze_among
+from vrs_cli.language.analysis.analyzer import Surroundings, analyze_among
 from vrs_cli.language.analysis.lineage import beyond
-from vrs_cli.language.analysis.surroundings import Surroundings
 from vrs_cli.language.run.memory import Memory, StoredProgram
 from vrs_cli.language.run.variables import Variables
 from vrs_cli.language.text.ast import AXES, Entry, File, Program, Section

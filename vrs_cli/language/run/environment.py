@@ -25,8 +25,7 @@ from vrs_cli.language.run.effects import CallProgram, Event, Return, Wait
 from vrs_cli.language.run.memory import Context, Definable, Memory, StoredProgram, Wording, stamp_of
 from vrs_cli.language.run.operations import IN_CONTEXT, OF_VALUES, modulo, power
 from vrs_cli.language.run.semantics.input_output import INPUT_OUTPUT
-from vrs_cli.language.run.semantics.motions import MOTIONS
-from vrs_cli.language.run.semantics.tasks import TASKS
+from vrs_cli.language.run.semantics.instructions import MOTIONS, TASKS
 from vrs_cli.language.run.variables import NO_CELLS, Reference, new_variable
 from vrs_cli.language.text.ast import Variable
 from vrs_cli.language.words.values import (
