@@ -19,7 +19,7 @@ from vrs_cli.errors import LocationOutOfRange, MotionError, StraightLineSingular
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.model import PROFILES, RobotModel
 from vrs_cli.kinematics.numeric.arm import NumericArm
-from vrs_cli.kinematics.numeric.continuation import Continuation, Gaps
+from vrs_cli.kinematics.numeric.continuation import Continuation, Cubic, Gaps
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import at_position, compose, position, rotation_x
 from vrs_cli.values.commands import Move, SetParameter, SetSpeed
@@ -152,7 +152,7 @@ def between(a: tuple[float, ...], b: tuple[float, ...], found: tuple[float, ...]
     """A short way from a to b at constant speed, at whose end other joints may have been found."""
     way = (np.array(b) - np.array(a))[None]
     turned = np.array([[1e-5, 0.0, 0.0, 0.0]])
-    return Gaps(np.array([a]), np.array([found]), way, way, np.zeros(1), turned, np.zeros(1), weights)
+    return Gaps(Cubic(np.array([a]), np.array([found]), way, way), np.zeros(1), turned, np.zeros(1), weights)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,6 @@ from vrs_cli.kinematics.transform_batch import (
     rotation_about_batch,
     stack,
     to_oat_batch,
-    to_ypr_batch,
 )
 
 RNG = np.random.default_rng(1)
@@ -32,7 +31,6 @@ def test_stack() -> None:
 
 def test_angles() -> None:
     assert np.abs(to_oat_batch(POSES) - [scalar.to_oat(T) for T in TRANSFORMS]).max() < 1e-14
-    assert np.abs(to_ypr_batch(POSES) - [scalar.to_ypr(T) for T in TRANSFORMS]).max() < 1e-14
     assert to_oat_batch(POSES[0]).shape == (3,)
     assert to_oat_batch(POSES.reshape(20, 20, 3, 4)).shape == (20, 20, 3)
 

@@ -13,7 +13,7 @@ from msgspec import Struct
 
 from vrs_cli.engine.following import Follower, Sample
 from vrs_cli.kinematics.joints import Joints
-from vrs_cli.kinematics.numeric.continuation import Continuation, Gaps, fourth_of_turn
+from vrs_cli.kinematics.numeric.continuation import Continuation, Cubic, Gaps, fourth_of_turn
 from vrs_cli.kinematics.transform import position
 from vrs_cli.trajectory.path_batch import flange_poses, guide_values
 from vrs_cli.trajectory.polynomial import Polynomial, derivative, most
@@ -210,7 +210,8 @@ def _arrays(continuation: Continuation | SteadyContinuation, follower: Follower,
         weights = np.array([guide.weights for guide in gaps[0].of.path.guides]).reshape(-1, joints.shape[2])
         lever = hypot(*position(follower.T_tool_flange))  # of the flange, which the tool carries
         place = place + lever * fourth_of_turn(*turn.T)
-        return Gaps(joints[:, 0], joints[:, 1], rates[:, 0], rates[:, 1], place, turn, guide * h**4, weights)
+        way = Cubic(joints[:, 0], joints[:, 1], rates[:, 0], rates[:, 1])
+        return Gaps(way, place, turn, guide * h**4, weights)
     from vrs_cli.kinematics.numeric.steady.continuation import SteadyGaps  # here: few arms need it
 
     begins = np.array([gap.a.s for gap in gaps])

@@ -6,7 +6,9 @@ that stay in the processor's cache, one contiguous row for each joint and each m
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from itertools import chain
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +17,7 @@ from vrs_cli.kinematics.axes import Chain
 from vrs_cli.kinematics.compiled import biases, formulas
 from vrs_cli.kinematics.joints import ALL, LIMIT_TOLERANCE, TURN, Configuration, JointKind
 from vrs_cli.kinematics.model import LEVEL, STRAIGHT, RobotModel, Unchanging
-from vrs_cli.kinematics.transform import IDENTITY, Transform, inverse
+from vrs_cli.kinematics.transform import IDENTITY, Transform, inverse, position
 from vrs_cli.kinematics.transform_batch import compose_batch, stack
 
 CHUNK = 2048
@@ -28,6 +30,15 @@ def chunks(n: int) -> Iterator[slice]:
 def columns(rows: Floats) -> Floats:
     """(N, ...) -> (k, N), contiguous."""
     return np.ascontiguousarray(rows.reshape(len(rows), -1).T)
+
+
+def filled(n: int, size: int, entries: Callable[[slice], Iterable[Any]]) -> Floats:
+    """(n, size): entries of the rows of a chunk, each a number or as many as rows."""
+    found = np.empty((n, size))
+    for part in chunks(n):
+        for i, entry in enumerate(entries(part)):
+            found[part, i] = entry
+    return found
 
 
 def _solved(J: Floats, wanted: Floats) -> Floats:
@@ -47,46 +58,32 @@ class SerialBatch:
 
     def forward(self, q: Floats) -> Floats:
         """(N, n) -> (N, 3, 4)."""
-        T = np.empty((len(q), 3, 4))
-        for part in chunks(len(q)):
-            for i, entry in enumerate(self.formulas.forward(columns(q[part]))):
-                T[part, i // 4, i % 4] = entry
-        return T
+        return filled(len(q), 12, lambda part: self.formulas.forward(columns(q[part]))).reshape(-1, 3, 4)
 
     def jacobian(self, q: Floats, T_flange_tool: Transform = IDENTITY) -> Floats:
         """(N, n) -> (N, 6, n)."""
-        J = np.empty((len(q), 6, self.joints))
-        tip = T_flange_tool.px, T_flange_tool.py, T_flange_tool.pz
-        for part in chunks(len(q)):
-            for r, row in enumerate(self.formulas.jacobian(columns(q[part]), *tip)):
-                for c, entry in enumerate(row):
-                    J[part, r, c] = entry
-        return J
+        tip = position(T_flange_tool)
+        entries = filled(len(q), 6 * self.joints, lambda part: chain(*self.formulas.jacobian(columns(q[part]), *tip)))
+        return entries.reshape(-1, 6, self.joints)
 
     def rates(self, q: Floats, twists: Floats, changes: Floats, T_flange_tool: Transform) -> tuple[Floats, Floats]:
         """Joint velocities and accelerations (N, 6) of an arm of six joints, for twists (N, 6) of a tool and their
         rates. Raises LinAlgError where the joints cannot move the tool in every way.
         """
-        J = self.jacobian(q, T_flange_tool)
+        J, tip = self.jacobian(q, T_flange_tool), position(T_flange_tool)
         qd = _solved(J, twists)
-        bias = np.empty_like(changes)
-        tip = T_flange_tool.px, T_flange_tool.py, T_flange_tool.pz
-        for part in chunks(len(q)):
-            for i, entry in enumerate(self.biases.acceleration(columns(q[part]), columns(qd[part]), *tip)):
-                bias[part, i] = entry
+        bias = filled(len(q), 6, lambda part: self.biases.acceleration(columns(q[part]), columns(qd[part]), *tip))
         return qd, _solved(J, changes - bias)
 
     def forward_and_jacobian(self, q: Floats) -> tuple[Floats, Floats]:
         """`forward` and `jacobian` of the flange at once."""
-        T, J = np.empty((len(q), 12)), np.empty((len(q), 6, self.joints))
-        for part in chunks(len(q)):
+
+        def entries(part: slice) -> Iterable[Any]:
             pose, rows = self.formulas.both(columns(q[part]))
-            for i, entry in enumerate(pose):
-                T[part, i] = entry
-            for r, row in enumerate(rows):
-                for c, entry in enumerate(row):
-                    J[part, r, c] = entry
-        return T.reshape(-1, 3, 4), J
+            return chain(pose, *rows)
+
+        found = filled(len(q), 12 + 6 * self.joints, entries)
+        return found[:, :12].reshape(-1, 3, 4), found[:, 12:].reshape(-1, 6, self.joints)
 
     def guided(self, T: Floats, near: Floats, weights: Floats, values: Floats) -> Floats:
         """`guided_joints` by rows: weights (r, n) of r guides and their values (N, r)."""
@@ -132,13 +129,11 @@ class SerialBatch:
 class MappedBatch(SerialBatch):
     """`MappedArm` over arrays: ask the batch of the arm that the closed form solves."""
 
-    def __init__(
-        self, model: RobotModel, unchanging: Unchanging, chain: Chain, inner: SerialBatch, swapped: int
-    ) -> None:
+    def __init__(self, model: RobotModel, unchanging: Unchanging, way: Chain, inner: SerialBatch, swapped: int) -> None:
         super().__init__(model, inner.ways, unchanging)
         self.inner, self.swapped = inner, swapped
-        self.signs, self.zeros = np.array(chain.signs), np.array([link.theta for link in chain.links])
-        self.ends = stack([inverse(chain.base), inverse(chain.flange)])
+        self.signs, self.zeros = np.array(way.signs), np.array([link.theta for link in way.links])
+        self.ends = stack([inverse(way.base), inverse(way.flange)])
 
     def _inner_poses(self, T: Floats) -> Floats:
         return compose_batch(compose_batch(self.ends[0], T), self.ends[1])

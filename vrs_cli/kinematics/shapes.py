@@ -231,11 +231,19 @@ class ShapeReader(DataReader):
         return tuple(found)
 
     def body(self, kind: str, table: Mapping[str, object], key: str) -> Body:
-        at = self.at(table["at"], f"{key}: at") if "at" in table else IDENTITY
+        at, place = IDENTITY, table.get("at")
+        if isinstance(place, list | tuple) and len(place) == 3:
+            at = translation(*self.point(place, f"{key}: at"))
+        elif "at" in table:
+            at = self.frame(place, f"{key}: at")
         if kind == "box":
             return Box(self.three(table["size"], f"{key}: size", SIZE), at)
         if kind == "mesh":
-            return self.mesh(table, key, at)
+            scale = self.three(table.get("scale", (1.0, 1.0, 1.0)), f"{key}: scale", PLAIN)  # below zero it mirrors
+            if min(map(abs, scale)) < TINY:
+                raise self.wrong(f"{key}: scale", "makes it flat", "give how many times as large as in its file it is")
+            file = self.word(table["file"], f"{key}: file")  # a person's: the whole path; in a robot's data: as it is
+            return MeshFile(str(Path(self.file).absolute().parent / file) if self.human else file, at, scale)
         start = self.point(table["from"], f"{key}: from")
         end = self.point(table["to"], f"{key}: to") if "to" in table else start
         radii = self.pair(table["radius"], f"{key}: radius")
@@ -245,21 +253,6 @@ class ShapeReader(DataReader):
             raise self.wrong(key, "from and to are one place", "give its two ends")
         if kind == "cylinder":
             return Cylinder(start, end, radii)
-        return self.slab(table, key, start, end, radii)
-
-    def mesh(self, table: Mapping[str, object], key: str, at: Transform) -> MeshFile:
-        """Below zero a scale mirrors."""
-        x, y, z = self.three(table.get("scale", (1.0, 1.0, 1.0)), f"{key}: scale", PLAIN)
-        if min(abs(x), abs(y), abs(z)) < TINY:
-            raise self.wrong(f"{key}: scale", "makes it flat", "give how many times as large as in its file it is")
-        file = self.word(
-            table["file"], f"{key}: file"
-        )  # of a person's file the whole path; of a robot's data, as it is
-        return MeshFile(str(Path(self.file).absolute().parent / file) if self.human else file, at, (x, y, z))
-
-    def slab(
-        self, table: Mapping[str, object], key: str, start: Vector, end: Vector, radii: tuple[float, float]
-    ) -> Slab:
         across = self.three(table["across"], f"{key}: across", PLAIN)
         thickness = self.pair(table["thickness"], f"{key}: thickness")
         if length(cross(across, subtracted(end, start))) < TINY * dist(start, end):
@@ -267,12 +260,6 @@ class ShapeReader(DataReader):
         if dist(start, end) <= abs(radii[0] - radii[1]) + TINY:
             raise self.wrong(key, "one of its two discs holds the other", "give a cylinder")
         return Slab(start, end, across, radii, thickness)
-
-    def at(self, data: object, key: str) -> Transform:
-        """A place, or a whole frame."""
-        if isinstance(data, list | tuple) and len(data) == 3:
-            return translation(*self.point(data, key))
-        return self.frame(data, key)
 
     def point(self, data: object, key: str) -> Vector:
         return self.three(data, key, LENGTH)

@@ -42,27 +42,19 @@ def rotation_about_batch(axis: Floats, angle: Floats) -> Floats:
     return R
 
 
-def to_ypr_batch(T: Floats) -> Floats:
-    """(..., 3, 4) -> yaw, pitch, roll (..., 3) [rad]; ranges and poles as `transform.to_ypr`."""
+def to_oat_batch(T: Floats) -> Floats:
+    """(..., 3, 4) -> O, A, T (..., 3) [rad]; ranges and poles as `transform.to_oat`."""
     ax, ay, az = T[..., 0, 2], T[..., 1, 2], T[..., 2, 2]
     h = np.hypot(ax, ay)
     pole = h < POLE
     x, y = np.where(pole, 1.0, ax), np.where(pole, 0.0, ay)
-    angles = np.empty((*h.shape, 3))
+    angles = np.empty((*h.shape, 3))  # yaw, pitch, roll
     angles[..., 0] = np.arctan2(y, x)
     angles[..., 1] = np.where(pole, np.where(az > 0.0, 0.0, pi), np.arctan2(h, az))
     angles[..., 2] = np.arctan2(x * T[..., 1, 0] - y * T[..., 0, 0], x * T[..., 1, 1] - y * T[..., 0, 1])
     angles[angles == -pi] = pi
-    angles += 0.0
-    return angles
-
-
-def to_oat_batch(T: Floats) -> Floats:
-    """(..., 3, 4) -> O, A, T (..., 3) [rad]; ranges and poles as `transform.to_oat`."""
-    angles = to_ypr_batch(T)
-    o = angles[..., 0]
-    o += RIGHT_ANGLE
-    o[...] = np.where(o > pi, o - TURN, o)
+    angles[..., 0] += RIGHT_ANGLE
+    angles[..., 0] -= TURN * (angles[..., 0] > pi)
     angles[..., 1] -= RIGHT_ANGLE
     angles += 0.0
     return angles

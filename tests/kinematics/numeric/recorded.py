@@ -16,7 +16,7 @@ from tests.by_hand import command
 from tests.recording import numbers, write_record
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
-from vrs_cli.kinematics.numeric.continuation import Continuation, Gaps
+from vrs_cli.kinematics.numeric.continuation import Continuation, Cubic, Gaps
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import translation
 
@@ -61,7 +61,7 @@ def of_closed(
         begin, go, bend = q[None], part * way[None], part * part * bent[None]
         turn = np.array([[bound * part ** (k + 1) for k, bound in enumerate(bounds[:4])]])
         place, guide = (np.array([bound * part**4]) for bound in bounds[4:])
-        gaps = Gaps(begin, begin + go, go + bend, go - bend, place, turn, guide * len(weights), weights)
+        gaps = Gaps(Cubic(begin, begin + go, go + bend, go - bend), place, turn, guide * len(weights), weights)
         return bool(proof.proved(gaps, pieces)[0])
 
     return proved

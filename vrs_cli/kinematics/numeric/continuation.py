@@ -74,10 +74,7 @@ class Cubic(NamedTuple):
 class Gaps(NamedTuple):
     """The ways between neighbouring samples, by the part of their time: derivatives are by that."""
 
-    begin: Floats  # joints (k, n) [rad, m]
-    end: Floats
-    begin_rate: Floats
-    end_rate: Floats
+    way: Cubic  # of the joints (k, n) [rad, m] between the samples
     place: Floats  # (k,) bounds: of the fourth derivative of the place that is asked for [m]
     turn: Floats  # (k, 4) of the first four of the angles of the turn that is asked for, together [rad]
     guide: Floats  # (k,) of the fourth of the guides
@@ -85,13 +82,9 @@ class Gaps(NamedTuple):
 
     def some(self, which: Rows) -> Gaps:
         """Select the gaps with these numbers."""
-        begin, end, begin_rate, end_rate, place, turn, guide = (row[which] for row in self[:-1])
-        return Gaps(begin, end, begin_rate, end_rate, place, turn, guide, self.weights)
-
-    @property
-    def way(self) -> Cubic:
-        """The joints between the samples."""
-        return Cubic(self.begin, self.end, self.begin_rate, self.end_rate)
+        way, *rows, weights = self
+        place, turn, guide = (row[which] for row in rows)
+        return Gaps(Cubic(*(row[which] for row in way)), place, turn, guide, weights)
 
 
 class Continuation:
