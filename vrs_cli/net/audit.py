@@ -1,10 +1,10 @@
-"""The audit: one line for every command, and for who came and went: when, who, where, what, and what became of it.
+"""The audit: one line for every command, and for every user who came or went: when, who, where, what, and the result.
 
     {"when": "2027-03-01T09:30:00.123Z", "robot": "cell1", "who": "ada", "from": "10.0.0.7:51344", "what": "MOVE part",
      "result": "done"}
 
-It is given to the system at once. The file is bounded: at `most` bytes it becomes audit.1.jsonl, in the place of the
-one before, and a new one is begun.
+Lines are given to the system at once. The file is bounded: at `most` bytes it becomes audit.1.jsonl, replacing the old
+one, and a new file is begun.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from vrs_cli.files.opening import reason
 
 MOST = 10_000_000  # bytes of one file; there are two
 LONGEST = 1000  # characters of one command
-LONGEST_NAME = 40  # characters of a name: who is not let in says what he likes
+LONGEST_NAME = 40  # characters of a name: a stranger may send any
 ADDING = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_BINARY", 0)
 PRIVATE = 0o600
 
 
 class Audit:
-    """Adds a line for each deed to a file; nowhere without a path. `now` tells seconds since 1970; `tell` is told once
-    where the file cannot be written, and once when it can again: what is done is not kept from being done.
+    """Adds lines to a file; without a path it does nothing. `now` tells seconds since 1970. `tell` is called once when
+    the file cannot be written, and once when it can again; commands go on meanwhile.
 
-    Raises FileError where the file cannot be begun.
+    Raises FileError if the file cannot be begun.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class Audit:
                 raise FileError(f"{path} cannot be written: {reason(error)}", "name another place") from None
 
     def note(self, robot: str, who: str, address: str, what: str, result: str) -> None:
-        """Add a line: what `who`, at an address, did at a robot, or wanted to, and what became of it. Never raises."""
+        """Add a line: what `who`, at an address, did or tried at a robot, and the result. Never raises."""
         if self._path is None:
             return
         try:
@@ -81,17 +81,14 @@ class Audit:
         if self._handle < 0:
             self._open(path)
         if self._size + len(line) > self._most:
-            self._turn(path)
+            self.close()
+            os.replace(path, path.with_suffix(f".1{path.suffix}"))
+            self._open(path)
         written = os.write(self._handle, line)
         if written < len(line):  # the disk is full: no half of a line stays
             os.ftruncate(self._handle, self._size)
             raise OSError(0, "there is no room")
         self._size += written
-
-    def _turn(self, path: Path) -> None:
-        self.close()
-        os.replace(path, path.with_suffix(f".1{path.suffix}"))
-        self._open(path)
 
     def _open(self, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)

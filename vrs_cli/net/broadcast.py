@@ -177,7 +177,7 @@ class Broadcast:
         self._behind: dict[Listener, None] = {}  # slow listeners, in the order in which they were looked at last
         self._again = inf  # [s] on the wall: when slow listeners are looked at again
         self._news: dict[type[ServerMessage], tuple[int, Letter]] = {}
-        self._parcels: dict[object, Parcel] = {}  # by the state of a listener, until something happens
+        self._parcel = cache(self._packed)  # by the state of a listener, until something happens
         self._last_news = 0
         self._held = self._free = -inf  # [s] on the wall: until when nothing is sent, and is not held again
         self._audience = Audience(watched, wall)
@@ -311,7 +311,7 @@ class Broadcast:
         self._begin_round()
 
     def _begin_round(self) -> None:
-        self._parcels.clear()
+        self._parcel.cache_clear()
         self._everybody.begin()
 
     # --- sending, slice by slice ---
@@ -331,12 +331,9 @@ class Broadcast:
 
     def peek(self) -> float:
         """Return when something is to be sent, on the wall [s]; infinity if nothing is until something happens."""
-        return max(self._due(), self._held)
-
-    def _due(self) -> float:
         if self._everybody.left or any(channel.round.left for channel in self._channels.values()):
-            return self._wall()
-        return min(self._again, self._audience.peek())
+            return max(self._wall(), self._held)
+        return max(min(self._again, self._audience.peek()), self._held)
 
     def step(self) -> None:
         """Take the samples that are due, and send a slice of what is to be sent."""
@@ -357,19 +354,14 @@ class Broadcast:
 
     def _catch_up(self, listener: Listener) -> None:
         self._behind.pop(listener, None)
-        while listener.takes(parcel := self._parcel(listener)):
+        while True:
+            parcel = self._parcel(listener.number, listener.news, listener.place, listener.listening, listener.form)
+            if not listener.takes(parcel):
+                break
             if parcel.whole:
                 return
         self._behind[listener] = None
         self._again = min(self._again, self._wall() + AGAIN)
-
-    def _parcel(self, listener: Listener) -> Parcel:
-        """Return what a listener has not got."""
-        got = listener.number, listener.news, listener.place, listener.listening, listener.form
-        parcel = self._parcels.get(got)
-        if parcel is None:
-            parcel = self._parcels[got] = self._packed(*got)
-        return parcel
 
     def _packed(
         self, number: int, news: int, place: DeflatedPlace | None, listening: Listening | None, form: MessageForm

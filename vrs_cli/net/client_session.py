@@ -29,12 +29,11 @@ from vrs_cli.net import messages, robot_folder
 from vrs_cli.net.broadcast import Listener, Sink
 from vrs_cli.net.delivery_log import DeliveryLog
 from vrs_cli.net.limits import SendPace, Share
-from vrs_cli.net.parts import is_long, parts_of
-from vrs_cli.net.places import may_hold, without
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.served_robot import ServedRobot
 from vrs_cli.net.stream import MessageForm
 from vrs_cli.net.tokens import Grant
+from vrs_cli.net.told_replies import is_long, may_hold, parts_of, without
 from vrs_cli.values.acts import KeepDraft, Say, StopProgram, Survey, Undo
 from vrs_cli.values.hand import Press, StopJog
 from vrs_cli.values.prompt import PromptStatus

@@ -36,8 +36,8 @@ from vrs_cli.wire.records import RecordError
 
 
 class DurableLog:
-    """`journal` and `memory` of one robot, None where it has no folder for them. `length`: of its timeline in segments,
-    `most`: what that may be.
+    """The `journal` and `memory` of one robot, None if it has no folder for them. `length`: the number of segments of
+    its timeline; `most`: its limit.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class DurableLog:
         self._length, self._most, self._journal, self._memory = length, most, journal, memory
 
     def record(self, deltas: Sequence[TimelineDelta], *, happens: bool = False) -> None:
-        """Raises FileError, and LimitReached for a timeline that is as long as it may be."""
+        """Write deltas into the journal. Raises FileError, and LimitReached if the timeline would get too long."""
         longer = sum(len(delta.segments) - delta.drop for delta in deltas)
         if longer > 0 and self._length() + longer > self._most and not happens:
             what = f"the timeline has {self._most} segments, and the server allows no more"
@@ -64,7 +64,7 @@ class DurableLog:
         return (journal is not None and journal.unsettled) or (memory is not None and memory.changed)
 
     def settle(self) -> None:
-        """All of it is on the disk. Raises FileError."""
+        """Put everything on the disk. Raises FileError."""
         try:
             if self._journal is not None:
                 self._journal.settle()
@@ -73,17 +73,17 @@ class DurableLog:
                 self._memory.write()
 
     def note(self) -> None:
-        """A command has been carried out, which may have changed what is in memory."""
+        """Note that a command was carried out, which may have changed the memory."""
         if self._memory is not None:
             self._memory.note()
 
     def prepare(self) -> Dialogue[None]:
-        """What takes long of that is done by another thread."""
+        """Have another thread do what takes long of writing the memory."""
         if self._memory is not None:
             yield from self._memory.prepare()
 
     def check(self) -> None:
-        """What could not be written is written now. Raises FileError where the disk takes nothing yet."""
+        """Write what could not be written before. Raises FileError if that fails again."""
         memory = self._memory
         if memory is not None and memory.failing:
             memory.changed = True
@@ -98,7 +98,7 @@ _settings: Reader[Settings] = Reader(Settings)
 
 
 class MemoryFile:
-    """The file of one session. `failing`: why it cannot be written now; empty where it can. Raises FileError."""
+    """The memory file of one session. `failing`: why it cannot be written now, empty if it can. Raises FileError."""
 
     def __init__(self, session: Session, path: Path) -> None:
         self.path, self.failing = path, ""
@@ -113,37 +113,30 @@ class MemoryFile:
         self._least = 0  # bytes of the file when it was written anew
 
     def bring_back(self) -> tuple[Diagnostic, ...]:
-        """Load what the file has, if it is there, and write it anew; what of it is not there again."""
+        """Load the file, if it is there, and write it anew; return what could not be loaded."""
         found: tuple[Diagnostic, ...] = ()
         if self.path.exists():
             text = _sound(self.path)
             programs = _of_programs(text)
             found = tuple(one for one in self._session.load_text(text) if one.span.line not in programs)
-            self._bring_settings(text)
+            settings = [line for line in text.splitlines() if line.startswith(_SETTINGS)]
+            with suppress(RecordError):  # of another version: the usual ones hold
+                for line in settings[-1:]:
+                    self._session.engine.settings = _settings.read(line.removeprefix(_SETTINGS))
         self._session.unstored.news()
         self._replace()
         return found
 
-    def _bring_settings(self, text: str) -> None:
-        lines = [line for line in text.splitlines() if line.startswith(_SETTINGS)]
-        if not lines:
-            return
-        with suppress(RecordError):  # of another version: the usual ones hold
-            self._session.engine.settings = _settings.read(lines[-1].removeprefix(_SETTINGS))
-
     def note(self) -> None:
-        """A command has been carried out, which may have changed something."""
+        """Note that a command was carried out, which may have changed something."""
         if not self.changed:
+            session, now, there = self._session, self._now(), self._programs
             self.changed = (
-                self._session.unstored.fresh
-                or self._session.engine.settings is not self._settings
-                or self._differs(self._now())
+                session.unstored.fresh
+                or session.engine.settings is not self._settings
+                or there.keys() != now.keys()
+                or any(there[key] is not one for key, one in now.items())  # to compare their steps would take long
             )
-
-    def _differs(self, programs: Mapping[str, Program]) -> bool:
-        """Whether the file has other programs. To compare long programs step by step would take long."""
-        there = self._programs
-        return there.keys() != programs.keys() or any(there[key] is not one for key, one in programs.items())
 
     def prepare(self) -> Dialogue[None]:
         """Print long programs that are new, before they are written: another thread does that."""
@@ -167,7 +160,7 @@ class MemoryFile:
         return self._texts[key][1]
 
     def write(self) -> None:
-        """What has changed is on the disk. Raises FileError; what is to be written is written with what comes next."""
+        """Write what has changed to the disk. Raises FileError; it is written with the next change then."""
         if not self.changed:
             return
         self.changed = False
@@ -190,7 +183,7 @@ class MemoryFile:
         return {key: stored.program for key, stored in self._session.environment.programs.items()}
 
     def _to_write(self) -> dict[str, Program]:
-        """The same, but for those that are being printed: of these as the file has them."""
+        """The programs in memory; of those that another thread is printing, the versions in the file."""
         now, there = self._now(), self._programs
         for key in self._printing & now.keys():
             if key in there:
@@ -220,7 +213,7 @@ class MemoryFile:
         return f"{_SETTINGS}{encode(self._session.engine.settings, Encoding.JSON)}\n"
 
     def _replace(self) -> None:
-        """A new file with all that there is."""
+        """Write a new file with everything."""
         programs = self._to_write()
         printed = "".join(self._text(key, one) for key, one in programs.items())
         text = printed + store(self._session.environment, EVERYTHING - {MemoryPart.PROGRAMS}) + self._settings_line()
@@ -234,7 +227,7 @@ class MemoryFile:
 
 
 def _of_programs(text: str) -> frozenset[int]:
-    """The numbers of the lines of programs: these are kept as they are, and what is wrong with them was told before."""
+    """Return the numbers of the lines of programs: these are kept as they are, and their errors were told before."""
     inside, found = False, set[int]()
     for number, line in enumerate(text.split("\n"), start=1):
         inside = inside or (opens_entry(line) and ProgramEntry(line).program)
@@ -250,7 +243,7 @@ def _sealed(text: str) -> bytes:
 
 
 def _sound(path: Path) -> str:
-    """The parts of a file up to the first that is not whole. A file without any (somebody's own) is taken as it is."""
+    """Return the parts of a file up to the first incomplete one. A file without parts (a user's own) is taken whole."""
     try:
         data = path.read_bytes()
     except OSError as error:

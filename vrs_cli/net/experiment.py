@@ -1,7 +1,7 @@
-"""What delays do to who commands a robot from afar, and to what is seen of it: whole days of it in virtual time.
+"""Simulate the effects of delays on a remote operator and on what viewers see, in virtual time.
 
 An operator commands one joint-interpolated motion after the other, each for a time `lead` after it is issued, over a
-line with delays both ways. It is the same line, mirror, preview, flags and measured time as of a real connection.
+line with delays both ways. Line, mirror, preview, flags and measured time are those of a real connection.
 """
 
 from __future__ import annotations
@@ -44,15 +44,15 @@ from vrs_cli.wire.records import Form, Motions, delta_of, delta_record
 
 FIRST = 1.0  # [s] the first command
 SHORTEST_PAUSE, LONGEST_PAUSE = 0.3, 1.5  # [s] between two commands
-PLACES = 4  # that the arm goes to by turns
+PLACES = 4  # targets of the arm, by turns
 REACH = 0.15  # of the range of each joint to either side of READY, at most
 MEASURED = 1000  # frames by which the playout buffer is sized
 READER = Reader[messages.Delta](messages.Delta)
-PINGS = 100  # by which the delays are measured before
+PINGS = 100  # by which the delays are measured before the trial
 
 
 class Strategy(Enum):
-    """How somebody far away sees the robot."""
+    """How a remote viewer sees the robot."""
 
     FRAMES = "frames"  # g(t) as it was when it was sent
     PREDICTED = "predicted"  # g(t + D_b), shown when its time has come
@@ -62,7 +62,7 @@ class Strategy(Enum):
 
 
 class Trial(Struct, frozen=True):
-    """One course of events. `seconds` long, seen at `rate` looks a second."""
+    """One trial, `seconds` long; the viewer looks `rate` times a second."""
 
     robot: RobotModel
     ways: DelayWays
@@ -73,7 +73,7 @@ class Trial(Struct, frozen=True):
 
 
 class Error(Struct, frozen=True):
-    """How far what was seen is from where the robot was: mean and greatest, of a joint [deg] and of the tool [mm]."""
+    """The distance of the seen from the true robot: mean and greatest, of a joint [deg] and of the tool [mm]."""
 
     degrees: float
     most_degrees: float
@@ -82,10 +82,10 @@ class Error(Struct, frozen=True):
 
 
 class TrialOutcome(Struct, frozen=True):
-    """What came of a trial. `flagged`, `unconfirmed`: the share of looks at a position that a command not known yet had
-    made wrong (deltas), that none had confirmed (preview). `round_trip`: the median of D_f + D_b, and what 95 of 100
-    did not exceed [s]. `agreed`: the flagged windows are those of the logs of both sides; `outside`: the error of
-    deltas where nothing is flagged.
+    """The results of a trial. `flagged`: the share of looks (deltas) at a position that an unknown command had made
+    wrong; `unconfirmed`: that of looks (preview) at an unconfirmed position. `round_trip`: the median and the 95th
+    percentile of D_f + D_b [s]. `agreed`: the flagged windows equal those of the logs of both sides; `outside`: the
+    error of deltas where nothing is flagged.
     """
 
     commands: int
@@ -100,14 +100,14 @@ class TrialOutcome(Struct, frozen=True):
 
 
 def outcome_of(trial: Trial) -> TrialOutcome:
-    """Let it all happen; the same for the same trial, to the bit."""
+    """Run a trial. Equal trials give equal results, to the bit."""
     course = _Course(trial)
     course.run()
     return course.outcome()
 
 
 def together(outcomes: Sequence[TrialOutcome]) -> TrialOutcome:
-    """Several trials as one: counts are added, shares and errors are those on average, and the greatest of all."""
+    """Combine the results of several trials: sums of counts, means of shares and errors, and the greatest errors."""
     return TrialOutcome(
         sum(one.commands for one in outcomes),
         sum(one.aborted for one in outcomes),
@@ -130,18 +130,18 @@ def _errors_together(errors: Sequence[Error]) -> Error:
     )
 
 
-# --- the course of events ----------------------------------------------------------------------------------------
+# --- the simulation ----------------------------------------------------------------------------------------------
 
 
 class Change(NamedTuple):
-    """A line of the robot's log: the timeline has another path after `cut`, since `applied` [s]."""
+    """A line of the robot's log: since `applied` [s] the timeline has another path after `cut` [s]."""
 
     applied: float
     cut: float
 
 
 class _Course:
-    """The robot, its operator, and the line between them. `_now` is the time on the wall of both."""
+    """The robot, its operator, and the line between them. `_now`: the wall clock of both [s]."""
 
     def __init__(self, trial: Trial) -> None:
         self.trial, self._now = trial, 0.0
@@ -192,26 +192,23 @@ class _Course:
         self._predict()
 
     def _operate(self) -> None:
-        """Somebody commands, whatever is seen."""
+        """Schedule the commands of the operator, who does not react to what is seen."""
         random, t = Random(f"{self.trial.ways.seed} operator"), FIRST
         places = [_place(self.trial.robot, random) for _ in range(PLACES)]
         while t < self.trial.seconds:
-            self._at(t, self._commanding(self.commands, t, places[self.commands % PLACES]))
+            target = JointTarget(places[self.commands % PLACES])
+            request = Move(target, False, stamp=Stamp(t + self.trial.lead), text="MOVE")
+            self._at(t, partial(self._issue, self.commands, request, t))
             self.commands += 1
             t += random.uniform(SHORTEST_PAUSE, LONGEST_PAUSE)
 
-    def _commanding(self, number: int, t: float, place: Joints) -> Callable[[], None]:
-        request = Move(JointTarget(place), False, stamp=Stamp(t + self.trial.lead), text="MOVE")
-
-        def issue() -> None:
-            self._look()
-            self.preview.sent(number, request, t)
-            self._at(self._forward.arrival(t), lambda: self._arrive(number, request, t))
-
-        return issue
+    def _issue(self, number: int, request: Move, t: float) -> None:
+        self._look()
+        self.preview.sent(number, request, t)
+        self._at(self._forward.arrival(t), lambda: self._arrive(number, request, t))
 
     def _arrive(self, number: int, request: Move, t_iss: float) -> None:
-        """A command is at the robot, which answers, and tells of the change."""
+        """Give a command to the robot, which answers, and tells of the change."""
         self._predict()
         robot = self.robot
         robot.clock.advance(robot.clock.reached)
@@ -234,7 +231,7 @@ class _Course:
         self.preview.refused(number)
 
     def _hear(self, number: int, version: int, frames: Sequence[Frame]) -> None:
-        """The answer of a command, and the changes that came of it."""
+        """Take the answer to a command and the changes that it made."""
         self._look()
         self.preview.done(number, version)
         for frame in frames:
@@ -247,7 +244,7 @@ class _Course:
     # --- what is seen ---
 
     def _look(self) -> None:
-        """All looks before now, at what was known since the last change of it."""
+        """Record all looks before now that were not recorded yet: nothing that is known has changed since."""
         rows = slice(self._seen_until, int(self.looks.searchsorted(self._now)))
         self._seen_until = rows.stop
         if rows.start == rows.stop:
@@ -259,7 +256,7 @@ class _Course:
         self._unconfirmed[rows] = now + self.ahead >= self.preview.unconfirmed
 
     def _predict(self) -> None:
-        """All frames before now, as the robot's side predicted them."""
+        """Record all predicted frames before now that were not recorded yet."""
         rows = slice(self._sent_until, int(self.looks.searchsorted(self._now)))
         self._sent_until = rows.stop
         if rows.start < rows.stop:
@@ -267,7 +264,7 @@ class _Course:
             self._seen[Strategy.PREDICTED][rows] = self._joints(self.robot.timeline, times)
 
     def _joints(self, timeline: Timeline, times: Floats) -> Floats:
-        """The joints (N, n) at times (N,): one by one, which is faster for a few looks at each of many timelines."""
+        """Return the joints (N, n) at times (N,), one by one: faster for a few looks at each of many timelines."""
         arm = self.robot.arm
         return np.array([joints_at(arm, timeline, t) for t in times.tolist()])
 
@@ -288,7 +285,8 @@ class _Course:
             Strategy.PREVIEW: (self._placed(self._seen[Strategy.PREVIEW]), ahead, always),
         }
         errors = {strategy: self._error(seen[rows], true[rows]) for strategy, (seen, true, rows) in compared.items()}
-        flagged = self._flagged()
+        borders = [border for window in self.flags.windows for border in (window.begin, window.end)]
+        flagged: Flagged = np.searchsorted(borders, self.looks, side="right") % 2 == 1
         return TrialOutcome(
             self.commands,
             self.aborted,
@@ -301,18 +299,12 @@ class _Course:
             self._error(deltas[~flagged], now[~flagged]),
         )
 
-    def _flagged(self) -> Flagged:
-        """At which looks something wrong was seen, as the flags say."""
-        borders = [border for window in self.flags.windows for border in (window.begin, window.end)]
-        inside: Flagged = np.searchsorted(borders, self.looks, side="right") % 2 == 1
-        return inside
-
     def _placed(self, joints: Floats) -> Floats:
-        """Joints (N, n) [rad; m], with the place of the tool in three more columns [m]."""
+        """Add the place of the tool in three more columns [m] to joints (N, n) [rad; m]."""
         return np.hstack([joints, self.robot.arm.batch.forward(joints)[:, :, 3]])
 
     def _error(self, seen: Floats, was: Floats) -> Error:
-        """How far what `_placed` gives is from each other: all zero where there is nothing."""
+        """Return the distances between two results of `_placed`; all zero if they are empty."""
         if not len(seen):
             return Error(0.0, 0.0, 0.0, 0.0)
         kinds, apart = self.trial.robot.units.kinds, seen - was
@@ -323,7 +315,7 @@ class _Course:
 
 
 def _place(robot: RobotModel, random: Random) -> Joints:
-    """Joints around READY, within their range."""
+    """Return random joints around READY, within their range."""
     rows = zip(robot.poses["ready"], robot.lower, robot.upper, strict=True)
     return tuple(
         min(max(ready + random.uniform(-REACH, REACH) * (upper - lower), lower), upper) for ready, lower, upper in rows
@@ -331,7 +323,7 @@ def _place(robot: RobotModel, random: Random) -> Joints:
 
 
 def _measured(ways: DelayWays) -> TimeSync:
-    """The delays both ways, as they are measured before anything is commanded."""
+    """Measure the delays both ways, before anything is commanded."""
     sync, (forward, backward) = TimeSync(window=float(PINGS)), ways.lines("pings")
     for t0 in map(float, range(PINGS)):
         t1 = forward.arrival(t0)
@@ -340,7 +332,7 @@ def _measured(ways: DelayWays) -> TimeSync:
 
 
 def _buffer(sent: Floats, arrived: Floats) -> float:
-    """How long frames wait, so that most are there when their time comes [s], by the first of them."""
+    """Return how long frames wait so that most are there in time [s], by the first of them."""
     playout = Playout[None](window=MEASURED)
     for t, arrival in zip(sent[:MEASURED].tolist(), arrived[:MEASURED].tolist(), strict=True):
         playout.put(t, None, arrival)
@@ -351,8 +343,8 @@ def _buffer(sent: Floats, arrived: Floats) -> float:
 
 
 def windows_of_logs(changes: Sequence[Change], arrived: Sequence[float]) -> tuple[FlagWindow, ...]:
-    """The times at which a viewer saw something wrong, by what both sides have written down: the robot had changes that
-    the viewer had not, and one of them was of a time before.
+    """Return the times at which a viewer saw something wrong, by the logs of both sides: the robot had changes that the
+    viewer had not, and one of them was of an earlier time.
     """
     applied = [it.applied for it in changes]
     borders = sorted({*applied, *arrived, *(it.cut for it in changes)})

@@ -266,15 +266,11 @@ class Flags:
         window = FlagWindow(max(cut, applied), at + self.ahead)
         if window.end <= window.begin:
             return None
-        self._put(window)
-        return window
-
-    def _put(self, window: FlagWindow) -> None:
-        """Insert a window. Usually it comes last, so the search begins at the end."""
-        windows, first = self.windows, len(self.windows)
+        windows, first = self.windows, len(self.windows)  # usually it comes last: the search begins at the end
         while first and windows[first - 1].end >= window.begin:
             first -= 1
         self.windows = windows[:first] + merged([*windows[first:], window])
+        return window
 
     def forget(self, before: float) -> None:
         """Forget the windows that ended before that time."""

@@ -53,7 +53,7 @@ from vrs_cli.net.messages import (
     Welcome,
     Withdrawn,
 )
-from vrs_cli.net.parts import joined
+from vrs_cli.net.told_replies import joined
 from vrs_cli.wire.codec import Frame, Reader, UnknownType, encode, marks_of
 from vrs_cli.wire.records import RecordError
 from vrs_cli.wire.refusal import Refusal

@@ -34,9 +34,9 @@ from vrs_cli.net.broadcast import Broadcast
 from vrs_cli.net.driving import Driving, WhenGone
 from vrs_cli.net.durable_log import DurableLog, MemoryFile
 from vrs_cli.net.limits import USUAL, Allowance, advice, check_growth
-from vrs_cli.net.places import prefixes_of
 from vrs_cli.net.robot_folder import check_room
 from vrs_cli.net.tokens import Grant
+from vrs_cli.net.told_replies import prefixes_of
 from vrs_cli.values.commands import SetParameter
 
 MEASURED = 0.1  # [s] between two measurements of a robot's size, which take a while where that is large

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import zlib
 from collections import Counter
-from functools import cache, partial
+from functools import cache, lru_cache, partial
 from itertools import count
 from typing import NamedTuple
 
@@ -126,7 +126,7 @@ class Stream:
         self._encoded_until: dict[MessageForm, int] = {}  # by form; the number counts if no listener has the form
         self._contexts: dict[MessageForm, DeflateContext] = {}
         self._snapshots: dict[Listening, Packet] = {}
-        self._parts: dict[tuple[float, float | None], SnapshotRecord] = {}  # those asked for since the last change
+        self.part = lru_cache(MAX_PARTS)(self._part)  # those asked for since the last change
 
     # --- the robot tells ---
 
@@ -143,7 +143,7 @@ class Stream:
             self._encode(event, before, applied, number)
         self.number = number
         self._snapshots.clear()
-        self._parts.clear()
+        self.part.cache_clear()
 
     def _encode(self, delta: TimelineDelta, before: Timeline, applied: float, number: int) -> None:
         """Encode a change in all forms that are wanted, and remember its bytes; if none is, remember nothing."""
@@ -215,25 +215,19 @@ class Stream:
 
     def snapshot(self, listening: Listening, now: float) -> Packet:
         """Return the timeline in the window before `now` [s], and after it, in place of all earlier changes."""
-        window, found = listening.window, self._snapshots.get(listening)
+        found = self._snapshots.get(listening)
         if found is None:
-            first = 0 if window is None else self.timeline.index_at(now - window)
+            first = 0 if listening.window is None else self.timeline.index_at(now - listening.window)
             _, found = self._last_part(first, len(self.timeline), listening.form)
             found = self._snapshots[listening] = DeflateContext().deflated(found) if listening.deflates else found
         if listening.deflates:
             self._contexts.pop(listening.form, None)
         return found
 
-    def part(self, begin: float, end: float | None = None) -> SnapshotRecord:
+    def _part(self, begin: float, end: float | None = None) -> SnapshotRecord:
         """Return the timeline from `begin` to `end` [s]; if that is too much, its last part."""
-        timeline, found = self.timeline, self._parts.get((begin, end))
-        if found is None:
-            after = len(timeline) if end is None else timeline.index_at(end) + 1
-            found, _ = self._last_part(timeline.index_at(begin), after, TEXT)
-            if len(self._parts) >= MAX_PARTS:
-                self._parts.clear()
-            self._parts[begin, end] = found
-        return found
+        after = len(self.timeline) if end is None else self.timeline.index_at(end) + 1
+        return self._last_part(self.timeline.index_at(begin), after, TEXT)[0]
 
     def _last_part(self, first: int, after: int, form: MessageForm) -> tuple[SnapshotRecord, Packet]:
         """Return the segments from one number to before another, of these as many of the last ones as a snapshot may

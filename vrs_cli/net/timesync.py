@@ -1,7 +1,7 @@
-"""What a clock elsewhere shows, and how long a message takes there and back, from exchanges of four times. Pure.
+"""Estimate a remote clock, and how long a message takes there and back, from exchanges of four times. Pure.
 
-As NTP does it (RFC 5905, sections 8 and 10): of the exchanges the one with the least round trip is the nearest to the
-truth. Its offset is wrong by half of what the ways there and back differ in, so by half of its round trip at most.
+As NTP does it (RFC 5905, sections 8 and 10): the exchange with the shortest round trip is the nearest to the truth. Its
+offset is wrong by half of the difference between both ways, so by half of its round trip at most.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Sequence
 from math import sqrt
 from operator import attrgetter
+from typing import NamedTuple
 
 from msgspec import Struct
 
@@ -21,30 +22,14 @@ FINEST = 1e-6  # [s] no clock tells smaller differences
 MOST_DRIFT = 500e-6  # of a sound clock (RFC 5905, section 7.1: PHI is 15e-6, what can be corrected 500e-6)
 
 
-class Exchange(Struct, frozen=True):
-    """A message was sent at t0, came there at t1, was answered at t2, and its answer was here at t3 [s]: t0 and t3 by
-    the clock here, t1 and t2 by the one there.
+class Exchange(NamedTuple):
+    """A message and its answer. In the middle of it, `at` by the clock here [s], the clock there was `offset` ahead, if
+    both ways took as long. `round_trip`: how long both took, D_f + D_b [s]; below 0 only if a clock was set meanwhile.
     """
 
-    t0: float
-    t1: float
-    t2: float
-    t3: float
-
-    @property
-    def offset(self) -> float:
-        """How far the clock there is ahead, if both ways take as long [s]."""
-        return ((self.t1 - self.t0) + (self.t2 - self.t3)) / 2.0
-
-    @property
-    def round_trip(self) -> float:
-        """How long both ways took, D_f + D_b [s]; below 0 only where a clock was set meanwhile."""
-        return (self.t3 - self.t0) - (self.t2 - self.t1)
-
-    @property
-    def at(self) -> float:
-        """The middle of it, by the clock here [s]."""
-        return (self.t0 + self.t3) / 2.0
+    at: float
+    offset: float
+    round_trip: float
 
 
 class Estimate(Struct, frozen=True):
@@ -74,10 +59,10 @@ class TimeSync:
         self._exchanges: deque[Exchange] = deque()
 
     def heard(self, t0: float, t1: float, t2: float, t3: float) -> None:
-        """One more exchange, the latest. Where it cannot be of clocks that went on as before, one of them was set: what
-        was known is forgotten.
+        """Take the latest exchange: a message sent at t0 arrived at t1, was answered at t2, and the answer came at t3
+        [s]; t0 and t3 are by the clock here. If it does not fit the others, a clock was set, and they are forgotten.
         """
-        new = Exchange(t0, t1, t2, t3)
+        new = Exchange((t0 + t3) / 2.0, ((t1 - t0) + (t2 - t3)) / 2.0, (t3 - t0) - (t2 - t1))
         if new.round_trip < -FINEST:
             return
         best = min(self._exchanges, key=_round_trip, default=new)
@@ -90,11 +75,17 @@ class TimeSync:
 
     @property
     def estimate(self) -> Estimate | None:
-        """What all of them say; None before the first."""
+        """What all exchanges say together; None before the first."""
         if not self._exchanges:
             return None
+        first, length = self._exchanges[0].at, self.window / PARTS
+        parts: dict[int, Exchange] = {}  # the best exchange of each part of the window
+        for one in self._exchanges:
+            part = int((one.at - first) / length)
+            if part not in parts or one.round_trip < parts[part].round_trip:
+                parts[part] = one
         best = min(self._exchanges, key=_round_trip)
-        return Estimate(best.at, best.offset, _drift(self._best_of_parts()), max(best.round_trip, 0.0))
+        return Estimate(best.at, best.offset, _drift(list(parts.values())), max(best.round_trip, 0.0))
 
     def round_trip(self, share: float) -> float:
         """The D_f + D_b that this share of the exchanges did not exceed [s]: 0 the least, 0.5 the median, 1 the most.
@@ -102,15 +93,6 @@ class TimeSync:
         """
         trips = sorted(one.round_trip for one in self._exchanges)
         return trips[min(int(share * len(trips)), len(trips) - 1)]
-
-    def _best_of_parts(self) -> list[Exchange]:
-        first, length = self._exchanges[0].at, self.window / PARTS
-        best: dict[int, Exchange] = {}
-        for one in self._exchanges:
-            part = int((one.at - first) / length)
-            if part not in best or one.round_trip < best[part].round_trip:
-                best[part] = one
-        return list(best.values())
 
 
 _round_trip = attrgetter("round_trip")

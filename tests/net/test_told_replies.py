@@ -1,0 +1,84 @@
+"""Replies as users get them: the parts of a long one are the reply, and nobody is told where the files lie."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec.structs import replace
+
+from tests.net.serving import serving
+from vrs_cli.net.messages import Clock, Done, Get, Hello, Names, Put, Refused, Told, Welcome
+from vrs_cli.net.protocol import ClientConnection
+from vrs_cli.net.told_replies import MOST_ROWS, is_long, joined, may_hold, parts_of, prefixes_of, without
+from vrs_cli.values.replies import FileText, Message, RealTable, Reply, SegmentRow, TimelineTable
+from vrs_cli.wire.codec import Encoding, encode
+
+COUNTS = st.sampled_from([0, 1, MOST_ROWS - 1, MOST_ROWS, MOST_ROWS + 1, 3 * MOST_ROWS + 7])
+
+
+def _timeline(segments: int, stops: int) -> TimelineTable:
+    rows = tuple(SegmentRow(k, "MOVE a", 1.0 * k, 1.0 + k, "cruise", "joint") for k in range(max(segments, stops)))
+    return TimelineTable((), rows[:segments], rows[:stops], 0.0)
+
+
+REPLIES = st.one_of(
+    st.builds(lambda n: FileText(tuple(map(str, range(n)))), COUNTS),
+    st.builds(lambda n: RealTable(tuple((f"x[{k}]", float(k)) for k in range(n)), truths=True), COUNTS),
+    st.builds(_timeline, COUNTS, COUNTS),
+)
+
+
+@given(REPLIES, st.none() | st.integers(0, 9))
+def test_the_parts_of_a_reply_are_the_reply(reply: Reply, id: int | None) -> None:
+    told = Told(reply, id)
+    if not is_long(reply):
+        return
+    parts = list(parts_of(told))
+    assert [part.goes_on for part in parts] == [True] * (len(parts) - 1) + [False]
+    assert not any(is_long(part.reply) for part in parts)
+    assert joined(parts) == told
+
+
+def test_a_client_hears_the_whole_reply_once() -> None:
+    told = Told(FileText(tuple(map(str, range(5 * MOST_ROWS)))), 3)
+    client = ClientConnection(Hello((1,)))
+    client.begin()
+    welcome = Welcome(1, "key", "cell1", "life", "supervisor", "ada", Clock(0.0), {})
+    client.receive(encode(welcome, Encoding.JSON))
+    heard = []
+    for seq, part in enumerate(parts_of(told), 1):
+        heard += client.receive(encode(replace(part, seq=seq), Encoding.JSON))
+    assert [replace(one, seq=0) for one in heard] == [told]
+
+
+# --- names of files ---
+
+
+def test_the_names_of_files_are_those_that_were_given(tmp_path: Path) -> None:
+    prefixes = prefixes_of((tmp_path, tmp_path / "in", None))
+    told = Told(Message(f"{tmp_path}/in/a.v2 and {tmp_path}/b.v2"), 3)
+    assert without(prefixes, told) == Told(Message("a.v2 and b.v2"), 3)
+    same = Told(Message("nothing"))
+    assert without(prefixes, same) is same
+
+
+def test_what_a_server_answers_of_files(tmp_path: Path) -> None:
+    with serving(tmp_path) as server, server.call() as ada:
+        for line in ("LOAD none", "STORE all", "LOAD all", "FDIRECTORY", "COMMANDS none", "STATUS", "LOAD ../x"):
+            ada.line(line)
+        ada.ask(lambda id: Get(id, "none.txt"))
+        ada.ask(lambda id: Put(id, "a/b", b""))
+        ada.ask(Names)
+        for message in ada.heard:
+            assert str(tmp_path) not in str(message), message
+        assert any(isinstance(one, Refused) for one in ada.heard)
+        assert any(isinstance(one, Done) and not one.ok for one in ada.heard)
+
+
+def test_a_value_without_a_prefix_is_told_from_one_with_it() -> None:
+    prefixes = prefixes_of((Path("/srv/röbot"),))
+    assert may_hold(prefixes, Message("/srv/röbot/a.v2 is there"))
+    assert not may_hold(prefixes, Message("a.v2 is there"))
+    assert may_hold(prefixes, Message("no text: \udcff")), "what cannot be encoded is looked at in full"

@@ -1,0 +1,101 @@
+"""Replies as users of a served robot get them: without names of the server's folders, and long ones in parts.
+
+A table of 100,000 rows takes 0.1 s to encode, in which no other thread has a turn, and more memory than a connection
+may hold. So it is told part by part, each when the connection has taken the one before.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cache
+from pathlib import Path
+from typing import TypeVar, cast, get_args, get_origin
+
+from msgspec import Struct
+from msgspec.structs import fields, replace
+
+from vrs_cli.net.messages import Told
+from vrs_cli.values.replies import Reply
+from vrs_cli.wire.codec import Encoding, encode
+
+M = TypeVar("M")
+MOST_ROWS = 200  # of one part
+LONGEST = 1000  # rows of a table that are searched: longer tables hold no names of files
+
+
+# --- long replies in parts ------------------------------------------------------------------------------------------
+
+
+@cache
+def _lists_of(kind: type[Struct]) -> tuple[str, ...]:
+    """Return the fields of a reply that hold any number of rows."""
+    return tuple(
+        field.name
+        for field in fields(kind)
+        if get_origin(field.type) is tuple and get_args(field.type)[1:] == (Ellipsis,)
+    )
+
+
+def is_long(reply: Reply) -> bool:
+    """Return whether a reply is sent in parts."""
+    return any(len(getattr(reply, name)) > MOST_ROWS for name in _lists_of(type(reply)))
+
+
+def parts_of(told: Told) -> Iterator[Told]:
+    """Split a long reply into messages. All but the last have `goes_on`; each list continues where it ended."""
+    reply = told.reply
+    rows = {name: getattr(reply, name) for name in _lists_of(type(reply))}
+    pieces = [(name, begin) for name, there in rows.items() for begin in range(0, len(there), MOST_ROWS)]
+    for number, (name, begin) in enumerate(pieces, 1):
+        piece: dict[str, tuple[object, ...]] = dict.fromkeys(rows, ())
+        piece[name] = rows[name][begin : begin + MOST_ROWS]
+        yield Told(replace(reply, **piece), told.id, goes_on=number < len(pieces))
+
+
+def joined(parts: Sequence[Told]) -> Told:
+    """Join the parts of a message."""
+    reply = parts[-1].reply
+    lists = {name: tuple(row for part in parts for row in getattr(part.reply, name)) for name in _lists_of(type(reply))}
+    return replace(parts[-1], reply=replace(reply, **lists))
+
+
+# --- names of files -------------------------------------------------------------------------------------------------
+
+
+def prefixes_of(folders: Iterable[Path | None]) -> tuple[str, ...]:
+    """Return the paths of folders, with and without a separator; the longest first."""
+    there = [str(folder) for folder in folders if folder is not None]
+    return tuple(sorted({*there, *(folder + os.sep for folder in there)}, key=len, reverse=True))
+
+
+def may_hold(prefixes: tuple[str, ...], value: Struct) -> bool:
+    """Return whether a text in the value may have one of the prefixes. It encodes the value: not for a long one."""
+    try:
+        data = encode(value, Encoding.MSGPACK)
+    except UnicodeError:
+        return True
+    return any(prefix.encode(errors="surrogateescape") in data for prefix in prefixes)
+
+
+def without(prefixes: tuple[str, ...], value: M) -> M:
+    """Return the value with the prefixes removed from all its texts."""
+    return cast(M, _without(prefixes, value))
+
+
+def _without(prefixes: tuple[str, ...], value: object) -> object:
+    if isinstance(value, str):
+        text = value
+        for prefix in prefixes:
+            text = text.replace(prefix, "" if prefix.endswith(os.sep) else ".")
+        return value if text == value else text
+    if isinstance(value, tuple) and len(value) <= LONGEST:
+        found = [_without(prefixes, one) for one in value]
+        changed = any(new is not old for new, old in zip(found, value, strict=True))
+        make = getattr(value, "_make", tuple)  # of the same class, if that is a named one
+        return make(found) if changed else value
+    if isinstance(value, Struct):
+        fields = {name: getattr(value, name) for name in value.__struct_fields__}
+        new = {name: it for name, old in fields.items() if (it := _without(prefixes, old)) is not old}
+        return replace(value, **new) if new else value
+    return value
