@@ -153,11 +153,13 @@ class _Search:
     def _place(self, room: tuple[Floats, Floats]) -> None:
         """Put the arm, the held part, and the parts that stand in a room of the robot into the model."""
         checker, stage = self.checker, self.stage
-        near = []
+        near, (low, high) = [], (corner.tolist() for corner in room)
         for name, T in stage.standing.items():
             ball = checker.part_balls[name]
-            centre = np.array(moved_point(compose(stage.frames.base, T), ball.centre))
-            if ((centre + ball.radius > room[0]) & (centre - ball.radius < room[1])).all():
+            x, y, z = moved_point(compose(stage.frames.base, T), ball.centre)
+            r = ball.radius
+            inside = low[0] < x + r and x - r < high[0] and low[1] < y + r and y - r < high[1]
+            if inside and low[2] < z + r and z - r < high[2]:
                 near.append(Standing(checker.number[name], checker.solids[name], T))
         self.physics = checker.physics(sum(len(one.solids) for one in near))
         held = stage.held and Standing(checker.number[stage.held.name], checker.solids[stage.held.name], stage.held.T)

@@ -308,10 +308,7 @@ def _add_mesh(spec: Any, name: str, solid: Solid) -> None:
     if solid.form is not SolidForm.HULL:
         return
     mesh = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
-    if solid.file:
-        mesh.file, mesh.scale = solid.file, list(solid.sizes)
-    else:
-        mesh.uservert = [x for point in solid.points for x in point]
+    mesh.uservert = [x for point in solid.points for x in point]
 
 
 def _shelf(kinds: dict[Solid, int]) -> Any:

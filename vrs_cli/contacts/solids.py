@@ -7,15 +7,20 @@ link whose mesh cannot be read has capsules along it, as every link of a robot o
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from enum import Enum
 from math import acos, cos, hypot, pi, sin
+from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
+from vrs_cli.errors import VrsError
+from vrs_cli.files.mesh_file import load_mesh, metres_of
 from vrs_cli.kinematics.axes import frame
 from vrs_cli.kinematics.bodies import capsules, shapes_of
 from vrs_cli.kinematics.model import RobotModel
-from vrs_cli.kinematics.shapes import Body, Box, Capsule, Cylinder, MeshFile, Opening, Slab
+from vrs_cli.kinematics.shapes import Body, Box, Capsule, Cylinder, LinkShape, MeshFile, Opening, Slab
 from vrs_cli.kinematics.transform import (
     IDENTITY,
     Transform,
@@ -48,15 +53,12 @@ class SolidForm(Enum):
 
 
 class Solid(NamedTuple):
-    """A convex solid about the origin of `pose` [m]. A hull has `points` instead of sizes, or the mesh `file` with its
-    scale.
-    """
+    """A convex solid about the origin of `pose` [m]. A hull has `points` instead of sizes."""
 
     form: SolidForm
     sizes: Vector = (0.0, 0.0, 0.0)
     pose: Transform = IDENTITY
     points: tuple[Vector, ...] = ()
-    file: str = ""
 
 
 class LinkSolids(NamedTuple):
@@ -67,15 +69,19 @@ class LinkSolids(NamedTuple):
     solids: tuple[Solid, ...]
 
 
-def solids_of_robot(model: RobotModel, readable: Iterable[str] = ()) -> tuple[LinkSolids, ...]:
-    """Return the solids of all links, the base (0) first. `readable`: mesh files that can be read."""
-    shapes, known = shapes_of(model), set(readable)
-    lost = {one.link for one in shapes if isinstance(one.body, MeshFile) and one.body.path not in known}
-    usable = [one for one in shapes if one.link not in lost]
-    usable += [one for one in capsules(model) if one.link in lost]
+def solids_of_robot(model: RobotModel) -> tuple[LinkSolids, ...]:
+    """Return the solids of all links, the base (0) first."""
+    found, lost = list[tuple[LinkShape, Solid]](), set[int]()
+    for shape in shapes_of(model):
+        try:
+            found.append((shape, solid_of(shape.body)))
+        except VrsError:  # a mesh that cannot be read
+            lost.add(shape.link)
+    found = [row for row in found if row[0].link not in lost]
+    found += [(shape, solid_of(shape.body)) for shape in (capsules(model) if lost else ()) if shape.link in lost]
     groups: dict[tuple[int, tuple[Opening, ...]], list[Solid]] = {}
-    for shape in sorted(usable, key=lambda one: one.link):
-        groups.setdefault((shape.link, shape.opens), []).append(solid_of(shape.body))
+    for shape, solid in sorted(found, key=lambda row: row[0].link):
+        groups.setdefault((shape.link, shape.opens), []).append(solid)
     return tuple(LinkSolids(*key, tuple(solids)) for key, solids in groups.items())
 
 
@@ -92,13 +98,10 @@ def solids_of_shape(shape: Shape) -> tuple[Solid, ...]:
             return tuple(Solid(SolidForm.HULL, points=points) for points in pieces)
 
 
-def mesh_files(model: RobotModel) -> Iterator[str]:
-    """Yield the mesh files of a robot's shapes."""
-    return (one.body.path for one in shapes_of(model) if isinstance(one.body, MeshFile))
-
-
 def solid_of(body: Body) -> Solid:
-    """Return the solid that stands for a body of a link, in the frame of the link."""
+    """Return the solid that stands for a body of a link, in the frame of the link. Raises FileError, FileDamaged for a
+    mesh that cannot be read.
+    """
     match body:
         case Box(size, pose):
             return Solid(SolidForm.BOX, scaled(size, 0.5), pose)
@@ -115,7 +118,9 @@ def solid_of(body: Body) -> Solid:
         case Slab():
             return Solid(SolidForm.HULL, points=tuple(_slab(body)))
         case MeshFile(path, pose, scale):
-            return Solid(SolidForm.HULL, scale, pose, file=path)
+            mesh = load_mesh(Path(path))
+            points = np.unique(mesh.vertices * (metres_of(mesh.units) * np.array(scale)), axis=0)
+            return Solid(SolidForm.HULL, pose=pose, points=tuple(map(tuple, points.tolist())))
 
 
 def _upright(form: SolidForm, start: Vector, end: Vector, radius: float) -> Solid:

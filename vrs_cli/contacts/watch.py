@@ -19,10 +19,10 @@ from vrs_cli.values.contacts import Contact
 from vrs_cli.values.events import HAND
 from vrs_cli.values.motion import MotionKind
 from vrs_cli.values.scene import CellScene
-from vrs_cli.world.world import World
 
 if TYPE_CHECKING:
     from vrs_cli.contacts.checker import Checker
+    from vrs_cli.world.world import World
 
 MM = 1e-3  # [m]
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from math import degrees
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 from weakref import WeakSet, finalize
 
 from msgspec import Struct
@@ -60,7 +60,9 @@ from vrs_cli.values.dialect import Dialect
 from vrs_cli.values.replies import Message, Plot, ProgramStopped, Tone
 from vrs_cli.values.results import RunOutcome, RunResult, StoppedTask
 from vrs_cli.values.scene import CellScene
-from vrs_cli.world.world import World
+
+if TYPE_CHECKING:
+    from vrs_cli.world.world import World
 
 R = TypeVar("R")
 
@@ -401,8 +403,12 @@ class Station:
     def _around(self) -> tuple[CellScene, World | None]:
         """Return the scene that the robot is in, and its world."""
         scene, known = self.driver.cell.scene, self._world
+        if scene.empty:
+            return scene, None
         if known is None or known.settings.scene is not scene:
-            known = self._world = None if scene.empty else World(self.engine.arm, self.driver.cell)
+            from vrs_cli.world.world import World
+
+            known = self._world = World(self.engine.arm, self.driver.cell)
         return scene, known
 
     def _postponed(self, it: Postponement) -> None:
