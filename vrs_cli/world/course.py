@@ -32,7 +32,7 @@ from vrs_cli.world.support import FLOOR, Below, balanced, below, cells
 FALLS = 1e-3  # [m] a fall of less is not worth a word
 STANDS = 1e-7  # [m] what would fall less stands
 SLACK = 1e-6  # [m] of comparisons of widths
-MOST_AT_ONCE = 10_000  # of one instant: rules that drive each other for ever end there
+MOST_AT_ONCE = 1000  # of one instant: rules that drive each other for ever end there
 
 
 class SpanKind(Enum):

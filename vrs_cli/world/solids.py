@@ -27,7 +27,7 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.values.scene import Beam, BoxShape, CylinderShape, MeshShape, Proximity, Shape, SphereShape, Zone
 
 MOST_STEPS = 64  # of a search: smooth solids take about twenty, others five
-CLOSE = 1e-13  # relative to the distance: where a search ends
+CLOSE = 1e-12  # [m] the error with which a search ends
 NOTHING = 1e-11  # [m] two solids that are nearer touch each other
 EDGE = 1e-4  # [m] two solids that overlap less, seen from above, lie beside each other
 
@@ -139,16 +139,16 @@ def separation(a: Solid, T_b_a: Transform, b: Solid) -> Separation:
         w = subtracted(b.support((-v[0], -v[1], -v[2])), far_a)
         size = sqrt(dot(v, v))
         best = max(best, dot(v, w) / size)
-        if gap < inf and (gap - best <= CLOSE * gap or w in simplex):
+        if gap < inf and (gap - best <= CLOSE or w in simplex):
             break
         simplex.append(w)
-        v, simplex = _nearest(simplex)
-        closer = sqrt(dot(v, v))
+        nearer, simplex = _nearest(simplex)
+        closer = sqrt(dot(nearer, nearer))
+        if closer >= gap or (best > NOTHING and (closer < best - NOTHING or len(simplex) == 4)):
+            break  # rounding alone is left: a plane was found that separates them
         if closer < NOTHING or len(simplex) == 4:
             return Separation(-rims, _ORIGIN)
-        if closer >= gap:  # rounding alone is left
-            break
-        gap = closer
+        v, gap = nearer, closer
     size = sqrt(dot(v, v))
     return Separation(size - rims, scaled(v, 1.0 / size))
 
