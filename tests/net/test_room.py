@@ -18,7 +18,6 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.language.words.word import Role
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.client_session import MOST_LOOKS, ClientSession
-from vrs_cli.net.driving import WhenGone
 from vrs_cli.net.limits import Allowance
 from vrs_cli.net.messages import (
     Abort,
@@ -48,7 +47,7 @@ from vrs_cli.net.messages import (
 )
 from vrs_cli.net.protocol import ServerConnection
 from vrs_cli.net.room import Room
-from vrs_cli.net.served_robot import Plan
+from vrs_cli.net.served_robot import Plan, WhenGone
 from vrs_cli.net.stream import MessageForm, Packet
 from vrs_cli.net.tokens import OPEN, Grant
 from vrs_cli.values.acts import Go, Goal, StopProgram

@@ -311,9 +311,8 @@ def _allowance(options: Namespace) -> Allowance:
 
 def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: Callable[[str], None]) -> Hub:
     from vrs_cli.kinematics.robot_file import Ends, load_robot
-    from vrs_cli.net.driving import WhenGone
     from vrs_cli.net.room import Hub, RobotFolders
-    from vrs_cli.net.served_robot import Plan
+    from vrs_cli.net.served_robot import Plan, WhenGone
 
     ends = Ends(options.base, options.tip)
     wanted = options.robot or ([] if options.robots_per_token else [(USUAL_ROBOT, USUAL_ROBOT)])

@@ -57,7 +57,14 @@ class DeliveryLog:
         match message:
             case Done(id) if id in self.waiting:
                 self.waiting.remove(id)
-                self._end(message)
+                short = message.refusal and replace(
+                    message.refusal, message=message.refusal.message[:SHORT], detail="", hint=""
+                )
+                self.ended[id] = Done(id, message.ok, short, message.version)
+                if len(self.ended) > self.bounds.ended:
+                    oldest = next(iter(self.ended))
+                    del self.ended[oldest]
+                    self._forgotten = max(self._forgotten, oldest)
             case Asked(number):
                 self.questions[number] = message
             case Withdrawn(number):
@@ -71,15 +78,6 @@ class DeliveryLog:
             self._size -= len(self._told.popleft()[1]) + BESIDE
         if self.put is not None:
             self.put(frame)
-
-    def _end(self, done: Done) -> None:
-        """Remember how a command has ended, in short."""
-        refusal = done.refusal and replace(done.refusal, message=done.refusal.message[:SHORT], detail="", hint="")
-        self.ended[done.id] = Done(done.id, done.ok, refusal, done.version)
-        if len(self.ended) > self.bounds.ended:
-            oldest = next(iter(self.ended))
-            del self.ended[oldest]
-            self._forgotten = max(self._forgotten, oldest)
 
     def since(self, seq: int) -> list[Frame] | None:
         """Return the frames after that number; None if they are not all remembered."""

@@ -142,10 +142,8 @@ class Crowd:
         self._there[name] = there + 1
 
     def leave(self, name: str) -> None:
-        left = self._there[name] - 1
-        if left:
-            self._there[name] = left
-        else:
+        self._there[name] -= 1
+        if not self._there[name]:
             del self._there[name]
 
     def guess(self, address: str, now: float) -> None:
@@ -165,11 +163,7 @@ class Meter:
 
     def __init__(self, allowance: Allowance, now: float) -> None:
         self._allowance, self._used, self._looked = allowance, 0.0, now
-        self._begin(now)
-
-    def _begin(self, now: float) -> None:
-        share = self._allowance.cpu
-        self._bucket = Bucket(share, share * self._allowance.cpu_window, now)
+        self._bucket = Bucket(allowance.cpu, allowance.cpu * allowance.cpu_window, now)
 
     def look(self, used: float, now: float) -> LimitReached | None:
         """`used` is CPU time so far [s]; why what runs is to be stopped, None where it may go on."""
@@ -177,8 +171,8 @@ class Meter:
         self._used, self._looked = used, now
         if self._bucket.left(now) >= 0.0:
             return None
-        self._begin(now)
         allowance = self._allowance
+        self._bucket = Bucket(allowance.cpu, allowance.cpu * allowance.cpu_window, now)
         return LimitReached(
             f"programs took more than {allowance.cpu:.0%} of a core for {allowance.cpu_window:g} s",
             "let it wait now and then: DELAY, WAIT, a motion; the server sets this limit",

@@ -60,35 +60,28 @@ async def _connected(url: str, told: Callable[[str], None], again: Callable[[], 
         again()
 
     async def wrong(error: Exception) -> None:
-        """Note an error of opening; later ones show in what comes of them."""
-        if not failed.done():
-            failed.set_result(error)
+        """Give up opening at the first error; later errors show in what comes of them."""
+        if opens:
+            raise error
 
-    connection, failed = Connection(), asyncio.get_running_loop().create_future()
-    connecting = asyncio.create_task(
-        connection.connect(
-            url,
-            disconnected_cb=lost,
-            reconnected_cb=found,
-            error_cb=wrong,
-            max_reconnect_attempts=-1,
-            allow_reconnect=True,
-            connect_timeout=int(OPENING),
-        )
-    )
+    connection, opens = Connection(), True
     try:
-        await asyncio.wait((connecting, failed), timeout=OPENING, return_when=asyncio.FIRST_COMPLETED)
-        if connecting.done():
-            connecting.result()
-            return connection
-        error = failed.result() if failed.done() else TimeoutError()
-    except (Error, OSError, ValueError) as raised:
-        error = raised
-    finally:
-        connecting.cancel()
-    with suppress(AssertionError):  # of nats-py, where it could not even begin
-        await connection.close()
-    raise RequestRefused(f"{url}: NATS does not answer: {_reason(error)}", "is nats-server running?") from None
+        async with asyncio.timeout(OPENING):
+            await connection.connect(
+                url,
+                disconnected_cb=lost,
+                reconnected_cb=found,
+                error_cb=wrong,
+                max_reconnect_attempts=-1,
+                allow_reconnect=True,
+                connect_timeout=int(OPENING),
+            )
+    except (Error, OSError, ValueError) as error:
+        with suppress(AssertionError):  # of nats-py, where it could not even begin
+            await connection.close()
+        raise RequestRefused(f"{url}: NATS does not answer: {_reason(error)}", "is nats-server running?") from None
+    opens = False
+    return connection
 
 
 def _reason(error: Exception) -> str:

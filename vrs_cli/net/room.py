@@ -34,9 +34,8 @@ from vrs_cli.net import messages
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.client_session import ClientSession, ClientSocket
 from vrs_cli.net.delivery_log import BESIDE, DeliveryLog
-from vrs_cli.net.driving import WhenGone
 from vrs_cli.net.limits import MUCH, Meter
-from vrs_cli.net.served_robot import Plan, ServedRobot
+from vrs_cli.net.served_robot import Plan, ServedRobot, WhenGone
 from vrs_cli.net.tokens import TEACHER, Grant
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.motion import MotionKind

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from vrs_cli.errors import LeaseHeld
-from vrs_cli.net.driving import Driving
+from vrs_cli.net.served_robot import Driving
 
 LONG = 1000.0  # [s] longer than a lease lasts
 
