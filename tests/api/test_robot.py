@@ -1,4 +1,4 @@
-"""The public robot: what docs/python.md promises, and every way to hold it wrong."""
+"""The public robot, of this process and of a server: the promises of docs/python.md, and every wrong use."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import re
 import threading
 import traceback
 import weakref
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, suppress
 from math import inf, nan, pi, radians
 from pathlib import Path
 from threading import Thread
@@ -19,8 +19,16 @@ import pytest
 import vrs_cli as vrs
 from tests.kinematics.test_urdf import written
 from tests.live import PATIENCE
+from tests.net.serving import serving
 from vrs_cli.engine.engine import Engine
-from vrs_cli.errors import FileDamaged, NonexistentFile, ProgramNotExecutable, UndefinedName
+from vrs_cli.errors import (
+    FileDamaged,
+    JointOutOfRange,
+    NonexistentFile,
+    ProgramNotExecutable,
+    UndefinedName,
+    UndefinedValue,
+)
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.values.replies import ReachReport, Whereabouts
 
@@ -29,8 +37,30 @@ DOWN = (0, -45, 180, 0, 45, 0)
 PICK = Path("programs/pick_and_place.v2")
 
 
-def moved() -> vrs.Robot:
-    return vrs.Robot().move(*DOWN).moves(PART, at=1.0)
+New = Callable[[], vrs.Robot]
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Iterator[str]]:
+    """The addresses of robots that nobody has moved yet."""
+    cells = tuple(f"cell{k}" for k in range(40))
+    with serving(tmp_path_factory.mktemp("served"), cells) as it:
+        yield (f"{it.address}/robots/{cell}" for cell in cells)
+
+
+@pytest.fixture(params=["here", "served"])
+def new(request: pytest.FixtureRequest) -> Iterator[New]:
+    """Makes robots of this process, and connects to robots of a server: both are the same to Python."""
+    with ExitStack() as left:
+        if request.param == "here":
+            yield vrs.Robot
+        else:
+            addresses: Iterator[str] = request.getfixturevalue("served")
+            yield lambda: left.enter_context(vrs.connect(next(addresses)))
+
+
+def moved(new: New = vrs.Robot) -> vrs.Robot:
+    return new().move(*DOWN).moves(PART, at=1.0)
 
 
 def test_at_a_robot_here_nothing_is_on_its_way() -> None:
@@ -47,12 +77,12 @@ def test_at_a_robot_here_nothing_is_on_its_way() -> None:
     assert r.where(r.end).joints.tolist() == pytest.approx([0, -90, 90, 0, 0, 0]), "the others were done"
 
 
-def test_motions_are_those_of_val2_to_the_bit() -> None:
-    typed = vrs.Robot()
+def test_motions_are_those_of_val2_to_the_bit(new: New) -> None:
+    typed = new()
     typed.do("MOVE #PPOINT(0, -45, 180, 0, 45, 0)")
     typed.do("MOVES TRANS(300, 450, -200, 90, 90, 0) AT 1")
-    assert moved().timeline == typed.timeline
-    assert [one.text for one in moved().commands] == [one.text for one in typed.commands]
+    assert moved(new).timeline == typed.timeline
+    assert [one.text for one in moved(new).commands] == [one.text for one in typed.commands]
 
 
 def test_joints_may_be_given_in_many_ways() -> None:
@@ -67,16 +97,16 @@ def test_joints_may_be_given_in_many_ways() -> None:
     assert all(other == first for other in others)
 
 
-def test_what_the_robot_keeps_is_its_own() -> None:
+def test_what_the_robot_keeps_is_its_own(new: New) -> None:
     joints = np.array(DOWN, dtype=float)
-    r = vrs.Robot().move(joints)
+    r = new().move(joints)
     before = r.where().joints.tolist()
     joints[:] = 7.0
     assert r.where().joints.tolist() == before
 
 
-def test_units_of_si() -> None:
-    r = vrs.Robot(units="SI").move([radians(q) for q in DOWN])
+def test_units_of_si(new: New) -> None:
+    r = new().in_units("SI").move([radians(q) for q in DOWN])
     assert r.where().joints == pytest.approx([radians(q) for q in DOWN])
     assert r.where().xyz == pytest.approx(r.in_units("VAL").where().xyz / 1000.0)
     assert r.in_units("VAL").where().joints == pytest.approx(DOWN)
@@ -84,8 +114,8 @@ def test_units_of_si() -> None:
     assert r.ik(PART).joints == pytest.approx(np.radians(r.in_units("VAL").ik(PART).joints), nan_ok=True)
 
 
-def test_where_at_one_time_and_at_many() -> None:
-    r = moved()
+def test_where_at_one_time_and_at_many(new: New) -> None:
+    r = moved(new)
     one = r.where(0.5)
     assert (one.joints.shape, one.xyz.shape, one.velocity.shape, one.location.shape) == ((6,), (3,), (6,), ())
     many = r.where([0.0, 0.5, r.end + 9.0])
@@ -96,8 +126,8 @@ def test_where_at_one_time_and_at_many() -> None:
     assert repr(many) == f"Posture at 3 times, 0.000 to {r.end + 9.0:.3f} s: joints (3, 6), xyz (3, 3)"
 
 
-def test_samples_go_to_the_exact_end() -> None:
-    r = moved()
+def test_samples_go_to_the_exact_end(new: New) -> None:
+    r = moved(new)
     samples = r.sample(rate=100)
     assert samples.joints.shape == (len(samples), 6)
     assert samples.t[:3].tolist() == [0.0, 0.01, 0.02]
@@ -128,8 +158,8 @@ def test_real_time_takes_its_time() -> None:
     assert r.wait().now >= r.end
 
 
-def test_abort_drops_what_is_scheduled() -> None:
-    r = vrs.Robot().move(*DOWN, at=5.0)
+def test_abort_drops_what_is_scheduled(new: New) -> None:
+    r = new().move(*DOWN, at=5.0)
     assert r.end > 5.0
     assert r.abort().end <= 5.0
 
@@ -185,8 +215,8 @@ def test_the_jacobian_is_the_derivative() -> None:
     assert J[3:] == pytest.approx(si[3:])
 
 
-def test_kinematics_with_tool_and_base() -> None:
-    r = vrs.Robot()
+def test_kinematics_with_tool_and_base(new: New) -> None:
+    r = new()
     r.do("TOOL TRANS(0, 0, 100)")
     r.do("BASE 50, 0, 0")
     assert r.fk().xyz == pytest.approx(r.where().xyz)
@@ -202,19 +232,19 @@ def test_a_robot_whose_joints_slide() -> None:
     assert r.jacobian().shape == (6, 4)
 
 
-def test_why_is_data() -> None:
-    (report,) = vrs.Robot().why(PART)
+def test_why_is_data(new: New) -> None:
+    (report,) = new().why(PART)
     assert isinstance(report, ReachReport)
     assert len(report.reach.options) == 8
-    assert "MOVE: " in repr(vrs.Robot().why(PART))
-    assert "mm too far" in repr(vrs.Robot().why(vrs.trans(3000, 0, 0)))
+    assert "MOVE: " in repr(new().why(PART))
+    assert "mm too far" in repr(new().why(vrs.trans(3000, 0, 0)))
 
 
 # --- programs and words --------------------------------------------------------------------------------------------
 
 
-def test_do_answers_with_values() -> None:
-    r = vrs.Robot()
+def test_do_answers_with_values(new: New) -> None:
+    r = new()
     (where,) = r.do("WHERE")
     assert isinstance(where, Whereabouts)
     assert r.do("SPEED 50") == ()
@@ -224,8 +254,8 @@ def test_do_answers_with_values() -> None:
     assert r.do('TYPE "next"').text == "next\n"
 
 
-def test_do_answers_questions() -> None:
-    r = vrs.Robot()
+def test_do_answers_questions(new: New) -> None:
+    r = new()
     r.define(".PROGRAM a\nTYPE 1\n.END")
     r.do("DELETEP a")
     assert "a" in repr(r.do("DIRECTORY"))
@@ -234,8 +264,8 @@ def test_do_answers_questions() -> None:
         r.execute("a")
 
 
-def test_run_a_file_and_read_its_result() -> None:
-    r = vrs.Robot()
+def test_run_a_file_and_read_its_result(new: New) -> None:
+    r = new()
     run = r.run(PICK)
     assert run.ok
     assert run.typed[-1] == "The hand is open: 1"
@@ -243,8 +273,8 @@ def test_run_a_file_and_read_its_result() -> None:
     assert isinstance(r["part"], vrs.Location)
 
 
-def test_programs_of_a_text() -> None:
-    r = vrs.Robot()
+def test_programs_of_a_text(new: New) -> None:
+    r = new()
     assert r.define(".PROGRAM double(x)\nx = 2*x\n.END\n.PROGRAM main\nn = 4\nCALL double(n)\n.END") == (
         "double",
         "main",
@@ -253,8 +283,8 @@ def test_programs_of_a_text() -> None:
     assert r["n"] == 8.0
 
 
-def test_a_prompt_has_its_answers() -> None:
-    r = vrs.Robot()
+def test_a_prompt_has_its_answers(new: New) -> None:
+    r = new()
     r.define('.PROGRAM ask\nPROMPT "How many? ", n\n.END')
     r.execute("ask", answers=["3"])
     assert r["n"] == 3.0
@@ -262,8 +292,8 @@ def test_a_prompt_has_its_answers() -> None:
         r.execute("ask")
 
 
-def test_a_program_that_fails() -> None:
-    r = vrs.Robot()
+def test_a_program_that_fails(new: New) -> None:
+    r = new()
     r.define(".PROGRAM bad\nTYPE 1\nx = y\n.END")
     with pytest.raises(vrs.ProgramFailed, match=r"^bad step 2, x = y: \*Undefined value\* y[^\n]*$") as caught:
         r.execute("bad")
@@ -271,13 +301,31 @@ def test_a_program_that_fails() -> None:
     assert not r.execute("bad", check=False).ok
 
 
-def test_a_text_with_mistakes() -> None:
+def test_a_text_with_mistakes(new: New) -> None:
     with pytest.raises(ProgramNotExecutable, match=r"line 2: .*MOVEE"):
-        vrs.Robot().define(".PROGRAM a\nMOVEE b\n.END")
+        new().define(".PROGRAM a\nMOVEE b\n.END")
 
 
-def test_variables() -> None:
-    r = vrs.Robot()
+def test_a_program_asks_and_leaves_variables(new: New, tmp_path: Path) -> None:
+    text = '.PROGRAM ask()\n  PROMPT "How many? ", count\n  twice = 2*count\n  TYPE "twice:", twice\n.END\n'
+    one = new()
+    assert one.define(text) == ("ask",)
+    run = one.execute("ask", answers=["4"])
+    assert (run.ok, run.typed, one["twice"]) == (True, ("twice: 8",), 8.0)
+    with pytest.raises(vrs.ProgramFailed, match="PROMPT"):
+        one.execute("ask")
+    one["#home"], one["$s"], one["n"], one["part"] = DOWN, "text", 0.1, PART
+    assert (one["$s"], one["n"], repr(one["part"])) == ("text", 0.1, repr(PART))
+    assert one["#home"].tolist() == pytest.approx(DOWN)  # type: ignore[union-attr]
+    path = tmp_path / "two.v2"
+    path.write_text(".PROGRAM two()\n  TYPE 2\n.END\n")
+    assert one.run(path).typed == (" 2",)
+    with pytest.raises(NonexistentFile):
+        one.run(tmp_path / "none.v2")
+
+
+def test_variables(new: New) -> None:
+    r = new()
     r["count"], r["part"], r["#safe"], r["$name"], r["row[3]"] = 5, PART, DOWN, "pin", 2.5
     assert (r["count*2"], r["$name"], r["row[3]"]) == (10.0, "pin", 2.5)
     assert r["part"] == PART
@@ -289,8 +337,8 @@ def test_variables() -> None:
 # --- the past, other courses of events, files ----------------------------------------------------------------------
 
 
-def test_undo_and_redo() -> None:
-    r = moved()
+def test_undo_and_redo(new: New) -> None:
+    r = moved(new)
     after = r.timeline
     assert len(r.undo().commands) == 1
     assert r.redo().timeline == after
@@ -299,8 +347,8 @@ def test_undo_and_redo() -> None:
         r.undo()
 
 
-def test_branches() -> None:
-    r = moved()
+def test_branches(new: New) -> None:
+    r = moved(new)
     before = r.timeline
     with r.what_if("slow") as trial:
         trial.move(*DOWN, speed=10)
@@ -311,8 +359,30 @@ def test_branches() -> None:
     assert (r.branches, len(r.commands)) == (("main",), 3)
 
 
-def test_a_branch_is_left_also_after_an_error() -> None:
-    r = vrs.Robot()
+def test_branches_are_compared_merged_and_saved(new: New, tmp_path: Path) -> None:
+    one = new()
+    one.move(*DOWN)
+    with one.what_if("straight"):
+        end = one.moves(PART).end
+        assert one.branch == "straight"
+    assert one.end < end
+    with one.what_if("joints"):
+        one.move(PART)
+    (table,) = one.compare("straight", "joints")
+    assert round(table.comparison.b.duration - table.comparison.a.duration, 3) == -0.449  # type: ignore[union-attr]
+    assert one.branches == ("main", "straight", "joints")
+    one.merge("joints")
+    (report,) = one.why(vrs.trans(1000, 450, -200, 90, 90, 0))
+    assert isinstance(report, ReachReport)
+    assert report.reach.chosen is None
+    one.save(tmp_path / "t.vrst")
+    assert vrs.load(tmp_path / "t.vrst").timeline == one.timeline
+    assert "MOVE" in one._repr_html_()
+    assert one.plot("velocity").curves
+
+
+def test_a_branch_is_left_also_after_an_error(new: New) -> None:
+    r = new()
     with pytest.raises(vrs.MotionError), r.what_if("far"):
         r.move(vrs.trans(5000, 0, 0))
     assert r.branch == "main"
@@ -354,8 +424,8 @@ def test_a_robot_that_nobody_holds_leaves_nothing_behind() -> None:
     assert not thread.is_alive()
 
 
-def test_subscribe() -> None:
-    r, heard = vrs.Robot(), list[vrs.Change]()
+def test_subscribe(new: New) -> None:
+    r, heard = new(), list[vrs.Change]()
     end = r.subscribe(heard.append)
     moved_to = r.move(*DOWN).timeline
     r.undo()
@@ -430,27 +500,27 @@ def test_many_threads() -> None:
 # --- how it shows itself -------------------------------------------------------------------------------------------
 
 
-def test_it_says_what_it_is() -> None:
-    r = moved()
+def test_it_says_what_it_is(new: New) -> None:
+    r = moved(new).wait()
     assert re.fullmatch(
-        r"<Robot puma560: 2 motions to \d\.\d{3} s, now 1\.133 s, xyz \(.*\) mm, oat \(.*\) deg>", repr(r)
+        r"<Robot puma560: 2 motions to \d\.\d{3} s, now 2\.168 s, xyz \(.*\) mm, oat \(.*\) deg>", repr(r)
     )
     assert re.fullmatch(r"<Timeline version 2: \d+ segments, 0\.000 to \d\.\d{3} s>", repr(r.timeline))
     assert repr(Engine(load_robot("puma560"))).startswith("<Engine of puma560 at 0.000 s: <Timeline version 0: 1 segm")
 
 
-def test_plots() -> None:
-    plot = moved().plot("velocity", 1, 2)
+def test_plots(new: New) -> None:
+    plot = moved(new).plot("velocity", 1, 2)
     assert list(plot.curves) == ["JT1", "JT2"]
     assert len(plot.times) == len(plot.curves["JT1"])
     assert plot._repr_svg_().startswith("<svg ")
     assert "Joint velocities" in repr(plot)
 
 
-def test_tables_in_a_notebook() -> None:
-    assert "<table>" in moved().do("TIMELINE")._repr_html_()
-    assert "<table>" in moved()._repr_html_()
-    assert "&lt;" in vrs.Robot().do('TYPE "a < b"')._repr_html_()
+def test_tables_in_a_notebook(new: New) -> None:
+    assert "<table>" in moved(new).do("TIMELINE")._repr_html_()
+    assert "<table>" in moved(new)._repr_html_()
+    assert "&lt;" in new().do('TYPE "a < b"')._repr_html_()
 
 
 # --- held wrong ----------------------------------------------------------------------------------------------------
@@ -501,17 +571,42 @@ WRONG: tuple[tuple[Callable[[vrs.Robot], object], type[Exception], str], ...] = 
 )
 
 
+@pytest.fixture(scope="module", params=["here", "served"])
+def untouched(request: pytest.FixtureRequest) -> Iterator[vrs.Robot]:
+    """A robot that refuses all that is asked of it."""
+    if request.param == "here":
+        yield vrs.Robot()
+    else:
+        with vrs.connect(next(request.getfixturevalue("served"))) as r:
+            yield r
+
+
 @pytest.mark.parametrize(("wrong", "kind", "said"), WRONG)
 def test_one_clear_line_for_what_is_wrong(
-    wrong: Callable[[vrs.Robot], object], kind: type[Exception], said: str
+    untouched: vrs.Robot, wrong: Callable[[vrs.Robot], object], kind: type[Exception], said: str
 ) -> None:
-    r = vrs.Robot()
+    r = untouched
     with pytest.raises(kind, match=said) as caught:
         wrong(r)
     assert "\n" not in str(caught.value)
     assert caught.value.__suppress_context__ or caught.value.__context__ is None
     assert len(traceback.extract_tb(caught.value.__traceback__)) <= 9
     assert r.timeline.version == 0
+
+
+def test_what_is_refused_has_its_class_and_numbers(new: New) -> None:
+    one = new()
+    with pytest.raises(JointOutOfRange, match=r"would be 200\.00 deg") as caught:
+        one.move(200, 0, 0, 0, 0, 0)
+    assert caught.value.joint == 1
+    with pytest.raises(UndefinedValue, match="nowhere"):
+        one["nowhere"]
+    with pytest.raises(vrs.VrsError, match=r"\*Illegal monitor command\* MOVEE"):
+        one.do("MOVEE a")
+    with pytest.raises(ProgramNotExecutable, match="line 2: "):
+        one.define(".PROGRAM a()\n  MOVEE b\n.END\n")
+    with pytest.raises(vrs.UsageError):
+        one.undo(99)
 
 
 def test_the_links_are_chosen_by_name(tmp_path: Path) -> None:

@@ -23,13 +23,12 @@ from tests.interfaces.holders.holder import Holder
 from tests.live import PATIENCE, until
 from tests.net.cable import Cable, cable
 from tests.net.serving import Serving, serving
-from vrs_cli.errors import JointOutOfRange, NonexistentFile, ProgramNotExecutable, RequestRefused, UndefinedValue
+from vrs_cli.errors import RequestRefused
 from vrs_cli.net.messages import LeaseAct
 from vrs_cli.net.socket_port import Loop, SocketPort
 from vrs_cli.net.stream import SEGMENTS
 from vrs_cli.values.commands import Move
 from vrs_cli.values.motion import JointOffsetTarget
-from vrs_cli.values.replies import ReachReport
 
 DOWN = (0, -45, 180, 0, 45, 0)
 PART = vrs.trans(300, 450, -200, 90, 90, 0)
@@ -102,66 +101,11 @@ def test_lines_are_answered_as_here(robot: vrs.Robot) -> None:
         assert repr(far) == repr(near)
 
 
-def test_what_is_refused_is_raised_as_here(robot: vrs.Robot) -> None:
-    for one in both(robot):
-        with pytest.raises(JointOutOfRange, match=r"would be 200\.00 deg") as caught:
-            one.move(200, 0, 0, 0, 0, 0)
-        assert caught.value.joint == 1
-        with pytest.raises(UndefinedValue, match="nowhere"):
-            one["nowhere"]
-        with pytest.raises(vrs.VrsError, match=r"\*Illegal monitor command\* MOVEE"):
-            one.do("MOVEE a")
-        with pytest.raises(ProgramNotExecutable, match="line 2: "):
-            one.define(".PROGRAM a()\n  MOVEE b\n.END\n")
-        with pytest.raises(vrs.UsageError):
-            one.undo(99)
-
-
-def test_programs_and_variables(robot: vrs.Robot, tmp_path: Path) -> None:
-    text = '.PROGRAM ask()\n  PROMPT "How many? ", count\n  twice = 2*count\n  TYPE "twice:", twice\n.END\n'
-    for one in both(robot):
-        assert one.define(text) == ("ask",)
-        run = one.execute("ask", answers=["4"])
-        assert (run.ok, run.typed, one["twice"]) == (True, ("twice: 8",), 8.0)
-        with pytest.raises(vrs.ProgramFailed, match="PROMPT"):
-            one.execute("ask")
-        one["#home"], one["$s"], one["n"], one["part"] = DOWN, "text", 0.1, PART
-        assert (one["$s"], one["n"], repr(one["part"])) == ("text", 0.1, repr(PART))
-        assert one["#home"].tolist() == pytest.approx(DOWN)  # type: ignore[union-attr]
-        path = tmp_path / "two.v2"
-        path.write_text(".PROGRAM two()\n  TYPE 2\n.END\n")
-        assert one.run(path).typed == (" 2",)
-        with pytest.raises(NonexistentFile):
-            one.run(tmp_path / "none.v2")
-
-
 def test_a_text_at_the_prompt(robot: vrs.Robot) -> None:
     text = ".PROGRAM three()\n  TYPE 3\n.END\nEXECUTE three\nMOVEE a\n.PROGRAM open()\n"
     replies = [one.prompt(text).text for one in both(robot)]
     assert replies[0] == replies[1]
     assert robot.prompt("WHERE").ok, "the program that was left is forgotten"
-
-
-def test_branches_and_files(robot: vrs.Robot, tmp_path: Path) -> None:
-    for one in both(robot):
-        one.move(*DOWN)
-        with one.what_if("straight"):
-            end = one.moves(PART).end
-            assert one.branch == "straight"
-        assert one.end < end
-        with one.what_if("joints"):
-            one.move(PART)
-        (table,) = one.compare("straight", "joints")
-        assert round(table.comparison.b.duration - table.comparison.a.duration, 3) == -0.449  # type: ignore[union-attr]
-        assert one.branches == ("main", "straight", "joints")
-        one.merge("joints")
-        (report,) = one.why(vrs.trans(1000, 450, -200, 90, 90, 0))
-        assert isinstance(report, ReachReport)
-        assert report.reach.chosen is None
-        one.save(tmp_path / "t.vrst")
-        assert vrs.load(tmp_path / "t.vrst").timeline == one.timeline
-        assert "MOVE" in one._repr_html_()
-        assert one.plot("velocity").curves
 
 
 def test_others_see_it_move(robot: vrs.Robot) -> None:
