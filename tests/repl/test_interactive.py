@@ -65,7 +65,7 @@ def run(*keys: str, file: str | None = None, clock: RobotClock | None = None) ->
 
 
 def front_end(shell: Shell) -> FrontEnd:
-    return shell.backstage.wait().front_end
+    return shell.backstage.wait().screens
 
 
 def session(shell: Shell) -> Session:
@@ -309,9 +309,9 @@ def test_what_goes_wrong_behind_the_prompt_is_noted() -> None:
 
 
 def test_completion_knows_what_is_defined(shell: Shell) -> None:
-    work = shell.backstage.wait()
-    work.front_end.take("SET pallet = TRANS(500,150,-100,90,90,0)")
-    found = ValCompleter(lambda: work).get_completions(Document("MOVE pa"), CompleteEvent(text_inserted=True))
+    terminal = shell.backstage.wait()
+    terminal.screens.take("SET pallet = TRANS(500,150,-100,90,90,0)")
+    found = ValCompleter(lambda: terminal).get_completions(Document("MOVE pa"), CompleteEvent(text_inserted=True))
     (completion,) = found
     assert (completion.text, completion.start_position) == ("pallet", -2)
     assert completion.display_meta_text == "500.0 150.0 -100.0 90.0 90.0 0.0"
@@ -332,17 +332,17 @@ def test_before_the_tables_are_there_nothing_is_suggested_or_coloured() -> None:
 
 
 def test_a_failing_completion_is_told_in_the_toolbar(shell: Shell, monkeypatch: pytest.MonkeyPatch) -> None:
-    work = shell.backstage.wait()
+    terminal = shell.backstage.wait()
 
     def broken(*_arguments: object, **_options: object) -> object:
         raise RuntimeError("no names")
 
     monkeypatch.setattr("vrs_cli.interfaces.conversation.conversation.names_of", broken)
-    assert list(ValCompleter(lambda: work).get_completions(Document("MO"), CompleteEvent(text_inserted=True))) == []
-    assert work.front_end.noted.startswith("internal error: RuntimeError: no names")
+    assert list(ValCompleter(lambda: terminal).get_completions(Document("MO"), CompleteEvent(text_inserted=True))) == []
+    assert terminal.screens.noted.startswith("internal error: RuntimeError: no names")
     shell._look()
-    assert work.front_end.noted in " ".join(shown_below(shell).split())  # all of it, with the name of the report
-    Path(work.front_end.noted.rsplit(" ", 1)[1]).unlink()
+    assert terminal.screens.noted in " ".join(shown_below(shell).split())  # all of it, with the name of the report
+    Path(terminal.screens.noted.rsplit(" ", 1)[1]).unlink()
 
 
 # --- programs ------------------------------------------------------------------------------------------------------
@@ -531,16 +531,16 @@ def test_while_the_arm_moves_it_is_drawn_as_it_changes(monkeypatch: pytest.Monke
 
 
 def test_ctrl_c_beside_a_program_ends_what_is_done(shell: Shell) -> None:
-    work = shell.backstage.wait()
-    with pytest.raises(KeyboardInterrupt), stoppable(work.interrupt):
+    terminal = shell.backstage.wait()
+    with pytest.raises(KeyboardInterrupt), stoppable(terminal.interrupt):
         signal.raise_signal(signal.SIGINT)
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_the_toolbar_shows_the_clock_and_the_last_message(shell: Shell) -> None:
-    work = shell.backstage.wait()
-    work.front_end.take("DRIVE 1, 60")
-    work.terminal.show(Message("all is well"))
+    terminal = shell.backstage.wait()
+    terminal.screens.take("DRIVE 1, 60")
+    terminal.show(Message("all is well"))
     shell._look()
     text = shown_below(shell)
     assert "t 1.03 s" in text

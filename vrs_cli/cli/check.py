@@ -8,7 +8,7 @@ from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
@@ -47,14 +47,6 @@ class Finding(Struct, frozen=True):
     source: Source
     diagnostics: tuple[Diagnostic, ...]
     mended: int = 0
-
-    @classmethod
-    def of_file(cls, path: str, unreadable: FileError) -> Self:
-        """A file that cannot be read."""
-        from vrs_cli.values.diagnostics import Span, error
-
-        found = error(type(unreadable), Span(1, 1, 2), unreadable.detail, unreadable.hint)
-        return cls(Source(path, ""), (found,))
 
 
 def _text(findings: Sequence[Finding]) -> None:
@@ -244,7 +236,10 @@ def _check(options: Namespace, model: RobotModel) -> int:
             print(f"{options.prog}: {unreadable}", file=sys.stderr)
             status = max(status, status_of(unreadable))
             if options.format != "text":
-                findings.append(Finding.of_file(path, unreadable))
+                from vrs_cli.values.diagnostics import Span, error
+
+                found = error(type(unreadable), Span(1, 1, 2), unreadable.detail, unreadable.hint)
+                findings.append(Finding(Source(path, ""), (found,)))
     FORMATS[options.format](findings)
     wrong = any(finding.diagnostics if options.strict else has_errors(finding.diagnostics) for finding in findings)
     return max(status, FAILED if wrong else OK)

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from vrs_cli.net.audit import Audit
     from vrs_cli.net.limits import Allowance
     from vrs_cli.net.room import Hub
-    from vrs_cli.net.server import ListenAddress, Server
+    from vrs_cli.net.server import Server
 
 
 # [s] after which a thread that computes lets another one go on; by default it is 5 ms, which a line of the prompt waits
@@ -82,7 +82,7 @@ def serve(options: Namespace) -> int:
 
     from vrs_cli.language.text.collector import collect_in_small_parts
     from vrs_cli.net.audit import Audit
-    from vrs_cli.net.server import Server
+    from vrs_cli.net.server import ListenAddress, Server
     from vrs_cli.net.tokens import TokenFile
 
     sys.setswitchinterval(SWITCHED)
@@ -99,7 +99,10 @@ def serve(options: Namespace) -> int:
         named, tokens = (name for name, _ in options.robot), None
         if options.tokens is not None:
             tokens = TokenFile(Path(options.tokens), named, options.robots_per_token)
-        server = Server(_place(options, tell), _allowance(options), audit, tokens, tell)
+        if options.insecure and not options.tls_cert and not _is_local(options.host):
+            tell("--insecure: whoever is on the way can read the tokens, and drive")
+        place = ListenAddress(options.host, options.port, _tls(options), tuple(options.origin))
+        server = Server(place, _allowance(options), audit, tokens, tell)
         hub = _hub(options, server, audit, folder, tell)
         at_end.callback(hub.close)
         _warm()
@@ -272,14 +275,6 @@ def _is_local(host: str) -> bool:
 
 
 # --- what is made of it ---
-
-
-def _place(options: Namespace, tell: Callable[[str], None]) -> ListenAddress:
-    from vrs_cli.net.server import ListenAddress
-
-    if options.insecure and not options.tls_cert and not _is_local(options.host):
-        tell("--insecure: whoever is on the way can read the tokens, and drive")
-    return ListenAddress(options.host, options.port, _tls(options), tuple(options.origin))
 
 
 def _tls(options: Namespace) -> ssl.SSLContext | None:

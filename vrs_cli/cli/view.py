@@ -241,10 +241,14 @@ def nothing(_window: RobotWindow) -> None:
 
 def _door(options: argparse.Namespace) -> Door:
     """The page has an address, and a browser is on its way to it: what answers it is loaded meanwhile."""
-    from vrs_cli.view3d.door import opened
+    from vrs_cli.repl.history import state_folder
+    from vrs_cli.view3d.door import kept_secret, opened
 
+    secret = ""  # at a port that was chosen that of the last time: a page that is still there goes on
+    with suppress(RuntimeError):  # there is no home
+        secret = kept_secret(state_folder(os.environ) / "view" / str(options.port)) if options.port else ""
     try:
-        door = opened(options.host, options.port, _secret(options.port))
+        door = opened(options.host, options.port, secret)
     except UsageError as error:
         raise CommandLineError(error.detail, error.hint) from None
     print(f"{options.prog}: {door.address}", flush=True)
@@ -260,16 +264,6 @@ def _open(options: argparse.Namespace, stack: ExitStack, door: Door, hold: Hold,
     title = Path(options.url).name if is_recording(options.url or "") else ""
     app = App(hold, door=door, title=title, rate=options.rate, first=first, tell=teller(options.prog))
     stack.callback(app.close)
-
-
-def _secret(port: int) -> str:
-    """At a port that was chosen, that of the last time: a page that is still there goes on."""
-    from vrs_cli.repl.history import state_folder
-    from vrs_cli.view3d.door import kept_secret
-
-    with suppress(RuntimeError):  # there is no home
-        return kept_secret(state_folder(os.environ) / "view" / str(port)) if port else ""
-    return ""
 
 
 def _opened(address: str) -> None:

@@ -14,7 +14,7 @@ from math import inf
 from textwrap import fill
 from threading import Thread
 from time import monotonic
-from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from prompt_toolkit import PromptSession
 from prompt_toolkit.application import get_app, run_in_terminal
@@ -53,32 +53,20 @@ DROPPED = "The line is dropped"
 QUESTION = "\0"  # comes in place of a line when a program asks for one
 
 
-class Work(NamedTuple):
-    """What is made behind the first prompt: a front end, and a terminal that can ask."""
+def make_terminal(place: Place, read: Callable[[str], str], config: Config) -> ShellTerminal:
+    """Make the terminal of a shell, which can ask, and the front end that is its `screens`."""
+    from vrs_cli.language.text import parser
+    from vrs_cli.render.console import TerminalRenderer
+    from vrs_cli.repl.pager import pager_of
+    from vrs_cli.repl.terminal import ShellTerminal
 
-    front_end: FrontEnd
-    terminal: ShellTerminal
-
-    @classmethod
-    def at(cls, place: Place, read: Callable[[str], str], config: Config) -> Work:
-        from vrs_cli.language.text import parser
-        from vrs_cli.render.console import TerminalRenderer
-        from vrs_cli.repl.pager import pager_of
-        from vrs_cli.repl.terminal import ShellTerminal
-
-        terminal = ShellTerminal(read, cache(lambda: TerminalRenderer(palette=config.palette)))
-        terminal.pager, terminal.palette = pager_of(config.pager, os.environ), config.palette
-        terminal.vi = config.keys == "vi"
-        terminal.whole_lines = place.lives
-        work = cls(place.front_end(terminal), terminal)
-        terminal.screens, terminal.interrupt = work.front_end, work.interrupt
-        parser.parse_prompt("WHERE")  # the first key must not wait for it
-        return work
-
-    def interrupt(self) -> bool:
-        """Ctrl-C: stop what is waited for; False when that is nothing."""
-        self.terminal.echoed = True
-        return self.front_end.interrupt()
+    terminal = ShellTerminal(read, cache(lambda: TerminalRenderer(palette=config.palette)))
+    terminal.pager, terminal.palette = pager_of(config.pager, os.environ), config.palette
+    terminal.vi = config.keys == "vi"
+    terminal.whole_lines = place.lives
+    terminal.screens = place.front_end(terminal)
+    parser.parse_prompt("WHERE")  # the first key must not wait for it
+    return terminal
 
 
 # --- what is heavy (the robot, the language, numpy) is made ready behind the first prompt ---
@@ -128,18 +116,18 @@ class Backstage(Generic[V]):
 class ValCompleter(Completer):
     """Suggestions of `complete`; none before the tables are there, and none where finding them fails."""
 
-    def __init__(self, ready: Callable[[], Work | None]) -> None:
+    def __init__(self, ready: Callable[[], ShellTerminal | None]) -> None:
         self._ready = ready
 
     def get_completions(self, document: Document, complete_event: CompleteEvent) -> Iterable[Completion]:
-        work = self._ready()
+        terminal = self._ready()
         text = document.text_before_cursor
-        if work is None or (complete_event.text_inserted and not text.strip()):
+        if terminal is None or (complete_event.text_inserted and not text.strip()):
             return []
         try:
-            found = work.front_end.suggestions(text, complete_event.completion_requested)
+            found = terminal.screens.suggestions(text, complete_event.completion_requested)
         except Exception as error:
-            work.front_end.note(error)
+            terminal.screens.note(error)
             return []
         return [Completion(one.text, -one.length, display_meta=one.meta) for one in found]
 
@@ -157,7 +145,7 @@ class Shell:
         self._answers: PromptSession[str] | None = None
         config = read_config(os.environ)
         self.notes = [*filter(None, (note, *config.wrong))]
-        self.backstage = Backstage(lambda: Work.at(place, self._answer, config), self._redraw)
+        self.backstage = Backstage(lambda: make_terminal(place, self._answer, config), self._redraw)
         self.prompts: PromptSession[str] = PromptSession(
             self._message,
             history=history,
@@ -190,13 +178,13 @@ class Shell:
             print(note)
         with unechoed(signals=False), aborting(self._send_abort):
             if self.place.waits:
-                work = self.backstage.wait()
-                with _interruptible(work):
-                    work.front_end.opening()
+                terminal = self.backstage.wait()
+                with _interruptible(terminal):
+                    terminal.screens.opening()
             while self._unhurt_round():
                 pass
         if self.backstage.ready is not None and not self._hung_up:
-            self.backstage.ready.front_end.closing()
+            self.backstage.ready.screens.closing()
         return 0
 
     @property
@@ -224,23 +212,23 @@ class Shell:
                 print(DROPPED)
             elif not self._leave_entry() and (ready := self.backstage.ready) is not None:
                 with _interruptible(ready):
-                    ready.front_end.stop_program()
+                    ready.screens.stop_program()
             return True
         except EOFError:
             return self._leave_entry() or not self._leave()
-        work = self.backstage.wait()
-        with _interruptible(work):
-            work.terminal.pages = "\n" not in line
+        terminal = self.backstage.wait()
+        with _interruptible(terminal):
+            terminal.pages = "\n" not in line
             if line == QUESTION:
-                work.front_end.answer()
+                terminal.screens.answer()
             else:
-                work.front_end.take(line)
-            work.terminal.end_progress()
+                terminal.screens.take(line)
+            terminal.end_progress()
         # lines that were typed while the connection was cut stay in the history
-        for line in typed_ahead(self.prompts.app.input) if work.front_end.was_cut() else ():
+        for line in typed_ahead(self.prompts.app.input) if terminal.screens.was_cut() else ():
             self.prompts.history.append_string(line)
-            work.front_end.drop(line)
-        return not work.terminal.leaving
+            terminal.screens.drop(line)
+        return not terminal.leaving
 
     def _read(self) -> str:
         """One line, or QUESTION."""
@@ -265,13 +253,13 @@ class Shell:
         """Show what changes as it does; at rest that is the time, once in a while."""
         shown, drawn, woken, loop = "", -inf, asyncio.Event(), asyncio.get_running_loop()
         while True:
-            work = self.backstage.ready
-            if work is not None:
-                work.front_end.wake = partial(_soon, loop, woken.set)
-            await rested(woken, KEEPING_UP if work is None else work.front_end.rest())
-            if work is not None:
-                work.front_end.keep_up()
-                self._turn_to_question(work.front_end, prompts)
+            terminal = self.backstage.ready
+            if terminal is not None:
+                terminal.screens.wake = partial(_soon, loop, woken.set)
+            await rested(woken, KEEPING_UP if terminal is None else terminal.screens.rest())
+            if terminal is not None:
+                terminal.screens.keep_up()
+                self._turn_to_question(terminal.screens, prompts)
             self._look()
             state, now = self._state().partition(GAP)[2], monotonic()
             if state != shown or now - drawn >= RESTING:
@@ -289,31 +277,31 @@ class Shell:
     def _send_abort(self) -> None:
         """Stop the robot, whatever is being carried out. Safe in a signal handler."""
         if self.backstage.ready is not None:
-            self.backstage.ready.front_end.abort()
+            self.backstage.ready.screens.abort()
 
     def _abort(self) -> None:
         """Ctrl-X at a prompt: the line that is edited stays, what was stopped is told above it."""
         if self.backstage.ready is not None:
             self._send_abort()
-            run_in_terminal(self.backstage.ready.front_end.keep_up)
+            run_in_terminal(self.backstage.ready.screens.keep_up)
 
     def _leave_entry(self) -> bool:
         """Ctrl-C or Ctrl-D while a program is typed: back to the prompt, or on with it. False where none was."""
-        work, status = self.backstage.ready, self._look()
-        if work is None or status is None or self._hung_up or not status.in_program:
+        terminal, status = self.backstage.ready, self._look()
+        if terminal is None or status is None or self._hung_up or not status.in_program:
             return False
-        with _interruptible(work):
-            work.front_end.leave_entry()
+        with _interruptible(terminal):
+            terminal.screens.leave_entry()
         return True
 
     def _leave(self) -> bool:
         """Ctrl-D at the prompt: as EXIT, but for a terminal that is gone."""
-        work = self.backstage.ready
-        if work is None or self._hung_up:
+        terminal = self.backstage.ready
+        if terminal is None or self._hung_up:
             return True
-        with _interruptible(work):
-            work.front_end.leave()
-        return work.terminal.leaving
+        with _interruptible(terminal):
+            terminal.screens.leave()
+        return terminal.leaving
 
     # --- what the prompt shows ---
 
@@ -322,8 +310,8 @@ class Shell:
 
     def _look(self) -> PromptStatus | None:
         """What there is to be shown; None while the robot is made ready."""
-        work = self.backstage.ready
-        self._status = None if work is None else work.front_end.status()
+        terminal = self.backstage.ready
+        self._status = None if terminal is None else terminal.screens.status()
         return self._status
 
     def _message(self) -> str:
@@ -334,26 +322,24 @@ class Shell:
         state: StyleAndTextTuples = [("", self._state())]
         if self.backstage.ready is None:
             return state
-        found = self.backstage.ready.front_end.signature(
-            self.prompts.default_buffer.document.current_line_before_cursor
-        )
+        found = self.backstage.ready.screens.signature(self.prompts.default_buffer.document.current_line_before_cursor)
         width = self.prompts.app.output.get_size().columns
         return state if found is None else [*signature_row(found, width), ("", "\n"), *state]
 
     def _help(self, document: Document) -> None:
         """F1: above the prompt."""
-        work = self.backstage.wait()
-        run_in_terminal(partial(work.front_end.take, f"? {asked_about(document)}"))
+        terminal = self.backstage.wait()
+        run_in_terminal(partial(terminal.screens.take, f"? {asked_about(document)}"))
 
     def _state(self) -> str:
-        work, status = self.backstage.ready, self._status
+        terminal, status = self.backstage.ready, self._status
         width = self.prompts.app.output.get_size().columns
-        if work is None or status is None:
+        if terminal is None or status is None:
             return toolbar(None, "", width)
-        noted = work.front_end.noted
+        noted = terminal.screens.noted
         note = f"\n{fill(noted, width, initial_indent=' ', break_on_hyphens=False)}" if noted else ""
         mode = vi_mode(self.prompts.app)
-        return toolbar(status, status.asked or work.terminal.last, width, mode) + note
+        return toolbar(status, status.asked or terminal.last, width, mode) + note
 
     def _redraw(self) -> None:
         self.prompts.app.invalidate()
@@ -373,9 +359,9 @@ class Shell:
 
 
 @contextmanager
-def _interruptible(work: Work) -> Iterator[None]:
+def _interruptible(terminal: ShellTerminal) -> Iterator[None]:
     """While something is done for the user, Ctrl-C stops it."""
-    with stoppable(work.interrupt), unechoed(signals=True):
+    with stoppable(terminal.interrupt), unechoed(signals=True):
         yield
 
 

@@ -18,7 +18,7 @@ from vrs_cli.files.recovery import Recovery, left
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.dialogue import Reading, Running, Terminal
 from vrs_cli.interfaces.monitor.consent import listed
-from vrs_cli.interfaces.monitor.files import TORN
+from vrs_cli.interfaces.monitor.files import TORN, load
 from vrs_cli.interfaces.port.local import LocalPort
 from vrs_cli.interfaces.port.port import Console
 from vrs_cli.interfaces.session.session import Session
@@ -60,7 +60,7 @@ class ShellRobot:
         console.progress = terminal.progress
         limits = OWN if clock is None and not terminal.attended else ATTENDED
         session = Session(console, model, clock=clock, limits=limits, outside=outside)
-        session.log, session.draw = self._terminal, _draw
+        session.log, session.draw = self._terminal.log, _draw
         session.dialect = dialect or session.dialect
         session.user_state.lives = terminal.attended and clock is not None
         if cell is not None:
@@ -72,22 +72,20 @@ class ShellRobot:
         self.front_end = FrontEnd(self._terminal, self.port, lambda text: terminal.show(Message(text, Tone.ERROR)))
         self.front_end.driven = self.port
         self.front_end.opening, self.front_end.after, self.front_end.closing = self._open, self._keep, self._close
-        conversation = self.port.user.conversation
-        self._keeper = None if recovery is None else Keeper(conversation, recovery, self._terminal)
+        self._keeper = None if recovery is None else Keeper(self.port.user.conversation, recovery, self._terminal)
         self._said = None if recorder is None else recorder.begin(session, self._terminal)
 
     def _open(self) -> None:
         if self._said is not None:
             self._terminal.show(self._said)
         if self._file is not None:
-            conversation = self.port.user.conversation
-            conversation.perform(conversation.load(self._file))
+            self.port.user.conversation.perform(load(self.port.session, Path(self._file)))
             self.front_end.keep_up()
         if self._keeper is not None:
             self._keeper.offer()
 
     def _typed(self, text: str) -> None:
-        if self._terminal.path is not None:
+        if self._terminal.transcript is not None:
             self._terminal.typed(self.port.status().prompt, text)
 
     def _keep(self) -> None:
@@ -102,7 +100,7 @@ class ShellRobot:
         for track in [] if self._terminal.attended else self.port.session.tasks.running:
             text = f"task {track.number}, {track.task.program}, ends with the shell at step {track.task.step}"
             self._terminal.show(Message(text, Tone.WARNING))
-        self._terminal.end()
+        self._terminal.log(None)
         if self._keeper is not None:
             self._keeper.forget()
 
@@ -122,34 +120,28 @@ class LoggedTerminal:
 
     def __init__(self, terminal: Terminal) -> None:
         self._terminal = terminal
-        self._transcript: Transcript | None = None
+        self.transcript: Transcript | None = None
 
     @property
     def attended(self) -> bool:
         return self._terminal.attended
 
-    @property
-    def path(self) -> Path | None:
-        """The file that is being written."""
-        return None if self._transcript is None else self._transcript.path
-
-    def begin(self, path: Path) -> None:
-        """Write from now on. Raises FileError."""
+    def log(self, path: Path | None) -> Path | None:
+        """Write to a file from now on, or (None) to none; return the file that was written so far. Raises FileError."""
         from vrs_cli.render.transcript import Transcript
 
-        self.end()
-        try:
-            self._transcript = Transcript(path, time.monotonic)
-        except OSError as error:
-            raise FileError(f"{path} cannot be written: {(error.strerror or str(error)).lower()}") from None
-
-    def end(self) -> None:
-        if self._transcript is not None:
-            transcript, self._transcript = self._transcript, None
+        before, self.transcript = self.transcript, None
+        if before is not None:
             try:
-                transcript.close()
+                before.close()
             except OSError as error:
-                self._failed(transcript.path, error)
+                self._failed(before.path, error)
+        if path is not None:
+            try:
+                self.transcript = Transcript(path, time.monotonic)
+            except OSError as error:
+                raise FileError(f"{path} cannot be written: {(error.strerror or str(error)).lower()}") from None
+        return None if before is None else before.path
 
     def typed(self, prompt: str, text: str) -> None:
         """Lines were typed."""
@@ -180,12 +172,12 @@ class LoggedTerminal:
 
     def _keep(self, write: Callable[[Transcript], None]) -> None:
         """Write something, where a transcript is wanted. A disk that is full ends it, and nothing else."""
-        if self._transcript is None:
+        if self.transcript is None:
             return
         try:
-            write(self._transcript)
+            write(self.transcript)
         except OSError as error:
-            path, self._transcript = self._transcript.path, None
+            path, self.transcript = self.transcript.path, None
             self._failed(path, error)
 
     def _failed(self, path: Path, error: OSError) -> None:

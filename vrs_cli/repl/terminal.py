@@ -130,7 +130,7 @@ ANSWERS = {"Y": True, "YES": True, "N": False, "NO": False}
 class ShellTerminal:
     """A terminal with somebody at it. `read` asks for a line (it is prompt-toolkit's, or a stand-in).
 
-    `read` raises KeyboardInterrupt for Ctrl-C and EOFError for Ctrl-D. `interrupt` stops the running program.
+    `read` raises KeyboardInterrupt for Ctrl-C and EOFError for Ctrl-D. `screens`: the front end.
     """
 
     attended = True
@@ -145,7 +145,6 @@ class ShellTerminal:
     ) -> None:
         self._read, self._renderer, self._clock = read, renderer, clock
         self._stream = stream
-        self.interrupt: Callable[[], bool] = lambda: False
         self.pager = ""  # a command that shows long answers
         self.pages = False  # a line is carried out after which nobody wants the next at once
         self.palette = COLOURS
@@ -164,6 +163,11 @@ class ShellTerminal:
     @property
     def stream(self) -> TextIO:
         return self._stream or sys.stdout
+
+    def interrupt(self) -> bool:
+        """Stop what is waited for, at Ctrl-C; False when that is nothing."""
+        self.echoed = True
+        return self.screens.interrupt()
 
     def show(self, reply: Reply) -> None:
         if self._later is not None:

@@ -379,15 +379,10 @@ def signature(before: str, programs: Programs, *, at_prompt: bool = False) -> Si
         found = _BEFORE_PARENTHESIS.search(text[:at])
         return _called(found[1], text[at + 1 :], programs) if found else None
     found = _FIRST_WORD.match(text)
-    tables = (COMMANDS, INSTRUCTIONS, CONTROL) if at_prompt else (INSTRUCTIONS, CONTROL)
-    rows = rows_for(found[1], *tables) if found else ()
-    if found is None or len(rows) != 1 or not rows[0].arguments:
-        return None
-    if not found[2] and rows[0].name != found[1].upper():
-        return None  # the word is not complete
-    row = rows[0]
-    names = (argument.name for argument in row.arguments)
-    return _signature(row.form, row.summary, names, text[found.end() :])
+    row = _row_of(found[1], not at_prompt) if found else None
+    if found is None or row is None or not row.arguments or not (found[2] or row.name == found[1].upper()):
+        return None  # or the word is not complete
+    return _signature(row.form, row.summary, (argument.name for argument in row.arguments), text[found.end() :])
 
 
 def blanked(line: str) -> str:

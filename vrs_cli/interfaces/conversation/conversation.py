@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from itertools import islice
-from pathlib import Path
 from typing import Any
 
 from vrs_cli.engine.clock import WallClock
@@ -19,7 +18,6 @@ from vrs_cli.interfaces.editor.lines import outside
 from vrs_cli.interfaces.editor.screen import ScreenDraft
 from vrs_cli.interfaces.jog.jogger import HeldDown, Jogger
 from vrs_cli.interfaces.monitor.consent import may_replace
-from vrs_cli.interfaces.monitor.files import load
 from vrs_cli.interfaces.monitor.help import EDITING, help_on
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.user_state import UserState
@@ -100,10 +98,6 @@ class Conversation:
             yield self.told(RequestRefused(what, ".END ends it"), "")
         if self._refused and self.user_state.attended and not more:
             self.entry, self._refused = None, ""  # the user knows that it was refused
-
-    def load(self, path: str) -> Dialogue[None]:
-        """The file named on the command line."""
-        return self._guarded(load(self.session, Path(path)), "")
 
     def _answer(self) -> Dialogue[None]:
         """Ask the questions of tasks, which go on then."""

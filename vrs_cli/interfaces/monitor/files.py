@@ -265,13 +265,11 @@ def _log(station: Station, it: Instruction) -> Dialogue[None]:
         raise UsageError("LOG writes no file at this robot", "LOG is for a shell at its own robot")
     if path is not None:
         yield from may_write(station, path)
-        log.begin(path)
+        log(path)
         yield Message(f"{path} takes down what is typed and answered; LOG alone ends it")
-    elif log.path is None:
+    elif (done := log(None)) is None:
         raise UsageError("no LOG is written", "LOG session.txt begins one; .html and .cast are other forms")
     else:
-        done = log.path
-        log.end()
         yield Message(f"{done} is complete")
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from math import degrees
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 from weakref import WeakSet, finalize
 
 from msgspec import Struct
@@ -82,17 +82,6 @@ class LineStopped(KeyboardInterrupt):
     """A line of the prompt was stopped, by Ctrl-C or ABORT, before it was done."""
 
 
-class Log(Protocol):
-    """Writes what is typed and answered to a file, whose `path` is None where none is written."""
-
-    @property
-    def path(self) -> Path | None: ...
-    def begin(self, path: Path) -> None:
-        """Raises FileError."""
-
-    def end(self) -> None: ...
-
-
 class Station:
     """One robot, its programs and variables, one clock.
 
@@ -147,7 +136,8 @@ class Station:
         self._given: Folder | None = None  # where programs that begin now have their files, if not in `folder`
         self.home = folder  # where CD without a folder leads; no CD leads out of a closed folder
         self._world: World | None = None
-        self.log: Log | None = None  # what writes the session to a file, where this robot has that
+        # writes the session to a file from now on, or (None) to none, and returns the file so far; raises FileError
+        self.log: Callable[[Path | None], Path | None] | None = None
         self.draw: Callable[[Path, Plot], None] | None = None  # draws a plot into a file, where this robot does that
         self.journal: Path | None = None  # the file that all motions are written to as they are commanded
 
