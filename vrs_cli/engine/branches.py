@@ -236,7 +236,7 @@ class Branches:
         self.change_over(MAIN)
         self.engine.take_up(merged)
         del self._made[(self.who, name.lower())]
-        return len(steps)
+        return sum(not step.recorded for step in steps)
 
     def _planned_again(
         self, name: str, fork: Fork, main: Bookmark, left: Bookmark

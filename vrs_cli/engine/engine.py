@@ -12,7 +12,7 @@ from msgspec import Struct, structs
 from vrs_cli.engine.book import Book, Parts, silent, whole
 from vrs_cli.engine.clock import RobotClock, VirtualClock
 from vrs_cli.engine.feed import Feed
-from vrs_cli.engine.history import HistoryStep
+from vrs_cli.engine.history import HistoryStep, begins
 from vrs_cli.engine.one_motion import rounding_begins, slowing_down
 from vrs_cli.engine.parameters import DELAY, TIME, TIME_FROM_NOW
 from vrs_cli.engine.planner import plan, plan_steering
@@ -205,7 +205,8 @@ class Engine:
                 hand = self._opening(request.opening, request.width)
                 self.settings = structs.replace(self.settings, hand=hand)
             case SetChannels():
-                changes = [Event(0.0, channel, value) for channel, value in request.changes]
+                duration = request.duration
+                changes = [Event(0.0, channel, value, duration=duration) for channel, value in request.changes]
                 self._set_channels(changes, request.stamp, request.text, issued, observed=request.observed)
             case SetTool() | SetBase():
                 self._set_frames(request, issued)
@@ -400,7 +401,7 @@ class Engine:
         delta = TimelineDelta(
             version=timeline.version,
             cause=Cause.COMMAND,
-            motion=Motion(number, kind, Start.AT, text=text),
+            motion=Motion(number, kind, Start.AFTER if tied else Start.AT, text=text),
             issued=now if issued is None else on_grid(issued),
             executed=t,
             cut=timeline.end,
@@ -572,8 +573,7 @@ class Engine:
         deltas = [step.delta for step in steps]
         while True:
             for delta in deltas:
-                begun = delta.executed if delta.motion.kind is MotionKind.EVENT else delta.cut
-                if self.realtime and begun < on_grid(self.now):
+                if self.realtime and begins(delta) < on_grid(self.now):
                     text = delta.motion.text or "the last motion"
                     raise TooLate(
                         f"{text} has begun at {delta.executed:.3f} s, and the past stays",

@@ -67,9 +67,11 @@ class HistoryStep(Struct, frozen=True):
 
     def passed_by(self, recorded: HistoryStep, *, undone: bool) -> tuple[HistoryStep, HistoryStep] | None:
         """Return both steps as if the recorded one had come before this one. This one is done, or `undone`, when the
-        other came. None if that is not possible: the recorded one came after events of this one had begun.
+        other came. None if that is not possible: the recorded one came after this one had begun.
         """
         edit, events = self.delta.events, recorded.delta.events
+        if recorded.delta.executed > begins(self.delta):
+            return None
         if edit is None or events is None:
             return self, recorded
         place = events.keep + recorded.earlier - edit.keep - self.earlier
@@ -79,6 +81,11 @@ class HistoryStep(Struct, frozen=True):
         if place < here or edit.shift:
             return None
         return self, structs.replace(recorded, earlier=recorded.earlier + there - here)
+
+
+def begins(delta: TimelineDelta) -> float:
+    """When a command begins to change what the robot does [s]."""
+    return delta.executed if delta.motion.kind is MotionKind.EVENT else delta.cut
 
 
 class Undone(Struct, frozen=True):

@@ -70,7 +70,8 @@ class Timeline:
         if made is None:
             raise ValueError("a timeline has at least one segment: s_0, the initial pose")
         self._rope: OffsetNode[Row] = made
-        self._events: OffsetNode[EventRow] | None = rope.rope_of(EventRow(events))
+        dated = tuple(events)
+        self._events: OffsetNode[EventRow] | None = rope.rope_of(EventRow(dated)) if dated else None
         self.version = version
 
     # --- reading ---
@@ -152,6 +153,10 @@ class Timeline:
     def channels(self) -> tuple[int, ...]:
         """The channels that events change, in order."""
         return rope.channels(self._events)
+
+    def same_events(self, other: Timeline) -> bool:
+        """Return whether both have the same events because no edit between them has changed any; it costs nothing."""
+        return self._events is other._events
 
     def event(self, index: int) -> Event:
         """The event of an index, counted from 0. Raises IndexError."""

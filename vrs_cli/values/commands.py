@@ -77,13 +77,15 @@ class SetChannels(Struct, frozen=True):
 
     Without a stamp: now, tied to the motions there. With a stamp: at its own time. `text`: the instruction as typed;
     without a text the change came from outside (a script, a device, a rule of the cell), and UNDO takes it along with
-    the command before it. `observed`: nothing changes; a program has read these values.
+    the command before it. `observed`: nothing changes; a program has read these values. `duration`: of the
+    events [s].
     """
 
     changes: tuple[tuple[int, float], ...]
     stamp: Stamp | None = None
     text: str = ""
     observed: bool = False
+    duration: float = 0.0
 
 
 class SpeedUnit(Enum):

@@ -70,7 +70,7 @@ def steered_delta(record: SteeredRecord, before: Timeline, arm: RobotArm, form: 
         delta = None
     if delta is None or _checksum(delta.segments) != record.crc:
         raise RecordError("a target of steering has become something else: it was made by another version of vrs")
-    return delta._replace(keep=delta.keep + first)
+    return delta if not first else TimelineDelta(*delta[:6], delta.keep + first, *delta[7:])
 
 
 def _steered(
