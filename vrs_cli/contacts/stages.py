@@ -8,11 +8,10 @@ from typing import NamedTuple
 
 from vrs_cli.kinematics.transform import Transform, compose
 from vrs_cli.trajectory.timeline import Timeline
-from vrs_cli.values.events import HAND
+from vrs_cli.values.events import HAND, Event
 from vrs_cli.values.motion import Frames
 from vrs_cli.world.course import WorldCourse
 
-SLOWEST_HAND = 60.0  # [s] that fingers take at most (PARAMETER HAND.TIME)
 AT_ONCE = 1e-6  # [s] that fingers take at least
 
 
@@ -70,16 +69,27 @@ def _new_frames(timeline: Timeline, begin: float, end: float) -> Iterator[float]
 
 def _hand(timeline: Timeline, begin: float, end: float) -> tuple[list[float], list[float]]:
     """Return how far the hand is open at times between which it moves evenly; the first is not after `begin`."""
-    events = [e for e in timeline.events_between(begin - SLOWEST_HAND, end) if e.channel == HAND and not e.observed]
-    moving = [e for e in events if e.time + e.duration > begin]
-    first = moving[0].time if moving else begin
-    before = [e.value for e in events if e.time < first]
-    times = [min(first, begin) - AT_ONCE]
-    values = [before[-1] if before else timeline.value_at(HAND, times[0])]
+    moving, before = list[Event](), None
+    for event in _of_hand(timeline, end):
+        before = event
+        if event.time + event.duration <= begin:
+            break
+        moving.insert(0, event)
+        before = None
+    times = [min([begin, *(event.time for event in moving)]) - AT_ONCE]
+    values = [0.0 if before is None else before.value]
     for event in moving:
-        times += [
-            max(event.time, times[-1] + AT_ONCE),
-            max(event.time, times[-1] + AT_ONCE) + max(event.duration, AT_ONCE),
-        ]
+        begun = max(event.time, times[-1] + AT_ONCE)
+        times += [begun, begun + max(event.duration, AT_ONCE)]
         values += [values[-1], event.value]
     return times, values
+
+
+def _of_hand(timeline: Timeline, end: float) -> Iterator[Event]:
+    """Yield the events of the hand up to a time [s], the last one first."""
+    index = timeline.events_by(end) if HAND in timeline.channels else 0
+    while index:
+        index -= 1
+        event = timeline.event(index)
+        if event.channel == HAND and not event.observed:
+            yield event
