@@ -21,18 +21,15 @@ SHORT = 1e-6  # [m] no distance to draw
 
 
 def shapes_of(model: RobotModel) -> tuple[LinkShape, ...]:
-    """What a robot looks like: as its file says, as a built-in robot with the same links, or as capsules."""
-    return model.shapes or _built_in(model) or capsules(model)
-
-
-def _built_in(model: RobotModel) -> tuple[LinkShape, ...]:
-    """The shapes of the built-in robot whose links these are; none where it is not one of them."""
+    """The look of a robot: as its file says, as a built-in robot with the same links, or as capsules."""
+    if model.shapes:
+        return model.shapes
     for path in sorted(SHAPES.glob("*.toml")):
         known = load_robot(path.stem)
         if (known.links, known.base, known.flange) == (model.links, model.base, model.flange):
             data = tomllib.loads(path.read_text(encoding="utf-8"))
             return ShapeReader(str(path), human=True).shapes(data["shapes"], model.joint_count)
-    return ()
+    return capsules(model)
 
 
 def size_of(model: RobotModel) -> float:

@@ -214,7 +214,10 @@ class Writer:
                 rest.append(_with_sign(f"{a.lstrip('-')}*{b.lstrip('-')}", a.startswith("-") != b.startswith("-")))
             elif isinstance(a, str) or isinstance(b, str):
                 factor, name = (b, a) if isinstance(a, str) else (a, b)
-                rest += _scale(float(factor), str(name))
+                if abs(float(factor)) > NOTHING:
+                    bare = str(name).lstrip("-")
+                    term = bare if abs(float(factor)) == 1.0 else f"{abs(float(factor))!r}*{bare}"
+                    rest.append(_with_sign(term, (float(factor) < 0.0) != str(name).startswith("-")))
             else:
                 known += a * b
         if not rest:
@@ -227,14 +230,6 @@ class Writer:
         self.count += 1
         self.lines.append(f"t{self.count} = {expression}")
         return f"t{self.count}"
-
-
-def _scale(factor: float, name: str) -> list[str]:
-    if abs(factor) <= NOTHING:
-        return []
-    negative = (factor < 0.0) != name.startswith("-")
-    bare = name.lstrip("-")
-    return [_with_sign(bare if abs(factor) == 1.0 else f"{abs(factor)!r}*{bare}", negative)]
 
 
 def _with_sign(text: str, negative: bool) -> str:

@@ -76,9 +76,6 @@ class DataReader(NamedTuple):
     def unit(self, quantity: Quantity) -> str:
         return quantity.unit if self.human else self.si(quantity.unit)
 
-    def said(self, value: float, quantity: Quantity) -> str:
-        return f"{value:g} {self.unit(quantity)}".rstrip()
-
     def in_unit(self, quantity: Quantity) -> str:
         return f" in {self.unit(quantity)}" if quantity.unit else ""
 

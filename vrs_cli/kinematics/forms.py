@@ -15,7 +15,15 @@ from vrs_cli.kinematics.model import ArmTask, RobotModel
 def arm_for(model: RobotModel) -> RobotArm:
     """The arm of a model: of the first form that knows its axes; the numerical one knows all."""
     closed = _spherical_wrist(model) or _offset_wrist(model) or _wrist_circle(model) or _parallel_axes(model)
-    return closed or _searched(model)
+    if closed is not None:
+        return closed
+    if model.task is ArmTask.STEADY:
+        from vrs_cli.kinematics.numeric.steady.arm import SteadyArm
+
+        return SteadyArm(model)
+    from vrs_cli.kinematics.numeric.arm import NumericArm
+
+    return NumericArm(model)
 
 
 # A form is imported when a robot may be of it: most are of the first.
@@ -72,13 +80,3 @@ def _parallel_axes(model: RobotModel) -> RobotArm | None:
 
     bars = bars_of(model)
     return None if bars is None else ParallelAxesArm(model, bars)
-
-
-def _searched(model: RobotModel) -> RobotArm:
-    if model.task is ArmTask.STEADY:
-        from vrs_cli.kinematics.numeric.steady.arm import SteadyArm
-
-        return SteadyArm(model)
-    from vrs_cli.kinematics.numeric.arm import NumericArm
-
-    return NumericArm(model)

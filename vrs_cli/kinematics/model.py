@@ -270,7 +270,9 @@ class Unchanging(NamedTuple):
         """What a pose of the flange asks for that no joint changes."""
         approach, at = self.approach, position(T)
         if approach is not None and (tilt := _angle(approach, axis_of(T).direction)) > STRAIGHT:
-            what = f"keeps its tool {_direction(approach)}; the location tilts it by {degrees(tilt):.2f} deg"
+            upright = "vertical, pointing " + ("down" if approach[2] < 0.0 else "up")
+            points = upright if abs(approach[2]) > 1.0 - CONSTANT else "in one direction"
+            what = f"keeps its tool {points}; the location tilts it by {degrees(tilt):.2f} deg"
             z = axis_of(T).direction  # turned the shortest way until it lies along the approach
             axis = any_normal(z) if dist(cross(z, approach), STILL) < CONSTANT else cross(z, approach)
             return Forbidden(what, at_position(compose(rotation_about(unit(axis), tilt), T), *at))
@@ -322,10 +324,3 @@ def _angle(a: Vector, b: Vector) -> float:
     """Between two directions [rad]."""
     sine = dist(cross(a, b), STILL)
     return sine if dot(a, b) > 0.0 and sine < STRAIGHT else acos(min(max(dot(a, b), -1.0), 1.0))
-
-
-def _direction(approach: Vector) -> str:
-    """The direction, in words, of a tool that always points there."""
-    if abs(approach[2]) <= 1.0 - CONSTANT:
-        return "in one direction"
-    return "vertical, pointing down" if approach[2] < 0.0 else "vertical, pointing up"

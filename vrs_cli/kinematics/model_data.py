@@ -99,13 +99,16 @@ class ModelReader(DataReader):
         figures: dict[str, Any] = {key: tuple(joint[key] for joint in joints) for key in JOINT_KEYS}
         figures |= {key: self.number(tool[key], f"tool.{key}", quantity) for key, quantity in TOOL_KEYS.items()}
         figures |= {key: self.frame(table[key], key) for key in ("base", "flange") if key in table}
+        profile = table.get("profile", PROFILES[0])
+        if profile not in PROFILES:
+            raise self.wrong("profile", f"{brief(profile)} is no profile", f"write one of {', '.join(PROFILES)}")
         model = RobotModel(
             name=self.word(table["name"], "name"),
             title=self.word(table["title"], "title"),
             links=tuple(Link(**{key: joint[key] for key in Link._fields}) for joint in joints),
             poses=self.poses(table["poses"], joints),
             **figures,
-            profile=self.profile(table.get("profile", PROFILES[0])),
+            profile=str(profile),
             shapes=self.shapes(table.get("shapes"), len(joints)),
             hand_width=self.numbers(table.get("hand", {}), "hand", HAND_KEYS).get("width", 0.0),
         )
@@ -114,11 +117,6 @@ class ModelReader(DataReader):
                 "joints", "their axes all meet in the flange, which they do not move", "give links a length"
             )
         return replace(model, task=self.task(table.get("task"), model), names_task="task" in table)
-
-    def profile(self, value: object) -> str:
-        if value not in PROFILES:
-            raise self.wrong("profile", f"{brief(value)} is no profile", f"write one of {', '.join(PROFILES)}")
-        return str(value)
 
     def shapes(self, data: object, joints: int) -> tuple[LinkShape, ...]:
         if data is None:
@@ -214,17 +212,15 @@ class ModelReader(DataReader):
             raise self.wrong("task", *misfit)
         return task
 
-    def poses(self, data: object, joints: Sequence[Mapping[str, Any]]) -> dict[str, Joints]:
+    def poses(
+        self, data: object, joints: Sequence[Mapping[str, Any]], needed: Sequence[str] = NEEDED_POSES
+    ) -> dict[str, Joints]:
         if not isinstance(data, Mapping):
-            raise self.wrong("poses", "is not a table", f"write [poses] with at least {' and '.join(NEEDED_POSES)}")
-        for name in NEEDED_POSES:
+            named = f" with at least {' and '.join(needed)}" if needed else ""
+            raise self.wrong("poses", "is not a table", f"write [poses]{named}, each with its joint values")
+        for name in needed:
             if name not in data:
                 raise self.wrong(f"poses.{name}", "is missing", f"give its {len(joints)} joint values")
-        return self.some_poses(data, joints)
-
-    def some_poses(self, data: object, joints: Sequence[Mapping[str, Any]]) -> dict[str, Joints]:
-        if not isinstance(data, Mapping):
-            raise self.wrong("poses", "is not a table", "write [poses] with names of poses and their joint values")
         return {str(name): self.pose(q, f"poses.{name}", joints) for name, q in data.items()}
 
     def pose(self, data: object, key: str, joints: Sequence[Mapping[str, Any]]) -> Joints:

@@ -160,7 +160,16 @@ def bounded_step(
         free = [i for i in range(n) if not held[i]]
         wanted = [slope[i] - sum([table[i][k] * d[k] for k in range(n) if held[k]]) for i in free]
         best = positive([[table[i][k] for k in free] for i in free], wanted)
-        part, blocking = _as_far_as(free, d, best, room)
+        part, blocking = (
+            1.0,
+            0,
+        )  # of the way that is within the room, and the joint that ends it, counted from 1, signed
+        for i, x in zip(free, best, strict=True):
+            low, high = room[i]
+            if x < low and (low - d[i]) > part * (x - d[i]):
+                part, blocking = (low - d[i]) / (x - d[i]), -1 - i
+            elif x > high and (high - d[i]) < part * (x - d[i]):
+                part, blocking = (high - d[i]) / (x - d[i]), 1 + i
         for i, x in zip(free, best, strict=True):
             d[i] += part * (x - d[i])
         if blocking:
@@ -173,19 +182,3 @@ def bounded_step(
             break
         held[inwards] = 0
     return d
-
-
-def _as_far_as(
-    free: Sequence[int], d: Sequence[float], best: Sequence[float], room: Sequence[tuple[float, float]]
-) -> tuple[float, int]:
-    """The part of the way to the best step that is within the room, and the joint that ends it, counted from 1, with
-    the sign of its bound; 0 for none.
-    """
-    part, blocking = 1.0, 0
-    for i, x in zip(free, best, strict=True):
-        low, high = room[i]
-        if x < low and (low - d[i]) > part * (x - d[i]):
-            part, blocking = (low - d[i]) / (x - d[i]), -1 - i
-        elif x > high and (high - d[i]) < part * (x - d[i]):
-            part, blocking = (high - d[i]) / (x - d[i]), 1 + i
-    return part, blocking

@@ -33,26 +33,22 @@ def load_robot(name_or_path: str | Path, ends: Ends = NO_ENDS, task: str | None 
     Raises NonexistentFile, FileError (unreadable) or FileDamaged (with file, key and what would be right), NotAvailable
     for `ends` of a robot whose links have no names, and for a task that it cannot have.
     """
-    model = _loaded(name_or_path, ends)
+    text = str(name_or_path)
+    if text.lower() in robot_names():
+        model = _without_ends(_built_in(text.lower()), ends)
+    elif (read := _READERS.get(Path(text).suffix.lower())) is not None:
+        model = read(Path(text), ends)
+    else:
+        raise NonexistentFile(
+            f"no robot is called {text!r}",
+            f"there is {', '.join(robot_names())}; or give a path that ends in .toml or .urdf",
+        )
     if task is None:
         return model
     wanted = ArmTask(task)
     if (misfit := misfit_of(wanted, model)) is not None:
         raise NotAvailable(*misfit)
     return replace(model, task=wanted)
-
-
-def _loaded(name_or_path: str | Path, ends: Ends) -> RobotModel:
-    text = str(name_or_path)
-    if text.lower() in robot_names():
-        return _without_ends(_built_in(text.lower()), ends)
-    read = _READERS.get(Path(text).suffix.lower())
-    if read is None:
-        raise NonexistentFile(
-            f"no robot is called {text!r}",
-            f"there is {', '.join(robot_names())}; or give a path that ends in .toml or .urdf",
-        )
-    return read(Path(text), ends)
 
 
 def _without_ends(model: RobotModel, ends: Ends) -> RobotModel:

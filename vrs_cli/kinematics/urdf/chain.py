@@ -92,7 +92,10 @@ def _arms(tree: Tree, link: str, joints: int) -> list[tuple[str, ...]]:
     if not nexts:
         return [(_end(tree, link),)]
     if _is_hand(tree, link, joints):
-        tip = _parting(tree, link, nexts)
+        ways = [[link, *(joint.child for joint in tree.way(link, finger.parent))] for finger in nexts]
+        parting = [links[0] for links in zip(*ways, strict=False) if len(set(links)) == 1][-1]
+        # where that link holds one that is named as the place between the fingers, that
+        tip = min(tree.together(parting), key=lambda end: _rank(end, GRASPS))
         if len(nexts) > 1:
             return [(tip,)]
         note = (
@@ -162,14 +165,6 @@ def _end(tree: Tree, link: str) -> str:
     """Of the ends of what a chain moves last the one with the most usual name."""
     ends = [held for held in tree.together(link) if not tree.below.get(held)] or [link]
     return min(ends, key=lambda end: _rank(end, TIPS))
-
-
-def _parting(tree: Tree, link: str, fingers: Sequence[Joint]) -> str:
-    """The link where fingers part; where one that it holds is named as the place between them, that."""
-    ways = [[link, *(joint.child for joint in tree.way(link, finger.parent))] for finger in fingers]
-    common = [links[0] for links in zip(*ways, strict=False) if len(set(links)) == 1]
-    held = tree.together(common[-1])
-    return min(held, key=lambda end: _rank(end, GRASPS))
 
 
 def _rank(link: str, names: Sequence[str]) -> int:

@@ -54,14 +54,19 @@ def expanded(file: str, arguments: Mapping[str, str]) -> str:
     raise FileDamaged(f"{file}: {what}", hint)
 
 
-def _expand(file: str, arguments: Mapping[str, str]) -> int:
+def _expand(file: str, *pairs: str) -> int:
     """Write the text of a file without macros; else what is wrong and a hint, a line each. Returns the status."""
+    with suppress(ImportError):
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     import xacro
 
+    arguments = {name: value for name, _, value in (pair.partition("=") for pair in pairs)}
     hint = "arguments of its macros are given by xacro in a TOML file"
     try:
         with _packages_beside(Path(file).absolute()), redirect_stderr(StringIO()):  # its warnings are for its author
-            text = xacro.process_file(file, mappings=dict(arguments), verbosity=0).toxml()
+            text = xacro.process_file(file, mappings=arguments, verbosity=0).toxml()
     except _NoPackage as lost:
         what, hint = f"{lost}", f"put its folder there, or, where ROS knows it, {expanding(file)}"
     except Exception as error:  # whatever the macros of a file run into
@@ -122,13 +127,5 @@ def package_folder(path: Path, name: str) -> Path | None:
     return next(iter((*found, *own)), None)
 
 
-def _main(file: str, *pairs: str) -> int:
-    with suppress(ImportError):
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    return _expand(file, {name: value for name, _, value in (pair.partition("=") for pair in pairs)})
-
-
 if __name__ == "__main__":
-    sys.exit(_main(*sys.argv[1:]))
+    sys.exit(_expand(*sys.argv[1:]))

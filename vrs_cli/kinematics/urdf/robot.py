@@ -31,7 +31,7 @@ from vrs_cli.kinematics.transform import (
     translation,
 )
 from vrs_cli.kinematics.urdf.chain import Choice, choice
-from vrs_cli.kinematics.urdf.hand import Fingers, Turned, Z, fingers_of, moved, other_than_z, pointing_note
+from vrs_cli.kinematics.urdf.hand import Fingers, Z, fingers_of, moved, other_than_z, pointing_note
 from vrs_cli.kinematics.urdf.macros import expanded, has_macros
 from vrs_cli.kinematics.urdf.ready import better_ready
 from vrs_cli.kinematics.urdf.tree import ENDLESS, HUGE, MOVING, Joint, Mimic, Tree, robot_element
@@ -76,11 +76,16 @@ def robot_of(
     width, closed = reader.hand(table.get("hand", {}))
     flange = reader.frame(table["flange"], "flange") if "flange" in table else IDENTITY
     arm = arm_of(tree, choice(tree, base, tip), closed, flange)
-    model = _model(tree.name, arm.chain, _joints(tree, arm, reader, table), reader, table)
+    own = reader.own_joints(table.get("joints", []), {joint.name: tree.kind(joint) for joint in arm.joints})
+    figures = [_figures(tree, *row) for row in zip(arm.joints, arm.scales, own, strict=True)]
+    model = _model(tree.name, arm.chain, figures, reader, table)
     notes, way = list(arm.choice.notes), arm.choice.way
     if telescoped := [joint.name for joint in way if joint.moves and not joint.mimics and joint not in arm.joints]:
         notes.append(f"{', '.join(telescoped)} slide as the joint before them does: a telescope, which is one joint")
-    turned = _pointing(arm)
+    at = {link: position(place.T) for link, place in arm.places.items()}
+    last, turned = at.get(arm.joints[-1].child), None
+    if last is not None and len(arm.joints) >= FEWEST:  # an arm of fewer joints could not go along another axis
+        turned = other_than_z(last, [at[link] for link in arm.fingers.tips if link in at])
     if turned is not None:
         notes.append(pointing_note(arm.choice.tip, turned))
     ahead = Z if turned is None else turned.direction
@@ -169,41 +174,21 @@ def _places(tree: Tree, base: str, joints: Sequence[Joint], chain: Chain, finger
             opens = before.opens
             T = T_base_joint
             if (travel := fingers.travels.get(joint.name)) is not None and joint.moves:
-                opens += (_opening(tree, joint, compose(bodies[body], T_base_joint), travel.open - travel.closed),)
+                T_body_joint = compose(bodies[body], T_base_joint)
+                way = scaled(rotate(T_body_joint, tree.axis(joint)), travel.open - travel.closed)
+                slides = MOVING[joint.type] is JointKind.PRISMATIC
+                opens += (Opening(slide=way) if slides else Opening(turn=way, point=position(T_body_joint)),)
                 T = compose(T_base_joint, moved(tree, joint, travel.closed))
             found[joint.child] = LinkPlace(body, compose(bodies[body], T), opens)
             left.append((joint.child, T))
     return found
 
 
-def _opening(tree: Tree, joint: Joint, T_body_joint: Transform, travel: float) -> Opening:
-    along = scaled(rotate(T_body_joint, tree.axis(joint)), travel)
-    if MOVING[joint.type] is JointKind.PRISMATIC:
-        return Opening(slide=along)
-    return Opening(turn=along, point=position(T_body_joint))
-
-
-def _pointing(arm: UrdfArm) -> Turned | None:
-    """Where its fingers point, where that is another direction than the flange's Z, along which an arm of a few joints
-    could not go."""
-    if len(arm.joints) < FEWEST:
-        return None
-    at = {link: position(place.T) for link, place in arm.places.items()}
-    last = at.get(arm.joints[-1].child)
-    ends = [at[link] for link in arm.fingers.tips if link in at]
-    return None if last is None else other_than_z(last, ends)
-
-
 # --- its figures ---------------------------------------------------------------------------------------------------
 
 
-def _joints(tree: Tree, arm: UrdfArm, reader: ModelReader, table: Mapping[str, object]) -> list[dict[str, float]]:
-    """Limits and rates: the TOML file has precedence over the URDF file."""
-    more = reader.own_joints(table.get("joints", []), {joint.name: tree.kind(joint) for joint in arm.joints})
-    return [_figures(tree, *row) for row in zip(arm.joints, arm.scales, more, strict=True)]
-
-
 def _figures(tree: Tree, joint: Joint, scale: float, own: Mapping[str, float]) -> dict[str, float]:
+    """Limits and rates: what a TOML file says of a joint (`own`) goes before what the URDF file does."""
     kind = tree.kind(joint)
     *ends, rate = (None if x is None else scale * x for x in tree.range(joint))
     if kind is JointKind.REVOLUTE:
@@ -247,7 +232,7 @@ def _model(
         "flange": list(chain.flange),
         "joints": [{**row, "kind": row["kind"].value} for row in rows],
         "tool": {**tool, **reader.numbers(table.get("tool", {}), "tool", TOOL_KEYS)},
-        "poses": {**dict.fromkeys(NEEDED_POSES, rest), **reader.some_poses(table.get("poses", {}), rows)},
+        "poses": {**dict.fromkeys(NEEDED_POSES, rest), **reader.poses(table.get("poses", {}), rows, ())},
     }
     options = {key: table[key] for key in ("task", "profile") if key in table}
     return ModelReader(reader.file, human=False).model({**data, **options})

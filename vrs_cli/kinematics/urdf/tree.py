@@ -134,7 +134,15 @@ class Tree:
         if twice is not None:
             raise FileDamaged(f"{self.file}: two joints that move are called {twice!r}", "give each its own name")
         self.roots = [link for link in self.below if link not in self.by_child]
-        self._check_loops()
+        if not self.roots:
+            raise FileDamaged(f"{self.file}: no link is without a parent", _CHAIN)
+        reached = list(self.roots)
+        for link in reached:
+            reached += [joint.child for joint in self.below.get(link, ())]
+        seen = set(reached)
+        for joint in self.by_child.values():
+            if joint.child not in seen:
+                raise self.wrong(joint.element, f"is in a loop with link {joint.parent!r}", _CHAIN)
 
     def _add(self, element: Element) -> None:
         parent, child, name = self._end(element, "parent"), self._end(element, "child"), named(element)
@@ -156,17 +164,6 @@ class Tree:
         if EXPRESSION.search(link):
             raise self.wrong(element, f"its {which} link is {link!r}", expanding(self.file))
         return link
-
-    def _check_loops(self) -> None:
-        if not self.roots:
-            raise FileDamaged(f"{self.file}: no link is without a parent", _CHAIN)
-        reached = list(self.roots)
-        for link in reached:
-            reached += [joint.child for joint in self.below.get(link, ())]
-        seen = set(reached)
-        for joint in self.by_child.values():
-            if joint.child not in seen:
-                raise self.wrong(joint.element, f"is in a loop with link {joint.parent!r}", _CHAIN)
 
     # --- links ---
 
@@ -253,7 +250,8 @@ class Tree:
         values: Mapping[str, str] = {} if origin is None else origin.attrib
         x, y, z = self.numbers(element, "origin xyz", values.get("xyz", "0 0 0"), 3)
         angles = self.numbers(element, "origin rpy", values.get("rpy", "0 0 0"), 3)
-        roll, pitch, yaw = map(_exact, angles)
+        steps = [round(angle / STEP) * STEP for angle in angles]
+        roll, pitch, yaw = (b if abs(a - b) < ROUNDED else a for a, b in zip(angles, steps, strict=True))
         turned = compose(compose(rotation_z(yaw), rotation_y(pitch)), rotation_x(roll))
         return at_position(turned, x, y, z)
 
@@ -284,8 +282,3 @@ class Tree:
     def wrong(self, joint: Element, what: str, right: str) -> FileDamaged:
         """The error for a joint, and what would be right."""
         return FileDamaged(f"{self.file}: joint {named(joint) or '?'}: {what}", right)
-
-
-def _exact(angle: float) -> float:
-    steps = round(angle / STEP)
-    return steps * STEP if abs(angle - steps * STEP) < ROUNDED else angle

@@ -23,21 +23,18 @@ def least_in_box(ways: Floats, slope: Floats, bend: Floats, low: Floats, high: F
     `ways` (N, n, 2): what the two variables z do to the joints. Where no step stays in the box, the one that leaves it
     least.
     """
-    step = _inside(ways, slope, bend)
-    rows = np.flatnonzero(~(_over(step, low, high) <= OVER))
-    if len(rows):
-        step[rows] = _on_sides(*(some[rows] for some in (ways, slope, bend, low, high, step)))
-    return step
-
-
-def _inside(ways: Floats, slope: Floats, bend: Floats) -> Floats:
-    """(N, n): the step to where the slope is none; NaN where that is not a least value."""
     determinant = bend[:, 0, 0] * bend[:, 1, 1] - bend[:, 0, 1] ** 2
     upwards = (determinant > FLAT) & (bend[:, 0, 0] > 0.0)
     x = bend[:, 0, 1] * slope[:, 1] - bend[:, 1, 1] * slope[:, 0]
     y = bend[:, 0, 1] * slope[:, 0] - bend[:, 0, 0] * slope[:, 1]
     z = np.stack((x, y), axis=1) / np.where(upwards, determinant, np.nan)[:, None]
-    return np.asarray((ways @ z[:, :, None])[:, :, 0])
+    step = np.asarray(
+        (ways @ z[:, :, None])[:, :, 0]
+    )  # to where the slope is none; NaN where that is not a least value
+    rows = np.flatnonzero(~(_over(step, low, high) <= OVER))
+    if len(rows):
+        step[rows] = _on_sides(*(some[rows] for some in (ways, slope, bend, low, high, step)))
+    return step
 
 
 def _over(step: Floats, low: Floats, high: Floats) -> Floats:

@@ -82,8 +82,12 @@ class SteadyContinuation:
         ends = zip((gaps.begin, gaps.end), poses, np.swapaxes(gaps.twists, 0, 1), strict=True)
         (a, v), (b, w) = (self._state(*end) for end in ends)
         cubic = Cubic(a, b, v, w)
-        x = cubic.at(parts)
-        missed, table = self._looked_at(x, gaps.poses(gaps.which, parts))
+        x, conditions, n = cubic.at(parts), self.conditions, self.n
+        rows = (x * self.units).reshape(-1, x.shape[2])
+        at = conditions.terms(rows[:, :n], gaps.poses(gaps.which, parts).reshape(-1, 3, 4))
+        missed = np.linalg.norm(conditions.missed(at, rows[:, n:]) * self.units, axis=1).reshape(x.shape[:2])
+        table = conditions.system(at, conditions.bend(at, rows[:, n:])) * self.units * self.units[:, None]
+        table = table.reshape(*x.shape[:2], *table.shape[1:])
         fourth, bend, curved = self._bounds(gaps, cubic)
         A = inverse_or_nan(0.5 * (table[:, 1:] + table[:, :-1]))
         size = norm(A)
@@ -109,15 +113,6 @@ class SteadyContinuation:
         table = conditions.system(at, conditions.bend(at, multipliers))
         rate = (inverse_or_nan(table) @ conditions.gained(at, twist)[:, :, None])[:, :, 0]
         return np.concatenate((q, multipliers), axis=1) / self.units, rate / self.units
-
-    def _looked_at(self, x: Floats, T: Floats) -> tuple[Floats, Floats]:
-        """What misses (k, m), and F' (k, m, n + 3, n + 3), for unknowns (k, m, n + 3) and poses."""
-        conditions, shape = self.conditions, x.shape[:2]
-        rows = (x * self.units).reshape(-1, x.shape[2])
-        at, multipliers = conditions.terms(rows[:, : self.n], T.reshape(-1, 3, 4)), rows[:, self.n :]
-        missed = conditions.missed(at, multipliers) * self.units
-        table = conditions.system(at, conditions.bend(at, multipliers)) * self.units * self.units[:, None]
-        return np.linalg.norm(missed, axis=1).reshape(shape), table.reshape(*shape, *table.shape[1:])
 
     def _bounds(self, gaps: SteadyGaps, cubic: Cubic) -> tuple[Floats, Floats, Floats]:
         """(k,): of the fourth derivative of F on the cubic, of the second of F', and of how F' changes beside it."""
