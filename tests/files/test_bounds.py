@@ -13,11 +13,12 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import FileError, FileOutside
-from vrs_cli.files import atomic, bounds
+from vrs_cli.files import atomic
+from vrs_cli.files import opening as bounds
 from vrs_cli.files.atomic import atomically, write_atomically
-from vrs_cli.files.bounds import Folder
 from vrs_cli.files.folder import copy, delete, entries, rename
 from vrs_cli.files.journal import keep_journal, take
+from vrs_cli.files.opening import Folder
 from vrs_cli.files.program_file import read_program_file
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.monitor import COMMANDS

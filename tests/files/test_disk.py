@@ -20,8 +20,8 @@ from vrs_cli.errors import (
     UnitNotAttached,
 )
 from vrs_cli.files.atomic import NewFile, create_beside
-from vrs_cli.files.bounds import Folder
 from vrs_cli.files.disk import Disk
+from vrs_cli.files.opening import Folder
 from vrs_cli.language.run.effects import DISKS, SUCCESS, Access
 
 MAIN, OTHER = 0, 2

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from vrs_cli.files.bounds import wrong_name
+from vrs_cli.files.opening import wrong_name
 
 
 @pytest.mark.parametrize(

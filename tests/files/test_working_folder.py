@@ -12,9 +12,9 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from vrs_cli.errors import FileError, FileOutside
-from vrs_cli.files.bounds import Folder
 from vrs_cli.files.disk import Disk
 from vrs_cli.files.folder import working_folder
+from vrs_cli.files.opening import Folder
 from vrs_cli.language.run.effects import Access
 
 NAMES = (

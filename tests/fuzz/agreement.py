@@ -20,7 +20,7 @@ from tests.fuzz.lines import EXTREMES, PLACES
 from tests.fuzz.probe import BOUNDS, Silent
 from tests.fuzz.texts import FILES, FOREIGN, ROOT, words
 from vrs_cli.errors import VrsError
-from vrs_cli.files.bounds import Folder
+from vrs_cli.files.opening import Folder
 from vrs_cli.files.program_file import decode_program
 from vrs_cli.interfaces.inspection import Inspector
 from vrs_cli.interfaces.station.station import Station

@@ -14,7 +14,7 @@ from rich.console import ConsoleDimensions
 from tests.fuzz import lines
 from tests.language.trees import without_places
 from vrs_cli.errors import EndOfInput, VrsError
-from vrs_cli.files.bounds import Folder
+from vrs_cli.files.opening import Folder
 from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.interfaces.inspection import Inspector, inspect
 from vrs_cli.interfaces.session.session import Session

@@ -10,8 +10,8 @@ from tests.engine.paper import Paper
 from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import FileError, FileOpened
-from vrs_cli.files.bounds import Folder
 from vrs_cli.files.journal import keep_journal, take_up
+from vrs_cli.files.opening import Folder
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.jog.jogger import Jogger
 from vrs_cli.interfaces.session.session import Session

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
-from vrs_cli.files.bounds import Folder
+from vrs_cli.files.opening import Folder
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits
 from vrs_cli.kinematics.robot_file import load_robot

@@ -9,8 +9,7 @@ import msgspec
 from hypothesis import strategies as st
 
 from vrs_cli.language.text import ast
-from vrs_cli.language.text.meaning import FUNCTION_NAMES
-from vrs_cli.language.text.precedence import ORDER, RELATIONS
+from vrs_cli.language.text.meaning import FUNCTION_NAMES, ORDER, RELATIONS
 from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY
 from vrs_cli.language.words.instructions import RESERVED
 from vrs_cli.language.words.values import key_of

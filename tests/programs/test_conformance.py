@@ -18,7 +18,7 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from tests.programs.test_samples import keeps_limits
-from vrs_cli.files.bounds import Folder
+from vrs_cli.files.opening import Folder
 from vrs_cli.files.timed_lines import parse_signals
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.tasks.limits import Limits

@@ -10,7 +10,7 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.devices.outside import Outside
 from vrs_cli.devices.script import read_script
 from vrs_cli.engine.position import position_at
-from vrs_cli.files.bounds import Folder
+from vrs_cli.files.opening import Folder
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import load_robot

@@ -17,7 +17,7 @@ from vrs_cli.engine.clock import RobotClock
 from vrs_cli.engine.feed import Inbox
 from vrs_cli.engine.position import Watched
 from vrs_cli.errors import RequestRefused
-from vrs_cli.files.bounds import FREE, Folder
+from vrs_cli.files.opening import FREE, Folder
 from vrs_cli.interfaces.dialogue import Terminal
 from vrs_cli.interfaces.editor.lines import named_program
 from vrs_cli.interfaces.editor.screen import ScreenDraft

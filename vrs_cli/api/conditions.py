@@ -10,8 +10,8 @@ from msgspec import Struct, field, structs
 
 from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import FileError
-from vrs_cli.files.bounds import Folder
 from vrs_cli.files.cell_file import read_cell
+from vrs_cli.files.opening import Folder
 from vrs_cli.files.timed_lines import listed_signals, read_signals
 from vrs_cli.interfaces.port.local import LocalPort
 from vrs_cli.interfaces.port.port import Console

@@ -25,7 +25,7 @@ from vrs_cli.cli.sources import Source, cell_file, has_errors, position_object, 
 from vrs_cli.engine.book import displacement_of
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import EndOfInput, FileError, LimitReached, UndefinedName, VrsError
-from vrs_cli.files.bounds import Folder
+from vrs_cli.files.opening import Folder
 from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN, Limits

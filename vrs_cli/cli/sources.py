@@ -87,7 +87,7 @@ def cell_file(options: Namespace, source: Source) -> CellFile | None:
     """The cell of a run: that of --cell, else that of the comment `; cell: FILE` in the program, else NAME.toml beside
     NAME.v2. With --sandbox a program names only files of its own folder. Raises FileOutside.
     """
-    from vrs_cli.files.bounds import Folder
+    from vrs_cli.files.opening import Folder
     from vrs_cli.language.text.source import named_above
 
     if options.cell is not None:

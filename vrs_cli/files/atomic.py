@@ -22,8 +22,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from vrs_cli.errors import FileError, FileOpened
-from vrs_cli.files.bounds import FREE, NOFOLLOW, Folder, wrong_name
-from vrs_cli.files.opening import open_to_write, reason
+from vrs_cli.files.opening import FREE, NOFOLLOW, Folder, open_to_write, reason, wrong_name
 
 WINDOWS = os.name == "nt"  # an open file cannot be removed or replaced there, and a lock shuts readers out
 PATIENCE, PAUSE = 0.2, 0.01  # [s] others hold a lock for a moment only, or for long

@@ -25,9 +25,8 @@ from vrs_cli.errors import (
     VrsError,
 )
 from vrs_cli.files.atomic import NewFile, create_beside
-from vrs_cli.files.bounds import Folder
 from vrs_cli.files.folder import delete
-from vrs_cli.files.opening import text_of
+from vrs_cli.files.opening import Folder, text_of
 from vrs_cli.language.run.effects import DISKS, SUCCESS, Access
 
 BLOCK = 4096  # bytes that an empty file costs too, in a folder whose size is bounded

@@ -14,8 +14,7 @@ from msgspec import field
 
 from vrs_cli.errors import FileError, FileOutside, NonexistentFile
 from vrs_cli.files.atomic import atomically, hold
-from vrs_cli.files.bounds import FREE, Folder
-from vrs_cli.files.opening import neighbours, reason, unreadable
+from vrs_cli.files.opening import FREE, Folder, neighbours, reason, unreadable
 from vrs_cli.values.diagnostics import did_you_mean
 from vrs_cli.values.replies import FileRow
 

@@ -1,4 +1,9 @@
-"""Files opened without hanging: to open a pipe waits for its other end, perhaps for ever; a device may never end."""
+"""Open files without hanging (to open a pipe waits for its other end, perhaps for ever; a device may never end), and
+within the folder of a session. A closed folder has no name that leads out of it.
+
+A name is judged where it is given. A file is judged again when it is open: what somebody puts in its place meanwhile,
+a link or a pipe, is not followed, where the system can say so (`dir_fd`, O_NOFOLLOW: all but Windows).
+"""
 
 from __future__ import annotations
 
@@ -6,12 +11,15 @@ import errno
 import os
 import stat
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from io import BufferedReader, RawIOBase
 from pathlib import Path
 from typing import Any, BinaryIO, TypeVar
 
-from vrs_cli.errors import FileError, NonexistentFile
+from msgspec import Struct
+
+from vrs_cli.errors import FileError, FileOutside, NonexistentFile
 
 FIRST = 4096  # bytes
 PATIENCE, PAUSE = 2.0, 0.02  # [s] for the other end of a pipe, which may just be starting
@@ -145,3 +153,186 @@ def neighbours(path: Path) -> list[str]:
         return os.listdir(path.parent)
     except OSError:
         return []
+
+
+# --- folders ---------------------------------------------------------------------------------------------------------
+
+
+AUXILIARY = (".lock", ".part")  # what hidden files end in that are beside one that is being written
+LONGEST_NAME, LONGEST_PATH = 240, 4000  # bytes; systems have 255 and 4096, and vrs adds to names
+ONLY_INSIDE = "programs have the files of the folder they run in, and those below it"
+GOOD = "data/log.txt is good everywhere"
+NOFOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+FOLDER = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0)
+PINNED = os.open in os.supports_dir_fd and hasattr(os, "O_NOFOLLOW")
+# Windows, "Naming Files, Paths, and Namespaces": devices, whatever extension follows, and characters with a meaning
+DEVICES = frozenset({"con", "prn", "aux", "nul", "conin$", "conout$"}) | {
+    f"{port}{number}" for port in ("com", "lpt") for number in "123456789¹²³"
+}
+SPECIAL = frozenset('<>:"|?*\\/')
+
+
+class Folder(Struct, frozen=True):
+    """The folder that names are relative to. `closed`: there are no files outside it, and no links, devices and pipes
+    in it. `disclosed`: whoever uses a closed folder may know where it is, and names of files in it may be absolute."""
+
+    root: Path = Path()
+    closed: bool = False
+    disclosed: bool = False
+
+    def path(self, name: str, *, pattern: bool = False) -> Path:
+        """The path of a name that is typed at the prompt; `pattern`: the name may end in one, as *.v2. Raises
+        FileError, FileOutside.
+        """
+        if self.closed:
+            return self.inside(name, pattern=pattern)
+        path = self.root / os.path.expanduser(name)
+        check_length(path)
+        return path
+
+    def inside(self, name: str, *, pattern: bool = False) -> Path:
+        """The path of a name in a program, which cannot leave the folder. Raises FileOutside."""
+        if self.disclosed and Path(name.strip()).is_relative_to(here := os.path.abspath(self.root)):
+            name = Path(name.strip()).relative_to(here).as_posix()
+        parts = [part for part in name.strip().split("/") if part not in ("", ".")]
+        if not parts:
+            raise FileOutside(repr(name), "give a name: data/log.txt")
+        *above, last = parts
+        for part in (*above, last.translate(WILD) if pattern else last):
+            if part != ".." and (wrong := wrong_name(part)):
+                raise FileOutside(repr(name), f"{wrong}: {GOOD}")
+        if Path(name.strip()).is_absolute():
+            raise self.outside(name)
+        path = self._without_links(name, parts) if self.closed else self._contained(name)
+        if last.startswith(".") and last.endswith(AUXILIARY):
+            raise FileOutside(name, "it belongs to a file that is being written")
+        return path
+
+    def _contained(self, name: str) -> Path:
+        folder = Path(os.path.realpath(self.root))
+        path = folder / name.strip()
+        check_length(path)
+        path = Path(os.path.realpath(path))
+        if folder not in path.parents:
+            raise self.outside(name)
+        return path
+
+    def _without_links(self, name: str, parts: list[str]) -> Path:
+        if ".." in parts:
+            raise self.outside(name)
+        path = self.root
+        for part in parts:
+            path /= part
+            check_length(path)
+            if what := _strange(path):
+                raise FileOutside(name, f"{path} is {what}")
+        return path
+
+    def outside(self, name: str) -> FileOutside:
+        """The error for a name that leads out of the folder."""
+        return FileOutside(name, f"{ONLY_INSIDE}; folder= names another" if self.disclosed else ONLY_INSIDE)
+
+    # --- open files ---
+
+    def open_to_read(self, path: Path) -> BinaryIO:
+        """Raises OSError, FileOutside."""
+        if not (self.closed and PINNED):
+            return open_to_read(path)
+        with self.parent(path) as parent:
+            try:
+                handle = os.open(path.name, os.O_RDONLY | NOFOLLOW, dir_fd=parent)
+            except OSError as error:
+                raise self._refused(path) or error from None
+        if not stat.S_ISREG(os.fstat(handle).st_mode):
+            os.close(handle)
+            raise self._refused(path) or FileOutside(str(path), "it is no file")
+        return os.fdopen(handle, "rb")
+
+    @contextmanager
+    def parent(self, path: Path) -> Iterator[int | None]:
+        """The folder of a file, open: whatever is renamed meanwhile, a name in it leads nowhere else. None where it may
+        be anywhere, or the system has no such thing. Raises OSError, FileOutside."""
+        if not (self.closed and PINNED):
+            yield None
+            return
+        handle = os.open(self.root, FOLDER)
+        try:
+            for part in path.relative_to(self.root).parts[:-1]:
+                try:
+                    inner = os.open(part, FOLDER | NOFOLLOW, dir_fd=handle)
+                except OSError as error:
+                    raise self._refused(path) or error from None
+                os.close(handle)
+                handle = inner
+            yield handle
+        finally:
+            os.close(handle)
+
+    def check(self, path: Path) -> None:
+        """Raises FileOutside where a link, a device or a pipe is on the way to a file."""
+        if self.closed and (refused := self._refused(path)):
+            raise refused
+
+    def check_open(self, path: Path, handle: int) -> None:
+        """An open file stands there, and not where a link has led. Raises FileOutside."""
+        with self.parent(path) as parent:
+            if parent is None:
+                return
+            try:
+                there = os.stat(path.name, dir_fd=parent, follow_symlinks=False)
+            except OSError:
+                there = None
+        if there is None or not os.path.samestat(there, os.fstat(handle)):
+            raise FileOutside(str(path), "its folder is another one now")
+
+    def _refused(self, path: Path) -> FileOutside | None:
+        """Why a path is none of ours any more."""
+        for place in (path, *path.parents):
+            if place != self.root and self.root in place.parents and (what := _strange(place)):
+                return FileOutside(str(path), f"{place} is {what}")
+        return None
+
+
+FREE = Folder()
+WILD = {ord(character): "_" for character in "*?[]"}
+
+
+def _strange(path: Path) -> str:
+    """Name what is there if it is neither a file nor a folder; else ""."""
+    try:
+        mode = path.lstat().st_mode
+    except OSError:
+        return ""
+    if stat.S_ISLNK(mode) or getattr(path, "is_junction", bool)():
+        return "a link"
+    return "" if stat.S_ISREG(mode) or stat.S_ISDIR(mode) else "a device or a pipe"
+
+
+def check_length(path: Path) -> None:
+    """Raises FileError for what no system can look up."""
+    text = str(path)
+    if "\0" in text:
+        raise FileError(repr(text), "a name cannot hold the character 0")
+    if max(map(_size, path.parts), default=0) > LONGEST_NAME or _size(text) > LONGEST_PATH:
+        raise FileError(
+            f"{text[:20]}... is too long", f"a name has at most {LONGEST_NAME} bytes, a path {LONGEST_PATH}"
+        )
+
+
+def _size(text: str) -> int:
+    return len(text.encode("utf-8", "surrogateescape"))
+
+
+def wrong_name(name: str) -> str:
+    """Why a file cannot have that name on every system, empty where it can."""
+    stem = name.partition(".")[0].rstrip(" ").lower()
+    if stem in DEVICES:
+        return f"{stem.upper()} is a device on Windows"
+    strange = sorted(SPECIAL & set(name))
+    if strange:
+        return f"no {strange[0]} can be in the name of a file on Windows"
+    if not name.isprintable():
+        return "a control character can be in no name"
+    if name != name.rstrip(". "):
+        return "no name of a file ends in a dot or a blank on Windows"
+    return ""

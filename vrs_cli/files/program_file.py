@@ -6,8 +6,7 @@ import codecs
 from pathlib import Path
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, nearest
-from vrs_cli.files.bounds import FREE, Folder, check_length
-from vrs_cli.files.opening import neighbours, text_of, unreadable
+from vrs_cli.files.opening import FREE, Folder, check_length, neighbours, text_of, unreadable
 from vrs_cli.language.text.source import DISK_END
 
 EXTENSION = ".v2"

@@ -17,8 +17,7 @@ from msgspec import Struct
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile
 from vrs_cli.files.atomic import atomically
-from vrs_cli.files.bounds import FREE, Folder
-from vrs_cli.files.opening import unreadable
+from vrs_cli.files.opening import FREE, Folder, unreadable
 from vrs_cli.files.rebuild import Fault, OlderHand, apply, check_order
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for

@@ -9,10 +9,9 @@ from itertools import islice
 
 from vrs_cli.errors import FileError, FileExists, LimitReached
 from vrs_cli.files.atomic import atomically
-from vrs_cli.files.bounds import Folder
 from vrs_cli.files.disk import BLOCK
 from vrs_cli.files.folder import existing
-from vrs_cli.files.opening import unreadable
+from vrs_cli.files.opening import Folder, unreadable
 from vrs_cli.net.limits import UNMEASURED, Allowance
 from vrs_cli.net.messages import StoredFile
 

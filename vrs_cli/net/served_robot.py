@@ -17,8 +17,8 @@ from vrs_cli.engine.book import WindowSize
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.snapshot import TimelineReplaced
 from vrs_cli.errors import LimitReached, VrsError
-from vrs_cli.files.bounds import Folder
 from vrs_cli.files.journal import Journal, keep_journal, take_up
+from vrs_cli.files.opening import Folder
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.port.port import Console
 from vrs_cli.interfaces.port.user_session import UserSession

@@ -27,8 +27,7 @@ from msgspec import Struct
 
 from vrs_cli.errors import FileDamaged, FileError, UsageError
 from vrs_cli.files.atomic import write_atomically
-from vrs_cli.files.bounds import wrong_name
-from vrs_cli.files.opening import stamp, unreadable
+from vrs_cli.files.opening import stamp, unreadable, wrong_name
 from vrs_cli.language.words.word import Role
 
 BYTES = 24  # random bytes of a token that is made here

@@ -10,7 +10,7 @@ from tests.engine.wall import ManualWall
 from tests.interfaces.terminals import RecordingTerminal
 from tests.programs.test_samples import peers_of, robot_for
 from vrs_cli.errors import ClockPaused, TooLate, UsageError, VrsError
-from vrs_cli.files.bounds import Folder
+from vrs_cli.files.opening import Folder
 from vrs_cli.files.timed_lines import parse_signals
 from vrs_cli.interfaces.conversation.conversation import Conversation
 from vrs_cli.interfaces.session.session import Session

@@ -9,7 +9,7 @@ import pytest
 from tests.interfaces.monitor.people import at, last, loaded
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import FileError, FileOutside
-from vrs_cli.files.bounds import Folder
+from vrs_cli.files.opening import Folder
 from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.values import Kind

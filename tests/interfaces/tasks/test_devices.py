@@ -8,7 +8,7 @@ import pytest
 
 from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.errors import EndOfInput, FileOutside, IllegalValue, UnitNotAttached
-from vrs_cli.files.bounds import Folder
+from vrs_cli.files.opening import Folder
 from vrs_cli.interfaces.session.session import Session
 
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from vrs_cli.language.analysis.expressions import val_grouping
 from vrs_cli.language.text.lexer import Token
 from vrs_cli.language.text.line_parser import grammar_dir
+from vrs_cli.language.text.meaning import ORDER, VAL_ORDER, Grouping, Order
 from vrs_cli.language.text.parser import parse_step
-from vrs_cli.language.text.precedence import ORDER, VAL_ORDER, Grouping, Order
 from vrs_cli.values.diagnostics import Span
 
 

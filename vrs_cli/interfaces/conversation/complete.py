@@ -17,7 +17,7 @@ from msgspec import Struct, field
 
 from vrs_cli.engine.parameters import PARAMETERS, SWITCHES
 from vrs_cli.errors import FileError
-from vrs_cli.files.bounds import FREE, Folder
+from vrs_cli.files.opening import FREE, Folder
 from vrs_cli.interfaces.jog.jogger import AXIS_WORDS
 from vrs_cli.interfaces.monitor.plotting import QUANTITIES
 from vrs_cli.interfaces.monitor.state import CLOCK_WORDS

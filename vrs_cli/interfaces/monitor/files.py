@@ -14,9 +14,9 @@ from vrs_cli.engine.position import position_at
 from vrs_cli.errors import FileError, ProgramExists, UsageError
 from vrs_cli.files import store as files
 from vrs_cli.files.atomic import write_atomically
-from vrs_cli.files.bounds import Folder
 from vrs_cli.files.folder import copy, delete, entries, existing, rename, target
 from vrs_cli.files.journal import bookmark_of
+from vrs_cli.files.opening import Folder
 from vrs_cli.files.program_file import find_program_file, read_program_file
 from vrs_cli.files.store import MemoryPart
 from vrs_cli.files.trajectory_file import EXTENSION, Recording, read_trajectory, write_trajectory

@@ -15,7 +15,7 @@ from vrs_cli.kinematics.joints import Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.variables import Index, Reference, subscript
 from vrs_cli.language.text.ast import Binary, Expression, Instruction, Unary, Variable
-from vrs_cli.language.text.precedence import LOGICAL, RELATIONS
+from vrs_cli.language.text.meaning import LOGICAL, RELATIONS
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.values import Kind, kind_of_value, whole
 from vrs_cli.values.numbers import Value

@@ -25,7 +25,7 @@ from vrs_cli.errors import (
     TaskNotActive,
     UsageError,
 )
-from vrs_cli.files.bounds import FREE, Folder
+from vrs_cli.files.opening import FREE, Folder
 from vrs_cli.files.store import Layout, may_be_called
 from vrs_cli.interfaces.actor.actor import Actor
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal, at_once, beside, beside_if, within

@@ -20,8 +20,8 @@ from msgspec import Struct
 from vrs_cli.devices.outside import Outside
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import ClockPaused, LimitReached, VrsError
-from vrs_cli.files.bounds import FREE, Folder
 from vrs_cli.files.disk import Disk
+from vrs_cli.files.opening import FREE, Folder
 from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.endless import UNTIMED, endless, in_vain

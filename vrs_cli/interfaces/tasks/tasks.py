@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from msgspec import Struct, field
 
 from vrs_cli.errors import IllegalValue, RobotNotAttached, TaskActive, TaskNotActive, VrsError
-from vrs_cli.files.bounds import Folder
+from vrs_cli.files.opening import Folder
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.holder_times import THE_ROBOTS, HolderTimes
 from vrs_cli.kinematics.joints import Joints

@@ -33,8 +33,7 @@ from vrs_cli.language.analysis.names import (
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression
 from vrs_cli.language.text.lexer import Token
-from vrs_cli.language.text.meaning import FUNCTION_NAMES
-from vrs_cli.language.text.precedence import LOGICAL, ORDER, RELATIONS, VAL_ORDER, Grouping
+from vrs_cli.language.text.meaning import FUNCTION_NAMES, LOGICAL, ORDER, RELATIONS, VAL_ORDER, Grouping
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.functions import FUNCTIONS
 from vrs_cli.language.words.values import Kind

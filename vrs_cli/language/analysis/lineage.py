@@ -12,7 +12,7 @@ from typing import NamedTuple
 from vrs_cli.errors import NotAvailable
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Program, Statement
-from vrs_cli.language.text.precedence import RELATIONS
+from vrs_cli.language.text.meaning import RELATIONS
 from vrs_cli.language.words.functions import FUNCTIONS, LINKS, OPERATORS
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.monitor import COMMANDS

@@ -18,7 +18,7 @@ from vrs_cli.errors import CannotInterpret, IllegalExpression, InvalidName, Inva
 from vrs_cli.language.text import ast
 from vrs_cli.language.text.ast import Expression
 from vrs_cli.language.text.lexer import Token, label_value
-from vrs_cli.language.text.precedence import LOGICAL, ORDER, RELATIONS, VAL_ORDER, Grouping
+from vrs_cli.language.text.meaning import LOGICAL, ORDER, RELATIONS, VAL_ORDER, Grouping
 from vrs_cli.language.words.functions import FUNCTIONS, WITH_BY
 from vrs_cli.language.words.instructions import INSTRUCTIONS
 from vrs_cli.language.words.word import Argument, Shape, Word, WordRow
