@@ -92,7 +92,7 @@ def claim(handle: int) -> bool:
 
 
 def is_at(handle: int, path: Path) -> bool:
-    """Whether a path leads to an open file."""
+    """Return whether a path leads to an open file."""
     try:
         return os.path.samestat(os.fstat(handle), path.stat())
     except OSError:
@@ -100,7 +100,7 @@ def is_at(handle: int, path: Path) -> bool:
 
 
 def is_special(path: Path) -> bool:
-    """Whether the path is a device, a pipe or a socket: there is nothing to rename over."""
+    """Return whether the path is a device, a pipe or a socket: there is nothing to rename over."""
     try:
         mode = path.stat().st_mode
     except OSError:

@@ -224,7 +224,7 @@ class Disk(Struct, eq=False):
                 one.attached = False
 
     def close_all(self) -> None:
-        """Nothing runs any more."""
+        """Close the files of all tasks: nothing runs any more."""
         for task in {task for task, _ in self._units}:
             self.release(task)
 

@@ -238,7 +238,7 @@ class _Span(NamedTuple):
 
 
 def _spans(arm: RobotArm, timeline: Timeline) -> Iterator[_Span]:
-    """All of the timeline; at its end a span without length."""
+    """Yield the spans of a timeline; at its end one without length."""
     still, at = (0.0,) * arm.model.joint_count, timeline.start
     for segment in timeline:
         if segment.start > at:

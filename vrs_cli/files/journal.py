@@ -41,7 +41,7 @@ ANYWAY = "what stops the robot is done all the same, and is written as soon as i
 
 
 class Course(Struct, frozen=True):
-    """All that a journal is to hold: the robot, its first timeline, and every change since."""
+    """The content of a journal: the robot, its first timeline, and every change since."""
 
     model: RobotModel
     initial: Iterable[Segment]
@@ -69,7 +69,7 @@ class Taken(Struct, frozen=True):
 
     @property
     def torn(self) -> bool:
-        """Whether an incomplete last line is left out."""
+        """Return whether an incomplete last line is left out."""
         if self.resumed is not None:
             return self.resumed.past.file.size > self.resumed.size
         return self.recording is not None and self.recording.dropped_tail
@@ -217,7 +217,7 @@ class Journal:
             self._tell(f"{error}; {ANYWAY}")
 
     def settle(self) -> None:
-        """All that is written is on the disk; in a fresh file where this one cannot keep it."""
+        """Bring all that is written to the disk; into a fresh file if this one cannot keep it."""
         if not self.unsettled:
             return
         self._doubtful = True  # a system may forget what it could not keep, and say so once only
@@ -270,7 +270,7 @@ class Journal:
                 self._file.cut(before.size)
 
     def close(self) -> None:
-        """All is on the disk, and others may write the file. Closing twice is closing once."""
+        """Bring all to the disk, and let others write the file. Closing twice is closing once."""
         if self._closed:
             return
         self._closed = True
@@ -333,8 +333,8 @@ class Journal:
     # --- a fresh file ---
 
     def _moved(self, before: _Before | None = None) -> bool:
-        """Whether the file is not ours any more; all that has happened is in a fresh one then, all `before` a change
-        that is being written.
+        """Return whether the file is not ours any more; all that has happened is in a fresh one then, all `before` a
+        change that is being written.
         """
         what = self._file.changed()
         if what:

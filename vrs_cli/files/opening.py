@@ -286,7 +286,7 @@ class Folder(Struct, frozen=True):
             raise FileOutside(str(path), "its folder is another one now")
 
     def _refused(self, path: Path) -> FileOutside | None:
-        """Why a path is none of ours any more."""
+        """Return the refusal of a path that is none of ours any more."""
         for place in (path, *path.parents):
             if place != self.root and self.root in place.parents and (what := _strange(place)):
                 return FileOutside(str(path), f"{place} is {what}")
@@ -324,7 +324,7 @@ def _size(text: str) -> int:
 
 
 def wrong_name(name: str) -> str:
-    """Why a file cannot have that name on every system, empty where it can."""
+    """Say why a file cannot have that name on every system; "" if it can."""
     stem = name.partition(".")[0].rstrip(" ").lower()
     if stem in DEVICES:
         return f"{stem.upper()} is a device on Windows"

@@ -81,7 +81,7 @@ class GrowingFile:
         return ""
 
     def add(self, data: bytes, *, durable: bool) -> None:
-        """All of the data or, where that fails or Ctrl-C comes between, none of it. `durable`: it is on the disk."""
+        """Add all of the data or, if that fails or Ctrl-C comes between, none of it. `durable`: it is on the disk."""
         try:
             rest = memoryview(data)
             while rest:
@@ -102,7 +102,7 @@ class GrowingFile:
             return os.read(self._handle, size)
 
     def sync(self) -> None:
-        """All that was added is on the disk."""
+        """Bring all that was added to the disk."""
         sync_handle(self._handle)
 
     def cut(self, size: int) -> None:
@@ -272,7 +272,7 @@ def resumed(file: GrowingFile, changes: int) -> Resumed | None:
 
 
 def _last_checkpoint(file: GrowingFile) -> int | None:
-    """Where the line of the last checkpoint begins that was written to its end."""
+    """Return the place of the last checkpoint that was written to its end."""
     mark, begin, overlap, last_end = b"\n" + CHECKPOINT, file.size, b"", -1
     while begin:
         size = min(begin, CHUNK)

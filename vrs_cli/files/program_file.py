@@ -55,7 +55,7 @@ def find_program_file(path: str | Path) -> Path:
 
 
 def _near(path: Path) -> str:
-    """Which file of the folder was perhaps meant."""
+    """Say which file of the folder was perhaps meant."""
     folder = path.parent
     if not folder.is_dir():
         return f"there is no folder {folder}"

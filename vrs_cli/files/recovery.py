@@ -1,4 +1,4 @@
-"""What shells have in memory and in no file, kept in a folder while they run: a shell that is killed leaves its file.
+"""Keep what shells have in memory and in no file in a folder while they run: a shell that is killed leaves its file.
 
 A shell that has something to keep holds a lock beside its file, which the system frees when it ends, however that is.
 So files whose lock is free were left by shells that did not end by themselves. The others are left alone.
@@ -43,12 +43,12 @@ class Recovery:
         self._writer.submit(self._write)
 
     def remove(self) -> None:
-        """There is nothing to keep any more. The file is gone when this returns."""
+        """Remove the file: there is nothing to keep any more."""
         self._text = None
         self._writer.submit(self._remove).result()
 
     def wait(self) -> None:
-        """Until all is written."""
+        """Wait until all is written."""
         self._writer.submit(lambda: None).result()
 
     # --- in the thread ---
@@ -83,7 +83,7 @@ class Left(NamedTuple):
     held: HeldLock
 
     def remove(self) -> None:
-        """It has been taken over."""
+        """Remove the file: it has been taken over."""
         with suppress(OSError):
             self.path.unlink()
         self.held.release()

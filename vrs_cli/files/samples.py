@@ -139,7 +139,7 @@ class _Counted:
         return self._count
 
     def flush(self) -> None:
-        """Nothing is held back here."""
+        """Do nothing: nothing is held back here."""
 
 
 # --- messages --------------------------------------------------------------------------------------------------

@@ -32,7 +32,7 @@ EntryKey = tuple[str, tuple[float, ...]]  # a variable by its key, and its index
 
 
 class EntryComments(Struct, frozen=True):
-    """What belongs to a variable of a section: the lines before it (None: blank), and the comment on its line."""
+    """The comments of a variable of a section: the lines before it (None: blank), and the comment on its line."""
 
     before: tuple[str | None, ...] = ()
     comment: str | None = None
@@ -74,12 +74,12 @@ class Layout(Struct, frozen=True):
         return cls(parts, entries, ends, tuple(loose))
 
     def with_file(self, other: Layout) -> Layout:
-        """After a file of that layout has been loaded."""
+        """Return the layout after a file of another layout has been loaded."""
         entries, ends = {**self.entries, **other.entries}, {**self.ends, **other.ends}
         return Layout({**self.parts, **other.parts}, entries, ends, other.tail or self.tail)
 
     def renamed(self, old: str, new: str) -> Layout:
-        """After a program has got another name."""
+        """Return the layout after a program has got another name."""
         parts = dict(self.parts)
         parts[key_of(new)] = parts.pop(key_of(old), ())
         return replace(self, parts=parts)

@@ -50,7 +50,7 @@ class TimedTarget(Struct, frozen=True):
 
 
 class _Columns(Struct, frozen=True):
-    """Which fields hold the time and the target, and how many fields a line has."""
+    """The fields that hold the time and the target, and the number of fields of a line."""
 
     time: int
     target: tuple[int, ...]

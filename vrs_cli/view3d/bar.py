@@ -34,8 +34,8 @@ UNCONFIRMED, FLAGGED = (246, 204, 20), (210, 69, 60)  # RGB
 
 
 class Doubts(NamedTuple):
-    """From `unconfirmed` on [s] it is not what the robot has said; something wrong was shown of the times `flagged`;
-    `refused`: when commands were issued that the robot will not do [s], and their texts.
+    """Times in doubt: from `unconfirmed` on [s] the timeline is not what the robot has said; something wrong was shown
+    of the times `flagged`; `refused`: when commands were issued that the robot will not do [s], and their texts.
     """
 
     unconfirmed: float = inf
@@ -186,7 +186,7 @@ Hotkey = Literal["space", "home", "end", "pageup", "pagedown", "F", "N", "B", "L
 
 
 class Action(NamedTuple):
-    """Something to do with time: on a button, if it has one, and by a key. `live`: only where a robot is watched."""
+    """An action of the bar: on a button, if it has one, and by a key. `live`: only where a robot is watched."""
 
     label: str
     key: Hotkey
@@ -280,7 +280,7 @@ class PlaybackBar:
             self._tell(shown, playback, wall)
 
     def _tells(self, shown: Shown, playback: Playback, wall: float) -> bool:
-        """Whether the time is written now: less often where only the clock of a robot goes on."""
+        """Return whether the time is written now: less often where only the clock of a robot goes on."""
         stands = playback.follows and playback.playing and not shown.position.moving
         if stands and self._stood and wall < self._told_at + STANDS:
             return False
@@ -288,7 +288,7 @@ class PlaybackBar:
         return True
 
     def _span_of(self, playback: Playback, t: float) -> TimeSpan:
-        """All of it, or the page of it in which t is; from and to round times."""
+        """Return the span of all of it, or of the page of it in which t is, between round times."""
         if self._length == inf:
             return TimeSpan.over(playback.start, playback.end)
         low = floor(t / self._length) * self._length

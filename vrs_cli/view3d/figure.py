@@ -31,7 +31,7 @@ class ShapeLook(NamedTuple):
 
 
 class Looks(NamedTuple):
-    """All that is seen of a robot. `missing`: what is said of files of meshes that cannot be read; their links have
+    """The surfaces of a robot. `missing`: what is said of files of meshes that cannot be read; their links have
     capsules instead."""
 
     looks: tuple[ShapeLook, ...]
@@ -39,7 +39,7 @@ class Looks(NamedTuple):
 
 
 def looks_of(model: RobotModel) -> tuple[ShapeLook, ...]:
-    """All that is seen of a robot."""
+    """Return the surfaces of a robot."""
     return all_of(model).looks
 
 
@@ -137,7 +137,7 @@ class Figure(Rooted):
             self.fingers.append(Finger(node, first.opens))
 
     def show_link(self, i: int, visible: bool) -> None:
-        """Whether the bodies of a link are seen, 0 the base; the links after it stay as they are."""
+        """Return whether the bodies of a link are seen, 0 the base; the links after it stay as they are."""
         for node in self._bodies[i]:
             put(node, visible=visible)
 

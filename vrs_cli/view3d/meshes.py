@@ -52,7 +52,7 @@ def mesh_of(body: Box | Cylinder | Capsule | Slab) -> Mesh:
 
 
 def joined(meshes: Sequence[Mesh]) -> Mesh:
-    """All of them as one."""
+    """Join meshes."""
     offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     faces = [mesh.faces + np.uint32(offset) for mesh, offset in zip(meshes, offsets, strict=False)]
     return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))

@@ -112,7 +112,7 @@ HISTORY = 500  # lines
 
 
 class PanelLease(NamedTuple):
-    """Who drives (empty: nobody), and who has asked the user of this panel to let him drive."""
+    """The names of the user who drives (empty: nobody), and of one who has asked this user to let him drive."""
 
     driver: str = ""
     asking: str = ""
@@ -143,12 +143,12 @@ class PanelFrontEnd:
 
     @property
     def status(self) -> PromptStatus:
-        """What stands around the prompt."""
+        """The status that stands around the prompt."""
         return self.robot.status()
 
     @property
     def may_drive(self) -> bool:
-        """Whether nobody else drives."""
+        """Return whether nobody else drives."""
         return self.lease.driver in ("", self.name)
 
     @property

@@ -112,7 +112,7 @@ class HeldButton:
             self._hands.do(self._hold)
 
     async def _clicked(self, _event: object) -> None:
-        """It is let go, or pressed with the keyboard."""
+        """Stop the motion of a button that is let go, or make a step for one that is pressed with the keyboard."""
         dropped, self._dropped = self._dropped, False
         if dropped:
             self._said = 0
@@ -123,7 +123,7 @@ class HeldButton:
         self._lost = False
 
     def drop(self) -> None:
-        """It does nothing any more until it is let go."""
+        """Do nothing any more until the button is let go."""
         self._dropped = self.held
 
     def look(self, wall: float) -> None:
@@ -345,7 +345,7 @@ class Gizmo:
             self._robot.tell(messages.Drag(pose))
 
     def drop(self) -> None:
-        """Nothing is wished any more until the gizmo is taken again."""
+        """Forget the wish, until the gizmo is taken again."""
         self._drag_control = self._wish = self._said = None
 
     def _tell(self) -> None:

@@ -1,5 +1,5 @@
-"""What all parts of a scene and of panels share: the moment that they show, changes of nodes and inputs, of which what
-stays is not sent, and the building blocks of panels.
+"""Code that all parts of a scene and of panels share: the moment that they show, changes of nodes and inputs, of which
+what stays is not sent, and the building blocks of panels.
 """
 
 from __future__ import annotations
@@ -177,7 +177,7 @@ class Shown(NamedTuple):
 
 
 class ShownPart(Protocol):
-    """Something in a scene or a panel. It remembers what it drew last, and sends nothing where that is still so."""
+    """A part of a scene or a panel. It remembers what it drew last, and sends nothing where that is still so."""
 
     def show(self, shown: Shown) -> None: ...
 

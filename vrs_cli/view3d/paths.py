@@ -91,7 +91,7 @@ class Path(Rooted):
         self._move_on(shown.t, position(shown.position.T_world_tool))
 
     def _draw(self, arm: RobotArm, timeline: Timeline, t: float) -> None:
-        """All that stands until the timeline is another, or another part of it is to be seen."""
+        """Draw all that stays until the timeline changes, or another part of it is to be seen."""
         self._path = self._path or ToolPath(arm, ERROR)
         before, after, step = self._around
         lines = _nearest(self._path.lines(timeline, t - before, t + step + after), t, MOST)
@@ -150,8 +150,8 @@ class Path(Rooted):
             self._part(line, first, passed, tip)
 
     def _part(self, line: ToolLine, first: int, passed: int, tip: Vector) -> None:
-        """Of a line what is around the tip, from point `first` on. While the tip is between the same two points of it,
-        nothing but the tip is another.
+        """Return the part of a line around the tip, from point `first` on. While the tip is between the same two points
+        of it, nothing but the tip is another.
         """
         here = passed - first
         if self._parted != (line, passed):
@@ -181,7 +181,7 @@ def _nearest(lines: Sequence[ToolLine], t: float, most: int) -> list[ToolLine]:
 
 
 def _begins(before: ToolLine | None, line: ToolLine) -> bool:
-    """Whether a command takes over there; a stream of targets is one."""
+    """Return whether a command takes over there; a stream of targets is one."""
     if before is None:
         return True
     steered = before.motion.kind is line.motion.kind is MotionKind.STEERED
@@ -194,8 +194,8 @@ def _colour(line: ToolLine, colour: Colour) -> Colour:
 
 
 def _figure(lines: Sequence[ToolLine], passed: int, first: int | None) -> tuple[Points, NDArray[np.uint8]]:
-    """All lines; those before number `passed` are past. Of that one what is around the tip, from point `first` on, has
-    no length.
+    """Draw all lines; those before number `passed` are past. Of that one what is around the tip, from point `first` on,
+    has no length.
     """
 
     def parts() -> Iterator[tuple[Sequence[Vector], Colour]]:

@@ -1,4 +1,4 @@
-"""How far each joint goes, and how far the tool gets."""
+"""The ranges of the joints, and the reach of the tool."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ def _sector(first: float, last: float, lower: float, radius: float, high: float)
 
 
 def _ribbon(points: Points, count: int) -> Mesh:
-    """Between two lines of as many points."""
+    """Return the surface between two lines of as many points."""
     k = np.arange(count - 1, dtype=np.uint32)
     a, b, c, d = k, k + 1, k + count + 1, k + count
     return Mesh(points, np.concatenate([np.stack([a, c, b], axis=1), np.stack([a, d, c], axis=1)]).astype(np.uint32))
@@ -161,7 +161,7 @@ def _needle(near: float, far: float) -> Mesh:
 
 
 def _rail(model: RobotModel, joint: int, size: float) -> Scale:
-    """Beside the axis."""
+    """Return the rail of a joint that slides, beside its axis."""
     d, lower, upper = model.links[joint - 1].d, model.lower[joint - 1], model.upper[joint - 1]
     beside, end = 0.9 * size, NEAR * (upper - lower)
     strips = [
@@ -200,7 +200,7 @@ class ReachView:
 
     @property
     def known(self) -> bool:
-        """Whether there is such a boundary: of an arm that turns about its first axis."""
+        """Return whether there is such a boundary: of an arm that turns about its first axis."""
         return self._arm.turning[0]
 
     def show(self, shown: Shown) -> None:
@@ -215,7 +215,7 @@ class ReachView:
             self._search.start()
 
     def wait(self) -> None:
-        """Until what is searched is drawn."""
+        """Wait until what is searched is drawn."""
         if self._search is not None:
             self._search.join()
 

@@ -35,7 +35,7 @@ TENTHS = 10  # of a second in a caption: finer figures are not read while they c
 
 
 def scenery(scene: SceneApi, model: RobotModel, around: Around = USUAL) -> list[ShownPart]:
-    """All parts of the scene itself, with the way of the tool so far `around` the present."""
+    """Make all parts of the scene itself, with the way of the tool so far `around` the present."""
     return [ArmScene(scene, model), Path(scene, model, around=around)]
 
 
@@ -52,7 +52,7 @@ class ArmScene:
 
 
 class Studio:
-    """All that is seen of a timeline, one moment at a time; with `parts` that only some pictures have. Of the way
+    """A scene of a timeline, one moment at a time; with `parts` that only some pictures have. Of the way
     of the tool it is less where there are many segments.
     """
 

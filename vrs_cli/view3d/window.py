@@ -43,7 +43,7 @@ class Surveying:
         robot.listen(self._hear)
 
     def happened(self) -> None:
-        """Something may be another than it was."""
+        """Note that something may have changed."""
         self._happened = True
 
     @property
@@ -179,7 +179,7 @@ class RobotWindow:
         self.due = min(self.due, max(wall, self._next))
 
     def wake(self) -> None:
-        """Something has happened that is to be seen."""
+        """Show soon: something has happened that is to be seen."""
         if self.due > self._next:
             self.again()
             self._woken()
@@ -203,7 +203,7 @@ class RobotWindow:
 
     @property
     def drives(self) -> bool:
-        """Whether there is something to drive, and who looks may: panels that drive are for these alone."""
+        """Return whether there is something to drive, and who looks may: panels that drive are for these alone."""
         return self.robot is not None and self.robot.welcome.role in DRIVERS
 
     @property
@@ -223,7 +223,7 @@ class RobotWindow:
         return self.doing_with(lambda _event: act())
 
     def doing_with(self, act: Callable[[Any], object]) -> Callable[[Any], None]:
-        """The same, of what wants to know the event of viser."""
+        """Return the callback of an act that takes the event of viser."""
 
         def do(event: Any) -> None:
             try:
@@ -237,7 +237,7 @@ class RobotWindow:
         return do
 
     def tell(self, text: str) -> None:
-        """Something that the user has to know; not again while it is there to be read."""
+        """Show a text that the user has to know; not again while it is there to be read."""
         now = self.wall()
         if text != self._told or now > self._told_at + STAYS:
             self._told, self._told_at = text, now

@@ -74,11 +74,11 @@ class Surroundings:
 
     @cached_property
     def _givers(self) -> Counter[str]:
-        """How many programs give each name a value."""
+        """Count the programs that give each name a value."""
         return Counter(key for program in self.programs.values() for key in names_given_in(program))
 
     def given_elsewhere(self, key: str, program: Program) -> bool:
-        """Whether another program gives a name a value."""
+        """Return whether another program gives a name a value."""
         here = self.programs.get(program.key)
         return self._givers[key] > (here is not None and key in names_given_in(here))
 
@@ -206,7 +206,7 @@ def _shows_time(statement: Statement) -> bool:
 
 
 def _at_once(statement: Statement) -> bool:
-    """Whether a step surely neither moves the arm, nor waits, nor leads elsewhere."""
+    """Return whether a step surely neither moves the arm, nor waits, nor leads elsewhere."""
     if isinstance(statement, ast.Assignment):
         return True
     if not isinstance(statement, ast.Instruction) or statement.word in _WAITS:

@@ -1,4 +1,4 @@
-"""What a dialect has not: a program in it is refused the words and forms of later ones, with what is written instead.
+"""Refuse words and forms that a dialect does not have, and say what is written instead.
 So is every program of V+ while the switch VPLUS is off.
 
 The tables say by their column `where` which rows are of which; `IN_VAL2` and `IN_VAL` what a programmer writes there.

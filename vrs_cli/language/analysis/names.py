@@ -169,7 +169,7 @@ SORTS: Mapping[str, Kind] = {"REAL": Kind.REAL, "DOUBLE": Kind.REAL, "LOC": Kind
 
 
 def declares(statement: ast.Statement | None) -> TypeGuard[ast.Instruction]:
-    """Whether a statement is AUTO, LOCAL or GLOBAL."""
+    """Return whether a statement is AUTO, LOCAL or GLOBAL."""
     return isinstance(statement, ast.Instruction) and statement.word in DECLARATIONS
 
 
@@ -346,7 +346,7 @@ class NameFindings(DiagnosticCollector):
         return decided.kind
 
     def _decided(self, variable: ast.Variable) -> Decided | None:
-        """What the sigil of a name says, or its uses have decided, or (at the prompt) its present value."""
+        """Return the kind that the sigil of a name, its uses or (at the prompt) its present value decide."""
         if variable.key in self.kinds:
             return self.kinds[variable.key]
         kind = SIGIL_KINDS.get(variable.sigil) or (self._known.get(variable.key) if self._at_prompt else None)

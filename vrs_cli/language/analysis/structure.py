@@ -249,7 +249,7 @@ def unreachable(program: Program, blocks: Sequence[Block], labels: Mapping[int, 
 
 
 def _leaves(statement: Statement | None) -> bool:
-    """Whether the next step never follows."""
+    """Return whether the next step never follows."""
     return isinstance(statement, ast.Goto) or (isinstance(statement, ast.Instruction) and statement.word in LEAVING)
 
 

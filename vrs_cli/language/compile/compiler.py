@@ -1,4 +1,4 @@
-"""From a checked program to a Python generator function, built as a tree of Python's own `ast`.
+"""Compile a checked program to a Python generator function, built as a tree of Python's own `ast`.
 
 The operations of `lowering` become basic blocks; the blocks are dispatched by a binary tree of `if pc < k` inside
 `while True`, so GOTO in and out of blocks is a number. Each counted operation yields its number before it is done, each
@@ -376,7 +376,7 @@ class Compiled(Struct, frozen=True, dict=True, weakref=True):
 
     @property
     def slots(self) -> int:
-        """How many values a frame keeps: the limit and the step of each FOR, the subject of each CASE."""
+        """Count the values that a frame keeps: the limit and the step of each FOR, the subject of each CASE."""
         return 2 * self.lowered.slots
 
     def step_of(self, op: int) -> int:
@@ -394,7 +394,7 @@ class Compiled(Struct, frozen=True, dict=True, weakref=True):
 
 
 def _silent(op: Op) -> bool:
-    """Whether the driver does not see the operation as a step."""
+    """Return whether the driver does not see the operation as a step."""
     return isinstance(op, Mark | Finish) or (isinstance(op, Jump) and not op.counted)
 
 

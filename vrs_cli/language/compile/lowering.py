@@ -184,7 +184,7 @@ class _Lowering:
         return CaseTest(number, target, case.subject, self._slots[block.opener], statement.tests)
 
     def _leave_case(self, number: int, block: Block) -> None:
-        """What stands above VALUE or ANY goes to the end of the CASE."""
+        """Let what stands above VALUE or ANY go to the end of the CASE."""
         self._ops.append(Jump(number, block.closer, counted=False))
         self._places[number + _TESTS] = len(self._ops)
 

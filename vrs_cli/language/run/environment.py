@@ -162,7 +162,7 @@ class Executable:
 
     @cached_property
     def compiled(self) -> Compiled:
-        """Raises ProgramNotExecutable for one that has errors."""
+        """Compile the program. Raises ProgramNotExecutable for one that has errors."""
         compiled, self._ahead = self._ahead or compile_program(LIBRARY, self.analysis), None
         for key, name in compiled.spelling.items():
             self._memory.spelling.setdefault(key, name)
@@ -220,7 +220,7 @@ class Executable:
         return tuple(map(self._bound, parameters, padded))
 
     def _bound(self, parameter: Variable, given: Reference | None) -> Reference:
-        """What stands for an argument that is not given is undefined until the program assigns it."""
+        """Return the reference for a parameter; one that is not given is undefined until the program assigns it."""
         typed = parameter.sigil + parameter.name
         name, kind = f"{typed} of {self.name}", kind_of_name(parameter.sigil)
         is_array = parameter.key in self.compiled.array_parameters
@@ -253,7 +253,7 @@ class Executable:
 
 
 class Interruption(Struct, frozen=True):
-    """What a reaction interrupts: the program's `priority`, and what it was `waiting` for; `failed`: its step did."""
+    """A program that a reaction interrupts: its `priority`, the event it was `waiting` for; `failed`: its step did."""
 
     priority: int
     waiting: Event | None = None
@@ -286,12 +286,12 @@ class Activation:
 
     @property
     def automatic(self) -> tuple[Reference, ...]:
-        """Its variables of AUTO."""
+        """The variables of AUTO."""
         return tuple(self.own[declared.key] for declared in self.program.analysis.own if declared.automatic)
 
     @property
     def own(self) -> Mapping[str, Reference]:
-        """Its arguments and its own variables, by key."""
+        """The arguments and the variables of the program's own, by key."""
         analysis = self.program.analysis
         keys = [variable.key for variable in analysis.program.parameters] + [one.key for one in analysis.own]
         return dict(zip(keys, self._arguments, strict=True))

@@ -1,4 +1,4 @@
-"""What functions and instructions work on (the robot, the system, variables, signals, timers, programs), and their
+"""The context of functions and instructions (the robot, the system, variables, signals, timers, programs), and their
 operands.
 """
 
@@ -51,7 +51,7 @@ NO_FLAGS, AUTOMATIC = 0, 1  # STATE(4), whose bit 3 is the emergency stop, and S
 
 
 def speed(engine: Engine, number: int) -> float:
-    """What SPEED tells [%]. Raises IllegalValue."""
+    """Return the speed that SPEED tells [%]. Raises IllegalValue."""
     settings = engine.settings
     speeds = (settings.monitor_speed, settings.speed.always.value, settings.speed.present.value)
     if not 1 <= number <= len(speeds):
@@ -60,7 +60,7 @@ def speed(engine: Engine, number: int) -> float:
 
 
 def state(engine: Engine, number: int) -> float:
-    """What STATE tells. Raises IllegalValue."""
+    """Return the state that STATE tells. Raises IllegalValue."""
     tell = STATES.get(number)
     if tell is None:
         raise IllegalValue(f"STATE({number})", f"it tells {', '.join(map(str, STATES))}")
@@ -95,7 +95,7 @@ def solve(engine: Engine, T_world_tool: Transform, near: Joints, asked: Configur
 
 
 def _reason(error: MotionError) -> int:
-    """Why a place is out of reach, as a bit."""
+    """Return the reason why a place is out of reach, as a bit."""
     if isinstance(error, JointOutOfRange):
         return 1 << (error.joint - 1 + (BITS_BETWEEN if error.joint > JOINTS_BELOW else 0))
     return TOO_CLOSE_BIT if isinstance(error, LocationTooClose) else TOO_FAR_BIT
@@ -108,7 +108,7 @@ def _motion_state(engine: Engine) -> int:
 
 
 def _present_motion(engine: Engine) -> tuple[float, float] | None:
-    """When the present motion begins and ends [s]; None if the robot stands."""
+    """Return the begin and the end of the present motion [s]; None if the robot stands."""
     if not engine.position().moving:
         return None
     timeline = engine.timeline
@@ -128,7 +128,7 @@ def _time_left(engine: Engine) -> float:
 
 
 def _done(engine: Engine) -> float:
-    """How much of the present motion is done [%]; all of it if the robot stands."""
+    """Return the part of the present motion that is done [%]; all of it if the robot stands."""
     span = _present_motion(engine)
     return 100.0 if span is None else 100.0 * (engine.now - span[0]) / (span[1] - span[0])
 
@@ -150,24 +150,24 @@ STATES: Mapping[int, Callable[[Engine], float]] = {
 
 
 class System:
-    """What a program may ask of the system that runs it; always for the task that asks.
+    """The system that runs programs, as a program may ask it; always for the task that asks.
 
     This one is that of a program that runs by itself: one task, and no devices.
     """
 
     def task(self) -> int:
-        """Its number; -1 for a line of the prompt."""
+        """Return the number of the task; -1 for a line of the prompt."""
         return 0
 
     def priority(self) -> int:
         return 0
 
     def run_state(self, task: int) -> int:  # noqa: ARG002 (for others to look at, as are those below)
-        """What a task does (`operations.IDLE` and the like)."""
+        """Return the state of a task (`operations.IDLE` and the like)."""
         return 0
 
     def event(self, task: int) -> bool:  # noqa: ARG002
-        """Whether the event of a task is set."""
+        """Return whether the event of a task is set."""
         return False
 
     def robot_of(self, task: int) -> int:  # noqa: ARG002
@@ -175,7 +175,7 @@ class System:
         return ROBOT_NUMBER
 
     def latched(self) -> bool:
-        """Whether the signal that latches the place of the robot has come since this was asked last."""
+        """Return whether the signal that latches the place of the robot has come since this was asked last."""
         return False
 
     def latch(self) -> tuple[Transform, Joints] | None:
@@ -183,7 +183,7 @@ class System:
         return None
 
     def program_status(self, name: str) -> int:  # noqa: ARG002
-        """What a program does (`STATUS` in the table of functions)."""
+        """Return the state of a program (`STATUS` in the table of functions)."""
         return 0
 
     def identity(self, component: int) -> float:  # noqa: ARG002
@@ -191,7 +191,7 @@ class System:
         return 0.0
 
     def unit_status(self, unit: int) -> int:  # noqa: ARG002
-        """Of the last operation on a logical unit: 1, or a code."""
+        """Return the status of the last operation on a logical unit: 1, or a code."""
         return UnitNotAttached.code
 
     def record_length(self, unit: int) -> int:  # noqa: ARG002
@@ -264,7 +264,7 @@ class StoredProgram(Struct, frozen=True, eq=False, weakref=True):
 
 
 class Memory(Variables):
-    """What programs share and keep between runs. The same `seed` gives the same random numbers.
+    """The memory that programs share and keep between runs. The same `seed` gives the same random numbers.
 
     `system` is who runs the programs.
     """
@@ -279,7 +279,7 @@ class Memory(Variables):
         self.system = System()
 
     def copy(self) -> Memory:
-        """Its variables and programs as they are now, for whoever reads them later, in any thread."""
+        """Copy the variables and programs as they are now, for readers in any thread."""
         copied = Memory(units=self.units)
         copied.take(self)
         copied.programs |= self.programs
@@ -312,7 +312,7 @@ class Memory(Variables):
 
 
 class Context(Struct, frozen=True):
-    """What functions and instructions work on. `reactions`: those of the task."""
+    """The context of functions and instructions. `reactions`: those of the task."""
 
     environment: Memory
     engine: Engine
@@ -344,7 +344,7 @@ class Definable(Struct, frozen=True):
 
 
 class Wording(Struct, frozen=True):
-    """What an instruction has beside its operands. `text`: its canonical form; `value`: what followed `=`."""
+    """The rest of an instruction, beside its operands. `text`: its canonical form; `value`: what followed `=`."""
 
     text: str
     value: Any = None  # of the kind that the table of instructions asks for

@@ -1,4 +1,4 @@
-"""What the functions of the language do, and the table of what evaluates each.
+"""The functions of the language, and the table of what evaluates each.
 
 Millimetres and degrees outside, metres and radians inside. An omitted argument is None. Sources: V+ Language Reference;
 val2 section 5.
@@ -314,7 +314,7 @@ def configuration_bits(configuration: Configuration) -> int:
 
 
 def configuration_of(bits: float) -> Configuration:
-    """What `configuration_bits` tells. Raises IllegalValue."""
+    """Read the bits of `configuration_bits`. Raises IllegalValue."""
     number = integer_between(bits, 0, sum(_CONFIGURATION_BITS.values()), "configuration bits of")
     return Configuration(
         Arm.RIGHTY if number & _CONFIGURATION_BITS[Arm.RIGHTY] else Arm.LEFTY,
@@ -393,7 +393,7 @@ def parameter(context: Context, name: str = "HAND.TIME") -> float:
 
 
 def last_index(array: Reference) -> float:
-    """Of an array with several dimensions, the highest first index."""
+    """Return the highest index of an array; of one with several dimensions the highest first index."""
     indexes = [i for cells in (array.cells, array.locations) for i in cells if not isinstance(i, str)]
     return float(max((i[0] if isinstance(i, tuple) else i for i in indexes), default=-1))
 

@@ -158,24 +158,24 @@ class Task:
             self.state = TaskState.ABORTED
 
     def close(self) -> None:
-        """It goes on no more. The task and its generator would keep each other, and a server never frees old cycles."""
+        """End the task for good: it and its generator would keep each other, and a server never frees old cycles."""
         self._life.close()
 
     # for STATUS and messages
 
     @property
     def ended(self) -> bool:
-        """Whether it cannot go on."""
+        """Return whether it cannot go on."""
         return self.broken or self.state in (TaskState.COMPLETED, TaskState.HALTED)
 
     @property
     def broken(self) -> bool:
-        """Whether an exception from outside (Ctrl-C) ended it in the middle of a step."""
+        """Return whether an exception from outside (Ctrl-C) ended it in the middle of a step."""
         return getgeneratorstate(self._life) == GEN_CLOSED
 
     @property
     def between(self) -> bool:
-        """Whether it stands before the step `step`, nothing of which has been done."""
+        """Return whether it stands before the step `step`, nothing of which has been done."""
         return bool(self._activations) and self._activations[-1].reached
 
     @property
@@ -195,7 +195,7 @@ class Task:
 
     @property
     def own(self) -> Mapping[str, Reference]:
-        """What the program on top has for itself, by key: its arguments, and the variables of AUTO and LOCAL."""
+        """The variables of the program on top, by key: its arguments, and the variables of AUTO and LOCAL."""
         return self._activations[-1].own if self._activations else {}
 
     def held(self) -> int:
@@ -203,7 +203,7 @@ class Task:
         return sum(one.size() for activation in self._activations for one in activation.automatic)
 
     def uses(self, program: str) -> bool:
-        """Whether a program is on the stack, so that it cannot be changed."""
+        """Return whether a program is on the stack, so that it cannot be changed."""
         return any(activation.program.program.key == key_of(program) for activation in self._activations)
 
     @property
@@ -452,8 +452,9 @@ class WatchedExpression:
         self._compiled: dict[tuple[object, ...], Callable[..., Value]] = {}
 
     def value(self, own: Mapping[str, Reference]) -> Value:
-        """Its value now, of whichever kind it is. `own`: variables that a program has for itself, which come before
-        those of the same names that belong to all. Raises VrsError."""
+        """Return its value now, of whichever kind it is. `own`: variables that a program has for itself, which come
+        before those of the same names that belong to all. Raises VrsError.
+        """
         used = {key: own[key] for key in self._keys if key in own}
         kinds = {key: kind for key in self._keys if (kind := self._kind(key, used.get(key))) is not None}
         sorts = (*used, None, *kinds.items())
@@ -481,7 +482,9 @@ def arguments_of(
 
 
 def definable(environment: Environment, engine: Engine, expression: ast.Expression) -> Definable:
-    """What HERE and POINT at the prompt define: `a`, `#p`, `row[3]`, or the last name of `a:b`. Raises VrsError."""
+    """Return the location that HERE and POINT at the prompt define: `a`, `#p`, `row[3]`, or the last name of `a:b`.
+    Raises VrsError.
+    """
     evaluate = evaluator(lambda compiler: compiler.definable(expression), environment.kinds())
     made: Definable = evaluate(Context(environment, engine))
     return made

@@ -20,7 +20,7 @@ ANGLES, AXES = 6, 12  # numbers of a transformation: with three angles, or with 
 
 
 class Node(Struct, frozen=True, kw_only=True):
-    """What stands somewhere in the source."""
+    """A node that stands somewhere in the source."""
 
     span: Span
 
@@ -62,7 +62,7 @@ class Variable(Node, frozen=True):
 
     @property
     def many(self) -> bool:
-        """Whether it is an array, or a part of one, and no element."""
+        """Return whether it is an array, or a part of one, and no element."""
         return self.indexes == () or self.rest > 0
 
 
@@ -158,8 +158,9 @@ class Assignment(Node, frozen=True):
 
 
 class Modifiers(Struct, frozen=True):
-    """What may follow the arguments: `AT t` or `IN dt` (our time stamps), `ALWAYS`, and a unit (MMPS, IPS, MONITOR);
-    and what may stand before them: the `sort` of the variables of a declaration (REAL, DOUBLE, LOC)."""
+    """The words that may follow the arguments: `AT t` or `IN dt` (our time stamps), `ALWAYS`, and a unit (MMPS, IPS,
+    MONITOR); and what may stand before them: the `sort` of the variables of a declaration (REAL, DOUBLE, LOC).
+    """
 
     at: Expression | None = None
     within: Expression | None = None  # IN dt, relative to now
@@ -414,7 +415,7 @@ def signals_on(channels: Iterable[Expression | None], span: Span) -> Call:
 
 
 def to_variable(expression: Expression) -> Expression:
-    """Where a name is defined, also that of a constant is one."""
+    """Return the variable of a constant's name, which is defined here."""
     if isinstance(expression, Call) and not expression.parenthesised:
         return expression.variable
     if isinstance(expression, Binary) and expression.operator == ":":
@@ -423,7 +424,7 @@ def to_variable(expression: Expression) -> Expression:
 
 
 def begins_with_variable(items: Sequence[Expression | None]) -> bool:
-    """Whether the arguments of PROMPT begin with a variable to read, not with its text.
+    """Return whether the arguments of PROMPT begin with a variable to read, not with its text.
 
     A string variable alone is read; before others it is the text.
     """

@@ -35,7 +35,7 @@ LAST_CHARACTER = 255  # of $CHR
 
 
 def _span(children: Sequence[Any]) -> Span:
-    """From the first to the last of tokens, nodes and pieces."""
+    """Return the span from the first to the last of tokens, nodes and pieces."""
     first, last = children[0].span, children[-1].span
     return Span(first.line, first.column, last.end)
 
@@ -205,7 +205,7 @@ _FIELDS = {  # of a modifier, by its token: the sort that the table allows, and 
 
 
 class _Given(Struct):
-    """What stands after the word of an instruction, put together piece by piece."""
+    """The rest of an instruction behind its word, put together piece by piece."""
 
     row: Word
     arguments: Items = []
@@ -230,7 +230,7 @@ class _Given(Struct):
             self._refuse_beyond(self.values, 1, "values")
 
     def put_group(self, _open: Token, *given: _Piece | Token) -> None:
-        """What stands in parentheses: as many places as the table has, so that those after them keep theirs."""
+        """Put what stands in parentheses: as many places as the table has, so that those after them keep theirs."""
         self.grouped = True
         items, most = (_items(given[0].children) if isinstance(given[0], _Piece) else []), self.row.grouped
         if self.row.tasked:
@@ -435,7 +435,7 @@ class Builder:
         return _variable(token, None, token.span)
 
     def variable(self, children: Children) -> ast.Variable:
-        """What stands where only a variable can: there the name of a constant is a name like others."""
+        """Return a variable, if only that may stand there: the name of a constant is a name like others."""
         name = self.name(children)
         return name.variable if isinstance(name, ast.Call) else name
 

@@ -16,8 +16,8 @@ FREED_AT_ONCE = 10_000  # elements of a long sequence, which may be trees: about
 
 @contextmanager
 def pause_collector() -> Iterator[None]:
-    """Nothing made in the block is part of a cycle, so nothing is kept that would have been freed. Where others wait,
-    nothing is paused: all that was made would be looked at together after the block.
+    """Pause the collector: nothing made in the block is part of a cycle, so nothing is kept that would be freed. Where
+    others wait, nothing is paused: all that was made would be looked at together after the block.
     """
     if _leave_alone in gc.callbacks:
         yield

@@ -127,7 +127,7 @@ class Lexer:
 
     @property
     def _operand(self) -> bool:
-        """Whether an expression has just ended."""
+        """Return whether an expression has just ended."""
         return bool(self.tokens) and self.tokens[-1].type in self._ends
 
     # --- the kinds of lines ---
@@ -153,7 +153,7 @@ class Lexer:
         return self.tokens
 
     def header(self) -> list[Token]:
-        """What follows `.PROGRAM`: a name and parameters."""
+        """Read what follows `.PROGRAM`: a name and parameters."""
         at, example = self._at, ".PROGRAM pick.place(part)"
         if self._at_end():
             raise self._refusal(InvalidName, at, at + 1, "a program name is missing", example)
@@ -176,8 +176,8 @@ class Lexer:
     # --- the start of a statement ---
 
     def _shows(self, names: Container[str]) -> bool:
-        """Whether a line of the prompt is an expression. A full word of a command or an instruction comes before a name
-        that is defined, and that before a word cut short.
+        """Return whether a line of the prompt is an expression. A full word of a command or an instruction comes before
+        a name that is defined, and that before a word cut short.
         """
         word = _WORD.match(self._text, self._at)
         if word is None:
@@ -250,7 +250,7 @@ class Lexer:
         raise self._refusal(unknown, *word.span(), detail, hint or self._other_form(word[0], word.end(), at_prompt))
 
     def _other_form(self, word: str, end: int, at_prompt: bool) -> str:
-        """What an unknown first word may have been meant as."""
+        """Say what an unknown first word may have been meant as."""
         rest = self._before_comment(end).strip()
         if word.upper() in COMMANDS:
             return "a monitor command, typed at the prompt"
@@ -407,7 +407,7 @@ class Lexer:
         return "LEAD" if word in row.leads else link if _MODIFIERS.get(link) in row.modifiers else None
 
     def _names_program(self, row: Word, text: str, end: int) -> bool:
-        """Whether a word, where a value is wanted, is the name of a program by the table."""
+        """Return whether a word, where a value is wanted, is the name of a program by the table."""
         if text[0] in "#$%" or self._text[end : end + 1] == "[":
             return False
         before, place = self.tokens[-1].type, self._place()
@@ -417,7 +417,7 @@ class Lexer:
         return argument is not None and argument.shape is Shape.PROGRAM
 
     def _place(self) -> int | None:
-        """How many commas stand before; None inside parentheses or brackets."""
+        """Count the commas before; None inside parentheses or brackets."""
         depth = commas = 0
         for token in self.tokens:
             depth += _DEPTH.get(token.type, 0)
@@ -441,7 +441,7 @@ class Lexer:
         self.tokens.append(Token(type, value, self._text[start:end], Span(self._line, start + 1, end + 1), row))
 
     def _glued(self, at: int) -> int:
-        """Where a run of characters of names and numbers ends."""
+        """Return the end of a run of characters of names and numbers."""
         match = _GLUED.match(self._text, at)
         return at if match is None else match.end()
 
@@ -449,12 +449,12 @@ class Lexer:
         self._at = len(self._text) - len(self._text[self._at :].lstrip(" \t"))
 
     def _before_comment(self, at: int) -> str:
-        """What stands from an index up to a `;` outside quotes."""
+        """Return the text from an index up to a `;` outside quotes."""
         match = re.compile(_BEFORE_COMMENT).match(self._text, at)
         return match[0] if match is not None else ""
 
     def _at_end(self) -> bool:
-        """Whether only a comment is left; it is read."""
+        """Return whether only a comment is left; it is read."""
         self._skip_blanks()
         if self._text.startswith(";", self._at):
             self._token()
@@ -470,7 +470,7 @@ class Lexer:
             raise self._refusal(CannotInterpret, *sign.span(), f"{sign[0]} begins no comment", OWN_COMMENT)
 
     def _unreadable(self) -> LineRefused:
-        """What is wrong where no token begins."""
+        """Explain a text with which no token begins."""
         self._skip_blanks()
         at, character = self._at, self._text[self._at]
         self._refuse_foreign_comment(at)

@@ -126,7 +126,7 @@ class Part(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def node(self) -> Program | Section | None:
-        """None where there is no heading, or one that cannot be read."""
+        """The program or section; None without a heading, or with one that cannot be read."""
         return next((part for part in self._read[0].parts if isinstance(part, Program | Section)), None)
 
 

@@ -303,7 +303,7 @@ def _rank(expression: Expression) -> int:
 
 
 def _open_rank(expression: Expression) -> int:
-    """How loosely an expression binds what follows it."""
+    """Return the rank with which an expression binds what follows it."""
     if isinstance(expression, ast.Unary) and not expression.grouped:
         return min(ORDER.prefix[expression.operator], _open_rank(expression.operand))
     if isinstance(expression, ast.Binary) and not expression.grouped:

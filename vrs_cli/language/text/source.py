@@ -98,7 +98,7 @@ def end_of(lines: Iterable[SourceLine]) -> int | None:
 
 
 def named_above(text: str, what: str) -> tuple[str, Span] | None:
-    """What a comment above the first program names (`; dialect: val2`, `; robot: cobra600`), and where it does."""
+    """Find what a comment above the first program names (`; dialect: val2`, `; robot: cobra600`), and its place."""
     if what not in text.lower():
         return None
     pattern = re.compile(rf"(?i)[ \t]*;[ \t]*{what}[ \t]*[:=][ \t]*(\S+)")
@@ -262,7 +262,7 @@ class FileReader(DiagnosticCollector):
         return Section(line.directive, fitting, tuple(remarks), len(self.diagnostics) == before, span=line.span)
 
     def _fits(self, entry: Entry, section: str) -> bool:
-        """Whether an entry is of its section's kind, with constant indexes and as many numbers as it needs."""
+        """Return whether an entry is of its section's kind, with constant indexes and as many numbers as it needs."""
         name, wrong = entry.variable.sigil + entry.variable.name, ""
         indexes = entry.variable.indexes or ()
         if entry.variable.indexes == () or not all(isinstance(index, ast.Number) for index in indexes):
@@ -294,7 +294,7 @@ def repeated_programs(programs: Iterable[tuple[Program, int]]) -> Iterator[Diagn
 
 
 def step_numbers(lines: Sequence[SourceLine]) -> bool:
-    """Whether the lines of a program carry the step numbers of a listing: 1, 2, 3, ..., on every line.
+    """Return whether the lines of a program carry the step numbers of a listing: 1, 2, 3, ..., on every line.
 
     Books print them as the editor did, too: `1.`, `1.?`.
     Numbers that a GOTO of the program names are labels, or a THEN or a GRASP of VAL.
@@ -409,13 +409,13 @@ def foreign_file(text: str) -> Diagnostic | None:
 
 
 def has_program(text: str) -> bool:
-    """Whether a program begins with .PROGRAM."""
+    """Return whether a program begins with .PROGRAM."""
     return _program().search(text) is not None
 
 
 def _prevails(text: str, likely: int, sure: int) -> bool:
-    """Whether so many lines of another language make out the file: our own motions are fewer, and of all steps such
-    lines are a part that shows, unless it has lines that prove it.
+    """Return whether so many lines of another language make out the file: our own motions are fewer, and of all steps
+    such lines are a part that shows, unless it has lines that prove it.
     """
     if len(re.findall(_OURS, text)) > likely + sure:
         return False

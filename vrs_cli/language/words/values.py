@@ -69,7 +69,7 @@ KIND_OF: dict[type, Kind] = {
 
 
 def kind_of_value(value: Value) -> Kind:
-    """Which of the four kinds a value is."""
+    """Return the kind of a value."""
     return KIND_OF[type(value)]
 
 

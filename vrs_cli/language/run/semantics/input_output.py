@@ -119,7 +119,7 @@ def _joints_from(context: Context, array: Reference) -> Joints:
 
 
 def _beginning(array: Reference) -> Reference:
-    """Of a whole array, its element 0."""
+    """Return element 0 of a whole array."""
     return array._replace(key=0) if array.key is None else array
 
 

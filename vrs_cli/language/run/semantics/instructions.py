@@ -229,7 +229,7 @@ def _move(
 
 
 def _back_off(distance: float) -> Transform:
-    """So many mm along the tool's -Z."""
+    """Return a distance [mm] along the tool's -Z."""
     return translation(0.0, 0.0, -distance / 1000.0)
 
 
