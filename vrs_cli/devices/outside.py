@@ -57,21 +57,17 @@ def read_address(how: str) -> Address:
                 raise IllegalValue(f"FOPEN {how!r}", FORM)
             host = piece["host"]
         else:
-            key = piece["key"].upper()
-            numbers[key] = _number(key, piece["number"])
+            key, digits = piece["key"].upper(), piece["number"]
+            if key not in RANGES:
+                raise IllegalValue(f"FOPEN /{key}", f"there are /{', /'.join(RANGES)}")
+            low, high = RANGES[key]
+            if not digits or not low <= int(digits[:9]) <= high:
+                raise IllegalValue(f"FOPEN /{key} {digits}".rstrip(), f"a number from {low} to {high}")
+            numbers[key] = int(digits)
     port = numbers.get("REMOTE_PORT" if host else "LOCAL_PORT")
     if port is None or (not host and "REMOTE_PORT" in numbers):
         raise IllegalValue(f"FOPEN {how!r}", FORM)
     return Address(host, port, numbers.get("CLIENTS", 1), numbers.get("BUFFER_SIZE", LONGEST))
-
-
-def _number(key: str, digits: str) -> int:
-    if key not in RANGES:
-        raise IllegalValue(f"FOPEN /{key}", f"there are /{', /'.join(RANGES)}")
-    low, high = RANGES[key]
-    if not digits or not low <= int(digits[:9]) <= high:
-        raise IllegalValue(f"FOPEN /{key} {digits}".rstrip(), f"a number from {low} to {high}")
-    return int(digits)
 
 
 class DeviceEvent(Enum):

@@ -23,7 +23,7 @@ from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import DeviceNotReady, FileDamaged, FileError, PortTaken, VrsError
 from vrs_cli.files.opening import text_at
 from vrs_cli.trajectory.instant import LATEST, TICK, on_grid
-from vrs_cli.wire.codec import Encoding, decode, encode
+from vrs_cli.wire.codec import decode, to_json
 from vrs_cli.wire.records import RecordError
 
 SENT, OPEN = "sent", "open"  # lines of a recording: what the program wrote, and what came of opening the device
@@ -257,7 +257,7 @@ class DeviceRecording(Outside):
         if self._file is None:
             return
         try:
-            self._file.write(encode(line, Encoding.JSON).encode() + b"\n")
+            self._file.write(f"{to_json(line)}\n".encode())
             self._file.flush()
         except OSError as error:
             self.tell(f"{self._path}: {error.strerror}; no more is recorded")

@@ -31,7 +31,7 @@ from vrs_cli.language.text.ast import Program
 from vrs_cli.language.text.printer import print_file, print_program
 from vrs_cli.trajectory.timeline import TimelineDelta
 from vrs_cli.values.diagnostics import Diagnostic
-from vrs_cli.wire.codec import Encoding, Reader, encode
+from vrs_cli.wire.codec import Reader, to_json
 from vrs_cli.wire.records import RecordError
 
 
@@ -210,7 +210,7 @@ class MemoryFile:
         self._programs, self._settings = programs, self._session.engine.settings
 
     def _settings_line(self) -> str:
-        return f"{_SETTINGS}{encode(self._session.engine.settings, Encoding.JSON)}\n"
+        return f"{_SETTINGS}{to_json(self._session.engine.settings)}\n"
 
     def _replace(self) -> None:
         """Write a new file with everything."""

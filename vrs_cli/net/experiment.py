@@ -183,16 +183,7 @@ class _Course:
         heapq.heappush(self._queue, (t, next(self._order), act))
 
     def run(self) -> None:
-        self._operate()
-        while self._queue:
-            self._now, _, act = heapq.heappop(self._queue)
-            act()
-        self._now = self.trial.seconds
-        self._look()
-        self._predict()
-
-    def _operate(self) -> None:
-        """Schedule the commands of the operator, who does not react to what is seen."""
+        """Let the operator give commands, who does not react to what is seen, and let everything happen."""
         random, t = Random(f"{self.trial.ways.seed} operator"), FIRST
         places = [_place(self.trial.robot, random) for _ in range(PLACES)]
         while t < self.trial.seconds:
@@ -201,6 +192,12 @@ class _Course:
             self._at(t, partial(self._issue, self.commands, request, t))
             self.commands += 1
             t += random.uniform(SHORTEST_PAUSE, LONGEST_PAUSE)
+        while self._queue:
+            self._now, _, act = heapq.heappop(self._queue)
+            act()
+        self._now = self.trial.seconds
+        self._look()
+        self._predict()
 
     def _issue(self, number: int, request: Move, t: float) -> None:
         self._look()

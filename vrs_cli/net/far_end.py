@@ -156,7 +156,14 @@ class FarEnd:
         self.send(request)
         self._outlets[request.id] = outlet
         if self._passes and self.preview is not None:
-            self._preview(self.preview, request)
+            self.preview.forward = self.round_trip / 2.0  # it usually takes that long to arrive
+            match request:
+                case messages.At(act=Go() as go, issued=issued):
+                    with suppress(VrsError):  # what is no place: the robot says so
+                        move = move_of(go, self._times)
+                        self.preview.sent(request.id, move, self.now if issued is None else issued, go.text)
+                case _ if (text := changing(request)) is not None:
+                    self.preview.sent(request.id, None, self.now, text)
         return request.id
 
     def send(self, message: messages.ClientMessage) -> None:
@@ -180,16 +187,6 @@ class FarEnd:
         """The error for a message that cannot be sent, with how long there was no connection."""
         since = f" (cut {self._wall() - self._silent_since:.1f} s ago)" if self._silent_since < inf else ""
         return RequestRefused(f"there is no connection{since}: this was not sent", "give it again when it is back")
-
-    def _preview(self, preview: Preview, request: Request) -> None:
-        """Preview a request that was sent: it usually takes half a round trip to arrive."""
-        preview.forward = self.round_trip / 2.0
-        match request:
-            case messages.At(act=Go() as go, issued=issued):
-                with suppress(VrsError):  # what is no place: the robot says so
-                    preview.sent(request.id, move_of(go, self._times), self.now if issued is None else issued, go.text)
-            case _ if (text := changing(request)) is not None:
-                preview.sent(request.id, None, self.now, text)
 
     def extend(self, part: messages.Shown) -> bool:
         """Add an older part of the timeline. False if it does not fit, as a change overtook it: ask for it again."""

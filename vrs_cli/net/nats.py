@@ -26,8 +26,8 @@ from vrs_cli.net.far_end import FarEnd
 from vrs_cli.net.messages import FromServer, Subscribe
 from vrs_cli.net.mirror import Mirror
 from vrs_cli.net.room import Room
-from vrs_cli.net.stream import MessageForm, Packet
-from vrs_cli.wire.codec import Encoding, Reader, encode, marks_of
+from vrs_cli.net.stream import MessageForm, Packet, packet_of
+from vrs_cli.wire.codec import Reader, marks_of
 from vrs_cli.wire.records import RecordError
 
 TAIL = 500  # changes after which a snapshot is repeated
@@ -152,7 +152,7 @@ class _Robot:
             kind = "" if marks is None else marks.type
             if kind == "replaced":
                 self._changes = 0
-                self._put(encode(self._robot.greeting(), Encoding.MSGPACK))
+                self._put(packet_of(self._robot.greeting(), FORM).data)
             self._put(packet.data)
             self._changes += kind == "delta"
             if kind == "delta" and self._changes == TAIL:

@@ -138,18 +138,15 @@ class Preview:
         """Plan again if something was sent, or a change of the robot has come."""
         known = self._followed.timeline
         if self._stale or self._plan.known is not known:
-            self._confirm(known.version)
+            if self._told is not self._followed.settings:
+                self._told = self._settings = self._followed.settings
+            done = [(id, it.version) for id, it in self._underway.items() if it.version is not None]
+            confirmed = {id for id, version in done if version <= known.version}
+            for it, settings in zip(self._plan.expected, self._plan.settings, strict=True):
+                self._settings = settings if it.id in confirmed else self._settings
+            self._underway = {id: it for id, it in self._underway.items() if id not in confirmed}
             self._plan, self._stale = self._planned_after(known), False
         return self._plan
-
-    def _confirm(self, version: int) -> None:
-        """Drop the commands whose changes are in the timeline of that version."""
-        if self._told is not self._followed.settings:
-            self._told = self._settings = self._followed.settings
-        confirmed = {id for id, it in self._underway.items() if it.version is not None and it.version <= version}
-        for it, settings in zip(self._plan.expected, self._plan.settings, strict=True):
-            self._settings = settings if it.id in confirmed else self._settings
-        self._underway = {id: it for id, it in self._underway.items() if id not in confirmed}
 
     def _planned_after(self, known: Timeline) -> PreviewPlan:
         engine, expected, settings = self._engine, list[Expected](), list[Settings]()

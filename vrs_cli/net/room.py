@@ -91,7 +91,9 @@ class Room(ServedRobot):
 
     def enter(self, grant: Grant, hello: messages.Hello, link: ClientSocket) -> ClientSession:
         """Let a user in, perhaps again, and welcome the connection."""
-        client = self._known(grant, hello) or self._new(grant, hello)
+        client = None if hello.resume is None else self._delivery_logs.get(hello.resume.connection)
+        if client is None or client.grant != grant:  # only the same token resumes
+            client = self._new(grant, hello)
         self._away.pop(client, None)
         connection, now = link.connection, self.wall()
         before = client.link
@@ -106,11 +108,6 @@ class Room(ServedRobot):
         client.attach(link, hello)
         self._mind_idleness(now)
         return client
-
-    def _known(self, grant: Grant, hello: messages.Hello) -> ClientSession | None:
-        """The client that resumes with the key of its connection and the same token, if it is known."""
-        client = None if hello.resume is None else self._delivery_logs.get(hello.resume.connection)
-        return client if client is not None and client.grant == grant else None
 
     def _new(self, grant: Grant, hello: messages.Hello) -> ClientSession:
         """Add a client, with a name that no other has."""
@@ -262,28 +259,22 @@ class Room(ServedRobot):
         self.put(lambda: self._spread(message, None))
 
     def _announce(self) -> None:
-        """Announce the clock and the activity if they are not what all were told last. Most changes tell the clock of
-        virtual time.
+        """Announce the clock, the activity and the dragged tool if they are not what all were told last. Most changes
+        tell the clock of virtual time. What holds the tool is told at once, its distance some times a second.
         """
         now, before = self.clock(), self._clock
         same = before is not None and (now.rate, now.paused) == (before.rate, before.paused)
         if not same or (not now.realtime and now.now != self._told_now):
             self._clock, self._told_now = now, now.now
             self.broadcast.announce(now)
-        self._announce_pulled()
         activity = self.activity()
         if activity != self._activity:
             self._activity = activity
             self.broadcast.announce(activity)
-
-    def _announce_pulled(self) -> None:
-        """Announce at once what holds the dragged tool, and some times a second how far it is from its target."""
-        pulled, before, now = self.drag_control.pulled, self._pulled.state, self.wall()
-        if pulled == before:
-            return
-        same = pulled.by == before.by and pulled.held.holds == before.held.holds
-        if not same or now - self._pulled_at > PULLED_EVERY:
-            self._pulled, self._pulled_at = messages.Pulled(pulled), now
+        pulled, told, wall = self.drag_control.pulled, self._pulled.state, self.wall()
+        same = pulled.by == told.by and pulled.held.holds == told.held.holds
+        if pulled != told and (not same or wall - self._pulled_at > PULLED_EVERY):
+            self._pulled, self._pulled_at = messages.Pulled(pulled), wall
             self.broadcast.announce(self._pulled)
 
     def activity(self) -> messages.Activity:

@@ -132,8 +132,16 @@ class TokenFile:
         return found != before
 
     def _found(self) -> Tokens:
-        tokens = read_tokens(self.path)
-        _check_own(self.path, tokens, self._robots, self._own)
+        """Read the file. Raises FileError, and FileDamaged if a robot that a token has for itself would belong to
+        another one too. Names that differ by capital letters alone are the same, as for files on some systems.
+        """
+        tokens, whose = read_tokens(self.path), {robot.casefold(): "the robot of all" for robot in self._robots}
+        for grant in tokens.grants:
+            for name in grant.own_names(self._own):
+                if (other := whose.get(name.casefold())) is not None:
+                    what = f"{self.path}: {grant.name} would have {name} for itself, which is {other}"
+                    raise FileDamaged(what, "give the token another name")
+                whose[name.casefold()] = f"{grant.name}'s"
         return tokens
 
 
@@ -156,19 +164,6 @@ def read_tokens(path: Path) -> Tokens:
             raise FileDamaged(f"{path}: {grant.name} is there twice", "each token has a name of its own")
         known |= {grant.name, grant.digest}
     return Tokens(tuple(grants))
-
-
-def _check_own(path: Path, tokens: Tokens, robots: Iterable[str], own: int) -> None:
-    """Raises FileDamaged if a robot that a token has for itself would belong to another one too. Names that differ by
-    capital letters alone are the same, as they are for files on some systems.
-    """
-    whose = {robot.casefold(): "the robot of all" for robot in robots}
-    for grant in tokens.grants:
-        for name in grant.own_names(own):
-            if (other := whose.get(name.casefold())) is not None:
-                what = f"{path}: {grant.name} would have {name} for itself, which is {other}"
-                raise FileDamaged(what, "give the token another name")
-            whose[name.casefold()] = f"{grant.name}'s"
 
 
 def _grant(where: str, row: object) -> Grant:

@@ -10,7 +10,7 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
-from typing import TypeVar, cast, get_args, get_origin
+from typing import Any, TypeVar, cast, get_args, get_origin
 
 from msgspec import Struct
 from msgspec.structs import fields, replace
@@ -79,23 +79,19 @@ def may_hold(prefixes: tuple[str, ...], value: Struct) -> bool:
 
 
 def without(prefixes: tuple[str, ...], value: M) -> M:
-    """Return the value with the prefixes removed from all its texts."""
-    return cast(M, _without(prefixes, value))
-
-
-def _without(prefixes: tuple[str, ...], value: object) -> object:
+    """Return the value with the prefixes removed from all its texts; the same value if it has none."""
+    new: Any = value
     if isinstance(value, str):
-        text = value
+        text = str(value)
         for prefix in prefixes:
             text = text.replace(prefix, "" if prefix.endswith(os.sep) else ".")
-        return value if text == value else text
-    if isinstance(value, tuple) and len(value) <= LONGEST:
-        found = [_without(prefixes, one) for one in value]
-        changed = any(new is not old for new, old in zip(found, value, strict=True))
-        make = getattr(value, "_make", tuple)  # of the same class, if that is a named one
-        return make(found) if changed else value
-    if isinstance(value, Struct):
-        fields = {name: getattr(value, name) for name in value.__struct_fields__}
-        new = {name: it for name, old in fields.items() if (it := _without(prefixes, old)) is not old}
-        return replace(value, **new) if new else value
-    return value
+        new = value if text == value else text
+    elif isinstance(value, tuple) and len(value) <= LONGEST:
+        found = [without(prefixes, one) for one in value]
+        if any(one is not old for one, old in zip(found, value, strict=True)):
+            new = getattr(value, "_make", tuple)(found)  # of the same class, if that is a named one
+    elif isinstance(value, Struct):
+        fields_of = {name: getattr(value, name) for name in value.__struct_fields__}
+        changed = {name: it for name, old in fields_of.items() if (it := without(prefixes, old)) is not old}
+        new = replace(value, **changed) if changed else value
+    return cast(M, new)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from enum import Enum
 from hashlib import blake2b
-from typing import Any, Generic, Literal, TypeVar, overload
+from typing import Any, Generic, TypeVar
 
 import msgspec
 
@@ -26,11 +26,11 @@ class Encoding(Enum):
 
 
 class UnknownType(RecordError):
-    """A message of a type that is not known here: a later version may have it."""
+    """A message of an unknown type, which a later version may have."""
 
 
 class MessageMarks(msgspec.Struct):
-    """What tells messages apart, whatever else they hold."""
+    """The fields that tell messages apart, whatever else they hold."""
 
     type: str
     id: Any = None
@@ -45,21 +45,17 @@ _text_marks, _binary_marks = msgspec.json.Decoder(MessageMarks), msgspec.msgpack
 _json, _msgpack = msgspec.json.Encoder(), msgspec.msgpack.Encoder()
 
 
-@overload
-def encode(message: msgspec.Struct, encoding: Literal[Encoding.JSON]) -> str: ...
-@overload
-def encode(message: msgspec.Struct, encoding: Literal[Encoding.MSGPACK]) -> bytes: ...
-@overload
-def encode(message: msgspec.Struct, encoding: Encoding) -> Frame: ...
+def to_json(message: msgspec.Struct) -> str:
+    return _json.encode(message).decode()
+
+
 def encode(message: msgspec.Struct, encoding: Encoding) -> Frame:
-    """A message as a frame. The same messages give the same bytes."""
-    if encoding is Encoding.JSON:
-        return _json.encode(message).decode()
-    return _msgpack.encode(message)
+    """Encode a message as a frame. The same messages give the same bytes."""
+    return to_json(message) if encoding is Encoding.JSON else _msgpack.encode(message)
 
 
 def mark_of(value: msgspec.Struct) -> str:
-    """What tells a value from others: the same for equal values."""
+    """Return a short hash of a value: the same for equal values."""
     return blake2b(_msgpack.encode(value), digest_size=MARK).hexdigest()
 
 
@@ -73,7 +69,7 @@ class Reader(Generic[M]):
         self._types = frozenset(str(kind.__struct_config__.tag) for kind in tagged)
 
     def read(self, frame: Frame) -> M:
-        """The message of a frame. Raises RecordError, and no other error, whatever the frame is."""
+        """Read the message of a frame. Raises RecordError, and no other error, whatever the frame is."""
         try:
             message: M = self._text.decode(frame) if isinstance(frame, str) else self._binary.decode(frame)
         except UNREADABLE as error:
@@ -85,7 +81,7 @@ class Reader(Generic[M]):
 
 
 def marks_of(frame: Frame) -> MessageMarks | None:
-    """What a frame says to be; None where it is no message."""
+    """Return the type, id and number of a frame; None if it is not a message."""
     try:
         return _text_marks.decode(frame) if isinstance(frame, str) else _binary_marks.decode(frame)
     except UNREADABLE:
@@ -101,7 +97,7 @@ def decode(data: Frame, kind: type[M]) -> M:
 
 
 def schema_text(title: str, **kinds: Any) -> str:
-    """A JSON Schema in which each of the unions has its name, and each of its messages."""
+    """Return a JSON Schema in which each union, and each of its messages, has its name."""
     (*unions,), components = msgspec.json.schema_components(kinds.values(), ref_template="#/$defs/{name}")
     definitions = {**dict(zip(kinds, unions, strict=True)), **components}
     lines = ",\n".join(f'"{name}": {_json.encode(one).decode()}' for name, one in definitions.items())
