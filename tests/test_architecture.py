@@ -162,7 +162,7 @@ DEFERRED = (
     Deferred(("files/trajectory_file.py",), ("vrs_cli.files.soundness",), "it brings numpy"),
     Deferred(("contacts/watch.py",), ("vrs_cli.contacts.checker",), "it brings mujoco, which is an extra"),
     Deferred(
-        ("contacts/watch.py", "interfaces/station/station.py"), ("vrs_cli.world.world",), "few robots have a scene"
+        ("contacts/watch.py", "interfaces"), ("vrs_cli.world.world", "vrs_cli.world.course"), "few robots have a scene"
     ),
     Deferred(
         ("view3d/pictures.py", "api/scene.py"),

@@ -137,6 +137,7 @@ _OPERANDS: Mapping[Shape, Callable[[Random, int], str]] = {
     Shape.TASK: lambda r, _d: r.choice(("0", "1", "2", "7")),
     Shape.ELEMENTS: lambda r, d: r.choice(("x[1]", f"x[{number(r, d)}]", "m[1, 0]")),
     Shape.SETTING: lambda r, d: r.choice(("X", "TRZ", "1", "6", number(r, d))),
+    Shape.PART: lambda r, d: r.choice(("box", "1", '"no part"', number(r, d))),
     Shape.BRANCH: lambda r, _d: r.choice(("main", "trial")),
     Shape.WORD: lambda r, d: r.choice(("a", number(r, d))),
     Shape.INSTRUCTION: lambda r, d: f"DRIVE {number(r, d)}, {number(r, d)}, {number(r, d)}",

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import pytest
+from msgspec.structs import replace
 
 from tests.interfaces.monitor.test_showing import session, shown
 from vrs_cli.kinematics.robot_file import robot_names
-from vrs_cli.render.arm_picture import LOOKS, DrawnPart, arm_picture
+from vrs_cli.render.arm_picture import BODIES, LOOKS, DrawnPart, arm_picture
 from vrs_cli.render.blocks import PIPE, Page
 from vrs_cli.render.colours import Ink
 from vrs_cli.render.text import plain_text
-from vrs_cli.values.replies import ArmPicture
+from vrs_cli.values.replies import ArmPicture, PicturedBody
 
 FINE = Page(80, colours=True, unicode=True, height=16)
+OF_THE_ARM = [part for part in DrawnPart if part not in BODIES.values()]
 SIZES = ((30, 10), (80, 16), (80, 24), (120, 40), (160, 50), (400, 100))
 
 
@@ -45,12 +47,21 @@ def test_on_a_pipe_it_is_plain_and_the_same_each_time() -> None:
     assert text == plain_text(moving())
     assert text.isascii()
     assert all(len(row) <= 80 for row in text.split("\n"))
-    letters = {LOOKS[part].letter for part in DrawnPart}
+    letters = {LOOKS[part].letter for part in OF_THE_ARM}
     assert letters <= set(text)
 
 
 def test_all_parts_have_their_colours() -> None:
-    assert inks(moving()) == {LOOKS[part].ink for part in DrawnPart}
+    assert inks(moving()) == {LOOKS[part].ink for part in OF_THE_ARM}
+
+
+def test_bodies_of_the_cell_are_drawn_and_named() -> None:
+    cube = tuple((0.3 + x, -0.4 + y, 0.2 + z) for x in (0.0, 0.2) for y in (0.0, 0.2) for z in (0.0, 0.2))
+    for kind, part in BODIES.items():
+        drawn = rows(replace(moving(), bodies=(PicturedBody(kind, cube),)))
+        assert LOOKS[part].letter in "".join(drawn[2:-1])
+        assert f"{LOOKS[part].letter} {LOOKS[part].name}" in drawn[-1] or len(drawn[-1]) == 80
+    assert rows(replace(moving(), bodies=())) == rows(moving())
 
 
 def test_at_rest_there_is_neither_a_plan_nor_a_target() -> None:

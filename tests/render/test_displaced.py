@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from vrs_cli.render.displaced import sentences
-from vrs_cli.values.results import Displacement, Moved
+from vrs_cli.render.displaced import sentences, untrue_sentence
+from vrs_cli.values.results import Displacement, Moved, Untrue
 
 
 def moved(asked: float | None, later: float, text: str = "MOVE a") -> Moved:
@@ -37,3 +37,12 @@ def moved(asked: float | None, later: float, text: str = "MOVE a") -> Moved:
 )
 def test_sentences(it: Displacement, said: str) -> None:
     assert list(sentences(it)) == [said]
+
+
+def test_what_is_no_longer_true_is_told_with_its_place() -> None:
+    place = "pick step 4: WAIT SIG(1001)"
+    came = Untrue(7, 1001, True, True, 3.2, place, "MOVE b")
+    assert untrue_sentence(came) == f"MOVE b was given when 1001 came on at 3.200 s; it no longer does ({place})"
+    was = Untrue(7, 1001, False, False, 3.2, place, "", "part.there")
+    told = f"a program went on when 1001 (part.there) was off at 3.200 s; it no longer is ({place})"
+    assert untrue_sentence(was) == told

@@ -20,7 +20,7 @@ from vrs_cli.render.layout import LAYOUTS
 from vrs_cli.render.text import plain_text
 from vrs_cli.values import replies
 from vrs_cli.values.replies import Reply
-from vrs_cli.values.results import Position
+from vrs_cli.values.results import Position, Untrue
 
 WIDTHS = (60, 80, 120)
 LINES = """\
@@ -44,6 +44,7 @@ LISTS
 LISTP
 DIRECTORY
 STATUS
+STATUS AT 0.5
 EXECUTE p
 STATUS
 IO
@@ -93,7 +94,15 @@ def _answers() -> list[Reply]:
     for line in ["EXECUTE q", *(line for line in LINES if line != "EXECUTE p")]:
         session.perform(line)
     rows = tuple(replies.ReplayRow(k, "READY" * k, float(k), IDENTITY) for k in (0, 1))
-    return [*terminal.replies, replies.ReplayTable(rows)]
+    parts = (
+        replies.PartRow("box", 2.0, IDENTITY, held=True),
+        replies.PartRow("lid", 2.0, IDENTITY, on="table"),
+        replies.PartRow("nut", 2.0, IDENTITY),
+        replies.PartRow("bolt", 2.0, None),
+    )
+    reading = Untrue(7, 1001, True, True, 3.2, "pick step 4: WAIT SIG(1001)", "MOVE b", "part.there")
+    more = replies.PartTable(parts, True), replies.NoLongerTrue((reading,)), replies.ReplayTable(rows)
+    return [*terminal.replies, *more]
 
 
 def drawn(reply: Reply, width: int) -> str:

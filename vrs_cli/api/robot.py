@@ -20,6 +20,7 @@ from vrs_cli.api.conditions import ProgramFolders, Signals, conditions_of, local
 from vrs_cli.api.kinematics import Ways
 from vrs_cli.api.location import Location
 from vrs_cli.api.numbers import Floats, Units, number, numbers
+from vrs_cli.api.parts import CellPart, PartPlace
 from vrs_cli.api.posture import Posture, Preview, place_text
 from vrs_cli.api.scene import Scene
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, RobotClock, VirtualClock, WallClock
@@ -52,6 +53,7 @@ from vrs_cli.values.acts import (
     ListBranches,
     ListCommands,
     ListMotions,
+    LookAtParts,
     Redo,
     Undo,
     Valued,
@@ -251,6 +253,26 @@ class Robot:
             time.sleep(max(audience.peek() - time.monotonic(), 0.0))
             for look in audience.step():
                 yield Posture.of(look.position, self._model, self.units)
+
+    # --- the cell ---
+
+    @property
+    def parts(self) -> dict[str, PartPlace]:
+        """The parts of the cell as they are now, by name; none where there is no cell with parts."""
+        return {row.name: PartPlace.of(row, self.units) for row in self._robot.act(LookAtParts()).rows}
+
+    def part(self, name: str) -> CellPart:
+        """A part of the cell: `part("box").at(2.5).location`. Raises KeyError where there is none of that name."""
+
+        def look(t: float | None) -> PartPlace:
+            return next(
+                PartPlace.of(row, self.units) for row in self._robot.act(LookAtParts(t)).rows if row.name == name
+            )
+
+        known = [row.name for row in self._robot.act(LookAtParts()).rows]
+        if name not in known:
+            raise KeyError(f"there is no part {name!r}; there are {', '.join(known) or 'none'}")
+        return CellPart(name, look)
 
     # --- kinematics ---
 

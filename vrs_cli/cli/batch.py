@@ -10,9 +10,10 @@ from argparse import Namespace
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from functools import partial
+from math import inf
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple, TextIO
+from typing import TYPE_CHECKING, Any, NamedTuple, TextIO
 
 from msgspec import Struct, structs
 
@@ -21,7 +22,7 @@ from vrs_cli.cli.fence import Alone, Enough, memory, wall
 from vrs_cli.cli.main import FAILED, OK, status_of
 from vrs_cli.cli.outputs import Outputs, journal
 from vrs_cli.cli.outside import PATIENCE, chosen_outside
-from vrs_cli.cli.sources import Source, cell_file, has_errors, position_object, read_source, robot_of
+from vrs_cli.cli.sources import Source, cell_file, has_errors, pose_object, position_object, read_source, robot_of, tidy
 from vrs_cli.engine.book import displacement_of
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import EndOfInput, FileError, LimitReached, UndefinedName, VrsError
@@ -29,17 +30,22 @@ from vrs_cli.files.opening import Folder
 from vrs_cli.interfaces.dialogue import Reading, Running
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.interfaces.tasks.limits import ATTENDED, OWN, Limits
+from vrs_cli.interfaces.tasks.observations import untrue
 from vrs_cli.render.control import for_stream
-from vrs_cli.render.displaced import sentences
+from vrs_cli.render.displaced import sentences, untrue_sentence
 from vrs_cli.render.progress import RunProgress
 from vrs_cli.repl.interrupt import Stoppable
 from vrs_cli.repl.piped import piped
 from vrs_cli.trajectory.instant import shown
+from vrs_cli.values.contacts import Contact
 from vrs_cli.values.diagnostics import Diagnostic, Severity
 from vrs_cli.values.numbers import count
 from vrs_cli.values.questions import Answer, LineWanted, Question
 from vrs_cli.values.replies import Message, Reply
 from vrs_cli.values.results import ProgramFault, RunResult, StoppedTask
+
+if TYPE_CHECKING:
+    from vrs_cli.world.course import WorldCourse
 
 COUNTED = ("max_time", "max_steps", "max_elements", "max_output", "max_disk")  # options, and fields of Limits
 MOST_TOLD = 20  # diagnostics of a file that is not executed
@@ -241,12 +247,23 @@ class Batch(Struct, frozen=True):
         if not self.options.quiet and (displaced := displacement_of(station.engine.book.records())) is not None:
             for sentence in sentences(displaced):  # which motions begin at other times than the program asked
                 print(sentence, file=sys.stderr)
+        self._tell_world(station)
         try:
             self.outputs.write(station.engine.arm, station.engine.timeline, self.source.path)
         except FileError as error:  # the command line was right when the run began: the disk is full
             print(f"vrs run: {error}", file=sys.stderr)
             return FAILED
         return FAILED if faults else OK
+
+    def _tell_world(self, station: Station) -> None:
+        """Tell what happened around the robot, and what programs have read and later edits made untrue."""
+        if self.options.quiet:
+            return
+        course = station.driver.course
+        for t, _, text in () if course is None else course.notes:
+            print(for_stream(f"at {t:.3f} s {text}", sys.stderr), file=sys.stderr)
+        for reading in untrue(station.engine.book, station.environment.signals):
+            print(for_stream(untrue_sentence(reading), sys.stderr), file=sys.stderr)
 
     def _tell_beside(self, terminal: BatchTerminal, one: StoppedTask) -> None:
         """Another task has stopped with an error."""
@@ -256,7 +273,7 @@ class Batch(Struct, frozen=True):
     def _print_json(self, station: Station, result: RunResult | None, errors: list[Object]) -> None:
         import json
 
-        found = run_object(station.engine, result, errors)
+        found = run_object(station.engine, result, errors) | world_object(station)
         if self.heard is None:
             print(json.dumps(found, indent=2))
         else:
@@ -297,6 +314,52 @@ def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -
         "typed": list(result.typed) if result else [],
         "errors": errors,
     }
+
+
+def world_object(station: Station) -> Object:
+    """What `--json` tells of the world: `parts` at the end, and `notes`, of a cell with parts or sensors; and
+    `no_longer_true`, what programs have read and later edits made untrue, where there is any.
+    """
+    found, course, engine = Object(), station.driver.course, station.engine
+    if course is not None and course.parts():
+        end = max(engine.now, engine.end)
+        found["parts"] = {name: _part_object(course, name, end) for name in course.parts()}
+        found["contacts"] = [_contact_object(*one) for one in station.contacts.contacts]
+        found["notes"] = [{"t": shown(t), "kind": kind, "text": text} for t, kind, text in course.notes]
+    wrong = list(untrue(engine.book, station.environment.signals))
+    if wrong:
+        found["no_longer_true"] = [
+            {
+                "signal": one.signal,
+                "on": one.on,
+                "t": shown(one.time),
+                "place": one.place,
+                "command": one.command or None,
+                "text": untrue_sentence(one),
+            }
+            for one in wrong
+        ]
+    return found
+
+
+def _contact_object(motion: str, contact: Contact) -> Object:
+    """A contact that was told, with the text of its motion."""
+    return {
+        "motion": motion,
+        "t": shown(contact.t),
+        "between": [contact.first, contact.second],
+        "xyz_mm": [tidy(1000.0 * x) for x in contact.place],
+        "depth_mm": tidy(1000.0 * contact.depth),
+        "needed_mm": tidy(1000.0 * contact.needed),
+    }
+
+
+def _part_object(course: WorldCourse, name: str, t: float) -> Object:
+    """A part at a time [s]; one that falls then, where it comes to lie."""
+    last = course.spans(name, t)[-1]
+    state = course.state(name, max(t, last.end) if last.end < inf else t)
+    place = pose_object(state.pose) if state.exists else {"xyz_mm": None, "oat_deg": None}
+    return {**place, "held": state.held, "on": state.on or None}
 
 
 def fault_object(fault: ProgramFault) -> Object:

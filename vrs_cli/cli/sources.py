@@ -15,7 +15,7 @@ from msgspec import Struct
 
 from vrs_cli.cli.command_line import STANDARD_STREAM, option, teller
 from vrs_cli.errors import NonexistentFile
-from vrs_cli.kinematics.transform import to_oat
+from vrs_cli.kinematics.transform import Transform, to_oat
 
 if TYPE_CHECKING:
     from vrs_cli.files.trajectory_file import Recording
@@ -178,10 +178,16 @@ def read_recording(prog: str, path: str, *, lenient: bool = False, told: bool = 
 
 def position_object(position: Position, units: JointUnits) -> dict[str, list[float] | list[str]]:
     """A position as JSON objects tell it: `joints_deg`, `xyz_mm`, `oat_deg`; `joint_units` where a joint slides."""
-    T = position.T_world_tool
     return {
         "joints_deg": [tidy(number) for number in units.shown(position.joints)],
         **units.told(len(position.joints)),
+        **pose_object(position.T_world_tool),
+    }
+
+
+def pose_object(T: Transform) -> dict[str, list[float]]:
+    """A pose as JSON objects tell it: `xyz_mm`, `oat_deg`."""
+    return {
         "xyz_mm": [tidy(1000.0 * x) for x in (T.px, T.py, T.pz)],
         "oat_deg": [tidy(degrees(angle)) for angle in to_oat(T)],
     }

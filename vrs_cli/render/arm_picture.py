@@ -13,7 +13,7 @@ from vrs_cli.render.canvas import FINE, PLAIN, Canvas, Cell, Dot
 from vrs_cli.render.chart import round_step
 from vrs_cli.render.colours import Ink
 from vrs_cli.values.numbers import fixed, seconds
-from vrs_cli.values.replies import ArmPicture
+from vrs_cli.values.replies import ArmPicture, BodyKind
 
 WIDTH, HEIGHT = 80, 21  # columns and rows of all, where a page has no end
 WORDS = 3  # rows of text above and below the drawing
@@ -33,10 +33,14 @@ class DrawnPart(IntEnum):
     PAST = 1
     PLANNED = 2
     BASE = 3
-    LINK = 4
-    JOINT = 5
-    HAND = 6
-    TARGET = 7
+    FIXTURE = 4
+    SENSOR = 5
+    SENSOR_ON = 6
+    LINK = 7
+    JOINT = 8
+    HAND = 9
+    PART = 10
+    TARGET = 11
 
 
 class PartStyle(NamedTuple):
@@ -52,12 +56,24 @@ LOOKS: Mapping[int, PartStyle] = {
     DrawnPart.PAST: PartStyle(Ink.CURVE_3, ".", "past"),
     DrawnPart.PLANNED: PartStyle(Ink.CURVE_2, ":", "planned"),
     DrawnPart.BASE: PartStyle(Ink.NOTE, "="),
+    DrawnPart.FIXTURE: PartStyle(Ink.NOTE, "_", "fixture"),
+    DrawnPart.SENSOR: PartStyle(Ink.NOTE, "-", "sensor"),
+    DrawnPart.SENSOR_ON: PartStyle(Ink.CURVE_2, "*", "sensor on"),
+    DrawnPart.PART: PartStyle(Ink.CURVE_4, "&", "part"),
     DrawnPart.LINK: PartStyle(Ink.HEADING, "#"),
     DrawnPart.JOINT: PartStyle(Ink.CURVE_6, "O"),
     DrawnPart.HAND: PartStyle(Ink.CURVE_4, "%"),
     DrawnPart.TARGET: PartStyle(Ink.CURVE_5, "X", "target"),
 }
 
+
+BODIES: Mapping[BodyKind, DrawnPart] = {
+    BodyKind.FIXTURE: DrawnPart.FIXTURE,
+    BodyKind.PART: DrawnPart.PART,
+    BodyKind.HELD: DrawnPart.PART,
+    BodyKind.SENSOR: DrawnPart.SENSOR,
+    BodyKind.SENSOR_ON: DrawnPart.SENSOR_ON,
+}
 
 Points = tuple[Vector, ...]
 Lines = tuple[Points, ...]
@@ -248,6 +264,8 @@ def _drawn_before(pen: Pen, picture: ArmPicture) -> Canvas:
         (x, y, z), half = picture.links[0], THICK * pen.size
         left, right = (x - half, y, z - half), (x + half, y, z - half)
         pen.line(DrawnPart.BASE, (left, picture.links[0], right, left))
+    for body in picture.bodies:
+        pen.line(BODIES[body.kind], _outline(pen.frame.view, body.points))
     count = len(picture.links) - 1
     for i, link in enumerate(pairwise(picture.links)):
         pen.line(DrawnPart.LINK, link, THICK * pen.size * (1.0 - 0.5 * i / count))
@@ -301,6 +319,7 @@ def _legend(picture: ArmPicture, fine: bool) -> Iterator[Piece]:
         DrawnPart.PAST: picture.past,
         DrawnPart.PLANNED: picture.planned,
         DrawnPart.TARGET: picture.target,
+        **{BODIES[body.kind]: True for body in picture.bodies},
     }
     for part, is_there in there.items():
         if is_there:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from vrs_cli.engine.book import SAME_TIME
 from vrs_cli.values.numbers import count, seconds
-from vrs_cli.values.results import Displacement, Moved
+from vrs_cli.values.results import Displacement, Moved, Untrue
 
 NAMED = 5  # motions; of the rest it is said how many they are
 
@@ -42,3 +42,12 @@ def _name(one: Moved) -> str:
     if one.asked is None:
         return one.text or "a motion"
     return f"AT {one.asked:.3f}".rstrip("0").rstrip(".")
+
+
+def untrue_sentence(it: Untrue) -> str:
+    """`MOVE b was given when 1001 came on at 3.200 s; it no longer does (pick step 4: WAIT SIG(1001))`."""
+    signal, state = f"{it.signal} ({it.name})" if it.name else str(it.signal), "on" if it.on else "off"
+    does, verb = ("came", "does") if it.changed else ("was", "is")
+    given = f"{it.command} was given" if it.command else "a program went on"
+    place = f" ({it.place})" if it.place else ""
+    return f"{given} when {signal} {does} {state} at {seconds(it.time)}; it no longer {verb}{place}"

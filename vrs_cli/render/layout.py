@@ -16,7 +16,7 @@ from vrs_cli.render.arm_picture import arm_picture
 from vrs_cli.render.blocks import Block, Column, Grid, Page, TextLine, line, number_column, number_columns
 from vrs_cli.render.chart import chart
 from vrs_cli.render.colours import Ink
-from vrs_cli.render.displaced import sentences
+from vrs_cli.render.displaced import sentences, untrue_sentence
 from vrs_cli.render.scan import scan
 from vrs_cli.values import replies
 from vrs_cli.values.diagnostics import Severity, show
@@ -100,6 +100,24 @@ def _whereabouts_table(reply: replies.WhereaboutsTable, _page: Page) -> Iterator
         for one in reply.positions
     )
     yield Grid(number_columns(*headings), tuple(tuple(map(fixed, row)) for row in rows), tight=True, keys=1)
+
+
+def _parts(reply: replies.PartTable, _page: Page) -> Iterator[Block]:
+    several = len({row.time for row in reply.rows}) > 1
+    if reply.stamped and reply.rows and not several:
+        yield line(f"At {seconds(reply.rows[0].time)}", Ink.NOTE)
+    columns = (Column("Part", Ink.NAME), *number_columns(*(("t",) if several else ()), *POSE))
+    rows = []
+    for row in reply.rows:
+        place = [""] * len(POSE) if row.T_world_part is None else list(map(fixed, numbers_of(row.T_world_part)))
+        rows.append((f"{row.name} {_state(row)}", *((fixed(row.time),) if several else ()), *place))
+    yield Grid(columns, tuple(rows), tight=True, keys=1)
+
+
+def _state(row: replies.PartRow) -> str:
+    if row.T_world_part is None:
+        return "not there"
+    return "held" if row.held else f"on {row.on}" if row.on else "falls"
 
 
 def _reach(reply: replies.ReachReport, page: Page) -> Iterator[Block]:
@@ -264,6 +282,17 @@ def _status(reply: replies.StatusReport, _page: Page) -> Iterator[Block]:
     )
 
 
+def _status_then(reply: replies.StatusThen, _page: Page) -> Iterator[Block]:
+    on = [f"{number} {reply.names.get(number, '')}".rstrip() for number in reply.on]
+    yield from _facts(
+        ("At", seconds(reply.time)),
+        ("Motion", reply.motion or "none: the robot stands"),
+        ("Configuration", str(reply.configuration) or "this robot has one"),
+        ("Hand", fixed(reply.hand, 3)),
+        ("Signals on", ", ".join(on) or "none"),
+    )
+
+
 def _progress(progress: replies.Progress) -> Iterator[tuple[str, str]]:
     step = "" if progress.step is None else f", step {progress.step}"
     yield ("Program", f"{progress.program} {progress.state}{step}")
@@ -384,6 +413,8 @@ def _timeline(reply: replies.TimelineTable, page: Page) -> Iterator[Block]:
     for row in reply.stops:
         text = f"{_labelled(row)} stops on its way, at {seconds(row.finish)}, and goes on"
         yield from _told(text, Ink.NOTE, page)
+    for reading in reply.untrue:
+        yield line(untrue_sentence(reading), Ink.WARNING)
     yield line(f"The clock is at {seconds(reply.clock)}", Ink.NOTE)
 
 
@@ -535,6 +566,7 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.ProgramStopped: _program_stopped,
     replies.Whereabouts: _whereabouts,
     replies.WhereaboutsTable: _whereabouts_table,
+    replies.PartTable: _parts,
     replies.ArmPicture: arm_picture,
     replies.ReachReport: _reach,
     replies.LocationTable: _locations,
@@ -546,6 +578,7 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.FileTable: _file_table,
     replies.ProgramNames: _program_names,
     replies.StatusReport: _status,
+    replies.StatusThen: _status_then,
     replies.SignalTable: _signals,
     replies.SettingTable: _settings,
     replies.ClockReport: _clock,
@@ -555,6 +588,7 @@ LAYOUTS: Mapping[type, Callable[[Any, Page], Iterator[Block]]] = {
     replies.HelpTopic: _help_topic,
     replies.HelpPage: _help_page,
     replies.Displaced: lambda reply, _page: (line(text, Ink.WARNING) for text in sentences(reply.displacement)),
+    replies.NoLongerTrue: lambda reply, _page: (line(untrue_sentence(one), Ink.WARNING) for one in reply.readings),
     replies.TimelineTable: _timeline,
     replies.BranchTable: _branches,
     replies.ComparisonTable: _comparison,

@@ -29,6 +29,7 @@ from vrs_cli.values.replies import (
     ComparisonTable,
     ListedStep,
     NamedLocation,
+    PartTable,
     ProgramName,
     ReachReport,
     TimelineTable,
@@ -216,6 +217,12 @@ class ListBranches(RobotAct[BranchTable], frozen=True):
 
 class ListMotions(RobotAct[TimelineTable], frozen=True):
     """The timeline as a table."""
+
+
+class LookAtParts(RobotAct[PartTable], frozen=True):
+    """PARTS, at a time [s]; None: now."""
+
+    time: float | None = None
 
 
 class Recorded(Spoken, frozen=True):

@@ -15,7 +15,7 @@ from vrs_cli.kinematics.joints import TURNING, Configuration, Joints, JointUnits
 from vrs_cli.kinematics.transform import Transform, Vector
 from vrs_cli.values.contacts import Contact
 from vrs_cli.values.diagnostics import Diagnostic, LineRefused, Severity, ordered
-from vrs_cli.values.results import CommandRecord, Comparison, Displacement, Position, Reach
+from vrs_cli.values.results import CommandRecord, Comparison, Displacement, Position, Reach, Untrue
 from vrs_cli.values.tagged import Spoken
 
 # --- messages ------------------------------------------------------------------------------------------------------
@@ -81,12 +81,46 @@ class WhereaboutsTable(Spoken, frozen=True):
     units: JointUnits = TURNING
 
 
+class PartRow(Struct, frozen=True):
+    """A part of the cell at a time [s]; T_world_part is None for one that is not there. `on`: what it stands on."""
+
+    name: str
+    time: float
+    T_world_part: Transform | None
+    held: bool = False
+    on: str = ""
+
+
+class PartTable(Spoken, frozen=True):
+    """PARTS, and WHERE of a part. `stamped`: the time is shown: it was asked for, or passes by itself."""
+
+    rows: tuple[PartRow, ...]
+    stamped: bool = False
+
+
+class BodyKind(Enum):
+    """What a body in a picture is."""
+
+    FIXTURE = "fixture"
+    PART = "part"
+    HELD = "held"
+    SENSOR = "sensor"
+    SENSOR_ON = "sensor on"
+
+
+class PicturedBody(Struct, frozen=True):
+    """A body near the arm: points [m] whose convex outline it has, as seen from any side."""
+
+    kind: BodyKind
+    points: tuple[Vector, ...]
+
+
 class ArmPicture(Spoken, frozen=True, tag="Picture"):
     """SHOW: the arm at one time, as points in the world [m].
 
     `links`: from the base to the flange, a corner where a link has one; `joints` of them are joints. `past`, `planned`:
     the way of the tool tip, as lines; `target`: where the motion under way ends. `reach`: the outermost places of the
-    tool tip. `stamped`: the time was asked for.
+    tool tip. `stamped`: the time was asked for. `bodies`: of the cell.
     """
 
     position: Position
@@ -97,6 +131,7 @@ class ArmPicture(Spoken, frozen=True, tag="Picture"):
     target: Vector | None
     reach: tuple[Vector, ...]
     stamped: bool = False
+    bodies: tuple[PicturedBody, ...] = ()
 
 
 class ReachReport(Spoken, frozen=True):
@@ -230,6 +265,19 @@ class StatusReport(Spoken, frozen=True):
     next_motion: tuple[str, ...] = ()
 
 
+class StatusThen(Spoken, frozen=True):
+    """STATUS AT t [s]: the `motion` that is under way then, empty where the robot stands; `hand` from 0, closed, to 1,
+    open; the signals that are `on`, and what some of them are called.
+    """
+
+    time: float
+    motion: str
+    configuration: Configuration
+    hand: float
+    on: tuple[int, ...] = ()
+    names: Mapping[int, str] = {}
+
+
 # --- settings and the system ---------------------------------------------------------------------------------------
 
 
@@ -337,6 +385,12 @@ class Displaced(Spoken, frozen=True):
     displacement: Displacement
 
 
+class NoLongerTrue(Spoken, frozen=True):
+    """What a command did to what programs have read of signals."""
+
+    readings: tuple[Untrue, ...]
+
+
 class SegmentRow(Struct, frozen=True):
     """A segment of the motion with this number and text, from `start` to `finish` [s]."""
 
@@ -350,12 +404,13 @@ class SegmentRow(Struct, frozen=True):
 
 class TimelineTable(Spoken, frozen=True):
     """TIMELINE: the commands and what the planner made of them; `stops`: segments after which a motion rests on its
-    way."""
+    way; `untrue`: what programs have read of signals and no longer holds."""
 
     commands: tuple[CommandRecord, ...]
     segments: tuple[SegmentRow, ...]
     stops: tuple[SegmentRow, ...]
     clock: float
+    untrue: tuple[Untrue, ...] = ()
 
 
 class BranchRow(Struct, frozen=True):
@@ -425,6 +480,7 @@ Reply = (
     | ProgramStopped
     | Whereabouts
     | WhereaboutsTable
+    | PartTable
     | ArmPicture
     | ReachReport
     | LocationTable
@@ -436,6 +492,7 @@ Reply = (
     | FileText
     | FileTable
     | StatusReport
+    | StatusThen
     | SignalTable
     | SettingTable
     | ClockReport
@@ -445,6 +502,7 @@ Reply = (
     | HelpTopic
     | HelpPage
     | Displaced
+    | NoLongerTrue
     | TimelineTable
     | BranchTable
     | ComparisonTable

@@ -125,6 +125,24 @@ class Displacement(Struct, frozen=True):
     more: bool = False
 
 
+class Untrue(Struct, frozen=True):
+    """What a program read of a signal that no longer holds, since an earlier part of the timeline has changed.
+
+    `number`: of the reading, as `Motion.number`. `on`: what it read; `changed`: the signal became so at that instant.
+    `time` [s]: where the reading stands now. `place`: program and step, `command`: the motion that was given next,
+    empty where there was none; `name`: of the signal, if it has one.
+    """
+
+    number: int
+    signal: int
+    on: bool
+    changed: bool
+    time: float
+    place: str = ""
+    command: str = ""
+    name: str = ""
+
+
 class WayOut(Struct, frozen=True):
     """What would do instead of a straight line: the same in another configuration (`words`), two lines by way of `via`
     (T_world_tool), or a MOVE (neither).

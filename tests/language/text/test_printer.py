@@ -231,6 +231,7 @@ SAMPLES_OF = {
     Shape.ITEM: "x",
     Shape.FILE: "f.v2",
     Shape.BRANCH: "trial",
+    Shape.PART: "box",
     Shape.SWITCH: "CP",
     Shape.PARAMETER_NAME: "HAND.TIME",
     Shape.SETTING: "0.1",

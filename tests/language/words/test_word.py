@@ -18,7 +18,7 @@ from vrs_cli.language.words.word import Role, rows_for
         ("DRIVE", "DRIVE joint, change[, speed] [AT t | IN dt]"),
         ("SPEED", "SPEED speed[, rotation] [MMPS | IPS | MONITOR] [ALWAYS]"),
         ("SET", "SET location = value"),
-        ("SIGNAL", "SIGNAL signal, ..."),
+        ("SIGNAL", "SIGNAL signal, ... [AT t | IN dt]"),
         ("READY", "READY [AT t | IN dt]"),
         ("COARSE", "COARSE [tolerance] [ALWAYS]"),
         ("READ", "READ (unit[, handle[, mode]]) variable, ..."),
@@ -46,7 +46,7 @@ def test_form_of_control_words(name: str, form: str) -> None:
 @pytest.mark.parametrize(
     ("name", "form"),
     [
-        ("WHERE", "WHERE [robot] [FROM t1] [TO t2] [STEP dt] [AT t | IN dt]"),
+        ("WHERE", "WHERE [part] [FROM t1] [TO t2] [STEP dt] [AT t | IN dt]"),
         ("STORE", "STORE file [= program, ...]"),
         ("POINT", "POINT location [= value]"),
         ("EXECUTE", "EXECUTE [task] [program][, cycles][, step]"),

@@ -4,7 +4,7 @@ them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import cast
 
 from msgspec.structs import replace
@@ -12,14 +12,15 @@ from msgspec.structs import replace
 from vrs_cli.engine.position import position_at
 from vrs_cli.errors import IllegalValue, InvalidName, TypeMismatch, UndefinedValue, UsageError, VrsError
 from vrs_cli.interfaces.dialogue import Dialogue, beside
-from vrs_cli.interfaces.monitor.showing import Sight
-from vrs_cli.interfaces.station.operands import Handler, operand, real, real_or, sight
+from vrs_cli.interfaces.monitor.parts import times, where_part
+from vrs_cli.interfaces.monitor.showing import Sight, bodies
+from vrs_cli.interfaces.station.operands import Handler, moment, operand, real, sight
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.joints import TURNING, Joints, JointUnits
 from vrs_cli.kinematics.transform import IDENTITY, Transform
 from vrs_cli.language.run.runtime import definable
 from vrs_cli.language.run.variables import Reference
-from vrs_cli.language.text.ast import Instruction, Number, Variable
+from vrs_cli.language.text.ast import BareWord, Instruction, Number, StringConstant, Variable
 from vrs_cli.language.text.printer import expression_text
 from vrs_cli.language.words.values import (
     NAME_LENGTH,
@@ -35,6 +36,7 @@ from vrs_cli.values.commands import Move
 from vrs_cli.values.motion import JointTarget, PoseTarget
 from vrs_cli.values.questions import Amendment, Watching
 from vrs_cli.values.replies import (
+    ArmPicture,
     LocationTable,
     Message,
     NamedLocation,
@@ -44,61 +46,41 @@ from vrs_cli.values.replies import (
     WhereaboutsTable,
 )
 
-MOST_ROWS = 100_000
-DEFAULT_ROWS = 10
-
 
 def _where(station: Station, it: Instruction) -> Dialogue[None]:
-    number = real_or(station, it, 0, 1.0)
+    asked = operand(it, 0)
+    if isinstance(asked, BareWord | StringConstant):
+        yield from where_part(station, it, asked)
+        return
+    number = 1.0 if asked is None else real(station, asked)
     if whole(number) != 1:
         raise IllegalValue(f"robot {plain(number)}", "there is one robot, number 1")
-    engine, stamped, units = station.engine, _stamped(it), station.units
+    engine, stamped, units = station.engine, it.modifiers.timed, station.units
     if not any(operand(it, index) is not None for index in (1, 2, 3)):
         passes = engine.realtime and not engine.clock.paused
-        yield Whereabouts(engine.position(_time(station, it)), stamped=stamped or passes, units=units)
+        yield Whereabouts(engine.position(moment(station, it)), stamped=stamped or passes, units=units)
         return
     if stamped:
         raise UsageError("AT and FROM do not go together", "WHERE AT t, or WHERE FROM t1 TO t2 STEP dt")
-    arm, timeline, times = engine.arm, engine.timeline, tuple(_times(station, it))
-    rows = yield from beside(lambda: tuple(position_at(arm, timeline, t) for t in times))
+    arm, timeline, instants = engine.arm, engine.timeline, tuple(times(station, it))
+    rows = yield from beside(lambda: tuple(position_at(arm, timeline, t) for t in instants))
     yield WhereaboutsTable(rows, units)
 
 
 def _show(station: Station, it: Instruction) -> Dialogue[None]:
-    engine, stamped, t = station.engine, _stamped(it), _time(station, it)
+    engine, stamped, t = station.engine, it.modifiers.timed, moment(station, it)
     arm, timeline = engine.arm, engine.timeline
     moves = engine.realtime and engine.now < engine.end and not stamped
     shown = moves and station.user_state.attended and (yield from station.user_state.show(None, Watching()))
     if not shown:
-        yield (yield from beside(lambda: Sight(arm).picture(timeline, t, stamped)))
+        world = station.driver.world
+        scene, course = (None, None) if world is None else (world.settings.scene, world.course(timeline))
 
+        def drawn() -> ArmPicture:
+            seen = () if scene is None or course is None else bodies(scene, course, t)
+            return Sight(arm).picture(timeline, t, stamped, seen)
 
-def _stamped(it: Instruction) -> bool:
-    """Whether AT or IN says when."""
-    return it.modifiers.at is not None or it.modifiers.within is not None
-
-
-def _time(station: Station, it: Instruction) -> float:
-    """AT t, IN dt, or now [s]."""
-    at, within = it.modifiers.at, it.modifiers.within
-    if at is not None:
-        return real(station, at)
-    return station.engine.now + (0.0 if within is None else real(station, within))
-
-
-def _times(station: Station, it: Instruction) -> Iterator[float]:
-    """FROM t1 TO t2 STEP dt, and the exact end."""
-    first = real_or(station, it, 1, 0.0)
-    last = real_or(station, it, 2, station.engine.end)
-    if last < first:
-        raise IllegalValue(f"FROM {plain(first)} TO {plain(last)}", "the first time comes first")
-    step = real_or(station, it, 3, (last - first) / DEFAULT_ROWS or 1.0)
-    if not step > 0.0 or (last - first) / step > MOST_ROWS:
-        raise IllegalValue(f"STEP {plain(step)}", f"more than 0 s, for at most {MOST_ROWS} rows")
-    for k in range(int((last - first) / step - 1e-9) + 1):
-        yield first + k * step
-    if last > first:
-        yield last
+        yield (yield from beside(drawn))
 
 
 def _define(station: Station, it: Instruction) -> Dialogue[None]:

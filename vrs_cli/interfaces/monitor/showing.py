@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
-from math import dist
+from itertools import pairwise, product
+from math import cos, dist, pi, sin
+from typing import TYPE_CHECKING
 
 from vrs_cli.engine.position import destination_at, position_at
 from vrs_cli.engine.tool_path import ToolPath
@@ -14,7 +15,21 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.transform import Transform, Vector, along, dot, inverse, moved_point, position, subtracted
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.motion import Frames
-from vrs_cli.values.replies import ArmPicture
+from vrs_cli.values.replies import ArmPicture, BodyKind, PicturedBody
+from vrs_cli.values.scene import (
+    Beam,
+    BoxShape,
+    CellScene,
+    CylinderShape,
+    MeshShape,
+    Proximity,
+    Shape,
+    SphereShape,
+    Zone,
+)
+
+if TYPE_CHECKING:
+    from vrs_cli.world.course import WorldCourse
 
 BEFORE, AFTER = 10.0, 10.0  # [s] of the way that are shown
 ERROR = 0.004  # [m] of its lines: less than a dot of a wide terminal
@@ -29,14 +44,16 @@ class Sight:
     def __init__(self, arm: RobotArm) -> None:
         self.arm, self._path = arm, ToolPath(arm, ERROR)
 
-    def picture(self, timeline: Timeline, t: float, stamped: bool = False) -> ArmPicture:
-        """Picture the robot at time t [s], with its past and its planned way."""
+    def picture(
+        self, timeline: Timeline, t: float, stamped: bool = False, bodies: tuple[PicturedBody, ...] = ()
+    ) -> ArmPicture:
+        """Picture the robot at time t [s], with its past and its planned way, and the bodies of its cell."""
         arm, frames = self.arm, timeline.locate(t)[0].motion.frames
         at = position_at(arm, timeline, t)
         links, joints = skeleton(arm, at.joints, frames)
         target = position(destination_at(arm, timeline, t).T_world_tool) if at.moving else None
         past, planned = self._way(timeline, t, position(at.T_world_tool))
-        return ArmPicture(at, links, joints, past, planned, target, reach(arm, frames), stamped)
+        return ArmPicture(at, links, joints, past, planned, target, reach(arm, frames), stamped, bodies)
 
     def _way(self, timeline: Timeline, t: float, tip: Vector) -> tuple[Lines, Lines]:
         """The lines before a time [s] and those after it; the one under way is parted, last of all and first."""
@@ -87,3 +104,52 @@ def _seen(T: Transform, points: Sequence[Vector]) -> Iterator[Vector]:
         if before is None or dist(p, before) > SAME:
             yield moved_point(T, p)
             before = p
+
+
+# --- the cell ----------------------------------------------------------------------------------------------------
+
+ROUND = 8  # points of a circle
+
+
+def bodies(scene: CellScene, course: WorldCourse, t: float) -> tuple[PicturedBody, ...]:
+    """The parts, fixtures and sensors of a cell at a time [s]."""
+    found = [PicturedBody(BodyKind.FIXTURE, corners(one.shape, one.T_world_fixture)) for one in scene.fixtures]
+    for part in scene.parts:
+        state = course.state(part.name, t)
+        if state.exists:
+            found.append(PicturedBody(BodyKind.HELD if state.held else BodyKind.PART, corners(part.shape, state.pose)))
+    for sensor in scene.sensors:
+        on = bool(course.signal(abs(sensor.signal), t)) is (sensor.signal > 0)
+        found.append(PicturedBody(BodyKind.SENSOR_ON if on else BodyKind.SENSOR, _region(sensor.region)))
+    return tuple(found)
+
+
+def corners(shape: Shape, T: Transform) -> tuple[Vector, ...]:
+    """Points in the world whose hull is a body, or near it [m]; `T`: where the body is."""
+    points: list[Vector]
+    match shape:
+        case BoxShape((x, y, z)):
+            points = list(product((-0.5 * x, 0.5 * x), (-0.5 * y, 0.5 * y), (-0.5 * z, 0.5 * z)))
+        case CylinderShape(radius, height):
+            points = [(x, y, z) for x, y in _circle(radius) for z in (-0.5 * height, 0.5 * height)]
+        case SphereShape(radius):
+            ring = list(_circle(radius))
+            points = [p for x, y in ring for p in ((x, y, 0.0), (x, 0.0, y), (0.0, x, y))]
+        case MeshShape(pieces):
+            points = [p for piece in pieces for p in piece]
+    return tuple(moved_point(T, p) for p in points)
+
+
+def _circle(radius: float) -> Iterator[tuple[float, float]]:
+    for k in range(ROUND):
+        yield radius * cos(2.0 * pi * k / ROUND), radius * sin(2.0 * pi * k / ROUND)
+
+
+def _region(region: Beam | Zone | Proximity) -> tuple[Vector, ...]:
+    match region:
+        case Beam(begin, end):
+            return begin, end
+        case Zone(T, size):
+            return corners(BoxShape(size), T)
+        case Proximity(place, direction, far):
+            return place, along(place, direction, far)

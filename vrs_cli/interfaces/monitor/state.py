@@ -28,12 +28,14 @@ from vrs_cli.errors import IllegalValue, UsageError
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.monitor.consent import leave
 from vrs_cli.interfaces.monitor.help import help_on
-from vrs_cli.interfaces.monitor.running import of_task
-from vrs_cli.interfaces.station.operands import Handler, operand, real, real_or, word
+from vrs_cli.interfaces.station.operands import Handler, moment, operand, real, real_or, word
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.tasks.performing import by_robot_clock
 from vrs_cli.language.run.effects import PROCESS_CONTROL
-from vrs_cli.language.run.semantics.instructions import MODE_WORDS
+from vrs_cli.language.run.memory import stamp_of
+from vrs_cli.language.run.semantics.instructions import MODE_WORDS, checked_task
 from vrs_cli.language.text.ast import BareWord, Instruction
+from vrs_cli.language.text.printer import statement_text
 from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS, plain, read_number, whole
 from vrs_cli.values.commands import SetMonitorSpeed
 from vrs_cli.values.replies import (
@@ -49,14 +51,39 @@ from vrs_cli.values.replies import (
     SignalBank,
     SignalTable,
     StatusReport,
+    StatusThen,
 )
 from vrs_cli.version import __version__
 
 
-def _status(station: Station, number: int) -> Iterable[Reply]:
+def _status(station: Station, it: Instruction) -> Iterable[Reply]:
+    """STATUS, of a task; AT t: of the robot, whatever ran then."""
+    if it.modifiers.timed:
+        if operand(it, 0) is not None:
+            raise IllegalValue("STATUS of a task AT a time", "STATUS AT t tells where the robot is then")
+        yield _status_then(station, moment(station, it))
+        return
+    yield _status_now(station, checked_task(real_or(station, it, 0, 0.0)))
+
+
+def _status_then(station: Station, t: float) -> StatusThen:
+    engine, signals = station.engine, station.environment.signals
+    position = engine.position(t)
+    on = signals.at(t)
+    return StatusThen(
+        time=t,
+        motion=position.text if position.moving else "",
+        configuration=engine.arm.configuration(position.joints),
+        hand=position.hand,
+        on=on,
+        names={number: signals.names[number] for number in on if number in signals.names},
+    )
+
+
+def _status_now(station: Station, number: int) -> StatusReport:
     engine, settings = station.engine, station.engine.settings
     speed = settings.speed.always
-    yield StatusReport(
+    return StatusReport(
         robot=engine.model.title,
         progress=_progress(station, number),
         monitor_speed=settings.monitor_speed,
@@ -100,18 +127,23 @@ BANKS: Mapping[int, tuple[str, range]] = {
     1: ("Outputs", OUTPUTS),
     2: ("Internal signals", INTERNAL),
 }
+INTERNAL_BANK = 2
 
 
 def _io(station: Station, it: Instruction) -> Iterable[Reply]:
-    asked = operand(it, 0)
+    """IO; AT t: without the internal signals, which are variables."""
+    asked, timed = operand(it, 0), it.modifiers.timed
     number = None if asked is None else whole(real(station, asked))
     if number is not None and number not in BANKS:
         raise IllegalValue(f"IO {number}", "0 inputs, 1 outputs, 2 internal signals")
-    chosen = BANKS.values() if number is None else (BANKS[number],)
+    if number == INTERNAL_BANK and timed:
+        raise IllegalValue("IO 2 AT a time", "internal signals are variables: IO 2 tells what they are now")
+    chosen = (number,) if number is not None else [one for one in BANKS if not (timed and one == INTERNAL_BANK)]
     signals, rows = station.environment.signals, list[SignalBank]()
-    for title, bank in chosen:
+    on = frozenset(signals.at(moment(station, it)) if timed else signals.on)
+    for title, bank in map(BANKS.__getitem__, chosen):
         names = {number: name for number, name in sorted(signals.names.items()) if number in bank}
-        rows.append(SignalBank(title, bank[0], signals.state(bank), names))
+        rows.append(SignalBank(title, bank[0], tuple(number in on for number in bank), names))
     yield SignalTable(tuple(rows))
 
 
@@ -154,12 +186,16 @@ def _speed(station: Station, it: Instruction) -> None:
 
 def _signal(station: Station, it: Instruction) -> None:
     """SIGNAL, as the instruction; at the prompt it sets inputs too, as a user at the cabinet can."""
-    signals = station.environment.signals
+    signals, text = station.environment.signals, statement_text(it)
     numbers = [real(station, argument) for argument in it.arguments if argument is not None]
-    for number in numbers:
-        signals.read(number)
-    for number in numbers:
-        signals.write(number, inputs=True)
+    at, within = (None if time is None else real(station, time) for time in (it.modifiers.at, it.modifiers.within))
+    stamp = stamp_of(at, within)
+    signals.check_not_sensed(numbers)
+    if stamp is None:
+        signals.write(*numbers, text=text, inputs=True)
+    else:
+        request = signals.request(numbers, stamp, text, inputs=True)
+        station.engine.perform(by_robot_clock(request, station.user_state.times))
     station.settle()
 
 
@@ -243,8 +279,8 @@ def _parameter(settings: Settings, row: ParameterRow | Idle, name: str) -> str:
 
 
 STATE: Mapping[str, Handler] = {
-    "STATUS": of_task(_status),
-    "PCSTATUS": of_task(_status, PROCESS_CONTROL),
+    "STATUS": _status,
+    "PCSTATUS": lambda station, _it: (_status_now(station, PROCESS_CONTROL),),
     "IO": _io,
     "CLOCK": _clock,
     "TIME": lambda station, _it: (clock_report(station),),

@@ -14,13 +14,14 @@ from vrs_cli.interfaces.monitor.consent import agreed, may_write
 from vrs_cli.interfaces.monitor.plotting import in_file, plotted, selected
 from vrs_cli.interfaces.station.operands import Handler, operand, real_or, word
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.tasks.observations import untrue
 from vrs_cli.interfaces.tasks.tasks import ROBOT_PROGRAM
 from vrs_cli.language.text.ast import Instruction
 from vrs_cli.language.words.values import whole
 from vrs_cli.trajectory.segment import Segment, stops_on_the_way
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.replies import BranchRow, BranchTable, ComparisonTable, Message, Plot, SegmentRow, TimelineTable
-from vrs_cli.values.results import CommandRecord
+from vrs_cli.values.results import CommandRecord, Untrue
 
 
 def _through_history(work: Callable[[Engine, int], Parts[tuple[str, ...]]], done: str) -> Handler:
@@ -114,16 +115,19 @@ def _timeline(station: Station, _it: Instruction) -> Dialogue[None]:
 
 def motions(station: Station) -> Dialogue[TimelineTable]:
     """List the present timeline."""
-    engine = station.engine
+    engine, signals = station.engine, station.environment.signals
     timeline, commands, now = engine.timeline, engine.book.all_records(), engine.now
-    return beside(lambda: timeline_table(timeline, commands(), now))
+    wrong = tuple(untrue(engine.book, signals))
+    return beside(lambda: timeline_table(timeline, commands(), now, wrong))
 
 
-def timeline_table(timeline: Timeline, commands: tuple[CommandRecord, ...], now: float) -> TimelineTable:
-    """List a timeline, and the commands in force on it."""
+def timeline_table(
+    timeline: Timeline, commands: tuple[CommandRecord, ...], now: float, wrong: tuple[Untrue, ...] = ()
+) -> TimelineTable:
+    """List a timeline, the commands in force on it, and what programs have read and no longer holds."""
     segments = [segment for segment in timeline if segment.motion.number > 0]
     stops = tuple(map(_segment_row, stops_on_the_way(segments)))
-    return TimelineTable(commands, tuple(map(_segment_row, segments)), stops, now)
+    return TimelineTable(commands, tuple(map(_segment_row, segments)), stops, now, wrong)
 
 
 def _segment_row(segment: Segment) -> SegmentRow:

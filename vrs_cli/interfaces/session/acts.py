@@ -18,6 +18,7 @@ from vrs_cli.files.trajectory_file import trajectory_lines
 from vrs_cli.interfaces.dialogue import Dialogue, beside, beside_if, in_parts
 from vrs_cli.interfaces.editor.lines import listed
 from vrs_cli.interfaces.monitor.locations import explained
+from vrs_cli.interfaces.monitor.parts import part_table
 from vrs_cli.interfaces.monitor.programs import directory
 from vrs_cli.interfaces.monitor.timeline import branch_table, comparison, motions
 from vrs_cli.interfaces.rights import CHANGE, check_goes_beside, role_of
@@ -48,6 +49,7 @@ from vrs_cli.values.acts import (
     ListCommands,
     ListMotions,
     LocationList,
+    LookAtParts,
     ProgramList,
     Record,
     Recorded,
@@ -294,6 +296,7 @@ ACTS: Mapping[type[Act[Any]], _Row] = {
     ListCommands: _as("TIMELINE", _list_commands),
     ListBranches: _Row("a look at the branches", Role.OBSERVER, lambda session, _act: branch_table(session)),
     ListMotions: _as("TIMELINE", lambda session, _act: motions(session)),
+    LookAtParts: _as("PARTS", lambda session, act: part_table(session, act.time)),
     Record: _Row("a look at the trajectory", Role.OBSERVER, _record),
     Survey: _Row("a survey", Role.OBSERVER, survey),
     ShowBranch: _Row("a look at a branch", Role.OBSERVER, show_branch),

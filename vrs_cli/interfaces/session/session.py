@@ -25,6 +25,7 @@ from vrs_cli.interfaces.dialogue import Dialogue, Said
 from vrs_cli.interfaces.jog.jogger import jog
 from vrs_cli.interfaces.monitor.files import FILES
 from vrs_cli.interfaces.monitor.locations import LOCATIONS
+from vrs_cli.interfaces.monitor.parts import PARTS
 from vrs_cli.interfaces.monitor.programs import PROGRAMS
 from vrs_cli.interfaces.monitor.running import RUNNING
 from vrs_cli.interfaces.monitor.state import STATE
@@ -33,6 +34,7 @@ from vrs_cli.interfaces.monitor.variables import VARIABLES, shown_value
 from vrs_cli.interfaces.rights import check_beside, needed
 from vrs_cli.interfaces.station.operands import own, path_of
 from vrs_cli.interfaces.station.station import Station
+from vrs_cli.interfaces.tasks.observations import changed_since, untrue
 from vrs_cli.language.analysis.analyzer import check_line
 from vrs_cli.language.analysis.lineage import line_beyond
 from vrs_cli.language.text.ast import (
@@ -53,6 +55,7 @@ from vrs_cli.values.replies import (
     Displaced,
     Farewell,
     Message,
+    NoLongerTrue,
     Reply,
     Tone,
     is_error,
@@ -76,6 +79,8 @@ class Session(Station):
     _read: _Reading | None = None  # a line that was found without mistake, before it is sent
     # the books of main and of the present branch with their timelines when the present line began
     _scheduled: Mapping[str, tuple[Book, Timeline]] = MappingProxyType({})
+
+    _untrue: frozenset[int] = frozenset()  # numbers of readings of which it was told that they no longer hold
 
     @property
     def prompt(self) -> str:
@@ -147,8 +152,16 @@ class Session(Station):
         """Tell which motions have moved since the line began, or since a line of a command file told it."""
         book, before = self._scheduled.get(self.branches.present, (None, None))
         self._scheduled = self._schedules()
-        if before is not None and book is self.engine.book and (found := displacement(book, before)) is not None:
+        if book is None or before is None or book is not self.engine.book or book.timeline is before:
+            return
+        if (found := displacement(book, before)) is not None:
             yield Displaced(found)
+        if book.timeline.event_count:
+            changes = book.deltas[len(book.deltas) - (book.timeline.version - before.version) :]
+            wrong = tuple(untrue(book, self.environment.signals, changed_since(book.timeline, changes)))
+            if new := tuple(one for one in wrong if one.number not in self._untrue):
+                yield NoLongerTrue(new)
+            self._untrue = frozenset(one.number for one in wrong)
 
     def names(self) -> Container[str]:
         """The keys of the variables that have a value, those among them that a stopped program has for itself."""
@@ -267,6 +280,7 @@ def _passed_on(dialogue: Dialogue[None], said: Said) -> Dialogue[Said | None]:
 
 HANDLERS: Mapping[str, Callable[[Session, Instruction], Dialogue[None] | Iterable[Reply] | None]] = {
     **LOCATIONS,
+    **PARTS,
     **VARIABLES,
     **PROGRAMS,
     **FILES,

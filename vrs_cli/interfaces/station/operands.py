@@ -54,6 +54,14 @@ def real_or(station: Station, it: Instruction, index: int, default: float) -> fl
     return default if given is None else real(station, given)
 
 
+def moment(station: Station, it: Instruction) -> float:
+    """AT t, IN dt, or now [s]."""
+    at, within = it.modifiers.at, it.modifiers.within
+    if at is not None:
+        return real(station, at)
+    return station.engine.now + (0.0 if within is None else real(station, within))
+
+
 def word(expression: Expression | None) -> str:
     """The name of a file or a program, or another bare word, as it was typed."""
     if isinstance(expression, BareWord):

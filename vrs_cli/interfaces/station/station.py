@@ -135,7 +135,6 @@ class Station:
         self.layout = Layout()
         self._given: Folder | None = None  # where programs that begin now have their files, if not in `folder`
         self.home = folder  # where CD without a folder leads; no CD leads out of a closed folder
-        self._world: World | None = None
         # writes the session to a file from now on, or (None) to none, and returns the file so far; raises FileError
         self.log: Callable[[Path | None], Path | None] | None = None
         self.draw: Callable[[Path, Plot], None] | None = None  # draws a plot into a file, where this robot does that
@@ -392,14 +391,8 @@ class Station:
 
     def _around(self) -> tuple[CellScene, World | None]:
         """Return the scene that the robot is in, and its world."""
-        scene, known = self.driver.cell.scene, self._world
-        if scene.empty:
-            return scene, None
-        if known is None or known.settings.scene is not scene:
-            from vrs_cli.world.world import World
-
-            known = self._world = World(self.engine.arm, self.driver.cell)
-        return scene, known
+        scene = self.driver.cell.scene
+        return scene, None if scene.empty else self.driver.world
 
     def _postponed(self, it: Postponement) -> None:
         what = it.text or "the motion"

@@ -13,9 +13,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from math import inf
-from typing import TypeVar, cast
+from typing import TYPE_CHECKING, TypeVar, cast
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrs_cli.devices.outside import Outside
 from vrs_cli.engine.engine import Engine
@@ -26,6 +26,7 @@ from vrs_cli.interfaces.dialogue import Dialogue, Slice, Terminal
 from vrs_cli.interfaces.tasks.devices import Devices
 from vrs_cli.interfaces.tasks.endless import UNTIMED, endless, in_vain
 from vrs_cli.interfaces.tasks.limits import ATTENDED, GO_ON, Advice, Limits, Spent, at_prompt
+from vrs_cli.interfaces.tasks.observations import Observations
 from vrs_cli.interfaces.tasks.performing import ACTS, Performer, TypedLines
 from vrs_cli.interfaces.tasks.tasks import (
     ONWARD,
@@ -42,16 +43,44 @@ from vrs_cli.interfaces.tasks.tasks import (
 from vrs_cli.language.run.effects import Budget, Event, Failed
 from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.runtime import BUDGET
-from vrs_cli.language.run.signals import NO_CELL, NO_INPUTS, Cell, Inputs, LivingCell
-from vrs_cli.language.words.values import key_of
+from vrs_cli.language.run.signals import NO_CELL, NO_INPUTS, Cell, ComputedSignals, Inputs, LivingCell
+from vrs_cli.language.words.values import INTERNAL, key_of
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.commands import Stamp
 from vrs_cli.values.replies import Message, Tone
 from vrs_cli.values.results import RunOutcome, RunResult
+from vrs_cli.values.scene import NO_SCENE
+
+if TYPE_CHECKING:
+    from vrs_cli.world.course import WorldCourse
+    from vrs_cli.world.world import World
 
 _P = TypeVar("_P", bound=Pending)
 
 
 ELEMENTS_A_STEP = 20  # that may be counted again for each step that was done: the cost is small beside that of steps
 MOST_A_STEP = 200  # elements that a step can add; a string has 128 characters
+
+
+def world_of(engine: Engine, cell: Cell) -> tuple[World | None, ComputedSignals | None]:
+    """Return the world of a cell, and the signals that it computes; neither for a cell of names alone."""
+    if not cell.follows and cell.scene == NO_SCENE:
+        return None, None
+    from vrs_cli.world.world import World
+
+    world = World(engine.arm, cell)
+    settings = world.settings
+    if not settings.computed:
+        return world, None
+
+    def next_change(timeline: Timeline, t: float, until: float) -> float:
+        change = world.course(timeline).next_change(t, until)
+        return inf if change is None else change[0]
+
+    def state(timeline: Timeline, signal: int, t: float) -> bool:
+        return bool(world.course(timeline).signal(signal, t))
+
+    return world, ComputedSignals(settings.computed, frozenset(settings.sensed), state, next_change)
 
 
 class AskedInVain(Exception):
@@ -99,6 +128,7 @@ class Driver:
         self.inputs: Inputs = NO_INPUTS
         self.cell = NO_CELL
         self._living = LivingCell(NO_CELL)
+        self.world: World | None = None  # of the cell that the robot was put in last
         self._advice = advice
         self._transcript = TypedLines(engine, terminal, advice)
         self._written = Spent("max_disk", "write", advice)
@@ -119,7 +149,9 @@ class Driver:
         self.answers: Callable[[Track], bool] = lambda track: track.driven_by in (None, self.tasks.who)
         self.then: Callable[[Track], Callable[[RunResult], None] | None] = lambda _track: None
         self.lags: Callable[[], bool] = lambda: False
+        environment.signals.engine = engine
         environment.signals.listeners.append(self._follow)
+        self.observations = Observations(engine, self.tasks, environment.signals)
         environment.system = self.tasks
 
     @property
@@ -347,7 +379,7 @@ class Driver:
     def _in_vain(self) -> bool:
         """Whether time could go on for ever, and nothing would happen."""
         engine = self.engine
-        if engine.realtime or self.inputs.next_time < inf or engine.now < engine.end:
+        if engine.realtime or self._next_signal() < inf or engine.now < engine.end:
             return False
         return in_vain(self.tasks.running, engine.now)
 
@@ -416,7 +448,7 @@ class Driver:
         """Let the tasks do all that is due until an instant, which is the present one unless told otherwise."""
         clock = self.engine.clock
         until = clock.reached if until is None else until
-        while (coming := min(self.peek(), self.inputs.next_time)) <= until and not self.held:
+        while (coming := min(self.peek(), self._next_signal())) <= until and not self.held:
             clock.advance(coming)
             self._happen(BUDGET)
             self._look()
@@ -436,13 +468,19 @@ class Driver:
         track = self.tasks.next()
         if track is None:
             return inf
-        return min(track.wake, self.inputs.next_time, self.devices.outside.due(self.engine.clock))
+        return min(track.wake, self._next_signal(), self.devices.outside.due(self.engine.clock))
+
+    def _next_signal(self) -> float:
+        """When the next input changes, or the next event stands on the timeline [s]."""
+        dated = self.environment.signals.follow_clock()
+        return dated if self.inputs is NO_INPUTS else min(self.inputs.next_time, dated)
 
     def _happen(self, budget: int) -> None:
-        """Do what is due now: something arrives, an input changes, or a task does steps until it wants something that
+        """Do what is due now: something arrives, a signal changes, or a task does steps until it wants something that
         takes time, or another task may have its turn.
         """
-        clock = self.engine.clock
+        clock, signals = self.engine.clock, self.environment.signals
+        signals.follow_clock()
         if self.devices.outside.due(clock) <= clock.now:
             self.devices.arrive(clock.now)
             self.tasks.look_at_units()
@@ -451,10 +489,12 @@ class Driver:
             self._change_inputs()
             return
         track = self.tasks.next()
-        assert track is not None
-        self.tasks.current = track.number
+        if track is None or track.wake > self.engine.now:
+            return  # a signal has changed, for which nobody waits
+        self.tasks.current, signals.place = track.number, None
         self._do(track, self._event(track, budget))
         self.tasks.current = PROMPT_LINE
+        signals.follow_clock()  # what the task has changed on the timeline is no change of the signals now
         if track.reacts and self._left_now(track) > 0:  # to more than one signal: one after the other
             track.wake = self.engine.now
 
@@ -475,24 +515,36 @@ class Driver:
             for name, value in change.values.items():
                 self.environment.reference(name, None).assign(value)
             if change.signal:
-                self.environment.signals.write(change.signal if change.on else -change.signal, inputs=True)
+                signal = change.signal if change.on else -change.signal
+                self.environment.signals.write(signal, inputs=True, stamp=Stamp(self.engine.now))
+
+    @property
+    def course(self) -> WorldCourse | None:
+        """Where the parts of the cell are on the present timeline; None where there is no cell."""
+        return None if self.world is None else self.world.course(self.engine.timeline)
 
     def surround(self, cell: Cell) -> None:
         """Put the robot in a cell, whose signals have names and whose rules apply by themselves."""
         self.cell, self._living = cell, LivingCell(cell)
         self.environment.signals.names = cell.names
+        self.world, self.environment.signals.computed = world_of(self.engine, cell)
 
     def _follow(self, signal: int, on: bool) -> None:
-        """Apply the cell's rules to a signal that has changed."""
+        """Apply the cell's rules to a signal that has changed: what its course does not compute."""
         if self.cell.follows:
-            self.inputs = self.inputs.with_more(self._living.answers(signal, on, self.engine.now))
+            computed = self.environment.signals.computed
+            known = frozenset[int]() if computed is None or signal in INTERNAL else computed.numbers
+            changes = self._living.answers(signal, on, self.engine.now)
+            left = (structs.replace(one, signal=0) if one.signal in known else one for one in changes)
+            self.inputs = self.inputs.with_more(one for one in left if one.signal or one.values)
 
     @contextmanager
     def surrounded(self, cell: Cell | None, inputs: Inputs) -> Iterator[None]:
         """Put the robot in another cell meanwhile (None: the same one), and let inputs change at times [s] from now.
         The changes that are not due by the end are dropped.
         """
-        before = (self.cell, self._living, self.environment.signals.names)
+        signals = self.environment.signals
+        before, world = (self.cell, self._living, signals.names, signals.computed), self.world
         own, given = self.inputs.left, inputs.later(self.engine.now).left
         if cell is not None:
             self.surround(cell)
@@ -500,7 +552,10 @@ class Driver:
         try:
             yield
         finally:
-            self.cell, self._living, self.environment.signals.names = before
+            stay = signals.computed_states() if cell is not None else ()
+            self.cell, self._living, signals.names, signals.computed = before
+            self.world = world or self.world  # the parts of a call's own cell can still be looked at
+            signals.write(*stay, inputs=True, stamp=Stamp(self.engine.now))  # what the cell did last
             kept, dropped = {id(change) for change in own}, {id(change) for change in given}
             left = (change for change in self.inputs.left if id(change) not in dropped)
             self.inputs = Inputs.of(change for change in left if cell is None or id(change) in kept)

@@ -49,11 +49,23 @@ from vrs_cli.language.run.environment import Environment
 from vrs_cli.language.run.memory import TICK
 from vrs_cli.language.run.runtime import Task
 from vrs_cli.trajectory.instant import LATEST, on_grid
-from vrs_cli.values.commands import Brake, Break, Move, Request, SetMonitorSpeed, SetParameter, SetSwitch, Stamp
+from vrs_cli.values.commands import (
+    Brake,
+    Break,
+    Move,
+    OperateHand,
+    Request,
+    SetChannels,
+    SetMonitorSpeed,
+    SetParameter,
+    SetSwitch,
+    Stamp,
+)
 from vrs_cli.values.results import RunOutcome
 
 LOOK = 1.0  # [s] a unit is looked at so often where nothing arrives, so that a limit of time is seen
-EVERYBODYS = (SetMonitorSpeed, SetParameter, SetSwitch)  # requests that a task without the robot may make
+EVERYBODYS = (SetChannels, SetMonitorSpeed, SetParameter, SetSwitch)  # requests that a task without the robot may make
+STAMPED = (Move, SetChannels, OperateHand)  # requests that may have a time
 STEPS_A_START = 100  # that the start of a task takes as long as
 
 
@@ -194,14 +206,14 @@ class Performer:
                 return
             raise self._tasks.not_attached()
         engine, in_program = self._engine, track.in_program
-        if in_program and isinstance(request, Move) and request.stamp is not None:
+        if in_program and isinstance(request, STAMPED) and request.stamp is not None:
             self._check_in_bounds(request.stamp)
         ready = engine.ready_at(request, program=in_program)
         if ready > engine.now:
             track.until(ready, request)
             return
         issued, track.issued = track.asked if track.issued is None else track.issued, None
-        request = request if in_program else _as_typed(request, track.times)
+        request = request if in_program else by_robot_clock(request, track.times)
         track.until(engine.begin(request, program=in_program, issued=issued))
         for other in self._tasks.running if isinstance(request, Brake) else ():
             if isinstance(other.pending, Request):  # the robot will be at rest at another time than was thought
@@ -265,9 +277,9 @@ class Performer:
         self._tasks.stop(track, RunOutcome[event.outcome] if isinstance(event, Stopped) else _ENDINGS[type(event)])
 
 
-def _as_typed(request: Request, times: HolderTimes) -> Request:
+def by_robot_clock(request: Request, times: HolderTimes) -> Request:
     """Return a request of a line of the prompt with its time, given by the user's clock, by the robot's clock."""
-    if not (isinstance(request, Move) and request.stamp is not None and not request.stamp.relative):
+    if not (isinstance(request, STAMPED) and request.stamp is not None and not request.stamp.relative):
         return request
     return structs.replace(request, stamp=Stamp(times.executed(request.stamp.seconds)))
 

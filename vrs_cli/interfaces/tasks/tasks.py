@@ -33,7 +33,7 @@ from vrs_cli.language.run.effects import (
 from vrs_cli.language.run.memory import ROBOT_NUMBER, System
 from vrs_cli.language.run.operations import ABORTED, COMPLETED, EXECUTING, FAILED, IDLE, PAUSED
 from vrs_cli.language.words.values import key_of
-from vrs_cli.values.commands import Request
+from vrs_cli.values.commands import Request, Stamp
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.questions import LineWanted
 from vrs_cli.values.results import ProgramFault, RunOutcome, StoppedTask
@@ -201,8 +201,9 @@ class Watch(Struct):
 class Tasks(System):
     """The tasks that run or have stopped. `current` is the number of the task that does its steps now. `who`: the user
     who is served now, and drives what begins. `failed`: the tasks that stopped with an error while a user waited for
-    another task; `told` is called with each at once. `breakpoints`: programs stop before these steps (program keys, and
-    steps from 1), and when the value of one of the `watches` changes.
+    another task; `told` is called with each at once. `observed` is called when a signal lets a task react.
+    `breakpoints`: programs stop before these steps (program keys, and steps from 1), and when the value of one of the
+    `watches` changes.
     """
 
     def __init__(self, engine: Engine, environment: Environment, devices: Devices) -> None:
@@ -214,6 +215,7 @@ class Tasks(System):
         self._latch: tuple[Transform, Joints] | None = None  # where the robot was when LATCH.SIGNAL came last
         self._latched = False
         self.told: Callable[[StoppedTask], None] = lambda _beside: None
+        self.observed: Callable[[Track, int, bool], None] = lambda _track, _signal, _on: None
         self._engine, self._environment, self._devices = engine, environment, devices
         self._tracks: dict[int, Track] = {}
         self._owner: int | None = None
@@ -399,7 +401,8 @@ class Tasks(System):
             position = self._engine.position()
             self._latch, self._latched = (position.T_world_tool, position.joints), True
         for track in self.running:
-            track.task.reactions.changed(signal, on)
+            if track.task.reactions.changed(signal, on):
+                self.observed(track, signal, on)
             if on and track.event_signal == signal:
                 self.set_event(track)
             if (isinstance(track.pending, Wait) and not track.pending.ticks) or track.reacts:
@@ -419,7 +422,8 @@ class Tasks(System):
 
     def _run_signal(self, track: Track, *, running: bool) -> None:
         if track.run_signal is not None:
-            self._environment.signals.write(track.run_signal if running else -track.run_signal)
+            stamp = Stamp(self._engine.now)  # it follows the program, and is no command that UNDO takes back
+            self._environment.signals.write(track.run_signal if running else -track.run_signal, stamp=stamp)
 
     # --- what programs may ask of the system ---
 

@@ -212,7 +212,8 @@ def _at_once(statement: Statement) -> bool:
     if not isinstance(statement, ast.Instruction) or statement.word in _WAITS:
         return False
     row = INSTRUCTIONS[statement.word]
-    return statement.word == "DELAY" or not (row.route is Route.MOTION or row.breaks)
+    breaks = row.breaks and not statement.modifiers.timed
+    return statement.word == "DELAY" or not (row.route is Route.MOTION or breaks)
 
 
 # --- programs and lines ----------------------------------------------------------------------------------------------

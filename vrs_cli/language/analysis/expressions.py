@@ -126,6 +126,10 @@ class Expressions(NameFindings):
         if not bare and not isinstance(expression, ast.BareWord):
             self.value(expression, PRINTED)
 
+    def _part(self, expression: Expression) -> None:
+        if not isinstance(expression, ast.BareWord | ast.StringConstant):
+            self.value(expression, REAL)
+
     # --- values ---
 
     def value(self, expression: Expression, wanted: Kinds) -> None:
@@ -266,6 +270,7 @@ _SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
     Shape.ELEMENTS: Expressions._elements,
     Shape.LABEL: Expressions._label,
     Shape.SETTING: Expressions._setting,
+    Shape.PART: Expressions._part,
     **dict.fromkeys((Shape.FILE, Shape.WORD, Shape.BRANCH, Shape.SWITCH), Expressions._word),
     **dict.fromkeys((Shape.PARAMETER_NAME, Shape.INSTRUCTION), Expressions._word),
 }

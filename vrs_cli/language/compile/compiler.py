@@ -146,8 +146,10 @@ class _ProgramCompiler(ExpressionCompiler):
         return [tree.assign("pc", tree.constant(target)), away]
 
     def _operation(self, place: int, op: Op) -> list[py.stmt]:
-        self.reads = False
+        self.reads = self.observes = False
         statements = _OPERATIONS[type(op)](self, op)
+        if self.observes:
+            statements.insert(0, py.Expr(tree.method(tree.name("X"), "observes_at", tree.constant(place))))
         if self.reads:
             statements.insert(0, py.Expr(tree.method(tree.name("X"), "reading_begins")))
         return statements if _silent(op) else [tree.yield_(tree.constant(place)), *statements]
@@ -204,12 +206,12 @@ class _ProgramCompiler(ExpressionCompiler):
     # statements
 
     def _statement(self, statement: ast.Assignment | ast.Instruction) -> list[py.stmt]:
-        """Carry out a statement, after a BREAK if the table says so."""
+        """Carry out a statement, after a BREAK if the table says so; what has a time of its own waits for no rest."""
         if isinstance(statement, ast.Assignment):
             return self._assignment(statement)
         special = _SPECIAL.get(statement.word)
         statements = special(self, statement) if special else self._instruction(statement)
-        if INSTRUCTIONS[statement.word].breaks:
+        if INSTRUCTIONS[statement.word].breaks and not statement.modifiers.timed:
             statements.insert(0, tree.yield_(tree.name("BREAK")))
         return statements
 
@@ -266,7 +268,7 @@ class _ProgramCompiler(ExpressionCompiler):
         return self.operand(expression, row)
 
     def _stamp(self, modifiers: ast.Modifiers) -> py.expr:
-        if modifiers.at is None and modifiers.within is None:
+        if not modifiers.timed:
             return tree.constant(None)
         times = (modifiers.at, modifiers.within)
         return tree.call("stamp_of", *(tree.constant(None) if time is None else self.in_range(time) for time in times))

@@ -62,7 +62,8 @@ class ExpressionCompiler:
     """Makes expressions of Python from those of VAL-II. `parameters`: their numbers, by key.
 
     It remembers what else the Python function needs: `arrays` of the environment, with the names of their Python
-    variables, and its globals, the `namespace`; `reads` is set where a character of a unit is taken.
+    variables, and its globals, the `namespace`; `reads` is set where a character of a unit is taken, `observes` where
+    signals are read.
     """
 
     def __init__(
@@ -73,7 +74,7 @@ class ExpressionCompiler:
         self.array_parameters: set[str] = set()
         self.spelling: dict[str, str] = {}
         self.namespace = dict(library.names)
-        self.reads = False
+        self.reads = self.observes = False
 
     def global_of(self, prefix: str, value: object) -> py.expr:
         """Make a value of the compiler a global of the program."""
@@ -224,6 +225,7 @@ class ExpressionCompiler:
         name = f"f_{call.name.replace('$', 's_').replace('#', 'p_').replace('.', '__')}"
         self.namespace[name] = evaluate
         self.reads = self.reads or call.name == "GETC"
+        self.observes = self.observes or call.name in ("SIG", "BITS")
         return tree.call(name, *arguments)
 
     def _arguments(self, function: Function, given: Sequence[ast.Expression | None]) -> list[py.expr]:

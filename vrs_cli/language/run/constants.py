@@ -43,6 +43,7 @@ from vrs_cli.values.commands import (
     SetMonitorSpeed,
     SetParameter,
     SetSpeed,
+    Stamp,
 )
 from vrs_cli.values.diagnostics import Diagnostic, Span, warning
 from vrs_cli.values.numbers import Value
@@ -155,7 +156,8 @@ class Constants(Struct, frozen=True):
 
     def _carry_out(self, statement: ast.Instruction, *operands: object) -> None:
         *arguments, value = operands
-        it = Wording("", value, None, statement.modifiers.always, statement.modifiers.unit)
+        stamp = Stamp(0.0) if statement.modifiers.timed else None
+        it = Wording("", value, stamp, statement.modifiers.always, statement.modifiers.unit)
         for request in HANDLERS[statement.word](self.context, it, *arguments) or ():
             if isinstance(request, CHECKED_BY_THE_ROBOT):
                 self.perform(request)

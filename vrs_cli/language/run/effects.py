@@ -243,11 +243,15 @@ class Reactions:
         if gone in self.waiting:
             self.waiting.remove(gone)
 
-    def changed(self, signal: int, on: bool) -> None:
-        """A signal has changed to a state. A reaction that waits already is not called twice."""
+    def changed(self, signal: int, on: bool) -> bool:
+        """A signal has changed to a state. Return whether a reaction waits from now on; one that waits already is not
+        called twice.
+        """
         reaction = self._set.get(signal)
-        if reaction is not None and (reaction.signal > 0) is on and reaction not in self.waiting:
-            self.waiting.append(reaction)
+        if reaction is None or (reaction.signal > 0) is not on or reaction in self.waiting:
+            return False
+        self.waiting.append(reaction)
+        return True
 
     @property
     def due(self) -> Reaction | None:

@@ -322,6 +322,10 @@ class Context(Struct, frozen=True):
         """Call it before a step with GETC: a step that has to wait is done again, and reads the same again."""
         self.environment.system.begin_reading()
 
+    def observes_at(self, op: int) -> None:
+        """Call it before a step that reads signals, with the number of its operation."""
+        self.environment.signals.place = op
+
     def folded(self, text: str) -> str:
         """A string as comparisons see it: without regard to case while the switch UPPER is on."""
         return text.upper() if self.engine.settings.switch("UPPER") else text

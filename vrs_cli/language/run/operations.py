@@ -125,7 +125,7 @@ def bit_mask(*bits: float) -> float:
 
 
 def signals_on(context: Context, *numbers: float) -> float:
-    states = [context.environment.signals.read(number) for number in numbers]
+    states = [context.environment.signals.observe(number) for number in numbers]
     return truth(all(states))
 
 

@@ -207,6 +207,18 @@ class Task:
         return any(activation.program.program.key == key_of(program) for activation in self._activations)
 
     @property
+    def operation(self) -> tuple[str, int]:
+        """The program that is running, and the operation that it does or stands at."""
+        activation = self._activations[-1]
+        return activation.program.name, activation.op
+
+    def place_of(self, op: int) -> str:
+        """The program that is running, the step (from 1) of an operation, and its text."""
+        program = self._activations[-1].program
+        step = program.compiled.step_of(op)
+        return f"{program.name} step {step + 1}: {program.source(step)}"
+
+    @property
     def statement(self) -> Statement | None:
         """The present step."""
         return self._activations[-1].program.program.steps[self.step - 1].statement

@@ -9,70 +9,104 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from math import inf
+from typing import TYPE_CHECKING
 
 from msgspec import Struct, structs
 
 from vrs_cli.errors import IllegalSignal
 from vrs_cli.language.run.variables import Variables
 from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS, integer_between, plain
+from vrs_cli.trajectory.instant import TICK, on_grid
+from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.commands import SetChannels, Stamp
+from vrs_cli.values.events import HAND
 from vrs_cli.values.numbers import Value
 from vrs_cli.values.scene import NO_SCENE, CellScene
 
+if TYPE_CHECKING:
+    from vrs_cli.engine.engine import Engine
+
 MOST_BITS = 32
+HALF_TICK = 0.5 * TICK  # [s] the clock may be so far from the time grid, on which events stand
+
+
+class ComputedSignals(Struct, frozen=True):
+    """Inputs that follow from all else on a timeline: from sensors of the cell, and from its rules.
+
+    `numbers`: of all of them, `sensed`: of those that sensors alone set. `state` tells whether one is on at a time [s];
+    `next_change` the first time after one, up to another, at which one of them changes.
+    """
+
+    numbers: frozenset[int]
+    sensed: frozenset[int]
+    state: Callable[[Timeline, int, float], bool]
+    next_change: Callable[[Timeline, float, float], float]
 
 
 class Signals:
     """Digital signals: outputs 1.., inputs 1001.., internal (software) 2001... A negative number is the inverse.
 
-    `listeners` are told the number and the new state of each signal that changes. `names`: of signals, by number.
+    Outputs and inputs of a robot stand on the timeline of its `engine`: reading one tells its state at the clock, and
+    setting one is an event there. Internal signals are variables, and so are all signals where there is no robot.
+
+    `listeners` are told the number and the new state of each signal that changes while time goes on; what UNDO or
+    another timeline restores is not told. `names`: of signals, by number. `observer`: told of each state that is read
+    by `observe`. `place`: the operation of the running program that reads
+    signals now, where that is known.
     """
 
     def __init__(self) -> None:
         self.names: Mapping[int, str] = {}
-        self._on: set[int] = set()
         self.listeners: list[Callable[[int, bool], None]] = []
+        self.observer: Callable[[int, bool], None] | None = None
+        self.engine: Engine | None = None
+        self._computed: ComputedSignals | None = None
+        self.place: int | None = None
+        self._on: set[int] = set()
+        self._changed: dict[int, float] = {}
+        # `_on` holds on this timeline, from `_since` until before `_until` [s]
+        self._timeline: Timeline | None = None
+        self._book: object = None
+        self._since, self._until = 0.0, -inf
+
+    @property
+    def computed(self) -> ComputedSignals | None:
+        """The inputs that the cell sets."""
+        return self._computed
+
+    @computed.setter
+    def computed(self, computed: ComputedSignals | None) -> None:
+        self._computed, self._timeline = computed, None  # the states are read again
+
+    # --- reading ---
 
     def read(self, number: float) -> bool:
         """Raises IllegalSignal."""
         signal = self._known(number)
+        self.follow_clock()
         return (abs(signal) in self._on) is (signal > 0)
 
-    def write(self, number: float, *, inputs: bool = False) -> None:
-        """Switch a signal on, or off for a negative number. `inputs`: also those that only the world outside drives.
+    def observe(self, number: float) -> bool:
+        """Read a signal for a program. Raises IllegalSignal."""
+        state = self.read(number)
+        if self.observer is not None:
+            signal = round(number)
+            self.observer(abs(signal), state is (signal > 0))
+        return state
 
-        Raises IllegalSignal.
-        """
-        signal = self._known(number) if inputs else self.writable(number)
-        if self.read(signal):
-            return
-        self._on.symmetric_difference_update({abs(signal)})
-        for listener in self.listeners:
-            listener(abs(signal), signal > 0)
-
-    def writable(self, number: float) -> int:
-        """A signal that a program may set. Raises IllegalSignal."""
-        signal = self._known(number)
-        if abs(signal) in INPUTS:
-            raise IllegalSignal(str(signal), "an input cannot be set by a program")
-        return signal
-
-    def reset(self) -> None:
-        """Switch all outputs off."""
-        for number in sorted(self._on.intersection(OUTPUTS)):
-            self.write(-number)
+    def changes_now(self, signal: int) -> bool:
+        """Whether a signal of the robot has become what it is at this very instant."""
+        return self.engine is not None and self._changed.get(signal) == self.engine.now
 
     def exists(self, number: float) -> bool:
         signal = abs(round(number))
         return any(signal in bank for bank in (OUTPUTS, INPUTS, INTERNAL))
 
     def read_bits(self, first: float, count: float = 1.0) -> int:
-        """`count` signals as a binary number, `first` the lowest bit. Raises IllegalSignal, IllegalValue."""
-        return sum(self.read(number) << bit for bit, number in enumerate(self._group(first, count)))
-
-    def write_bits(self, first: float, count: float, value: int) -> None:
-        """The lowest `count` bits of `value`. Raises IllegalSignal, IllegalValue."""
-        for bit, number in enumerate(self._group(first, count)):
-            self.write(number if value >> bit & 1 else -number)
+        """Read `count` signals for a program as a binary number, `first` the lowest bit. Raises IllegalSignal,
+        IllegalValue.
+        """
+        return sum(self.observe(number) << bit for bit, number in enumerate(self._group(first, count)))
 
     def said(self, text: str) -> str:
         """A text, with the names of the signals whose numbers are in it: `SIG(1003) (1003 is part.there)`."""
@@ -83,11 +117,145 @@ class Signals:
     @property
     def on(self) -> tuple[int, ...]:
         """The numbers of those that are on, in order."""
+        self.follow_clock()
         return tuple(sorted(self._on))
 
-    def state(self, bank: range) -> tuple[bool, ...]:
-        """Every signal of a bank (OUTPUTS, INPUTS, INTERNAL) in order."""
-        return tuple(number in self._on for number in bank)
+    # --- setting ---
+
+    def write(self, *numbers: float, text: str = "", inputs: bool = False, stamp: Stamp | None = None) -> None:
+        """Switch signals on, or off for negative numbers. `inputs`: also those that only the world outside drives.
+        `text`: the instruction; `stamp`: the present time, of changes that come from outside and are nobody's command.
+
+        Raises IllegalSignal, FileError.
+        """
+        signals = [self._known(number) if inputs else self.writable(number) for number in numbers]
+        self.follow_clock()
+        after, changes = set(self._on), list[int]()
+        for signal in signals:
+            if (abs(signal) in after) is not (signal > 0):
+                after ^= {abs(signal)}
+                changes.append(signal)
+        dated = _values([signal for signal in changes if abs(signal) not in INTERNAL])
+        if self.engine is not None and dated:
+            self.engine.perform(SetChannels(dated, stamp, text))
+            self._timeline = self.engine.timeline
+        computed = None if self.engine is None else self.computed
+        for signal in changes:
+            if computed is None or abs(signal) not in computed.numbers:
+                self._put(abs(signal), signal > 0)
+        if computed is not None and self._timeline is not None:
+            self._change_at(self._timeline, self._since)
+            self._until = self._next_after(self._timeline, self._since, inf)
+
+    def request(self, numbers: Iterable[float], stamp: Stamp, text: str, *, inputs: bool = False) -> SetChannels:
+        """Return the request to the robot that sets signals at a time. Raises IllegalSignal."""
+        signals = [self._known(number) if inputs else self.writable(number) for number in numbers]
+        for signal in signals:
+            if abs(signal) in INTERNAL:
+                hint = f"internal signals are variables and have no times: SIGNAL {signal} sets it now"
+                raise IllegalSignal(str(signal), hint)
+        return SetChannels(_values(signals), stamp, text)
+
+    def writable(self, number: float) -> int:
+        """A signal that a program may set. Raises IllegalSignal."""
+        signal = self._known(number)
+        if abs(signal) in INPUTS:
+            raise IllegalSignal(str(signal), "an input cannot be set by a program")
+        return signal
+
+    def reset(self, text: str = "") -> None:
+        """Switch all outputs off."""
+        self.write(*(-number for number in self.on if number in OUTPUTS), text=text)
+
+    def reset_request(self, stamp: Stamp, text: str) -> SetChannels:
+        """Return the request to the robot that switches off, at a time, all outputs that are ever on."""
+        numbers = self._on if self.engine is None else self.engine.timeline.channels
+        return self.request([-number for number in sorted(numbers) if number in OUTPUTS], stamp, text)
+
+    def write_bits(self, first: float, count: float, value: int, text: str = "") -> None:
+        """Set the lowest `count` bits of `value`. Raises IllegalSignal, IllegalValue."""
+        group = enumerate(self._group(first, count))
+        self.write(*(number if value >> bit & 1 else -number for bit, number in group), text=text)
+
+    # --- the timeline ---
+
+    def follow_clock(self) -> float:
+        """Take the states of the present time from the timeline. Return when the next event or computed change comes
+        [s]; infinity where none does.
+        """
+        engine = self.engine
+        if engine is None:
+            return inf
+        timeline, now = engine.book.timeline, engine.clock.now
+        if timeline is self._timeline and self._since - HALF_TICK <= now < self._until - HALF_TICK:
+            return self._until
+        now = on_grid(now)
+        jumped = now < self._since or engine.book is not self._book
+        if jumped:
+            self._since = now
+        if jumped or self.computed or self._timeline is None or not timeline.same_events(self._timeline):
+            inside = {number for number in self._on if number in INTERNAL}
+            self._on = inside.union(self.at(self._since))
+        self._timeline, self._book, since, self._since = timeline, engine.book, self._since, now
+        self._until = self._next_after(timeline, now, inf)
+        while since < now and (since := self._next_after(timeline, since, now)) <= now:
+            self._change_at(timeline, since)
+        return self._until
+
+    def _next_after(self, timeline: Timeline, t: float, until: float) -> float:
+        """When the next event or computed change comes [s]; infinity where none does."""
+        event = timeline.event_after(t)
+        first = inf if event is None else event.time
+        return first if self.computed is None else min(first, self.computed.next_change(timeline, t, min(first, until)))
+
+    def _change_at(self, timeline: Timeline, t: float) -> None:
+        """Let signals change as the timeline says of a time: first those of events, then those that are computed."""
+        computed = frozenset[int]() if self.computed is None else self.computed.numbers
+        for event in timeline.events_between(t, t):
+            if event.channel != HAND and not event.observed and event.channel not in computed:
+                self._put(event.channel, event.value > 0.0)
+        for number in sorted(computed):
+            self._put(number, self.on_at(number, t))
+
+    def at(self, t: float) -> tuple[int, ...]:
+        """The outputs and inputs that are on at a time [s], in order."""
+        assert self.engine is not None
+        numbers = {*self.engine.timeline.channels} - {HAND}
+        if self.computed is not None:
+            numbers |= self.computed.numbers
+        return tuple(one for one in sorted(numbers) if self.on_at(one, t))
+
+    def computed_states(self) -> tuple[int, ...]:
+        """The inputs that the cell sets, negative where they are off."""
+        self.follow_clock()
+        numbers = () if self.computed is None else sorted(self.computed.numbers)
+        return tuple(number if number in self._on else -number for number in numbers)
+
+    def on_at(self, signal: int, t: float) -> bool:
+        """Whether an output or an input is on at a time [s]."""
+        assert self.engine is not None
+        timeline, computed = self.engine.timeline, self.computed
+        if computed is not None and signal in computed.numbers:
+            return computed.state(timeline, signal, t)
+        return timeline.value_at(signal, t) > 0.0
+
+    def check_not_sensed(self, numbers: Iterable[float]) -> None:
+        """Raises IllegalSignal for an input that a sensor of the cell sets."""
+        for number in numbers:
+            if self.computed is not None and abs(round(number)) in self.computed.sensed:
+                raise IllegalSignal(plain(number), "a sensor of the cell sets it")
+
+    def _put(self, signal: int, on: bool) -> None:
+        """Let a signal have a state from now on; the listeners are told where that is another one."""
+        if (signal in self._on) is on:
+            return
+        self._on ^= {signal}
+        if self.engine is not None:
+            self._changed[signal] = self.engine.now
+        for listener in self.listeners:
+            listener(signal, on)
+
+    # --- numbers ---
 
     def _group(self, first: float, count: float) -> range:
         start = self._known(first)
@@ -102,6 +270,11 @@ class Signals:
             banks = ", ".join(f"{bank[0]}-{bank[-1]}" for bank in (OUTPUTS, INPUTS, INTERNAL))
             raise IllegalSignal(plain(number), f"signals are {banks}")
         return round(number)
+
+
+def _values(signals: Iterable[int]) -> tuple[tuple[int, float], ...]:
+    """Channels with the values that signals give them."""
+    return tuple((abs(signal), float(signal > 0)) for signal in signals)
 
 
 # --- input signals that change at times that are known before ------------------------------------------------

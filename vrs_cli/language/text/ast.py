@@ -168,6 +168,11 @@ class Modifiers(Struct, frozen=True):
     unit: str | None = None
     sort: str | None = None
 
+    @property
+    def timed(self) -> bool:
+        """Whether AT or IN says when."""
+        return self.at is not None or self.within is not None
+
 
 NO_MODIFIERS = Modifiers()
 

@@ -158,6 +158,7 @@ _FIT: Mapping[Shape, Callable[[Expression], Expression]] = {
     Shape.PARAMETER_NAME: _to_indexed_word,
     Shape.WORD: _to_word,
     Shape.BRANCH: _to_word,
+    Shape.PART: _to_word,
     Shape.PROGRAM_TEXT: _to_applied,
     Shape.VARIABLE: ast.to_variable,
     Shape.REAL_VARIABLE: ast.to_variable,

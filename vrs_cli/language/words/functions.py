@@ -283,9 +283,11 @@ _OPERATORS = (
 
 _LINKS = (
     _row("AT", "motion AT t", "",
-        "the motion begins at the time t of the timeline [s]; it is planned at once", "MOVE part AT 2.5"),
+        "the motion (SIGNAL, RESET, OPENI, CLOSEI: the change) takes place at the time t of the timeline [s]",
+        "MOVE part AT 2.5"),
     _row("IN", "motion IN dt", "",
-        "the motion begins so many seconds from now; it is planned at once", "MOVE part IN 0.5"),
+        "the motion (SIGNAL, RESET, OPENI, CLOSEI: the change) takes place so many seconds from now",
+        "MOVE part IN 0.5"),
     _row("ALWAYS", "setting ALWAYS", "1 2 +",
         "the setting holds from now on, not for the next motion alone", "SPEED 30 ALWAYS"),
     _row("MMPS", "SPEED n MMPS", "2 +", "the speed of the tool tip in mm a second", "SPEED 200 MMPS"),

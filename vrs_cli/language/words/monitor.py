@@ -12,8 +12,9 @@ _observer = partial(Word, role=Role.OBSERVER)  # what changes nothing
 _designer = partial(Word, role=Role.DESIGNER)
 
 _POSITIONS = (
-    _observer("WHERE [robot] [FROM t1] [TO t2] [STEP dt] [AT t | IN dt]", "1 2 +",
-        "where the robot is now, at a time, or over a stretch of time", "WHERE FROM 0 TO 5 STEP 0.5"),
+    _observer("WHERE [part] [FROM t1] [TO t2] [STEP dt] [AT t | IN dt]", "1 2 +",
+        "where the robot (or a part of the cell) is now, at a time, or over a stretch of time",
+        "WHERE FROM 0 TO 5 STEP 0.5"),
     Word("HERE location", "1 2 +",
         "define a location as the present position, then correct it", "HERE part", shapes=(DEFINED,)),
     Word("TEACH location", "1 2 +",
@@ -28,8 +29,10 @@ _POSITIONS = (
 )  # fmt: skip
 
 _STATE = (
-    _observer("STATUS [task]", "1 2 +", "what is running, its step, cycles and speeds", "STATUS"),
-    _observer("IO [group]", "2 +", "the signals: 0 inputs, 1 outputs, 2 internal ones", "IO 1"),
+    _observer("STATUS [task] [AT t | IN dt]", "1 2 +",
+        "what is running, its step, cycles and speeds; at a time: where the robot is then", "STATUS"),
+    _observer("IO [group] [AT t | IN dt]", "2 +",
+        "the signals, now or at a time: 0 inputs, 1 outputs, 2 internal ones", "IO 1"),
     _observer("TIME", "2 +", "the robot clock", "TIME"),
     _observer("ID", "2 +", "the version of the system and the robot", "ID"),
     _observer("FREE", "1 2 +", "how much is stored", "FREE"),
@@ -110,9 +113,9 @@ _EXECUTION = (
     Word("PCRETRY", "2", "repeat the failed step of the process control program", "PCRETRY"),
     _observer("PCSTATUS", "2", "the state of the process control program", "PCSTATUS"),
     _designer("SPEED percent", "1 2 +", "the monitor speed, which scales every motion", "SPEED 50"),
-    Word("SIGNAL signal, ...", "2 +",
-        "turn signals on, or off (negative); also inputs, as the cabinet", "SIGNAL 1, -1002"),
-    Word("RESET", "2 +", "turn all output signals off", "RESET", drastic=True),
+    Word("SIGNAL signal, ... [AT t | IN dt]", "2 +",
+        "turn signals on, or off (negative), now or at a time; also inputs, as the cabinet", "SIGNAL 1, -1002"),
+    Word("RESET [AT t | IN dt]", "2 +", "turn all output signals off, now or at a time", "RESET", drastic=True),
 )  # fmt: skip
 
 _SYSTEM = (
@@ -128,6 +131,8 @@ _OURS = (
     _observer("WHY location", "",
         "why a location is in reach or not: all configurations, what MOVE would choose, the straight line from here",
         "WHY part", shapes=(PLACE,)),
+    _observer("PARTS [AT t | IN dt]", "",
+        "the parts of the cell: where each one is, what it stands on, or that the hand holds it", "PARTS AT 2.5"),
     _observer("SHOW [AT t | IN dt]", "",
         "the arm from the side and from above, now or at a time; while it moves in real time the picture moves too",
         "SHOW AT 2.5"),

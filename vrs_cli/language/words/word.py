@@ -35,6 +35,7 @@ class Shape(Enum):
     ITEM = "real, string or format code"
     FILE = "file name"
     BRANCH = "branch"
+    PART = "name of a part, or robot number"
     SWITCH = "switch"
     PARAMETER_NAME = "parameter"
     SETTING = "real or word"
@@ -67,6 +68,7 @@ SHAPES: Mapping[str, Shape] = {
     "file": Shape.FILE,
     "folder": Shape.FILE,
     "name": Shape.BRANCH,
+    "part": Shape.PART,
     "switch": Shape.SWITCH,
     "ROBOT": Shape.SWITCH,
     "parameter": Shape.PARAMETER_NAME,

@@ -88,20 +88,23 @@ MOST_STEPS = 9999  # that RETURN n leaves out
 _LOOK_AROUND = (LookAround(),)
 
 
-def _signal(context: Context, _it: Wording, *numbers: float | None) -> Iterable[Event]:
-    for number in numbers:
-        if number is not None:
-            context.environment.signals.write(number)
+def _signal(context: Context, it: Wording, *numbers: float | None) -> Iterable[Event]:
+    signals, given = context.environment.signals, [number for number in numbers if number is not None]
+    if it.stamp is not None:
+        return (signals.request(given, it.stamp, it.text),)
+    signals.write(*given, text=it.text)
     return _LOOK_AROUND
 
 
-def _reset(context: Context, _it: Wording) -> Iterable[Event]:
-    context.environment.signals.reset()
+def _reset(context: Context, it: Wording) -> Iterable[Event]:
+    if it.stamp is not None:
+        return (context.environment.signals.reset_request(it.stamp, it.text),)
+    context.environment.signals.reset(it.text)
     return _LOOK_AROUND
 
 
 def _bits(context: Context, it: Wording, first: float, count: float | None = None) -> Iterable[Event]:
-    context.environment.signals.write_bits(first, 1.0 if count is None else count, integer(it.value))
+    context.environment.signals.write_bits(first, 1.0 if count is None else count, integer(it.value), it.text)
     return _LOOK_AROUND
 
 
@@ -341,7 +344,7 @@ def _mode(mode: Mode, on: bool, _context: Context, it: Wording, tolerance: float
 def _hand(
     opening: float | None, immediate: bool, _context: Context, it: Wording, width: float | None = None
 ) -> Iterable[Event]:
-    return (OperateHand(opening, immediate, it.text, None if width is None else width / 1000.0),)
+    return (OperateHand(opening, immediate, it.text, None if width is None else width / 1000.0, it.stamp),)
 
 
 def _base(_context: Context, _it: Wording, *numbers: float | None) -> Iterable[Event]:

@@ -1,0 +1,73 @@
+"""PARTS, and WHERE of a part: where the parts of the cell are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from vrs_cli.errors import IllegalValue, UndefinedName, UsageError
+from vrs_cli.interfaces.station.operands import Handler, moment, operand, real_or
+from vrs_cli.interfaces.station.station import Station
+from vrs_cli.language.run.variables import closest
+from vrs_cli.language.text.ast import BareWord, Instruction, StringConstant
+from vrs_cli.language.words.values import plain
+from vrs_cli.values.replies import Message, PartRow, PartTable, Reply
+
+if TYPE_CHECKING:
+    from vrs_cli.world.course import WorldCourse
+
+MOST_ROWS = 100_000
+DEFAULT_ROWS = 10
+BRINGS_PARTS = "a cell with [[part]] brings some: vrs --cell FILE"
+
+
+def part_table(station: Station, t: float | None) -> PartTable:
+    """Tell where all parts are at a time [s], or now."""
+    stamped, t = t is not None, station.engine.now if t is None else t
+    course = station.driver.course
+    rows = () if course is None else tuple(_row(course, name, t) for name in course.parts())
+    return PartTable(rows, stamped)
+
+
+def _row(course: WorldCourse, name: str, t: float) -> PartRow:
+    state = course.state(name, t)
+    return PartRow(name, t, state.pose if state.exists else None, state.held, state.on)
+
+
+def _parts(station: Station, it: Instruction) -> Iterable[Reply]:
+    table = part_table(station, moment(station, it) if it.modifiers.timed else None)
+    yield table if table.rows else Message(f"There are no parts; {BRINGS_PARTS}")
+
+
+def where_part(station: Station, it: Instruction, asked: BareWord | StringConstant) -> Iterable[Reply]:
+    """WHERE of a part: now, at a time, or over a stretch of time. Raises UndefinedName, UsageError."""
+    course, said = station.driver.course, asked.text if isinstance(asked, BareWord) else asked.value
+    names = {name.lower(): name for name in (() if course is None else course.parts())}
+    if course is None or not names:
+        raise UsageError("there are no parts", BRINGS_PARTS)
+    name = names.get(said.lower())
+    if name is None:
+        raise UndefinedName(f"part {said}", closest(said.lower(), names) or f"the cell has {', '.join(names.values())}")
+    over = any(operand(it, index) is not None for index in (1, 2, 3))
+    if over and it.modifiers.timed:
+        raise UsageError("AT and FROM do not go together", f"WHERE {name} AT t, or WHERE {name} FROM t1 TO t2 STEP dt")
+    rows = tuple(_row(course, name, t) for t in (times(station, it) if over else (moment(station, it),)))
+    yield PartTable(rows, it.modifiers.timed or over)
+
+
+def times(station: Station, it: Instruction) -> Iterator[float]:
+    """FROM t1 TO t2 STEP dt, and the exact end [s]. Raises IllegalValue."""
+    first = real_or(station, it, 1, 0.0)
+    last = real_or(station, it, 2, station.engine.end)
+    if last < first:
+        raise IllegalValue(f"FROM {plain(first)} TO {plain(last)}", "the first time comes first")
+    step = real_or(station, it, 3, (last - first) / DEFAULT_ROWS or 1.0)
+    if not step > 0.0 or (last - first) / step > MOST_ROWS:
+        raise IllegalValue(f"STEP {plain(step)}", f"more than 0 s, for at most {MOST_ROWS} rows")
+    for k in range(int((last - first) / step - 1e-9) + 1):
+        yield first + k * step
+    if last > first:
+        yield last
+
+
+PARTS: Mapping[str, Handler] = {"PARTS": _parts}

@@ -1,0 +1,111 @@
+"""What programs read of outputs and inputs (WAIT, SIG, BITS, REACT) stands on the timeline as observed events, and is
+compared with it after an edit.
+
+A step records a state once between two commands, and again when it reads another state: a loop that polls a signal
+records each change of the signal, not each look at it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from math import inf
+
+from vrs_cli.engine.book import Book
+from vrs_cli.engine.engine import Engine
+from vrs_cli.interfaces.tasks.tasks import Tasks, Track
+from vrs_cli.language.run.signals import Signals
+from vrs_cli.language.words.values import INTERNAL
+from vrs_cli.trajectory.instant import TICK
+from vrs_cli.trajectory.timeline import Cause, Timeline, TimelineDelta
+from vrs_cli.values.commands import SetChannels
+from vrs_cli.values.events import Event
+from vrs_cli.values.results import Untrue
+
+SAME_INSTANT = 1e-5  # [s] sensors are computed again after an edit, to 1 us
+
+
+class Observations:
+    """Records what the tasks of a robot read."""
+
+    def __init__(self, engine: Engine, tasks: Tasks, signals: Signals) -> None:
+        self._engine, self._tasks, self._signals = engine, tasks, signals
+        self._known: dict[tuple[str, int, int], tuple[bool, int, float]] = {}  # program, operation, signal
+        self._numbers = 0  # of motions and events, those that observations took
+        signals.observer, tasks.observed = self._read, self._reacted
+
+    def _read(self, signal: int, on: bool) -> None:
+        """A step of the present task has read a signal."""
+        track = self._tasks.get(self._tasks.current)
+        if track is not None and track.in_program:
+            self._record(track, self._signals.place, signal, on)
+
+    def _reacted(self, track: Track, signal: int, on: bool) -> None:
+        """A reaction of a task is due."""
+        if track.in_program:
+            self._record(track, None, signal, on)
+
+    def _record(self, track: Track, op: int | None, signal: int, on: bool) -> None:
+        if signal in INTERNAL:
+            return
+        engine, (program, present) = self._engine, track.task.operation
+        key = program, present if op is None else op, signal
+        state, number, time = self._known.get(key, (None, 0, inf))
+        if state is on and number == engine.book.number - self._numbers and time <= engine.now:
+            return
+        before = engine.book.number
+        age = 0.0 if self._signals.changes_now(signal) else TICK
+        engine.perform(
+            SetChannels(((signal, float(on)),), text=track.task.place_of(key[1]), observed=True, duration=age)
+        )
+        self._numbers += engine.book.number - before
+        self._known[key] = on, engine.book.number - self._numbers, engine.now
+
+
+# --- after an edit --------------------------------------------------------------------------------------------------
+
+
+def changed_since(timeline: Timeline, changes: Iterable[TimelineDelta]) -> float:
+    """Return a time up to which a timeline is as it was before its last changes [s]."""
+    since = inf
+    for delta in changes:
+        kept = None if delta.events is None else min(delta.events.keep, timeline.event_count)
+        stays = inf if kept is None else timeline.event(kept - 1).time if kept else -inf
+        since = min(since, delta.cut, stays)
+    return since
+
+
+def untrue(book: Book, signals: Signals, since: float = -inf) -> Iterator[Untrue]:
+    """Find what programs read at a time [s] or later that no longer holds on the timeline of a book."""
+    events = (event for event in book.timeline.events_between(since, inf) if event.observed)
+    wrong = [event for event in events if not _holds(signals, event)]
+    if not wrong:
+        return
+    texts, following = _said(book)
+    for event in wrong:
+        place, command = texts.get(event.number, ""), following.get(event.number, "")
+        name = signals.names.get(event.channel, "")
+        changed = event.duration == 0.0
+        yield Untrue(event.number, event.channel, event.value > 0.0, changed, event.time, place, command, name)
+
+
+def _holds(signals: Signals, event: Event) -> bool:
+    on = event.value > 0.0
+    if signals.on_at(event.channel, event.time) is not on:
+        return False
+    return event.duration > 0.0 or signals.on_at(event.channel, event.time - SAME_INSTANT) is not on
+
+
+def _said(book: Book) -> tuple[dict[int, str], dict[int, str]]:
+    """The place at which each observation was made, and the motion that was commanded next, by its number."""
+    places, commands, waiting = dict[int, str](), dict[int, str](), list[int]()
+    for delta in book.deltas:
+        number, text = delta.motion.number, delta.motion.text
+        if delta.cause is not Cause.COMMAND:
+            continue
+        if delta.events is not None and any(one.observed and one.number == number for one in delta.events.events):
+            places[number] = text
+            waiting.append(number)
+        elif delta.segments:
+            commands.update(dict.fromkeys(waiting, text))
+            waiting.clear()
+    return places, commands
