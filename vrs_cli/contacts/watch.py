@@ -55,7 +55,7 @@ class ContactWatch:
         """Raises CollisionAhead for a change after which something touches, where that is refused."""
         moves = any(segment.motion.kind is not MotionKind.REST for segment in delta.segments)
         of_hand = delta.events is not None and any(event.channel == HAND for event in delta.events.events)
-        if not (moves or of_hand):
+        if not (moves or of_hand) or (self._around()[1] is None and not self.refuses):
             return
         found = self.first_contact(timeline.apply(delta), delta.cut, _end(delta))
         if found is None:
