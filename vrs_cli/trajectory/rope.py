@@ -24,7 +24,7 @@ from msgspec import Struct
 
 from vrs_cli.trajectory.events import EventRow
 from vrs_cli.trajectory.row import BlockTable, Row, later, table_of
-from vrs_cli.trajectory.segment import Segment
+from vrs_cli.trajectory.segment import Path, Segment
 from vrs_cli.values.events import Event
 
 SMALL = 128  # segments: a leaf of no more may be copied
@@ -226,6 +226,14 @@ def common(a: OffsetNode[R] | None, b: OffsetNode[R] | None) -> int:
         if one.last != other.last:
             break
     return count
+
+
+def columns(held: OffsetNode[Row], index: int) -> Iterator[tuple[float, float, Path]]:
+    """Start, finish and path of each segment, from number `index` on."""
+    for number, offset, leaf in parts(held, index):
+        row = leaf.row
+        for place in range(leaf.first + max(0, index - number), leaf.last):
+            yield offset + row.starts[place], offset + row.finishes[place], row.paths[place]
 
 
 def in_rows(held: OffsetNode[Row], most: int) -> OffsetNode[Row]:

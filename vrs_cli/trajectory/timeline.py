@@ -13,7 +13,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
-from itertools import accumulate, chain, groupby
+from itertools import accumulate, chain, groupby, zip_longest
 from math import inf
 from typing import NamedTuple, Protocol, overload
 
@@ -201,19 +201,17 @@ class Timeline:
 
     def same_until(self, other: Timeline) -> float:
         """Until when two timelines are the same [s]; infinity if they are so throughout."""
-        index, last = rope.common(self._rope, other._rope), min(len(self), len(other))
-        while index < last and (a := self[index]).path is (b := other[index]).path:
-            if (a.start, a.finish) != (b.start, b.finish):
+        index = rope.common(self._rope, other._rope)
+        rows = (rope.columns(one._rope, index) for one in (self, other))
+        since = inf
+        for a, b in zip_longest(*rows):
+            if a is None or b is None:
+                since = (b or a)[0]
                 break
-            index += 1
-        if index == len(self) == len(other):
-            since = inf
-        elif index == last:
-            since = (self if len(self) > last else other)[last].start
-        else:
-            a, b = self[index], other[index]
-            alike = a.path is b.path and a.start == b.start
-            since = min(a.finish, b.finish) if alike else min(a.start, b.start)
+            if a[2] is not b[2] or a[:2] != b[:2]:
+                alike = a[2] is b[2] and a[0] == b[0]
+                since = min(a[1], b[1]) if alike else min(a[0], b[0])
+                break
         place, count = rope.common(self._events, other._events), min(self.event_count, other.event_count)
         while place < count and self.event(place) == other.event(place):
             place += 1

@@ -34,8 +34,11 @@ class World:
 
     def _made(self, timeline: Timeline) -> WorldCourse:
         """Continue from the course that is the same for the longest time."""
-        ways = [(one.timeline.same_until(timeline), one) for one in self._courses]
-        since, course = max(ways, key=lambda way: way[0], default=(timeline.start, None))
-        if course is None or since <= timeline.start:
-            return WorldCourse(self.settings, timeline)
-        return course.edited(timeline, since)
+        best, since = None, timeline.start
+        for course in reversed(self._courses):
+            same = course.timeline.same_until(timeline)
+            if same > since:
+                best, since = course, same
+            if same >= course.timeline.end:  # the timeline goes on from its end
+                break
+        return WorldCourse(self.settings, timeline) if best is None else best.edited(timeline, since)
