@@ -17,12 +17,14 @@ from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from functools import partial
 from importlib.metadata import version
+from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from time import process_time
 from typing import Any, NamedTuple
 
 from benchmarks import bulk, engine, program, prompt, robots, startup, steering, timeline
+from benchmarks import contacts as first_contacts
 from benchmarks.peers import Peers, beside
 from benchmarks.peers.timing import each
 from vrs_cli.__main__ import COLLECT_AFTER
@@ -191,6 +193,14 @@ def steered(_: Peers) -> Iterator[Figure]:
     yield Figure("- a target", "us", 1e6 * took / steering.TARGETS)
 
 
+def contacts(_: Peers) -> Iterator[Figure]:
+    if find_spec("mujoco") is None:
+        return
+    made, motion = first_contacts.costs()
+    yield Figure("contacts, the model of a scene", "ms", 1e3 * made, 30.0)
+    yield Figure("first contact of a motion", "ms", 1e3 * motion, 3.5)
+
+
 def long_ones(_: Peers) -> Iterator[Figure]:
     for count, wanted in ((100_000, 0.0), (1_000_000, 2.0)):
         arm, course = timeline.tiled(count)
@@ -246,7 +256,7 @@ KINDS: dict[str, tuple[Callable[[int], float], tuple[int, ...]]] = {
 
 # --- the page ----------------------------------------------------------------------------------------------------
 
-PARTS = (starting, motion, kinematics, reading, planning, steered, long_ones)
+PARTS = (starting, motion, kinematics, reading, planning, steered, contacts, long_ones)
 
 
 def machine() -> str:

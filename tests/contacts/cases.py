@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vrs_cli.contacts.checker import APART, Checker
+from vrs_cli.contacts.physics import Physics
 from vrs_cli.contacts.stages import HeldPart, Stage
 from vrs_cli.engine.engine import Engine
 from vrs_cli.engine.position import joints_over
@@ -26,6 +27,8 @@ from vrs_cli.values.scene import BoxShape, CellScene, CylinderShape, Fixture, Me
 
 GREY = (0.5, 0.5, 0.5)
 TICK = 5e-4  # [s] between two poses that are looked at
+EXACT = 1e-3 + TICK  # [s] of a first contact
+ROUNDING = 3e-6  # [m] of the distance between two solids
 HELD = "held"
 
 
@@ -41,10 +44,19 @@ class Case(NamedTuple):
 
 
 class Dense(NamedTuple):
-    """When two things touch first [s], and when a touch first lasts for a millisecond; None where none does."""
+    """When two things touch first [s], at the earliest and at the latest, for distances are known to `ROUNDING`; and
+    when a touch first lasts for a millisecond. None where none does.
+    """
 
-    first: float | None
+    earliest: float | None
+    latest: float | None
     lasting: float | None
+
+    def agrees(self, found: Contact | None) -> bool:
+        """Return whether a first contact that was found is that of the look at all poses."""
+        if found is None or self.earliest is None:
+            return self.lasting is None if found is None else False
+        return self.earliest - EXACT <= found.t <= (found.t if self.latest is None else self.latest + EXACT)
 
 
 def cases(rng: Random, count: int, robot: str = "puma560", motions: int = 30) -> Iterator[Case]:
@@ -115,21 +127,31 @@ def random_turn(rng: Random) -> Transform:
 
 def looked_at_all(case: Case, tick: float = TICK) -> Dense:
     """Look at all poses. A pair that touches in the first pose counts once it has come apart."""
-    checker, stage = case.checker, case.stage
+    checker = case.checker
     case.found()  # puts the scene into the model
     physics = checker.physics()
+    physics.margin(2.0 * APART)
+    try:
+        return _looked_at_all(case, physics, tick)
+    finally:
+        physics.margin(checker.margin)
+
+
+def _looked_at_all(case: Case, physics: Physics, tick: float) -> Dense:
+    checker, stage = case.checker, case.stage
     times = np.arange(stage.begin, stage.end + tick, tick)
-    excused, first, since = None, None, dict[tuple[int, int], float]()
+    excused, earliest, latest, since = None, None, None, dict[tuple[int, int], float]()
     for t, q in zip(times.tolist(), joints_over(checker.arm, case.timeline, times), strict=True):
         near: dict[tuple[int, int], float] = {}
         for key, distance in physics.near(q):
             owners = physics.owners_of(key)
             near[owners] = min(distance, near.get(owners, distance))
-        touching = {owners for owners, distance in near.items() if distance < checker.limit}
         excused = {owners for owners, d in near.items() if d < APART and (excused is None or owners in excused)}
-        since = {owners: since.get(owners, t) for owners in touching - excused}
-        if since and first is None:
-            first = t
+        counting = {owners: distance for owners, distance in near.items() if owners not in excused}
+        least = min(counting.values(), default=1.0)
+        earliest = t if earliest is None and least < checker.limit + ROUNDING else earliest
+        latest = t if latest is None and least < checker.limit - ROUNDING else latest
+        since = {owners: since.get(owners, t) for owners, d in counting.items() if d < checker.limit - ROUNDING}
         if any(t - begun >= 1e-3 for begun in since.values()):
-            return Dense(first, t)
-    return Dense(first, None)
+            return Dense(earliest, latest, t)
+    return Dense(earliest, latest, None)

@@ -34,13 +34,13 @@ from vrs_cli.world.support import floor_height
 
 DEEP = 5e-4  # [m] a touch is deeper
 APART = 5e-4  # [m] two things that touched have come apart
-MARGIN = 0.04  # [m] beyond the distance that counts: pairs that are nearer are compared
+MARGIN = 0.03  # [m] beyond the distance that counts: pairs that are nearer are compared
 SLIDE = 5e-3  # [m] of a way after which a pair that touched is looked at again, whether it has come apart
 BENT = 1e-4  # [m] a body is no farther from where it is on a straight line between two samples
 CLOSE = 6e-4  # [m] pairs so near to what counts are looked at with the exact joints
 TICK = 5e-4  # [s] the shortest step
 LOOK = 5e-3  # [s] between looks for the deepest touch
-MOST_LOOKS = 400
+MOST_LOOKS = 100
 SLOTS = 32  # for parts near the arm
 
 Pair = tuple[int, int]  # two owners, the smaller one first
@@ -220,7 +220,7 @@ class _Search:
         t, end, limit = self.stage.begin, self.stage.end, self.checker.limit
         while True:
             near, bent = self._look(t, exact=False), BENT
-            if near and min([distance for _, distance in near]) < limit + CLOSE:
+            if any(distance < limit + CLOSE and self._counts(key) for key, distance in near):
                 near, bent = self._look(t), 0.0
             self._release(near)
             touching = [
