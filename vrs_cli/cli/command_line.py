@@ -169,7 +169,7 @@ def chosen_robot(options: argparse.Namespace, named: str | None = None) -> Robot
 
 def tell_notes(tell: Callable[[str], None], model: RobotModel, *, fitted: bool = True) -> None:
     """Say what was decided of a robot though its file does not say it; `fitted`: its task, too."""
-    from vrs_cli.kinematics.fitting import said
+    from vrs_cli.kinematics.model_data import said
 
     notes = () if model.origin is None else model.origin.notes
     for note in (*notes, *(said(model) if fitted and not model.names_task else ())):

@@ -102,7 +102,17 @@ class Writer:
     def _jacobian_lines(self, tool: Column) -> list[str]:
         """The assignments for the Jacobian of a point of the flange, and the rows."""
         self.lines = []
-        rows = self._rows(tool)
+        n, s, a, p = self.columns
+        tx, ty, tz = tool
+        tip = self.mix((1.0, p), (tx, n), (ty, s), (tz, a))
+        columns: list[tuple[Entry, ...]] = []
+        for link, (z, o) in zip(self.links, self.axes, strict=True):
+            if link.kind is JointKind.PRISMATIC:
+                columns.append((*z, 0.0, 0.0, 0.0))
+                continue
+            x = self.mix((1.0, tip), (-1.0, o))
+            columns.append((*self.cross(z, x), *z))
+        rows = ("".join(f"{text_of(entry)}, " for entry in row) for row in zip(*columns, strict=True))
         return [*self.lines, f"({', '.join(f'({row})' for row in rows)})"]
 
     def bias_text(self, *, jerk: bool) -> str:
@@ -174,19 +184,6 @@ class Writer:
         turned = [self.mix((x, n), (y, s), (z, a)) for x, y, z in other[:3]]
         x, y, z = other[3]
         return turned[0], turned[1], turned[2], self.mix((1.0, p), (x, n), (y, s), (z, a))
-
-    def _rows(self, tool: Column) -> list[str]:
-        n, s, a, p = self.columns
-        tx, ty, tz = tool
-        tip = self.mix((1.0, p), (tx, n), (ty, s), (tz, a))
-        columns: list[tuple[Entry, ...]] = []
-        for link, (z, o) in zip(self.links, self.axes, strict=True):
-            if link.kind is JointKind.PRISMATIC:
-                columns.append((*z, 0.0, 0.0, 0.0))
-                continue
-            x = self.mix((1.0, tip), (-1.0, o))
-            columns.append((*self.cross(z, x), *z))
-        return ["".join(f"{text_of(entry)}, " for entry in row) for row in zip(*columns, strict=True)]
 
     # --- entries ---
 

@@ -1,8 +1,8 @@
 """The robot model theta: link parameters, limits, nominal speeds and named poses, and which part of a pose counts.
 
 Data, never code. All of a pose counts for six joints, less for an arm that cannot do all. An arm whose file names no
-task has the one that fits it (`fitting`). One of four or five joints may have the whole pose count too: it takes the
-poses that it can, and refuses the others.
+task has the one that fits it (`model_data.fitting_task`). One of four or five joints may have the whole pose count too:
+it takes the poses that it can, and refuses the others.
 """
 
 from __future__ import annotations
@@ -279,7 +279,12 @@ class Unchanging(NamedTuple):
         for way, value in self.places:
             beside = dot(at, way) - value
             if abs(beside) > LEVEL:
-                return Forbidden(_plane(way, value, beside), at_position(T, *along(at, way, -beside)))
+                what = f"moves in one plane, its flange would be {1000.0 * abs(beside):.1f} mm beside that"
+                if way in AXES:
+                    name, plane, flange = "XYZ"[AXES.index(way)], 1000.0 * value, 1000.0 * (value + beside)
+                    what = f"moves in the plane {name} = {plane:.1f} mm of its own frame, "
+                    what += f"its flange would be at {name} = {flange:.1f} mm"
+                return Forbidden(what, at_position(T, *along(at, way, -beside)))
         return None
 
 
@@ -310,14 +315,6 @@ def _is_kept(way: Vector, poses: Sequence[Transform]) -> bool:
     """Whether all these poses are equally far along a direction."""
     first, *others = (dot(position(T), way) for T in poses)
     return all(abs(other - first) < CONSTANT for other in others)
-
-
-def _plane(way: Vector, value: float, beside: float) -> str:
-    """The message for a flange that would lie beside its plane."""
-    if way not in AXES:
-        return f"moves in one plane, its flange would be {1000.0 * abs(beside):.1f} mm beside that"
-    axis, plane, flange = "XYZ"[AXES.index(way)], f"{1000.0 * value:.1f} mm", f"{1000.0 * (value + beside):.1f} mm"
-    return f"moves in the plane {axis} = {plane} of its own frame, its flange would be at {axis} = {flange}"
 
 
 def _angle(a: Vector, b: Vector) -> float:

@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, NotAvailable
-from vrs_cli.kinematics.fitting import misfit_of
 from vrs_cli.kinematics.model import ArmTask, RobotModel
-from vrs_cli.kinematics.model_data import URDF_OPTIONS, ModelReader
+from vrs_cli.kinematics.model_data import URDF_OPTIONS, ModelReader, misfit_of
 
 ROBOTS = Path(__file__).parent / "robots"
 

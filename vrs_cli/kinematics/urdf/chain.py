@@ -131,23 +131,20 @@ def _is_hand(tree: Tree, link: str, joints: int) -> bool:
     if not joints:
         return False
     nexts = tree.nearest(link)
-    if len(nexts) == 1:
-        return not any(_counts(after) for after in tree.moving_below(nexts[0]) if after is not nexts[0]) and _is_jaw(
-            tree, link, nexts[0]
-        )
+    if (
+        len(nexts) == 1
+    ):  # a jaw: by its names, unless the one before is a finger's too (in a file of one finger alone), or
+        (last,) = nexts  # as it does not move the place between the fingers
+        if any(_counts(after) for after in tree.moving_below(last) if after is not last):
+            return False
+        if _is_finger(last):
+            return not _is_finger(tree.by_child[link])
+        return any(_rank(held, GRASPS) < len(GRASPS) for held in tree.together(link))
     if all(map(_is_finger, nexts)) or sum(map(_counts, nexts)) < 2:
         return True
     return joints >= ARM and (
         all("hand" in joint.name.lower() for joint in nexts) or max(_depth(tree, joint) for joint in nexts) <= FINGER
     )
-
-
-def _is_jaw(tree: Tree, link: str, last: Joint) -> bool:
-    """Whether a single joint at the end, on a link, is a jaw: by its names, unless the one before is a finger's too (in
-    a file that describes one alone), or as it does not move the place between the fingers."""
-    if _is_finger(last):
-        return not _is_finger(tree.by_child[link])
-    return any(_rank(held, GRASPS) < len(GRASPS) for held in tree.together(link))
 
 
 def _is_finger(joint: Joint) -> bool:

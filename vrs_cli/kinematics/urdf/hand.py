@@ -6,6 +6,7 @@ APPRO and DEPART go along the tip's Z, and in the files of many makers fingers p
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from itertools import combinations
 from math import degrees, dist, pi
 from typing import NamedTuple
@@ -104,19 +105,15 @@ class _Gauge:
 
     def all_values(self, own: Mapping[str, float]) -> dict[str, float]:
         """Of all joints that have one, those that mimic others too."""
-        values, left = dict(own), [joint for joint in self.joints if joint.mimics]
+        values, left = dict(own), [joint for joint in self.joints if joint.mimics and joint.type in MOVING]
         for _ in self.joints:  # one that mimics may be mimicked itself
             left = [joint for joint in left if joint.name not in values]
-            values |= {joint.name: value for joint in left if (value := self._followed(joint, values)) is not None}
+            for joint in left:
+                with suppress(FileDamaged):  # an arm moves without this finger
+                    mimic = self.tree.mimic(joint)
+                    if mimic.leader in values:
+                        values[joint.name] = mimic.factor * values[mimic.leader] + mimic.offset
         return values
-
-    def _followed(self, joint: Joint, values: Mapping[str, float]) -> float | None:
-        try:
-            mimic = self.tree.mimic(joint)
-        except FileDamaged:  # an arm moves without this finger
-            return None
-        leader = values.get(mimic.leader)
-        return None if leader is None or joint.type not in MOVING else mimic.factor * leader + mimic.offset
 
     def parting(self, before: Mapping[str, float], after: Mapping[str, float]) -> float:
         """How much farther apart the two tips come that move most to each other or from each other [m]; 0 for one tip

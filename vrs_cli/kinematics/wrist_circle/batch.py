@@ -184,7 +184,13 @@ class WristCircleBatch(NumericBatch):
         there = there[np.argsort(rows[there], kind="stable")]
         q, rows = q[there], rows[there]
         q = self.turned_near(q, self.middle)
-        first = _first_of_each(q, rows)
+        first = np.ones(len(q), dtype=np.bool_)  # no solution before it is the same
+        for apart in range(1, len(q)):
+            same_pose = rows[apart:] == rows[:-apart]
+            if not same_pose.any():
+                break
+            turn = np.abs(np.sin((q[apart:] - q[:-apart]) / 2.0)).max(axis=1)
+            first[apart:] &= ~(same_pose & (turn < SAME))
         return q[first], rows[first]
 
     def solutions_of(self, T: Transform) -> tuple[Joints, ...]:
@@ -229,15 +235,3 @@ class WristCircleBatch(NumericBatch):
     def _duration(self, q: Floats, near: Floats) -> Floats:
         """(K, 6) -> (K,) [s]: `RobotArm._duration`."""
         return np.asarray((np.abs(q - near) / np.array(self.model.max_velocity)).max(axis=-1))
-
-
-def _first_of_each(q: Floats, rows: Indices) -> Flags:
-    """(K, 6) and their poses (K,), in order -> (K,): whether none before it is the same."""
-    first = np.ones(len(q), dtype=np.bool_)
-    for apart in range(1, len(q)):
-        same_pose = rows[apart:] == rows[:-apart]
-        if not same_pose.any():
-            break
-        turn = np.abs(np.sin((q[apart:] - q[:-apart]) / 2.0)).max(axis=1)
-        first[apart:] &= ~(same_pose & (turn < SAME))
-    return first

@@ -155,6 +155,4 @@ class SteadyArm(RobotArm):
         return Way(self.batch.conditions, q, self.forward(q)).freedom
 
 
-@lru_cache
-def _holding(model: RobotModel, T_flange_tool: Transform) -> SteadyArm:
-    return SteadyArm(model, T_flange_tool)
+_holding = lru_cache(SteadyArm)
