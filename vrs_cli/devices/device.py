@@ -1,4 +1,4 @@
-"""A device to which a unit of a task is attached: what has arrived on its connections and was not read yet.
+"""A device to which a unit of a task is attached, with all bytes that have arrived and were not read yet.
 
 Bytes are characters here, code for code, so that a string of V+ holds any. A line ends with LF, CR LF or CR, which are
 no part of it; one that is longer than the longest comes in several. What a peer sends without an end of line, before it
@@ -62,7 +62,7 @@ class DeviceConnection(Struct, eq=False):
     returned: bool = False
 
     def record(self, longest: int) -> bytes | None:
-        """The next line; None where it is not all there."""
+        """Take the next line; None if it is not complete."""
         data = self.data
         self._pass_line_feed()
         end = _END.search(data, 0, longest + 1)
@@ -134,7 +134,7 @@ class Device(Struct, eq=False):
         self.name, self.address, self.open, self.dialing = name, address, True, bool(address.host)
 
     def dialled(self) -> Waits | None:
-        """Whether a connection that is asked for is there: the status says so."""
+        """Return YET while a connection is being made; its outcome is the status then."""
         if self.dialing and self._refused is None:
             return YET
         refused, self._refused, self.dialing = self._refused, None, False
@@ -257,7 +257,7 @@ class Device(Struct, eq=False):
 
     @property
     def has_more(self) -> bool:
-        """Whether something has come since GETC had to wait; what it takes in one step it takes again."""
+        """Whether something has come since GETC had to wait; the bytes that a step has taken it takes again."""
         return self.expired or self._fresh or not self.open
 
     def _consumed(self, one: DeviceConnection, count: int) -> None:

@@ -93,8 +93,8 @@ class Arrival(Struct, frozen=True):
 
 
 class Outside:
-    """What units are attached to: sockets, serial lines, or what stands for them. Here, nothing; `hint` says how to get
-    something.
+    """The devices that units may be attached to: sockets, serial lines, or what stands for them. This base class has
+    none; `hint` says how to get some.
 
     `live`: what arrives comes from others, in real time. `patience` [s] of the robot's clock: how long a unit waits.
     `wake` is called, in any thread, when something has come; `tell` is called with messages for whoever runs programs.

@@ -1,10 +1,10 @@
-"""Peers that are written down: a script for tests and batch runs, or a run with real ones, as recorded here.
+"""Scripts of peers, for tests and batch runs, and recordings of real peers.
 
     {"time": 0.5, "device": "TCP:11000", "event": "opened", "handle": 1}
     {"in": 0.1, "data": "J 0 -90 90 0 0 0\\r\\n"}
     {"after": "done\\r\\n", "event": "closed"}
 
-A line that names no device or handle is of those of the line before. `time` and `in` [s] are of the robot's clock;
+A line that names no device or handle has those of the line before. `time` and `in` [s] are of the robot's clock;
 `after` is a text that the program has to write there first. Blank lines and those that begin with # are passed over.
 """
 
@@ -81,7 +81,7 @@ class _Part(Struct):
 
 
 class Script(Outside):
-    """Gives units what is written down. It tells where a program writes something else than when it was recorded."""
+    """Gives units what a script says. It tells if a program writes something else than when it was recorded."""
 
     def __init__(self, lines: Iterable[UnitLine], patience: float = inf) -> None:
         super().__init__(patience=patience)
@@ -135,12 +135,12 @@ class Script(Outside):
 
 
 def read_script(path: str, patience: float = inf) -> Script:
-    """Raises NonexistentFile, and FileDamaged which names every line that is wrong."""
+    """Read a script. Raises NonexistentFile, and FileDamaged, which names all wrong lines."""
     return Script(parse_script(text_at(path), path), patience)
 
 
 def parse_script(text: str, path: str = "units") -> list[UnitLine]:
-    """The lines that a text has, each with its device and handle. Raises FileDamaged with all that are wrong."""
+    """Read the lines of a text, each with its device and handle. Raises FileDamaged, which names all wrong lines."""
     lines, wrong = list[UnitLine](), list[str]()
     device, handle = "", None
     for number, written in enumerate(text.split("\n"), 1):
@@ -176,7 +176,7 @@ def _checked(line: UnitLine) -> UnitLine:
 
 
 def _bytes(text: str) -> bytes:
-    """Raises ValueError for characters that are no bytes."""
+    """Convert characters to bytes, code for code. Raises ValueError for those above 255."""
     try:
         return text.encode("latin-1")
     except UnicodeEncodeError:
@@ -193,7 +193,7 @@ def line_of(arrival: Arrival, now: float) -> UnitLine:
 
 
 class DeviceRecording(Outside):
-    """Hands on all between units and another outside, and writes down in a file what comes from there."""
+    """Passes everything between units and another outside, and records in a file what arrives."""
 
     def __init__(self, outside: Outside, path: str) -> None:
         """Raises FileError."""

@@ -1,4 +1,4 @@
-"""TCP over real sockets, and serial lines: who may have them, and when what comes is to be seen by programs."""
+"""TCP over real sockets, and serial lines: which programs may use, and when they see what arrives."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from vrs_cli.engine.clock import RobotClock
 from vrs_cli.errors import DeviceNotReady, PortTaken
 from vrs_cli.trajectory.instant import TICK
 
-LOOK = 0.005  # [s] between two looks whether that has happened, where nobody tells
+LOOK = 0.005  # [s] between two looks whether a pseudo-terminal was read
 LOOPBACK = "127.0.0.1"
 PSEUDO = "pty"
 USUAL_SPEED = 9600
@@ -77,9 +77,8 @@ class PseudoEnd(FileEnd):
 
 
 def open_serial(what: str) -> tuple[FileEnd, str]:
-    """A line, and what it is told to be: `pty`, or the path of a device, perhaps with its speed: /dev/ttyUSB0,115200.
-
-    Raises DeviceNotReady.
+    """Open `pty`, or a device by its path, perhaps with its speed: /dev/ttyUSB0,115200. Return the line, and its name
+    for the user. Raises DeviceNotReady.
     """
     try:
         import termios
@@ -193,8 +192,8 @@ class Sockets(Outside):
         return listener
 
     def _checked(self, host: str) -> str:
-        """Its address in numbers. Raises DeviceNotReady for a name, as nobody knows how long it takes to look it up;
-        and for another machine, where this one alone is allowed.
+        """Return a numeric address. Raises DeviceNotReady for a name, as looking it up may take any time, and for
+        another machine if only this one is allowed.
         """
         address = address_of(host)
         if address is None:
@@ -204,7 +203,7 @@ class Sockets(Outside):
         return str(address)
 
     def _told(self, what: str, hint: str) -> DeviceNotReady:
-        """Why a device is not ready, which its status does not say."""
+        """Tell why a device is not ready, for its status does not say it; return the error."""
         fault = DeviceNotReady(what, hint)
         self.tell(str(fault))
         return fault
@@ -246,7 +245,7 @@ class Sockets(Outside):
         self._pseudo.clear()
 
     def due(self, clock: RobotClock) -> float:
-        """An instant at which no program has done anything yet."""
+        """Return an instant at which no program has done anything yet; infinity if nothing has come."""
         if not self._come:
             return inf
         if self._due is None:
@@ -260,7 +259,7 @@ class Sockets(Outside):
 
 
 def address_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
-    """The address that is written there; None for a name, but that of this machine."""
+    """Return a numeric address, or that of localhost; None for other names."""
     try:
         return ipaddress.ip_address(LOOPBACK if host.lower() == "localhost" else host)
     except ValueError:
@@ -268,6 +267,6 @@ def address_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | Non
 
 
 def is_loopback(host: str) -> bool:
-    """Whether an address is this machine, and cannot be another one."""
+    """Return whether an address can only be this machine."""
     address = address_of(host)
     return address is not None and address.is_loopback

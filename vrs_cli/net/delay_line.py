@@ -1,4 +1,4 @@
-"""Delays of a line: when does a message arrive that is sent now? Pure: seconds in, seconds out; every random is seeded.
+"""Delays of a line: the arrival times of messages. Pure; every random number is seeded.
 
 Order is kept, as TCP keeps it. A lost message is sent again after a while, as TCP does: loss is a delay too.
 
@@ -35,7 +35,7 @@ class Delays(Protocol):
     """The delays of a line, as a value."""
 
     def source(self, random: Random) -> Callable[[float], float]:
-        """What tells the delay [s] of something sent at t [s]; asked in the order of time."""
+        """Return a function that gives the delay [s] of a message sent at t [s]; to be called in the order of time."""
 
 
 class Constant(Struct, frozen=True):
@@ -119,7 +119,7 @@ class Trace(Struct, frozen=True):
 
 
 class Lossy(Struct, frozen=True):
-    """What gets lost, with this probability, is sent again after RETRANSMIT, then after twice that, and so on."""
+    """A line that loses messages with this probability; they are sent again after RETRANSMIT, then twice that, ..."""
 
     delays: Delays
     loss: float
@@ -144,7 +144,7 @@ class DelayLine:
         self._last = -inf
 
     def arrival(self, t: float) -> float:
-        """When what is sent at t [s] arrives [s]; asked in the order of sending."""
+        """Return when a message sent at t [s] arrives [s]; to be called in the order of sending."""
         self._last = max(self._last, t + self._delay(t))
         return self._last
 
@@ -171,13 +171,13 @@ UNITS = (("ms", 1e-3), ("us", 1e-6), ("s", 1.0))
 
 
 class DelayError(UsageError):
-    """A text, or a line of a file, that says no delays. (The code is ours.)"""
+    """A text, or a line of a file, that describes no delays. (The code is ours.)"""
 
     text = "No delay"
 
 
 class DelayForm(Struct, frozen=True):
-    """How one kind of delays is written: so many durations after its name; the last `lasting` of them are above 0."""
+    """The written form of a kind of delays: durations after its name; the last `lasting` of them are above 0."""
 
     make: Callable[..., Delays]
     arguments: str
@@ -195,7 +195,7 @@ KINDS = (*FORMS, TRACE)
 
 
 def parse_delays(text: str) -> Delays:
-    """The delays that a text says. Raises DelayError; NonexistentFile for a trace."""
+    """Read delays as people write them. Raises DelayError; NonexistentFile for a trace."""
     words = text.split()
     if not words:
         raise DelayError("which delays?", f"200ms, or one of {', '.join(KINDS)}")
@@ -216,7 +216,7 @@ def parse_delays(text: str) -> Delays:
 
 
 def parse_duration(text: str) -> float:
-    """Seconds of 200ms, 0.2s or 0.2, to a nanosecond. Raises DelayError for what is none, or beyond LONGEST."""
+    """Read a duration such as 200ms, 0.2s or 0.2 [s], to a nanosecond. Raises DelayError."""
     unit, factor = next((row for row in UNITS if text.lower().endswith(row[0])), ("", 1.0))
     try:
         seconds = float(text[: len(text) - len(unit)]) * factor
@@ -228,7 +228,7 @@ def parse_duration(text: str) -> float:
 
 
 def parse_loss(text: str) -> float:
-    """The share of 1% or 0.01. Raises DelayError for none, and for one above MOST_LOSS."""
+    """Read a share such as 1% or 0.01. Raises DelayError, also for one above MOST_LOSS."""
     try:
         share = float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
     except ValueError:
@@ -239,7 +239,7 @@ def parse_loss(text: str) -> float:
 
 
 def with_loss(delays: Delays, loss: float) -> Delays:
-    """The same where this share is lost, and sent again."""
+    """Return the delays of a line that loses this share of messages and sends them again."""
     return Lossy(delays, loss) if loss else delays
 
 
@@ -247,7 +247,7 @@ def with_loss(delays: Delays, loss: float) -> Delays:
 
 
 def read_trace(path: str) -> Trace:
-    """The delays of a file; what follows a # is a remark. Raises NonexistentFile, and DelayError for a line that is
+    """Read the delays of a file; a # begins a comment. Raises NonexistentFile, and DelayError for a line that is
     neither a delay nor a time and a delay.
     """
     if not path:

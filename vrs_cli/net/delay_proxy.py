@@ -49,7 +49,7 @@ class _Way:
         self._went = asyncio.Event()
 
     async def receive(self, reader: StreamReader) -> None:
-        """Take what is sent, to its end; no more while much is on its way."""
+        """Take the bytes that are sent, to their end; wait while much is on its way."""
         while True:
             while self.held >= MOST:
                 self._went.clear()
@@ -61,7 +61,7 @@ class _Way:
                 return
 
     async def deliver(self, writer: StreamWriter) -> None:
-        """Let it arrive, each piece in its time."""
+        """Deliver the bytes, each piece in its time."""
         while True:
             arrival, piece = await self._pieces.get()
             await self._time.until(arrival)
@@ -76,14 +76,14 @@ class _Way:
 
 
 class ProxyConnection:
-    """Somebody who has connected, from `peer`: the way there and the way back."""
+    """A connection from `peer`: the way there and the way back."""
 
     def __init__(self, number: int, peer: str, ways: DelayWays, time: Time) -> None:
         self.number, self.peer = number, peer
         self.forward, self.backward = (_Way(line, time) for line in ways.lines(number))
 
     async def carry(self, near: tuple[StreamReader, StreamWriter], far: tuple[StreamReader, StreamWriter]) -> None:
-        """Until both ways have ended, and all has arrived. Raises OSError where one end has gone."""
+        """Carry bytes until both ways have ended, and all has arrived. Raises OSError if one end is gone."""
         try:
             async with asyncio.TaskGroup() as group:
                 group.create_task(self.forward.receive(near[0]))
@@ -110,7 +110,7 @@ class DelayProxy:
         self._tasks: set[asyncio.Task[None]] = set()
 
     async def listen(self, at: Endpoint) -> Endpoint:
-        """Take connections from now on; where (with the port that was free, for port 0). Raises OSError."""
+        """Take connections from now on; return the address, with a free port for port 0. Raises OSError."""
         self._server = await asyncio.start_server(self._accept, at.host, at.port)
         host, port = self._server.sockets[0].getsockname()[:2]
         return Endpoint(host, port)

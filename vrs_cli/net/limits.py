@@ -1,4 +1,4 @@
-"""What one client, and one robot, may take of a server; each limit has its clear refusal. Pure: clocks are passed in.
+"""The limits of one client and of one robot at a server; each has a clear refusal. Pure: clocks are passed in.
 
 A robot stops only the lines and programs of its own users: nobody waits for what others have used up.
 """
@@ -25,12 +25,11 @@ def advice(option: str) -> str:
 
 
 class Allowance(Struct, frozen=True):
-    """What a server allows. Of one connection: bytes of one message, messages a second (so many at once). Connections:
-    of one token, and in all. Of one robot: variables and programs, what its arrays and
-    strings hold (elements and characters), segments of its timeline, bytes and files in its folder,
-    the share of a core that its programs may have on average over `cpu_window` [s], and steps of one program;
-    `looking`: the same, on average over `looking_window` [s], of one who looks while another one drives, and
-    `all_looking` of all of them together.
+    """The limits of a server. For one connection: bytes of one message, messages a second (so many at once).
+    Connections: of one token, and in all. For one robot: variables and programs, elements and characters in its arrays
+    and strings, segments of its timeline, bytes and files in its folder, the share of a core that its programs may have
+    on average over `cpu_window` [s], and steps of one program. `looking`: the share of a core of one user who looks
+    while another drives, on average over `looking_window` [s]; `all_looking`: of all of these users together.
     """
 
     message: int = 2_000_000
@@ -61,7 +60,7 @@ class Allowance(Struct, frozen=True):
         )
 
     def of_looking(self, share: float, now: float) -> Bucket:
-        """What looking may cost: that share of a core, on average over `looking_window`."""
+        """Return a budget of that share of a core, on average over `looking_window`."""
         return Bucket(share, share * self.looking_window, now)
 
 
@@ -70,8 +69,8 @@ UNMEASURED = 2**62  # bytes of a folder that is its user's own, however much is 
 
 
 class Bucket:
-    """What flows in at `rate` a second, and is kept up to `most`: messages, or seconds of CPU. What is spent beyond
-    that is waited for. Any thread may spend.
+    """A budget, of messages or seconds of CPU, that grows by `rate` a second up to `most`. It may be overdrawn. Any
+    thread may spend.
     """
 
     def __init__(self, rate: float, most: float, now: float) -> None:
@@ -79,7 +78,7 @@ class Bucket:
         self._left, self._since = most, now
 
     def left(self, now: float) -> float:
-        """How much there is; below 0 what is owed."""
+        """Return the rest of the budget; below 0 if it is overdrawn."""
         self._left = min(self.most, self._left + (now - self._since) * self._rate)
         self._since = now
         return self._left
@@ -88,20 +87,20 @@ class Bucket:
         self._left = self.left(now) - amount
 
     def take(self, now: float) -> bool:
-        """One is spent, where there is one."""
+        """Spend one if there is one; return whether there was."""
         there = self.left(now) >= 1.0
         self.spend(there, now)
         return there
 
     def wait(self, now: float) -> float:
-        """How long it is until nothing is owed [s]."""
+        """Return how long it takes until the budget is not overdrawn [s]."""
         return max(0.0, -self.left(now) / self._rate)
 
 
 class Share:
-    """The CPU time of one who looks while another one drives. What is asked for while a line is typed (completion,
-    mistakes) has a share of its own, so that the line itself need not wait for it. `all`: of all who look together,
-    which only those wait for who have used more of it than others may.
+    """The CPU time of a user who looks while another one drives. Requests that a line being typed causes (completion,
+    mistakes) have a budget of their own, so that the line itself need not wait for them. `all`: the budget of all who
+    look, for which only those wait who have used more of it than others may.
     """
 
     def __init__(self, allowance: Allowance, all: Bucket, now: float) -> None:
@@ -122,7 +121,7 @@ class Share:
 
 
 class Crowd:
-    """Who is connected: so many of one name, so many in all; and who has come with wrong tokens lately."""
+    """The connections of each name and in all, and the addresses from which wrong tokens came lately."""
 
     def __init__(self, allowance: Allowance) -> None:
         self._allowance = allowance
@@ -133,7 +132,7 @@ class Crowd:
         return sum(self._there.values())
 
     def enter(self, name: str) -> None:
-        """One more of that name; without a name there is no limit for one. Raises RequestRefused."""
+        """Count one more connection of a name; without a name it has no limit of its own. Raises RequestRefused."""
         allowance, there = self._allowance, self._there.get(name, 0)
         if len(self) >= allowance.connections:
             raise RequestRefused(f"this server has {allowance.connections} connections", "try again later")
@@ -147,13 +146,13 @@ class Crowd:
             del self._there[name]
 
     def guess(self, address: str, now: float) -> None:
-        """Somebody at an address has a wrong token."""
+        """Count a wrong token from an address."""
         if len(self._wrong) >= self._allowance.connections:
             self._wrong.clear()  # a crowd of addresses: nobody is remembered rather than everybody
         self._wrong.setdefault(address, Bucket(WRONG_TOKENS / MINUTE, WRONG_TOKENS, now)).take(now)
 
     def guesses(self, address: str, now: float) -> bool:
-        """Whether an address has had too many wrong tokens lately, and is not listened to now."""
+        """Return whether too many wrong tokens came from an address lately."""
         bucket = self._wrong.get(address)
         return bucket is not None and bucket.left(now) < 1.0
 
@@ -166,7 +165,7 @@ class Meter:
         self._bucket = Bucket(allowance.cpu, allowance.cpu * allowance.cpu_window, now)
 
     def look(self, used: float, now: float) -> LimitReached | None:
-        """`used` is CPU time so far [s]; why what runs is to be stopped, None where it may go on."""
+        """Return why programs have to stop, None if they may go on. `used`: their CPU time so far [s]."""
         self._bucket.spend(used - self._used, self._looked)  # before what has flowed in meanwhile
         self._used, self._looked = used, now
         if self._bucket.left(now) >= 0.0:
@@ -204,7 +203,7 @@ class SendPace:
         self._stuck = False
 
     def lags(self, now: float) -> bool:
-        """Whether it is to be waited for. In the robot's thread."""
+        """Return whether the robot has to wait for the user. In the robot's thread."""
         waiting, waited = self.waiting, self._least < inf
         if waiting <= (LITTLE if waited or self._stuck else MUCH):
             self._least, self._stuck = inf, False

@@ -1,7 +1,7 @@
-"""A playout buffer: what comes over a line with jitter is shown as evenly as it was sent, a little later. Pure.
+"""A playout buffer: it shows samples from a line with jitter as evenly as they were sent, a little later. Pure.
 
-How much later is measured: so much that a share of what was sent is there in time. Times of sending and of arrival may
-be of different clocks, as long as these run alike.
+The delay is measured, so that a share of the samples is there in time. Times of sending and of arrival may be of
+different clocks, as long as these run alike.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ class Playout(Generic[T]):
 
     @property
     def delay(self) -> float:
-        """How long after it was sent something is shown [s], by both clocks; 0 before anything has come."""
+        """The time between the sending of a sample and its showing [s], by both clocks; 0 before the first arrival."""
         count = len(self._ordered)
         return self._ordered[min(int(count * self.percentile / 100.0), count - 1)] if count else 0.0
 
     def put(self, sent: float, value: T, arrived: float) -> None:
-        """What was sent at that time has arrived [s], in the order of sending."""
+        """Take a sample that was sent and has arrived at these times [s], in the order of sending."""
         transit = arrived - sent
         self._transits.append(transit)
         insort(self._ordered, transit)
@@ -49,8 +49,8 @@ class Playout(Generic[T]):
         self._waiting.append((sent, value))
 
     def take(self, now: float) -> T | None:
-        """What is to be shown now: the last that is due. The same as before where no other is; None before the first.
-        Time that is shown never goes back, also when the delay grows.
+        """Return the last sample that is due, again if no other is; None before the first. The time that is shown never
+        goes back, also when the delay grows.
         """
         if not self._transits:
             return None
