@@ -7,10 +7,10 @@ nodes. A row knows where each channel changes.
 from __future__ import annotations
 
 from array import array
-from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Sequence
 from typing import overload
 
+from vrs_cli.trajectory.row import later
 from vrs_cli.values.events import Event
 
 TIED, OBSERVED = 1, 2  # bits of a flag
@@ -65,21 +65,49 @@ class EventRow(Sequence[Event]):
         return map(self.__getitem__, range(first, last))
 
     def grow(self, events: Iterable[Event]) -> None:
-        """Append events. Ctrl-C may have interrupted an earlier append: `flags`, which grow last, tell the length."""
         rows = list(events)
-        count = len(self.flags)
-        self.starts[count:] = array("d", [event.time for event in rows])
-        self.channels[count:] = array("i", [event.channel for event in rows])
-        self.values[count:] = array("d", [event.value for event in rows])
-        self.numbers[count:] = array("q", [event.number for event in rows])
-        self.durations[count:] = array("d", [event.duration for event in rows])
-        for place, event in enumerate(rows, count):
-            if not event.observed:
-                places = self.places.setdefault(event.channel, array("q"))
-                del places[bisect_left(places, place) :]
-                places.append(place)
-        self.flags.extend([TIED * event.tied | OBSERVED * event.observed for event in rows])
+        self._put(
+            array("d", [event.time for event in rows]),
+            array("i", [event.channel for event in rows]),
+            array("d", [event.value for event in rows]),
+            array("q", [event.number for event in rows]),
+            array("d", [event.duration for event in rows]),
+            bytes([TIED * event.tied | OBSERVED * event.observed for event in rows]),
+        )
 
     def take(self, other: EventRow, first: int, last: int, shift: float) -> None:
         """Append events of another row, from `first` to before `last`, shifted by `shift` [s]."""
-        self.grow(event.shifted(shift) for event in other.between(first, last))
+        self._put(
+            later(other.starts[first:last], shift),
+            other.channels[first:last],
+            other.values[first:last],
+            other.numbers[first:last],
+            other.durations[first:last],
+            other.flags[first:last],
+        )
+
+    def _put(
+        self,
+        starts: array[float],
+        channels: array[int],
+        values: array[float],
+        numbers: array[int],
+        durations: array[float],
+        flags: bytes | bytearray,
+    ) -> None:
+        """Append columns. Ctrl-C may have interrupted an earlier append: `flags`, which grow last, tell the length."""
+        count = len(self.flags)
+        self.starts[count:] = starts
+        self.channels[count:] = channels
+        self.values[count:] = values
+        self.numbers[count:] = numbers
+        self.durations[count:] = durations
+        for place, channel in enumerate(channels, count):
+            if not flags[place - count] & OBSERVED:
+                places = self.places.get(channel)
+                if places is None:
+                    places = self.places[channel] = array("q")
+                while places and places[-1] >= place:
+                    places.pop()
+                places.append(place)
+        self.flags.extend(flags)

@@ -55,14 +55,24 @@ R = TypeVar("R", bound=Columns)
 Shiftable = TypeVar("Shiftable", Segment, Event)
 
 
+class ChannelChanges(NamedTuple):
+    """The children of a branch that change a channel, by place, and what it is after each."""
+
+    places: array[int]
+    values: array[float]
+
+
 class Leaf(Struct, Generic[R]):
-    """The segments of a row from `first` to before `last`, from time `begin` to `end` [s]. Never changed once made."""
+    """The segments of a row from `first` to before `last`, from time `begin` to `end` [s]. Never changed once made, but
+    for `values`: of events, what the channels are after them, once somebody has asked.
+    """
 
     row: R
     first: int
     last: int
     begin: float
     end: float
+    values: dict[int, float] | None = None
     height = 0
 
     @property
@@ -72,8 +82,8 @@ class Leaf(Struct, Generic[R]):
 
 class Branch(Struct, Generic[R]):
     """Children in time order, each shifted so that it begins at its time in `begins` [s]; `counts`: segments before
-    each, and in all. The numbers stand side by side in memory. Never changed once made, but for `last`: in a rope of
-    events, what each channel is after all of them, once somebody has asked.
+    each, and in all. The numbers stand side by side in memory. Never changed once made, but for `changes`: of events,
+    which children change a channel, once somebody has asked.
     """
 
     height: int
@@ -83,7 +93,7 @@ class Branch(Struct, Generic[R]):
     count: int
     begin: float
     end: float
-    last: dict[int, float] | None = None
+    changes: dict[int, ChannelChanges] | None = None
 
 
 Node = Leaf[R] | Branch[R]
@@ -526,41 +536,42 @@ def value_at(held: OffsetNode[EventRow], channel: int, t: float) -> float | None
         places = row.places.get(channel)
         if places is not None:
             first = node.first
-            last = bisect_right(row.starts, t, first, node.last)
-            i = bisect_left(places, last) - 1
+            i = bisect_left(places, bisect_right(row.starts, t, first, node.last)) - 1
             if i >= 0 and places[i] >= first:
                 return row.values[places[i]]
     for branch, place in reversed(way):
-        for child in branch.nodes[:place][::-1]:
-            value = _last(child, channel)
-            if value is not None:
-                return value
+        found = (branch.changes or _changes(branch)).get(channel)
+        if found is not None:
+            i = bisect_left(found[0], place) - 1
+            if i >= 0:
+                return found[1][i]
     return None
 
 
-def _last(node: Node[EventRow], channel: int) -> float | None:
-    """What a channel is after all events of a node; None if they do not change it."""
-    if isinstance(node, Branch):
-        if node.last is None:
-            node.last = {}
-            for child in node.nodes:
-                node.last.update(_values(child))
-        return node.last.get(channel)
-    places = node.row.places.get(channel)
-    if places is None:
-        return None
-    i = bisect_left(places, node.last) - 1
-    return node.row.values[places[i]] if i >= 0 and places[i] >= node.first else None
+def _changes(branch: Branch[EventRow]) -> dict[int, ChannelChanges]:
+    """Find which children of a branch change each channel, and what it is after each of these."""
+    found: dict[int, ChannelChanges] = {}
+    for place, child in enumerate(branch.nodes):
+        for channel, value in last_values(child).items():
+            places, values = found.setdefault(channel, ChannelChanges(array("i"), array("d")))
+            places.append(place)
+            values.append(value)
+    branch.changes = found
+    return found
 
 
-def _values(node: Node[EventRow]) -> dict[int, float]:
+def last_values(node: Node[EventRow]) -> dict[int, float]:
     """What the channels are after all events of a node that changes them."""
     if isinstance(node, Branch):
-        _last(node, 0)
-        assert node.last is not None
-        return node.last
-    found = ((channel, _last(node, channel)) for channel in tuple(node.row.places))
-    return {channel: value for channel, value in found if value is not None}
+        changes = node.changes or _changes(node)
+        return {channel: values[-1] for channel, (_, values) in changes.items()}
+    if node.values is None:
+        node.values = {}
+        for channel, places in tuple(node.row.places.items()):
+            i = bisect_left(places, node.last) - 1
+            if i >= 0 and places[i] >= node.first:
+                node.values[channel] = node.row.values[places[i]]
+    return node.values
 
 
 def changes(held: OffsetNode[EventRow], channel: int) -> Iterator[tuple[float, float]]:
@@ -569,8 +580,3 @@ def changes(held: OffsetNode[EventRow], channel: int) -> Iterator[tuple[float, f
         places, row = leaf.row.places.get(channel, ()), leaf.row
         for place in places[bisect_left(places, leaf.first) : bisect_left(places, leaf.last)]:
             yield offset + row.starts[place], row.values[place]
-
-
-def channels(held: OffsetNode[EventRow] | None) -> tuple[int, ...]:
-    """The channels that events change, in order."""
-    return () if held is None else tuple(sorted(_values(held.node)))

@@ -152,7 +152,7 @@ class Timeline:
     @property
     def channels(self) -> tuple[int, ...]:
         """The channels that events change, in order."""
-        return rope.channels(self._events)
+        return () if self._events is None else tuple(sorted(rope.last_values(self._events.node)))
 
     def same_events(self, other: Timeline) -> bool:
         """Return whether both have the same events because no edit between them has changed any; it costs nothing."""
@@ -263,7 +263,10 @@ class Timeline:
         last: Segment | None = rope.item(self._rope, keep - 1) if keep else None
         if last is not None and last.finish > delta.cut:
             keep, new = keep - 1, (last.truncated(delta.cut), *new)
-        made = rope.splice(self._rope, keep, delta.keep + delta.drop, new, delta.shift)
+        if new or delta.drop or delta.shift:
+            made = rope.splice(self._rope, keep, delta.keep + delta.drop, new, delta.shift)
+        else:
+            made = self._rope  # a change of events alone
         if made is None:
             raise ValueError("the delta leaves a timeline without segments")
         events = self._events if delta.events is None else self._with_events(delta.events)
