@@ -39,6 +39,5 @@ def connect(
     Raises UsageError for what is no address, RequestRefused where no robot answers, and what the server refuses.
     """
     hello = hello_of(os.environ.get(TOKEN, "") if token is None else token, name=name, behind=behind)
-    certificate = None if ca is None else Path(ca)
-    port = SocketPort.connect(url, hello, ca=certificate, window=window, told=log.warning)
+    port = SocketPort.connect(url, hello, ca=None if ca is None else Path(ca), window=window, told=log.warning)
     return Robot.of(port, units)

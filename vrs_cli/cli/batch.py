@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from functools import partial
 from math import inf
@@ -140,7 +140,9 @@ class Batch(Struct, frozen=True):
                     result, sound = self._executed(station, progress, stop, enough)
             except LimitReached as error:  # before the program was executed: there is none to stop
                 if options.json:
-                    self._print_json(station, None, [error_object(error)])
+                    self._print_json(
+                        station, None, [_object(Severity.ERROR, error.code, str(error), numbers=error.numbers)]
+                    )
                 raise
             finally:
                 station.close()
@@ -229,7 +231,8 @@ class Batch(Struct, frozen=True):
     def _refused(self, station: Station, diagnostics: Sequence[Diagnostic]) -> int:
         """A file with errors is not executed."""
         if self.options.json:
-            self._print_json(station, None, diagnostic_objects(diagnostics))
+            found = [_object(one.severity, one.code, one.message, line=one.span.line) for one in diagnostics]
+            self._print_json(station, None, found)
         print(self.source.shown(diagnostics, most=MOST_TOLD), end="", file=sys.stderr)
         return FAILED
 
@@ -239,7 +242,8 @@ class Batch(Struct, frozen=True):
             self.heard.ended(result)
         faults = [one.fault for one in result.beside] + ([result.fault] if result.fault else [])
         if self.options.json:
-            self._print_json(station, result, [fault_object(fault) for fault in faults])
+            rows = ((it.code, it.message, it.program, it.step, it.line, it.numbers) for it in faults)
+            self._print_json(station, result, [_object(Severity.ERROR, *row) for row in rows])
         if result.fault is None:
             terminal.show(Message(result.outcome.value))
         else:
@@ -291,7 +295,7 @@ def _advice(option: str) -> str:
 
 
 def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -> Object:
-    """The object of `--json` (design.md section 5); `result` is None when nothing could be executed.
+    """Return the object of `--json`; `result` is None when nothing could be executed.
 
     `segments` counts those of motions: the initial pose is none.
     """
@@ -360,22 +364,6 @@ def _part_object(course: WorldCourse, name: str, t: float) -> Object:
     state = course.state(name, max(t, last.end) if last.end < inf else t)
     place = pose_object(state.pose) if state.exists else {"xyz_mm": None, "oat_deg": None}
     return {**place, "held": state.held, "on": state.on or None}
-
-
-def fault_object(fault: ProgramFault) -> Object:
-    """An error of a running program."""
-    place = (fault.program, fault.step, fault.line)
-    return _object(Severity.ERROR, fault.code, fault.message, *place, numbers=fault.numbers)
-
-
-def diagnostic_objects(diagnostics: Iterable[Diagnostic]) -> list[Object]:
-    """The errors and warnings of a file that could not be executed."""
-    return [_object(one.severity, one.code, one.message, line=one.span.line) for one in diagnostics]
-
-
-def error_object(error: VrsError) -> Object:
-    """An error that came before a program could be executed."""
-    return _object(Severity.ERROR, error.code, str(error), numbers=error.numbers)
 
 
 def _object(

@@ -321,8 +321,7 @@ def fmt(options: Namespace) -> int:
         elif one.changed:
             _tell(one, options)
     compared = options.check or options.diff
-    wrong = any(one.text is None or (compared and one.changed) for one in formatted)
-    return FAILED if wrong else OK
+    return FAILED if any(one.text is None or (compared and one.changed) for one in formatted) else OK
 
 
 def _tell(one: Formatted, options: Namespace) -> None:

@@ -40,7 +40,7 @@ SUBCOMMANDS: Mapping[str, Subcommand] = {
     "fmt": Subcommand("check", "FILE.v2 ...", "print or rewrite program files as canonical VAL-II text"),
     "robots": Subcommand("robots", "[NAME|FILE]", "the robots that there are, or all about one"),
     "completion": Subcommand("settings", "SHELL", "what bash, zsh or fish need to complete vrs with the Tab key"),
-    "lsp": Subcommand("lsp", "", "the language server, which editors start"),
+    "lsp": Subcommand("settings", "", "the language server, which editors start"),
     "where": Subcommand("recorded", "T.vrst --at TIME ...", "where the robot is at any time of a saved trajectory"),
     "verify": Subcommand("recorded", "T.vrst", "whether a saved trajectory is whole, and one that the robot can do"),
     "replay": Subcommand("recorded", "T.vrst", "play a saved trajectory, with pause, rewind and seek"),

@@ -1,4 +1,4 @@
-"""Settings: `vrs config` for those of the vrs shell, `vrs completion` for bash, zsh and fish."""
+"""Settings: `vrs config` for those of the vrs shell, `vrs completion` for bash, zsh and fish, `vrs lsp` for editors."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import os
 import sys
 from argparse import Action, ArgumentParser, Namespace
 from importlib import import_module
+from importlib.util import find_spec
 
-from vrs_cli.cli.command_line import Parser, command, option
+from vrs_cli.cli.command_line import ROBOT, CommandLineError, Parser, chosen_robot, command, option
 from vrs_cli.cli.main import FAILED, OK, SUBCOMMANDS
+from vrs_cli.extras import how_to_install
 
 
 def config(options: Namespace) -> int:
@@ -82,3 +84,27 @@ def _teach(action: Action, file: object, folder: object) -> None:
         action.choices = robot_names()
     elif any(part in stands for part in (*FILES, *FOLDERS)):
         action.complete = folder if any(part in stands for part in FOLDERS) else file  # type: ignore[attr-defined]
+
+
+# --- vrs lsp --------------------------------------------------------------------------------------------------------
+
+
+def lsp(options: Namespace) -> None:
+    """Serve one editor over standard input and output until it says goodbye."""
+    if find_spec("pygls") is None:
+        raise CommandLineError("the language server needs pygls, which is not installed", how_to_install("pygls"))
+    from vrs_cli.lsp.server import server
+
+    output = os.fdopen(os.dup(sys.stdout.fileno()), "wb")  # pygls closes what it writes to
+    server(chosen_robot(options)).start_io(sys.stdin.buffer, output)
+
+
+lsp_parser = command(
+    "The VAL-II language server (LSP), over standard input and output.",
+    """\
+Diagnostics while you type, completion, help under the pointer, go to definition, outline, formatting.
+How editors are told to start it: docs/editors.md.
+""",
+    option("--stdio", action="store_true", help="the only way it speaks; some editors say so"),
+    *ROBOT,
+)

@@ -114,17 +114,13 @@ class Inspector:
         for key, placed in programs.items():
             one = before.get(placed.part)
             if one is None or one.basis != _basis(around, one.analysis):
-                one = self._analysis(around, trees[key])
+                analysis, of_running = analyze_among(around, trees[key]), tuple[Diagnostic, ...]()
+                if analysis.executable:
+                    never = unreachable(trees[key], analysis.blocks, analysis.labels)
+                    of_running = (*never, *delays(trees[key]), *self._constants.findings(trees[key]))
+                one = _Inspected(_basis(around, analysis), analysis, of_running)
             self._inspected[placed.part] = one
         return tuple((placed, self._inspected[placed.part]) for placed in programs.values())
-
-    def _analysis(self, around: Surroundings, program: Program) -> _Inspected:
-        analysis = analyze_among(around, program)
-        of_running: tuple[Diagnostic, ...] = ()
-        if analysis.executable:
-            never = unreachable(program, analysis.blocks, analysis.labels)
-            of_running = (*never, *delays(program), *self._constants.findings(program))
-        return _Inspected(_basis(around, analysis), analysis, of_running)
 
     # --- reach ---
 
@@ -238,8 +234,7 @@ def _unreached(way: _Way, environment: Environment, engine: Engine) -> Diagnosti
     if refusal is None:
         return None
     named = f"{target.sigil}{target.name}: " if isinstance(target, ast.Variable) else ""
-    detail = named + refusal.detail
-    return Diagnostic(Severity.WARNING, refusal.code, refusal.title, detail, refusal.hint, target.span)
+    return Diagnostic(Severity.WARNING, refusal.code, refusal.title, named + refusal.detail, refusal.hint, target.span)
 
 
 def _refusal(

@@ -328,8 +328,7 @@ class Shell:
 
     def _help(self, document: Document) -> None:
         """F1: above the prompt."""
-        terminal = self.backstage.wait()
-        run_in_terminal(partial(terminal.screens.take, f"? {asked_about(document)}"))
+        run_in_terminal(partial(self.backstage.wait().screens.take, f"? {asked_about(document)}"))
 
     def _state(self) -> str:
         terminal, status = self.backstage.ready, self._status
@@ -338,8 +337,7 @@ class Shell:
             return toolbar(None, "", width)
         noted = terminal.screens.noted
         note = f"\n{fill(noted, width, initial_indent=' ', break_on_hyphens=False)}" if noted else ""
-        mode = vi_mode(self.prompts.app)
-        return toolbar(status, status.asked or terminal.last, width, mode) + note
+        return toolbar(status, status.asked or terminal.last, width, vi_mode(self.prompts.app)) + note
 
     def _redraw(self) -> None:
         self.prompts.app.invalidate()

@@ -120,8 +120,7 @@ async def watch(
     """
     timeline = watched.timeline
     playback = Playback.following(timeline.start, timeline.end, watched.now, time.monotonic())
-    player = Player(watched, playback, news=news, live=True, passes=passes, abort=abort)
-    await player.screen().run_async()
+    await Player(watched, playback, news=news, live=True, passes=passes, abort=abort).screen().run_async()
 
 
 def show_motion(watched: Watched, keep_up: Callable[[], None], abort: Callable[[], None]) -> None:

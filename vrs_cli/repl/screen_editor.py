@@ -196,8 +196,7 @@ class ScreenEditor:
 
     def new_line(self) -> None:
         """Enter: the line in canonical form, and the next one indented as its block is."""
-        document = self.buffer.document
-        row, rest = self._row, document.current_line_after_cursor
+        row, rest = self._row, self.buffer.document.current_line_after_cursor
         if rest.strip() or not row:
             self.buffer.insert_text("\n")
         else:
@@ -250,8 +249,7 @@ class ScreenEditor:
 
     def _title(self) -> str:
         changed = " (changed)" if self.buffer.text != self._kept else ""
-        document = self.buffer.document
-        place = f"step {self._row}, column {document.cursor_position_col + 1}"
+        place = f"step {self._row}, column {self.buffer.document.cursor_position_col + 1}"
         return "   ".join(filter(None, (f" SEE {self.page.name}{changed}", place, vi_mode(self.app))))
 
     def _form(self) -> StyleAndTextTuples:

@@ -242,7 +242,14 @@ class Conversation:
             case LeaveEntry():
                 yield from self._guarded(self.leave_entry(act.why), "")
             case StopProgram():
-                yield from self.stop_program()
+                # its end is told when the arm stands
+                track = self.session.tasks.get(ROBOT_PROGRAM)
+                if track is None or not track.running:
+                    yield Message("Nothing to stop: EXIT leaves")
+                elif track.driven_by in (None, self.user_state):
+                    self.session.driver.abort(ROBOT_PROGRAM)
+                else:
+                    yield Message(f"{track.task.program} was started by somebody else: ABORT stops it")
             case ReadDraft() | KeepDraft():
                 if not isinstance(self.user_state.on_screen, ScreenDraft):
                     raise UsageError("SEE fills no screen now", "SEE comes first")
@@ -251,16 +258,6 @@ class Conversation:
                 shown = self.user_state.on_screen
                 return shown.do(act) if isinstance(shown, Jogger) else self._held.do(act)
         return None
-
-    def stop_program(self) -> Dialogue[None]:
-        """Stop the user's program, at Ctrl-C on an empty line; its end is told when the arm stands."""
-        track = self.session.tasks.get(ROBOT_PROGRAM)
-        if track is None or not track.running:
-            yield Message("Nothing to stop: EXIT leaves")
-        elif track.driven_by in (None, self.user_state):
-            self.session.driver.abort(ROBOT_PROGRAM)
-        else:
-            yield Message(f"{track.task.program} was started by somebody else: ABORT stops it")
 
     def interrupt(self, ticket: Ticket[Any]) -> None:
         """Interrupt the request of this ticket, at Ctrl-C, from any thread: a program, or a line of the prompt, comes

@@ -50,8 +50,7 @@ class ScreenDraft:
         """Look at the text, which is the draft from now on, or store it. Raises LineRefused, ProgramExists for the name
         of another program.
         """
-        drafted = "" if act.text == self._stored else f"{act.text}\n.END\n"
-        self._station.user_state.drafted = drafted
+        self._station.user_state.drafted = "" if act.text == self._stored else f"{act.text}\n.END\n"
         if isinstance(act, ReadDraft):
             return Findings((yield from self._read(act.text)).findings)
         program, findings = yield from self._read(act.text)

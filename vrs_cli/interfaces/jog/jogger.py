@@ -219,8 +219,7 @@ class Jogger:
             return
         straight = isinstance(goal, Transform)
         target = PoseTarget(goal) if isinstance(goal, Transform) else JointTarget(goal)
-        move = Move(target, straight=straight, speed=speed, text=text)
-        self.station.settle(engine.begin(move, program=False))
+        self.station.settle(engine.begin(Move(target, straight, speed=speed, text=text), program=False))
 
     def stop(self) -> None:
         """Brake now."""

@@ -124,11 +124,12 @@ def _load_trajectory(station: Station, path: Path) -> Dialogue[None]:
 
 def _recording(station: Station, path: Path) -> Dialogue[Recording]:
     """Read a trajectory file, and show the progress at the terminal."""
-
-    def progress(share: float) -> None:
-        station.terminal.progress(Reading(str(path), share))
-
-    return (yield from beside(lambda: read_trajectory(path, progress, within=station.folder)))
+    terminal, folder = station.terminal, station.folder
+    return (
+        yield from beside(
+            lambda: read_trajectory(path, lambda share: terminal.progress(Reading(str(path), share)), within=folder)
+        )
+    )
 
 
 def _loaded(stored: StoredProgram, *, replaced: bool) -> str:

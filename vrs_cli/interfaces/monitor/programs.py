@@ -65,8 +65,7 @@ def _copy(station: Station, it: Instruction) -> None:
     new, old = word(it.arguments[0]), station.environment.program(word(it.value))
     if key_of(new) in station.programs:
         raise ProgramExists(new, f"DELETEP {new} deletes it")
-    program = replace(old.program, name=new)
-    station.environment.store(replace(old.analysis, program=program), old.lines)
+    station.environment.store(replace(old.analysis, program=replace(old.program, name=new)), old.lines)
 
 
 def _rename(station: Station, it: Instruction) -> None:

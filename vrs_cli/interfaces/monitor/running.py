@@ -159,8 +159,7 @@ def _bpt(station: Station, it: Instruction) -> Dialogue[None]:
                 raise IllegalValue(f"step {step}", f"nothing is done there or after it in {stored.name}")
             breakpoints.add((key, found + 1))  # the first step behind it at which something is done
         else:
-            gone = {point for point in breakpoints if point[0] == key and step in (0, -point[1])}
-            breakpoints -= gone
+            breakpoints -= {point for point in breakpoints if point[0] == key and step in (0, -point[1])}
     for key, number in sorted(breakpoints):
         yield Message(f"Breakpoint before step {number} of {key}")
     if not breakpoints:

@@ -127,10 +127,6 @@ def _explain(session: Session, act: Explain) -> Dialogue[ReachReport]:
     return explained(session, target, act.name)
 
 
-def _evaluate(session: Session, act: Evaluate) -> Valued:
-    return Valued.of(evaluate(session.environment, session.engine, _expression(session, act.expression)))
-
-
 def _assign(session: Session, act: Assign) -> None:
     target = _expression(session, act.variable)
     if not isinstance(target, Variable) or target.grouped:
@@ -289,7 +285,13 @@ ACTS: Mapping[type[Act[Any]], _Row] = {
     Redo: _as("REDO", lambda session, act: _through_history(session.engine.redoing(act.count))),
     Explain: _as("WHY", _explain),
     Compare: _as("COMPARE", lambda session, act: comparison(session, act.a, act.b)),
-    Evaluate: _Row("a look at a value", Role.OBSERVER, _evaluate),
+    Evaluate: _Row(
+        "a look at a value",
+        Role.OBSERVER,
+        lambda session, act: Valued.of(
+            evaluate(session.environment, session.engine, _expression(session, act.expression))
+        ),
+    ),
     Assign: _Row(CHANGE, Role.SUPERVISOR, _assign),
     Define: _as("LOAD", _define),
     Execute: _as("EXECUTE", _execute),

@@ -237,8 +237,7 @@ class Station:
         """Run a program to its end, at the terminal; `all_tasks`: and all other tasks to theirs. Raises as `begin`
         does; an error in the program is in the result.
         """
-        track = self.begin(program, arguments, cycles, step)
-        return self.converse(self.wait(track, limits, all_tasks=all_tasks))
+        return self.converse(self.wait(self.begin(program, arguments, cycles, step), limits, all_tasks=all_tasks))
 
     def compiled(self, program: str | None, *, everywhere: bool = False) -> Dialogue[None]:
         """Compile a program, the last one where none is named, and those that it calls; another thread compiles long
