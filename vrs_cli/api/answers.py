@@ -37,7 +37,7 @@ class Replies(tuple[Reply, ...]):
         return html(self)
 
     def _ipython_display_(self) -> None:
-        """Where nothing was said a notebook shows nothing, instead of `<no replies>`; else as it shows all else."""
+        """Show nothing in a notebook where there are no replies; else leave it to the notebook's usual way."""
         if self:
             raise NotImplementedError
 

@@ -29,7 +29,9 @@ CURRENT = Folder(closed=True, disclosed=True)
 def conditions_of(
     limits: Limits | None, folder: str | Path | None, cell: str | Path | Cell | None, signals: Signals | None
 ) -> Conditions | None:
-    """None where nothing is given. Raises TypeError, NonexistentFile, FileError, FileDamaged."""
+    """Return the conditions of a call; None where nothing is given. Raises TypeError, NonexistentFile, FileError,
+    FileDamaged.
+    """
     if limits is None and folder is None and cell is None and signals is None:
         return None
     if not isinstance(limits, Limits | None):

@@ -86,7 +86,7 @@ def forward(arm: RobotArm, frames: Frames, q: Floats, units: Units) -> Location:
 
 
 def ways(arm: RobotArm, frames: Frames, location: Location, units: Units) -> Ways:
-    """All branches of the inverse."""
+    """Return all branches of the inverse."""
     T_robot_world, T_tool_flange = stack([frames.base, inverse(frames.tool)])
     T = compose_batch(compose_batch(T_robot_world, location.rows.reshape(-1, 3, 4)), T_tool_flange)
     configurations, joints, usable = arm.batch.every_inverse(T)

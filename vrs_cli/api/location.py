@@ -17,7 +17,7 @@ from vrs_cli.values.numbers import fixed
 
 
 class Location:
-    """Where a tool is: one location, or an array of them.
+    """The place of a tool: one location, or an array of them.
 
     `xyz` (..., 3) and `oat` (..., 3): X, Y, Z and the angles O, A, T, in mm and degrees, or in metres and radians for
     `units="SI"`. `matrix` (..., 4, 4): the homogeneous transformation, always in metres. `a @ b` is VAL-II's `a:b`.
@@ -33,7 +33,9 @@ class Location:
 
     @classmethod
     def from_matrix(cls, matrix: ArrayLike, units: str | Units = Units.VAL) -> Location:
-        """Of homogeneous transformations (4, 4) or (N, 4, 4) [m]. Raises ValueError for one that is no rigid motion."""
+        """Make locations of homogeneous transformations (4, 4) or (N, 4, 4) [m]. Raises ValueError for one that is no
+        rigid motion.
+        """
         M = numbers(matrix, "matrix", 4, 4)
         R = M[..., :3, :3]
         rigid = np.allclose(R @ R.swapaxes(-1, -2), np.eye(3), atol=1e-6) and (np.linalg.det(R) > 0.0).all()

@@ -70,7 +70,7 @@ def number(given: float, what: str) -> float:
 
 
 def freeze(array: Floats) -> Floats:
-    """The same array, which nobody can change any more."""
+    """Make an array read-only, and return it."""
     array.flags.writeable = False
     return array
 

@@ -97,7 +97,7 @@ class Posture(Struct, frozen=True, eq=False, dict=True):
 
 
 def place_text(location: Location) -> str:
-    """Where one location is, for people."""
+    """Return the place of one location as text."""
     units = location.units
     return f"xyz {_list(location.xyz)} {units.length}, oat {_list(location.oat)} {units.angle}"
 

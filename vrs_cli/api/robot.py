@@ -113,7 +113,7 @@ class Robot:
         return robot
 
     def in_units(self, units: str | Units) -> Robot:
-        """The same robot, spoken to in other units: "VAL" or "SI"."""
+        """Return the same robot, spoken to in other units: "VAL" or "SI"."""
         other = copy(self)
         other.units = Units.of(units)
         return other
@@ -210,7 +210,7 @@ class Robot:
 
     @property
     def end(self) -> float:
-        """When the robot comes to rest for good [s]."""
+        """Return when the robot comes to rest for good [s]."""
         return self._robot.timeline.end
 
     @property
@@ -219,19 +219,20 @@ class Robot:
         return self._robot.timeline
 
     def where(self, t: ArrayLike | None = None) -> Posture:
-        """Where the robot is at a time [s], past or future, or at times (N,); now where none is given."""
+        """Return where the robot is at a time [s], past or future, or at times (N,); now where none is given."""
         if t is None:
             return Posture.of(self._robot.at(), self._model, self.units)
         return Posture.seen(self._robot, t, self._model, self.units)
 
     def preview(self) -> Preview:
-        """What the robot will do with the commands that are on their way to it, as that is known now. At a robot of
-        this process nothing is on its way.
+        """Return what the robot will do with the commands that are on their way to it, as that is known now. At a robot
+        of this process nothing is on its way.
         """
         return Preview.of(self._robot.previewed(), self._robot.arm, self.units)
 
     def sample(self, rate: float = 100.0, start: float | None = None, end: float | None = None) -> Posture:
-        """Where it is `rate` times a second, from the first motion to the exact end of the last, or between two times.
+        """Return where it is `rate` times a second, from the first motion to the exact end of the last, or between two
+        times.
 
         Raises ValueError for a rate that is none, or one that gives more rows than memory holds.
         """
@@ -244,8 +245,8 @@ class Robot:
         return self.where(np.append(times[times < last], last))
 
     def watch(self, rate: float = 25.0) -> Iterator[Posture]:
-        """Where it is now, `rate` times a second, for as long as somebody asks. Raises IllegalValue for a rate that is
-        none.
+        """Return where it is now, `rate` times a second, for as long as somebody asks. Raises IllegalValue for a rate
+        that is none.
         """
         audience = Audience(self._robot, time.monotonic)
         audience.join(number(rate, "rate"))
@@ -281,7 +282,7 @@ class Robot:
         return kinematics.forward(self._robot.arm, self._robot.frames, self._any_joints(joints), self.units)
 
     def ik(self, location: Location) -> Ways:
-        """All ways to reach a location, or N of them, in each configuration: joints (k, n) or (N, k, n)."""
+        """Return all ways to reach a location, or N of them, in each configuration: joints (k, n) or (N, k, n)."""
         return kinematics.ways(self._robot.arm, self._robot.frames, _location(location), self.units)
 
     def jacobian(self, joints: ArrayLike | None = None) -> Floats:

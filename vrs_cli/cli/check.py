@@ -50,7 +50,7 @@ class Finding(Struct, frozen=True):
 
 
 def _text(findings: Sequence[Finding]) -> None:
-    """All of them, and how many there are; nothing for files without fault. In colours on a terminal."""
+    """Print all findings, and how many there are; nothing for files without fault. In colours on a terminal."""
     for finding in findings:
         if sys.stdout.isatty():
             from vrs_cli.render.console import TerminalRenderer
@@ -254,7 +254,7 @@ def _finding(path: str, options: Namespace, model: RobotModel) -> Finding:
     its, cell = load_robot(named) if named else model, _cell(options, source)
 
     def found_in(text: str) -> tuple[Diagnostic, ...]:
-        """All errors, and the warnings that are wanted."""
+        """Return all errors, and the warnings that are wanted."""
         return tuple(
             one
             for one in inspect(text, its, chosen_dialect(options), cell)

@@ -101,11 +101,11 @@ class Parser(argparse.ArgumentParser):
         return values
 
     def arguments(self) -> tuple[argparse.Action, ...]:
-        """All arguments and options."""
+        """Return all arguments and options."""
         return tuple(self._actions)
 
     def options(self) -> tuple[str, ...]:
-        """All options, `--like` and `-l`."""
+        """Return all options, `--like` and `-l`."""
         return tuple(self._option_string_actions)
 
     def error(self, message: str) -> NoReturn:

@@ -143,7 +143,7 @@ class ExperimentRow(Struct, frozen=True):
 
     @property
     def sound(self) -> bool:
-        """Whether the flags say all that is wrong with deltas."""
+        """Return whether the flags say all that is wrong with deltas."""
         outside = self.outcome.outside
         return self.outcome.agreed and outside.most_degrees == outside.most_mm == 0.0
 

@@ -1,4 +1,4 @@
-"""Which subcommand is meant, and what becomes of its errors: one message on stderr, and the exit status."""
+"""Find and run a subcommand; turn its errors into one message on stderr, and the exit status."""
 
 from __future__ import annotations
 

@@ -267,7 +267,7 @@ def _check(options: Namespace) -> None:
 
 
 def _is_local(host: str) -> bool:
-    """Whether only this machine reaches an address."""
+    """Return whether only this machine reaches an address."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:

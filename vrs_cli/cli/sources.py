@@ -134,12 +134,12 @@ def _none(detail: str) -> NoReturn:
 
 
 def is_program(name: str) -> bool:
-    """Whether a program file is meant, and no address."""
+    """Return whether a program file is meant, and no address."""
     return name.lower().endswith(PROGRAMS) and "://" not in name
 
 
 def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
-    """Whether a program with these is not executable."""
+    """Return whether a program with these is not executable."""
     from vrs_cli.values.diagnostics import first_error
 
     return first_error(diagnostics) is not None

@@ -201,8 +201,9 @@ class _Run:
         return Steering(engine, speed=self.options.speed / 100.0)
 
     def _recorded(self, steering: Steering, targets: Iterator[TimedTarget], stop: Stoppable) -> bool:
-        """Whether not all that the robot did is in the file that was asked for: the stream ends, and the robot brakes,
-        where it cannot be written."""
+        """Follow the targets; return whether part of the motion is missing in the file that was asked for: the stream
+        ends, and the robot brakes, where it cannot be written.
+        """
         failed, durable = False, self.options.realtime is not None
         with journal(self.options.save, steering.engine, self._say, durable=durable) as sound:
             try:

@@ -217,7 +217,9 @@ First = Callable[["RobotWindow"], None]
 
 
 def show(options: argparse.Namespace) -> int:
-    """Until a signal ends it, or the user of the shell beside it; returns the exit status. Raises VrsError."""
+    """Show the page until a signal ends it, or the user of the shell beside it; returns the exit status. Raises
+    VrsError.
+    """
     if find_spec("viser") is None:
         raise CommandLineError("a view in the browser needs viser", how_to_install("viser"))
     first: First = nothing

@@ -1,5 +1,5 @@
-"""How a session talks: a generator of replies and questions, which is sent the answers. The robot that it is about
-drives it (`interfaces/actor`); who holds the robot shows, asks and answers.
+"""Dialogues: generators of replies and questions, which are sent the answers. The robot's actor drives them
+(`interfaces/actor`); the robot's user shows, asks and answers.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Running(Struct, frozen=True):
 
 
 class Reading(Struct, frozen=True):
-    """So much of a long file has been read, from 0 to 1."""
+    """The share of a long file that has been read, from 0 to 1."""
 
     path: str
     share: float
@@ -55,7 +55,7 @@ class Work:
     def run(self) -> None:
         try:
             self.done = self._work()
-        except BaseException as error:  # raised in the talk
+        except BaseException as error:  # raised in the dialogue
             self.error = error
 
 
@@ -65,13 +65,13 @@ Dialogue = Generator[Said, Answer, R]
 
 
 def quietly(act: Callable[[], W]) -> Dialogue[W]:
-    """What comes of an act that says nothing."""
+    """Make a dialogue of a function that says nothing."""
     yield from ()
     return act()
 
 
 def beside(work: Callable[[], W]) -> Dialogue[W]:
-    """What comes of work on values that do not change. Raises what goes wrong in it."""
+    """Do work on values that do not change, perhaps in another thread, and return its result. Raises its errors."""
     it = Work(work)
     yield it
     if it.error is not None:
@@ -83,12 +83,12 @@ def beside(work: Callable[[], W]) -> Dialogue[W]:
 
 
 def beside_if(long: bool, work: Callable[[], W]) -> Dialogue[W]:
-    """What comes of work on values that do not change, which only takes another thread where it is `long`."""
+    """Do work on values that do not change, in another thread only where it is `long`; return its result."""
     return (yield from beside(work)) if long else work()
 
 
 def within(context: Callable[[], AbstractContextManager[object]], dialogue: Dialogue[W]) -> Dialogue[W]:
-    """A talk, each part of it done within a context."""
+    """Do each part of a dialogue within a context."""
     reaction: Answer | BaseException = None
     while True:
         with context():
@@ -98,12 +98,12 @@ def within(context: Callable[[], AbstractContextManager[object]], dialogue: Dial
                 return cast(W, over.value)
         try:
             reaction = yield said
-        except BaseException as error:  # for the talk, which puts in order what it leaves
+        except BaseException as error:  # for the dialogue, which puts in order what it leaves
             reaction = error
 
 
 def in_parts(work: Generator[None, None, W]) -> Dialogue[W]:
-    """What comes of work that is done a part at a time."""
+    """Do work a part at a time, and return its result."""
     while True:
         try:
             next(work)
@@ -113,7 +113,7 @@ def in_parts(work: Generator[None, None, W]) -> Dialogue[W]:
 
 
 def at_once(dialogue: Dialogue[R]) -> R:
-    """What comes of a talk that says nothing, but that there is more to do, or work beside."""
+    """Carry out a dialogue that has no replies and no questions, and return its result."""
     try:
         while True:
             said = next(dialogue)
@@ -124,23 +124,25 @@ def at_once(dialogue: Dialogue[R]) -> R:
 
 
 class Terminal(Protocol):
-    """Where somebody, or something, drives a session."""
+    """A terminal, at which a person or a program drives a session."""
 
     @property
     def attended(self) -> bool:
-        """Whether a person is there, who would lose what no file has."""
+        """Return whether a person is there, who would lose what no file has."""
 
     def show(self, reply: Reply) -> None:
         """An answer to a command, or what the robot says by itself."""
 
     def type(self, text: str, newline: bool) -> None:
-        """What programs TYPE."""
+        """Show text that programs TYPE."""
 
     def ask(self, question: Question) -> Answer:
-        """None where nobody answers. Raises VrsError where there is no more input, KeyboardInterrupt for Ctrl-C."""
+        """Ask a question, and return the answer; None where nobody answers. Raises VrsError where there is no more
+        input, KeyboardInterrupt for Ctrl-C.
+        """
 
     def progress(self, doing: Running | Reading) -> None:
-        """What takes its time has come so far."""
+        """Show how far long work has come."""
 
 
 class Notes:
@@ -156,7 +158,7 @@ class Notes:
         self._answer, self._line = answer, ""
 
     def taken(self) -> tuple[Reply, ...]:
-        """All that was said since."""
+        """Return all replies since `begin`."""
         if self._line:
             self.type("", newline=True)
         return tuple(self._said)

@@ -108,7 +108,7 @@ class Search:
         return nearest.joints if there else None
 
     def _start(self, now: Joints) -> Joints:
-        """Of some random joints those that the arm reaches first."""
+        """Return those of some random joints that the arm reaches first."""
         if not self._starts:
             some = islice(self._anywhere, SOME)
             self._starts = sorted(some, key=lambda q: _ticks(now, q, self._speeds), reverse=True)
@@ -165,9 +165,9 @@ class Pursuit:
         return Shortfall(*aim.miss(now), tuple(self._holds(aim, nearest, there, now, pace)))
 
     def _ahead(self, coming: Sequence[Joints], pace: JointPace) -> tuple[Joints, Joints]:
-        """How far the goal may be below and above the joints. Towards the axis of joint 1 no farther than to that axis,
-        all joints together, so that they stop before it from any speed; but a little, so that they can go along it.
-        Where they would pass over it: back.
+        """Return how far the goal may be below and above the joints. Towards the axis of joint 1 no farther than to
+        that axis, all joints together, so that they stop before it from any speed; but a little, so that they can go
+        along it. Where they would pass over it: back.
         """
         ahead = pace.ahead
         if self._side is None:
@@ -288,12 +288,12 @@ def _side_of(arm: RobotArm, q: Joints, kept: Configuration) -> Side | None:
 
 
 def _ticks(a: Joints, b: Joints, step: Joints) -> float:
-    """How often the slowest joint takes its step between two joint vectors."""
+    """Return how often the slowest joint takes its step between two joint vectors."""
     return max(abs(y - x) / s for x, y, s in zip(a, b, step, strict=True))
 
 
 def _towards(a: Joints, b: Joints, box: Range) -> Joints:
-    """As far on the way from one to the other as the box allows, all joints together."""
+    """Go as far on the way from one to the other as the box allows, all joints together."""
     part = 1.0
     for x, y, low, high in zip(a, b, *box, strict=True):
         if not low <= y <= high:

@@ -140,7 +140,7 @@ class Inspector:
 
 
 def _basis(around: Surroundings, analysis: Analysis) -> _Basis:
-    """All on which the findings in a program depend, besides its text: the variables and programs of the file."""
+    """Return all on which the findings in a program depend, besides its text: variables and programs of the file."""
     called = tuple(_signature(around, key) for key in sorted(analysis.calls))
     names = around.program_keys if None in called else ()
     asked = analysis.needs | analysis.functions
@@ -188,7 +188,7 @@ class _Way(Struct, frozen=True):
 
     @property
     def key(self) -> str:
-        """Of the variable that it goes to; "" where the place stands there itself."""
+        """The key of the variable that it goes to; "" where the place stands there itself."""
         return self.target.key if isinstance(self.target, ast.Variable) else ""
 
 

@@ -35,7 +35,7 @@ MOST = 3600.0  # [s] of a way
 
 
 class Tolerance(NamedTuple):
-    """How far a tool may be from a way [m], and how it may be turned there [rad]."""
+    """The greatest distance of a tool from a way [m], and its greatest turn there [rad]."""
 
     away: float
     turned: float
@@ -164,7 +164,7 @@ def _kept(
 
 
 def _covered(some: Sequence[Transform], others: Sequence[Transform], tolerance: Tolerance) -> bool:
-    """Whether each of some poses is near the way through the others, which are in the same order."""
+    """Return whether each of some poses is near the way through the others, which are in the same order."""
     near, weight = 0, (tolerance.away / tolerance.turned) ** 2
     for pose in some:
         nearest = min(range(near, min(near + AHEAD, len(others))), key=lambda k: _unlike(pose, others[k], weight))
@@ -185,7 +185,7 @@ def _unlike(a: Transform, b: Transform, weight: float) -> float:
 
 
 def _beside(pose: Transform, a: Transform, b: Transform, tolerance: Tolerance) -> float:
-    """How far a pose is from the straight way between two, in parts of the tolerance."""
+    """Return how far a pose is from the straight way between two, in parts of the tolerance."""
     way = subtracted(position(b), position(a))
     square = dot(way, way)
     part = dot(subtracted(position(pose), position(a)), way) / square if square else 0.0

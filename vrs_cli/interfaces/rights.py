@@ -1,4 +1,4 @@
-"""Who may say what, and when: the role that a line needs, and what goes beside a program, from the tables of words."""
+"""The rights of users: the role that a line needs, and what goes beside a program, from the tables of words."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ def check_may(said: str, wanted: Role, role: Role) -> None:
 
 
 def may_all(said: str, wanted: Role) -> bool:
-    """Whether it is also for who does not drive: to look, and to stop."""
+    """Return whether it is also for who does not drive: to look, and to stop."""
     return wanted is Role.OBSERVER or said in STOPPING
 
 
 def must_drive(said: str, wanted: Role, role: Role) -> bool:
-    """Whether it is for who drives alone. Everybody may look, and a supervisor may stop whoever drives."""
+    """Return whether it is for who drives alone. Everybody may look, and a supervisor may stop whoever drives."""
     return not may_all(said, wanted) or (said in STOPPING and Role.SUPERVISOR not in role)
 
 
@@ -37,7 +37,7 @@ def check_beside(statement: Statement, *, elsewhere: bool) -> None:
 
 
 def check_goes_beside(said: str, role: Role, *, elsewhere: bool) -> None:
-    """The same of what is said so, and is for that role."""
+    """Raises UsageError for a request of this name and role that waits until the program has stopped."""
     if elsewhere and said in ON_BRANCH:
         raise UsageError(f"{said} has to wait until the program on another branch stops", "ABORT stops it")
     if not (said == CHANGE or said in BESIDE or role is Role.OBSERVER):
@@ -50,7 +50,7 @@ def role_of(word: str) -> Role:
 
 
 def needed(statement: Statement) -> tuple[str, Role]:
-    """What a line is called, and the role that it needs."""
+    """Return the name of a line in messages, and the role that it needs."""
     statement = _inner(statement)
     if isinstance(statement, Show):
         return "a look at a value", Role.OBSERVER
@@ -60,5 +60,5 @@ def needed(statement: Statement) -> tuple[str, Role]:
 
 
 def _inner(statement: Statement) -> Statement:
-    """What DO does."""
+    """Return the statement that DO carries out."""
     return statement.statement or statement if isinstance(statement, DoInstruction) else statement

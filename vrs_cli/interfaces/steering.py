@@ -40,8 +40,8 @@ class TrackingError(Struct):
 
 
 class Following(Struct):
-    """How well the robot follows: targets taken, those held at the end of a joint's range, how late they came [s], and
-    the errors of the joints that turn and of those that slide.
+    """Measures of how well the robot follows: targets taken, those held at the end of a joint's range, how late they
+    came [s], and the errors of the joints that turn and of those that slide.
     """
 
     targets: int = 0

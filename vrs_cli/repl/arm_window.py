@@ -54,7 +54,7 @@ class ArmWindow(Container):
         self._lines: list[TextLine] = []  # what is on the screen, there
 
     def reset(self) -> None:
-        """It begins anew with each picture."""
+        """Do nothing: each picture begins anew."""
 
     def preferred_width(self, max_available_width: int) -> Dimension:
         return Dimension(preferred=max_available_width)

@@ -37,7 +37,7 @@ STYLE = Style.from_dict(
 
 
 def colour_depth() -> ColorDepth | None:
-    """All colours where the terminal says that it has them; None: the nearest of 256, as is usual."""
+    """Return the depth of all colours where the terminal has them; None: the nearest of 256, as is usual."""
     if os.environ.get("COLORTERM", "").lower() in ("truecolor", "24bit"):
         return ColorDepth.from_env() or ColorDepth.DEPTH_24_BIT
     return None

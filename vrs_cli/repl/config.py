@@ -101,7 +101,7 @@ SETTINGS: Mapping[str, Callable[[object], str]] = {  # what is wrong with a valu
 
 
 def shown(config: Config) -> str:
-    """All settings, as a file would have them."""
+    """Return all settings, as a file would have them."""
     pager = str(config.pager).lower() if isinstance(config.pager, bool) else f'"{config.pager}"'
     rows = (
         (f'keys = "{config.keys}"', '"emacs" or "vi"'),

@@ -1,4 +1,4 @@
-"""What is typed while a line is carried out: the terminal keeps it for the next prompt, and does not show it before.
+"""The keys that are typed while a line is carried out: the terminal keeps them for the next prompt, unshown.
 
 The key that aborts is a signal then (SIGQUIT), as Ctrl-C is one.
 """
@@ -19,7 +19,7 @@ ABORT_KEY = b"\x18"  # Ctrl-X: on the keyboards of all countries, and no other p
 
 @contextmanager
 def unechoed(*, signals: bool) -> Iterator[None]:
-    """Without echo, where standard input is a terminal that has one. `signals`: Ctrl-C, Ctrl-X and the like are
+    """Switch the echo off, where standard input is a terminal that has one. `signals`: Ctrl-C, Ctrl-X and the like are
     signals; they are keys otherwise, that wait for the next prompt.
     """
     try:
@@ -56,7 +56,7 @@ def typed_ahead(source: Input) -> list[str]:
 
 
 def _text(pressed: KeyPress) -> str:
-    """What a key adds to a line."""
+    """Return the text that a key adds to a line."""
     if pressed.key in (Keys.ControlM, Keys.ControlJ):
         return "\n"
     return pressed.data if pressed.key is Keys.BracketedPaste or len(pressed.key) == 1 else ""

@@ -83,8 +83,8 @@ class FrontEnd:
         self.act(Attend())
 
     def was_cut(self) -> bool:
-        """Whether the connection is cut, or was since the last line was taken: what was typed meanwhile is not to be
-        taken, for it would be done later than whoever typed it expects.
+        """Return whether the connection is cut, or was since the last line was taken: what was typed meanwhile is not
+        to be taken, for it would be done later than whoever typed it expects.
         """
         return not self.port.open or self._breaks != self._count_breaks()
 
@@ -187,7 +187,7 @@ class FrontEnd:
                 self.hear_connection(message)
 
     def _show(self, reply: Reply) -> None:
-        """What cannot be shown is an error of vrs, which is shown in its place."""
+        """Show a reply; if that fails, show the error of vrs in its place."""
         try:
             self.terminal.show(reply)
         except BrokenPipeError:
@@ -210,7 +210,7 @@ class FrontEnd:
         self.port.tell(answer)
 
     def _answered(self, question: Question) -> Answer:
-        """What cannot fill the screen is told, and has been left."""
+        """Ask a question; a screen that cannot be filled is told, and counts as left."""
         try:
             return self.terminal.ask(question)
         except (EndOfInput, BrokenPipeError):
@@ -243,11 +243,11 @@ class FrontEnd:
         return self._status
 
     def signature(self, text: str, *, steps: bool = False) -> Signature | None:
-        """What is being typed at the end of a line takes which arguments; `steps`: of a program, whatever is open."""
+        """Return the signature of the word that is typed last; `steps`: in a program, whatever is open."""
         return signature(text, self.port.program, at_prompt=not (self._status.in_program or steps))
 
     def suggestions(self, text: str, everything: bool) -> list[Suggestion]:
-        """What may come next after a text. Raises an error of vrs itself in this process."""
+        """Suggest words that may come next after a text. Raises an error of vrs itself in this process."""
         end = self.end_of(lambda id: messages.Complete(id, text, everything))
         if isinstance(end, Refused):
             end.refusal.error()
@@ -264,11 +264,11 @@ class FrontEnd:
 
     @property
     def withdrawn(self) -> bool:
-        """Whether the question that is before the user waits for no answer any more."""
+        """Return whether the question that is before the user waits for no answer any more."""
         return self._question in self._withdrawn
 
     def rest(self) -> float:
-        """How long nothing happens that somebody would see [s], unless something comes from elsewhere."""
+        """Return how long nothing happens that somebody would see [s], unless something comes from elsewhere."""
         now = self.status()
         return min(max(self.port.due, SHORTEST), KEEPING_UP if now.clock < now.end else RESTING)
 
@@ -329,7 +329,7 @@ class FrontEnd:
 
 
 def _shown(end: Done | Refused, line: str) -> Reply:
-    """What is shown of a refusal."""
+    """Return the reply for a refusal."""
     assert end.refusal is not None, "it was refused"
     try:
         return refusal(end.refusal.error(), line)
@@ -338,7 +338,7 @@ def _shown(end: Done | Refused, line: str) -> Reply:
 
 
 def _parts(text: str) -> list[str]:
-    """What was pasted, in messages of whole lines."""
+    """Divide pasted text into messages of whole lines."""
     parts, size = [""], 0
     for line in text.splitlines(keepends=True):
         if size and size + len(line) > MAX_CHARS:

@@ -172,7 +172,7 @@ class Shell:
         self.prompts.app.after_render += lambda _app: self.backstage.begin()
 
     def run(self) -> int:
-        """Until EXIT, QUIT or Ctrl-D."""
+        """Run until EXIT, QUIT or Ctrl-D."""
         print(BANNER)
         for note in self.notes:
             print(note)
@@ -189,7 +189,7 @@ class Shell:
 
     @property
     def _hung_up(self) -> bool:
-        """Whether the terminal is gone: its user has not left, and is asked nothing."""
+        """Return whether the terminal is gone: its user has not left, and is asked nothing."""
         return self.prompts.app.input.closed
 
     def _unhurt_round(self) -> bool:
@@ -309,7 +309,7 @@ class Shell:
         self._look()
 
     def _look(self) -> PromptStatus | None:
-        """What there is to be shown; None while the robot is made ready."""
+        """Return the state to be shown; None while the robot is made ready."""
         terminal = self.backstage.ready
         self._status = None if terminal is None else terminal.screens.status()
         return self._status
@@ -364,7 +364,7 @@ def _interruptible(terminal: ShellTerminal) -> Iterator[None]:
 
 
 async def rested(woken: asyncio.Event, seconds: float) -> None:
-    """So long [s], or until something has woken."""
+    """Wait so long [s], or until something wakes."""
     with suppress(TimeoutError):
         async with asyncio.timeout(seconds):
             await woken.wait()

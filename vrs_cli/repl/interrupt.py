@@ -53,7 +53,7 @@ class Stoppable:
 
     @contextmanager
     def broken_off(self) -> Iterator[None]:
-        """What waits for something outside: a signal ends it at once, and is no error."""
+        """Enter while something outside is waited for: a signal ends the wait at once, and is no error."""
         self.waiting = True
         try:
             yield
@@ -63,7 +63,9 @@ class Stoppable:
             self.waiting = False
 
     def end(self, *numbers: int) -> None:
-        """What was done has stopped: the process ends now, if a signal said so, or one of `numbers`. Raises Ended."""
+        """Call when everything has stopped: the process ends now, if a signal said so, or one of `numbers`. Raises
+        Ended.
+        """
         if self.number is not None and self.number in (*ENDINGS, *numbers):
             raise Ended(self.number)
 

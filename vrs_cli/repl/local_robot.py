@@ -89,7 +89,7 @@ class ShellRobot:
             self._terminal.typed(self.port.status().prompt, text)
 
     def _keep(self) -> None:
-        """What is in memory alone outlives the shell, wherever that can be written."""
+        """Write what is in memory alone to the recovery file, wherever that can be written."""
         try:
             if self._keeper is not None:
                 self._keeper.keep()
@@ -222,7 +222,7 @@ class Keeper:
         self._not_before = begun + REST * took if took > SLOW else begun
 
     def forget(self) -> None:
-        """All is stored, or the user has left: nothing need be kept."""
+        """Remove the recovery file: all is stored, or the user has left."""
         self._recovery.remove()
         self._kept = None
 

@@ -85,7 +85,7 @@ class PipedLines:
 
 
 def piped(stream: object) -> PipedLines | None:
-    """None for a stream that no thread can read by itself (a text in memory)."""
+    """Return the lines of a stream; None for a stream that no thread can read by itself (a text in memory)."""
     try:
         return PipedLines(stream) if isinstance(stream, TextIOBase) else None
     except OSError:

@@ -127,7 +127,7 @@ class ScreenEditor:
         )
 
     def run(self) -> None:
-        """Until the user leaves."""
+        """Run until the user leaves."""
         self._draws = True
         self.app.run(pre_run=self._begin)
 
@@ -253,13 +253,13 @@ class ScreenEditor:
         return "   ".join(filter(None, (f" SEE {self.page.name}{changed}", place, vi_mode(self.app))))
 
     def _form(self) -> StyleAndTextTuples:
-        """What the word that is typed takes, and what it does."""
+        """Return the form and the meaning of the word that is typed."""
         document = self.buffer.document
         found = self._screens.signature(document.current_line_before_cursor, steps=True) if self._row else None
         return [] if found is None else [*signature_row(found, self.app.output.get_size().columns)]
 
     def _suggested(self, document: Document) -> list[Suggestion]:
-        """What may come next: what the robot knows, and the names of this text."""
+        """Suggest words that may come next: those that the robot knows, and the names of this text."""
         line = document.current_line_before_cursor
         found = self._screens.suggestions(line, True) if document.cursor_position_row else []
         begun = _BEGUN.search(line)
@@ -270,7 +270,7 @@ class ScreenEditor:
         return [*own, *found]
 
     def _message(self) -> StyleAndTextTuples:
-        """What was last said; or the finding where the cursor is, the first one elsewhere."""
+        """Return the latest message; or the finding where the cursor is, the first one elsewhere."""
         if self.message:
             return [("", f" {self.message}")]
         if not self.findings:
@@ -333,7 +333,7 @@ class ScreenEditor:
             self.buffer.insert_text(INDENT)
 
     def _enter(self) -> None:
-        """What is chosen of the menu stays; a new line where nothing is."""
+        """Take the word that is chosen in the menu; begin a new line where none is."""
         state = self.buffer.complete_state
         if state is not None and state.current_completion is not None:
             self.buffer.complete_state = None

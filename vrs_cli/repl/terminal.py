@@ -119,7 +119,7 @@ class PlainTerminal:
 
 
 def yes_or_no(line: str) -> bool | None:
-    """None for what is no answer to (Y/N)?; a comment may follow."""
+    """Read an answer to (Y/N)?, None for another text; a comment may follow."""
     return ANSWERS.get(line.partition(";")[0].strip().upper())
 
 

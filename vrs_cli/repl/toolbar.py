@@ -24,7 +24,9 @@ LEAST_MESSAGE = 12  # columns: a shorter rest of the line says nothing
 
 
 def toolbar(status: PromptStatus | None, last: str, width: int, mode: str = "") -> str:
-    """As much of it as fits, the most useful first. Without a robot yet: that it is being made ready. `mode`: of vi."""
+    """Return as much of the state as fits, the most useful first. Without a robot yet: that it is being made ready.
+    `mode`: of vi.
+    """
     if status is None:
         return " one moment: the robot is being made ready"[:width]
     text = ""

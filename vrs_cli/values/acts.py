@@ -39,7 +39,7 @@ from vrs_cli.values.tagged import RobotAct, Spoken, UserAct
 
 
 class Goal(Struct, frozen=True, omit_defaults=True):
-    """Where a motion goes: exactly one of these. `joint` is changed by `change`; `offset` is that of DEPART."""
+    """The target of a motion: exactly one of these. `joint` is changed by `change`; `offset` is that of DEPART."""
 
     pose: Transform | None = None
     joints: Joints | None = None
@@ -208,11 +208,11 @@ class CommandList(Spoken, frozen=True):
 
 
 class ListCommands(RobotAct[CommandList], frozen=True):
-    """All motion commands that hold."""
+    """List all motion commands that hold."""
 
 
 class ListBranches(RobotAct[BranchTable], frozen=True):
-    """All branches, main first."""
+    """List all branches, main first."""
 
 
 class ListMotions(RobotAct[TimelineTable], frozen=True):
@@ -304,7 +304,7 @@ class Surveyed(Spoken, frozen=True):
 
 
 class Survey(RobotAct[Surveyed], frozen=True, omit_defaults=True):
-    """What is there? `program`: the one whose steps are wanted, from number `first` on, empty for none; `known`: the
+    """Survey the robot. `program`: the one whose steps are wanted, from number `first` on, empty for none; `known`: the
     marks of lists that are known.
     """
 
@@ -314,7 +314,7 @@ class Survey(RobotAct[Surveyed], frozen=True, omit_defaults=True):
 
 
 class Findings(Spoken, frozen=True):
-    """All that is wrong with a text, by line."""
+    """All mistakes in a text, by line."""
 
     findings: tuple[Diagnostic, ...]
 
@@ -343,7 +343,7 @@ class Attend(UserAct[None], frozen=True):
 
 
 class LeaveEntry(UserAct[None], frozen=True):
-    """What is typed of a program is forgotten; `why` is said of it."""
+    """Forget the program that is typed; `why` stands before the message."""
 
     why: str = ""
 

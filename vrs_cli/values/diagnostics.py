@@ -1,4 +1,4 @@
-"""What is wrong with a line: VAL-II's text and code, our detail, what would be right, and where."""
+"""Mistakes in a line: VAL-II's text and code, our detail, what would be right, and where."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SHOWN, SHOWN_OF_DETAIL = 160, 400
 
 
 class HasSpan(Protocol):
-    """What has a place in a text."""
+    """A value with a place in a text."""
 
     @property
     def span(self) -> Span: ...
@@ -112,7 +112,7 @@ def first_error(found: Iterable[Diagnostic]) -> Diagnostic | None:
 
 
 def errors(found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
-    """What is no warning among diagnostics."""
+    """Yield the diagnostics that are no warnings."""
     return (one for one in found if one.severity is Severity.ERROR)
 
 

@@ -26,7 +26,7 @@ class Dialect(Enum):
     title: str
 
     def knows(self, where: str) -> bool:
-        """Whether it has what a row of the tables says of its lineage; what is ours is in all of them."""
+        """Return whether it has what a row of the tables says of its lineage; what is ours is in all of them."""
         marks = where.split()
         return not marks or any(mark in self._marks for mark in marks)
 

@@ -12,7 +12,7 @@ from vrs_cli.values.tagged import Spoken, UserAct
 
 
 class Limit(Enum):
-    """What keeps the tool from where it is wished."""
+    """The kind of limit that keeps the tool from a wish."""
 
     JOINT = "joint"
     REACH = "reach"
@@ -50,7 +50,7 @@ class Hold(Struct, frozen=True, omit_defaults=True):
 
 
 class Shortfall(Struct, frozen=True, omit_defaults=True):
-    """How far a tool stays behind a wish [m, rad], and what holds it; no holds where it is there."""
+    """The distance of a tool from a wish [m, rad], and the limits that hold it; no holds where it is there."""
 
     away: float = 0.0
     turned: float = 0.0
@@ -58,8 +58,9 @@ class Shortfall(Struct, frozen=True, omit_defaults=True):
 
 
 class DragState(Struct, frozen=True, omit_defaults=True):
-    """Who drags the tool, empty for nobody, and how it follows; `why` it was let go, where that was not by who dragged
-    it. `issued`: when the newest wish was given that the robot goes after, or passes over, as its sender says [s].
+    """The user who drags the tool, empty for nobody, and how it follows; `why` it was let go, where that was not by who
+    dragged it. `issued`: when the newest wish was given that the robot goes after, or passes over, as its sender says
+    [s].
     """
 
     by: str = ""
@@ -69,7 +70,7 @@ class DragState(Struct, frozen=True, omit_defaults=True):
 
 
 class Frame(Enum):
-    """What the axes of a jog are: the value is its name on the screen."""
+    """The axes of a jog: the value is its name on the screen."""
 
     JOINT = "joints"
     WORLD = "world"
@@ -90,7 +91,7 @@ class Axis(Struct, frozen=True):
 
     @property
     def turns(self) -> bool:
-        """Whether a step along it is an angle of the tool."""
+        """Return whether a step along it is an angle of the tool."""
         return self.frame is not Frame.JOINT and self.index >= 3
 
 
@@ -119,4 +120,4 @@ class StopJog(UserAct[Seen], frozen=True, tag="Brake"):
 
 
 class Look(UserAct[Seen], frozen=True):
-    """Where is the arm?"""
+    """Return where the arm is."""

@@ -1,4 +1,4 @@
-"""What a front end shows around the line that is typed: prompt, toolbar, suggestions."""
+"""The state that a front end shows around the line that is typed: prompt, toolbar, suggestions."""
 
 from __future__ import annotations
 

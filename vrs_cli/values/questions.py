@@ -1,4 +1,4 @@
-"""What is asked of people, as values: `text` is what stands before the answer, `id` says which of one robot it is."""
+"""Questions to people, as values: `text` is what stands before the answer, `id` says which of one robot it is."""
 
 from __future__ import annotations
 

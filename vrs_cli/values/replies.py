@@ -1,4 +1,4 @@
-"""What monitor commands answer, as values: they know nothing of terminals, colours or columns (`render` does).
+"""Replies of monitor commands, as values: they know nothing of terminals, colours or columns (`render` does).
 
 Metres, radians, seconds; `render` shows millimetres and degrees.
 """
@@ -45,7 +45,7 @@ class Diagnosed(Struct, frozen=True):
 
 
 class DiagnosticsReport(Spoken, frozen=True):
-    """What is wrong with a line or a file, in the order of the lines."""
+    """The mistakes in a line or a file, in the order of the lines."""
 
     items: tuple[Diagnosed, ...]
 
@@ -239,7 +239,7 @@ class ProgramNames(Spoken, frozen=True):
 
 
 class Progress(Struct, frozen=True):
-    """How far a program is. `step` counts from 1; `cycles_left` is None when it runs for ever."""
+    """The progress of a program. `step` counts from 1; `cycles_left` is None when it runs for ever."""
 
     program: str
     state: str
@@ -380,7 +380,7 @@ class HelpPage(Spoken, frozen=True):
 
 
 class Displaced(Spoken, frozen=True):
-    """What a command did to motions that were scheduled already."""
+    """The effect of a command on motions that were scheduled already."""
 
     displacement: Displacement
 
@@ -456,7 +456,7 @@ class Plot(Spoken, frozen=True):
 
 
 class ReplayRow(Struct, frozen=True):
-    """Where the tool is when the motion with this number and text ends [s]."""
+    """The place of the tool when the motion with this number and text ends [s]."""
 
     motion: int
     text: str
@@ -513,7 +513,7 @@ Reply = (
 
 
 def is_error(reply: Reply) -> bool:
-    """Whether a reply says that something could not be done."""
+    """Return whether a reply says that something could not be done."""
     if isinstance(reply, DiagnosticsReport):
         return any(item.diagnostic.severity is Severity.ERROR for item in reply.items)
     return isinstance(reply, Message | ProgramStopped) and reply.tone is Tone.ERROR

@@ -1,4 +1,4 @@
-"""What the engine and programs find, as values: positions, commands, comparisons, reach, how a run ended.
+"""Results of the engine and of programs, as values: positions, commands, comparisons, reach, how a run ended.
 
 Metres, radians, seconds.
 """
@@ -48,7 +48,7 @@ class CommandRecord(Struct, frozen=True):
 
     @property
     def displaced(self) -> bool:
-        """Whether the motion begins at another time than was asked."""
+        """Return whether the motion begins at another time than was asked."""
         return self.asked is not None and self.asked != self.executed
 
 
@@ -144,8 +144,8 @@ class Untrue(Struct, frozen=True):
 
 
 class WayOut(Struct, frozen=True):
-    """What would do instead of a straight line: the same in another configuration (`words`), two lines by way of `via`
-    (T_world_tool), or a MOVE (neither).
+    """A motion that would do instead of a straight line: the same in another configuration (`words`), two lines by way
+    of `via` (T_world_tool), or a MOVE (neither).
     """
 
     words: tuple[str, ...] = ()
@@ -191,7 +191,7 @@ class Option(Struct, frozen=True):
 
 
 class Reach(Struct, frozen=True):
-    """What WHY says. `options` is empty for a precision point, which has one set of joints: `goal`.
+    """The answer to WHY. `options` is empty for a precision point, which has one set of joints: `goal`.
 
     `chosen`: what MOVE would take, and `reason` why; where it is refused `chosen` is None and `reason` says why not.
     `begin`, `end`: the tool tip now and at the location, in the world [m].
@@ -207,7 +207,8 @@ class Reach(Struct, frozen=True):
 
 
 class ProgramFault(Struct, frozen=True):
-    """Where a program stopped with an error. `step` counts from 1; `line` is that of its file; `source` its text.
+    """The place where a program stopped with an error. `step` counts from 1; `line` is that of its file; `source` its
+    text.
 
     `text` is VAL-II's message, `message` the whole of it with what happened and what would be right. `numbers`: those
     of the error.
@@ -224,7 +225,7 @@ class ProgramFault(Struct, frozen=True):
 
 
 class RunOutcome(Enum):
-    """How a run ended; `value` is VAL-II's word for it."""
+    """The way in which a run ended; `value` is VAL-II's word for it."""
 
     COMPLETED = "Program completed"
     HALTED = "(HALTED)"

@@ -145,16 +145,18 @@ class Actor:
 
     @property
     def asked(self) -> bool:
-        """Whether somebody asks for something that is not done, and does not wait for a program or an answer."""
+        """Return whether somebody asks for something that is not done, and does not wait for a program or an answer."""
         return bool(len(self._inbox) or self._present or self._ready)
 
     @property
     def lets_time_pass(self) -> bool:
-        """Whether somebody waits until a program stops."""
+        """Return whether somebody waits until a program stops."""
         return bool(self._running)
 
     def peek(self) -> float:
-        """When the next thing is due [s]: now where there is a request, infinity where nothing happens by itself."""
+        """Return when the next thing is due [s]: now where there is a request, infinity where nothing happens by
+        itself.
+        """
         clock = self._driver.engine.clock
         if len(self._inbox) or self._present or self._ready or (self._running and self._look):
             return clock.reached
@@ -261,7 +263,7 @@ class Actor:
         return self._waiting.next(busy | self._behind)
 
     def _line_runs(self) -> bool:
-        """Whether a line of the prompt is being carried out, for which others wait."""
+        """Return whether a line of the prompt is being carried out, for which others wait."""
         line = self._driver.tasks.get(PROMPT_LINE)
         return line is not None and line.running
 

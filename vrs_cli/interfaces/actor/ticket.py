@@ -64,7 +64,7 @@ class Ticket(Generic[T]):
         return there
 
     def done(self) -> bool:
-        """Whether the request has ended."""
+        """Return whether the request has ended."""
         return self._ended
 
     def error(self, timeout: float | None = None) -> BaseException | None:

@@ -1,4 +1,5 @@
-"""What may come next on a line, by the tables of the language and the names that are defined. Pure: text in, words out.
+"""Suggest words that may come next on a line, by the tables of the language and the names that are defined. Pure: text
+in, words out.
 
 A suggestion replaces the `start` characters before the cursor. The tables say what each argument is (`Shape`); the
 memory of the session says which names there are (`names_of`). A signature tells which arguments a word takes, and which

@@ -52,7 +52,7 @@ class Conversation:
     """The lines of one user, and the program that the user types, if any. Each method returns a dialogue for the actor;
     nothing that a user types raises an exception in it.
 
-    `user_state`: that of the user, where other users have the robot too (`Holder.submit` does dialogues with it).
+    `user_state`: that of the user, where other users have the robot too (`UserSession.put` does dialogues with it).
     """
 
     def __init__(self, session: Session, user_state: UserState | None = None) -> None:
@@ -150,7 +150,7 @@ class Conversation:
         return None if opens_entry(text) and not ProgramEntry(text).program else session.mistake(text)
 
     def _asked(self, line: str) -> str | None:
-        """What `?`, `word?` or `?word` asks about: "" for all there is; None for another line."""
+        """Return the topic that `?`, `word?` or `?word` asks about: "" for all there is; None for another line."""
         found = _ASKED.fullmatch(line)
         if found is None:
             return None
@@ -228,7 +228,7 @@ class Conversation:
 
     @property
     def _typed(self) -> bool:
-        """Whether anything of it was typed."""
+        """Return whether anything of it was typed."""
         editor = self.user_state.editor
         return editor.changed if editor is not None else self.entry is not None and bool(self.entry.lines)
 
@@ -269,7 +269,7 @@ class Conversation:
     # --- what is seen while a line is typed ---
 
     def suggesting(self, text: str, everything: bool) -> Dialogue[list[Suggestion]]:
-        """What may stand at the end of a line that is not complete; another thread looks through many names."""
+        """Suggest words for the end of a line that is not complete; another thread looks through many names."""
         session, memory, branches = self.session, self.session.environment, tuple(self.session.branches.names)
         steps = self.in_program or isinstance(self.user_state.on_screen, ScreenDraft)
         many = len(memory.spelling) + len(memory.programs) > MANY_NAMES
@@ -282,7 +282,9 @@ class Conversation:
         return (yield from beside_if(many, found))
 
     def status(self) -> PromptStatus:
-        """What the prompt and the toolbar show. Where other users have the robot too, ask for it by `Holder.call`."""
+        """Return the state that the prompt and the toolbar show. Where other users have the robot too, ask
+        for it in the robot's thread.
+        """
         session, engine = self.session, self.session.engine
         clock, now = engine.clock, engine.clock.reached
         position = engine.position(now)
@@ -319,7 +321,7 @@ class Conversation:
 
     @property
     def in_program(self) -> bool:
-        """Whether the next line is one of a program."""
+        """Return whether the next line is one of a program."""
         return self.entry is not None or self.user_state.editor is not None
 
     @property
@@ -334,7 +336,7 @@ class Conversation:
 
     @property
     def prompt(self) -> str:
-        """What stands before the next line where it is one of a program, "" where it is not."""
+        """The prompt of the next line where that is one of a program, else ""."""
         if self.user_state.editor is not None:
             return self.user_state.editor.prompt
         return self.entry.prompt if self.entry is not None else ""

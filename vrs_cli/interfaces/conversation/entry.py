@@ -25,12 +25,12 @@ OPENERS = frozenset({"FOR", "WHILE", "CASE"})
 
 
 def opens_entry(line: str) -> bool:
-    """Whether a line at the prompt begins a program or a section."""
+    """Return whether a line at the prompt begins a program or a section."""
     return _directive(line) in (PROGRAM, *SECTIONS)
 
 
 def closes_entry(line: str) -> bool:
-    """Whether a line is `.END`."""
+    """Return whether a line is `.END`."""
     return _directive(line) == END
 
 
@@ -51,7 +51,7 @@ class ProgramEntry(Struct):
 
     @property
     def program(self) -> bool:
-        """Whether it is a program, and no section."""
+        """Return whether it is a program, and no section."""
         return _directive(self.header) == PROGRAM
 
     @property
@@ -76,12 +76,12 @@ class ProgramEntry(Struct):
 
     @property
     def text(self) -> str:
-        """All of it as a file would hold it."""
+        """Return the whole program as a file would hold it."""
         return "\n".join([self.header.strip(), *self.lines, ".END", ""])
 
 
 def depth(lines: Sequence[str]) -> int:
-    """How many blocks are open after these lines."""
+    """Return how many blocks are open after these lines."""
     return reduce(_blocks_after, lines, 0)
 
 

@@ -1,4 +1,4 @@
-"""What is said when the shell itself is at fault: one line, with the traceback in a file."""
+"""The message for an error of vrs itself: one line, with the traceback in a file."""
 
 from __future__ import annotations
 

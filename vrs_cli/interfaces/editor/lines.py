@@ -87,7 +87,7 @@ class Draft(Struct, frozen=True):
         return (ProgramPart("", steps),) if steps else ()
 
     def screen(self) -> tuple[Reply, ...]:
-        """What is seen on entry: the heading and the present step."""
+        """Return the reply on entry: the heading and the present step."""
         return (ProgramPart(program_header(self.program), self.shown(self.at)),)
 
 
@@ -101,7 +101,7 @@ def listed(analysis: Analysis) -> tuple[ListedStep, ...]:
 
 
 class Change(NamedTuple):
-    """What a line does: the next draft, and what is shown before the present step."""
+    """The result of a line: the next draft, and the replies before the present step."""
 
     draft: Draft
     replies: tuple[Reply, ...] = ()
@@ -111,7 +111,7 @@ class Change(NamedTuple):
 
 
 def _number(argument: str, form: str) -> int:
-    """How many steps, or which one; 1 where none is given. Raises IllegalValue."""
+    """Read the number of steps, or of a step; 1 where none is given. Raises IllegalValue."""
     if not argument:
         return 1
     if _STEP_NUMBER.match(argument) is None or int(argument) == 0:
@@ -158,7 +158,7 @@ def _print(draft: Draft, argument: str, _line: str) -> Change:
 
 
 def _overlay(draft: Draft, _argument: str, line: str) -> Change:
-    """What is typed under the present step takes the place of what stands above it; a blank leaves it."""
+    """Replace the characters of the present step by those typed below them; a blank keeps one."""
     if draft.at == len(draft.steps):
         raise IllegalValue("R", "there is no step here to change")
     above, first = step_texts(draft.program)[draft.at], len(line) - len(line.lstrip())
@@ -216,7 +216,7 @@ def subcommand(line: str) -> tuple[str, str] | None:
 
 
 def taken(draft: Draft, line: str, known: Mapping[str, Kind]) -> Change:
-    """What a line does, but for E and C. `known`: the kinds of the variables that have a value.
+    """Carry out a line other than E and C. `known`: the kinds of the variables that have a value.
 
     Raises LineRefused for an instruction that cannot be read, and VrsError for a wrong sub-command: the draft stays.
     """
@@ -294,7 +294,7 @@ class Editor:
 
     @property
     def changed(self) -> bool:
-        """Whether something would be lost without E."""
+        """Return whether something would be lost without E."""
         return self.draft.program != self._opened
 
     @property
@@ -332,7 +332,7 @@ class Editor:
         return (yield from beside_if(long, lambda: work(draft, memory)))
 
     def mistake(self, line: str) -> Diagnostic | None:
-        """What is wrong with an instruction, before it is sent; sub-commands answer for themselves."""
+        """Return the mistake in an instruction, before it is sent; sub-commands answer for themselves."""
         if not line.strip() or subcommand(line) is not None or line.strip().upper() == ".END":
             return None
         try:

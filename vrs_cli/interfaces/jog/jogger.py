@@ -229,7 +229,7 @@ class Jogger:
             self.station.settle(self.engine.end)
 
     def _farthest(self, begin: Joints, axis: Axis, amount: float) -> tuple[Joints, float, str]:
-        """Where a step ends, which part of the whole step that is, and why it is not all of it."""
+        """Return where a step ends, which part of the whole step that is, and why it is not all of it."""
         if axis.frame is Frame.JOINT:
             return self._turned(begin, axis.index, self.engine.model.units.one_read(axis.index + 1, amount))
         pose, near, count = self.engine.world_pose(begin), begin, ceil(abs(amount) / INCREMENT) or 1

@@ -67,8 +67,9 @@ def listed(what: str, names: list[str]) -> str:
 
 
 def may_replace(station: Station, program: str) -> Dialogue[bool | None]:
-    """Whether a program of that name may be put in memory: there is none, or the user agrees. None where nobody
-    answers."""
+    """Return whether a program of that name may be put in memory: there is none, or the user agrees. None where nobody
+    answers.
+    """
     if key_of(program) not in station.programs:
         return True
     return (yield from confirmed(station, f"Program {program} exists. Replace it (Y/N)?"))

@@ -173,7 +173,7 @@ def _users(name: str) -> Iterator[HelpEntry]:
 
 
 def _entry(sort: str, row: WordRow, note: str) -> HelpEntry:
-    """What a row says. One that is not available has no example, and says what to write instead."""
+    """Return the meaning in a row. A word that is not available has no example, and says what to write instead."""
     if row.state is State.SUPPORTED:
         return HelpEntry(sort, row.form, row.summary, row.example, row.where, note)
     return HelpEntry(sort, row.form, row.summary, "", row.where, "; ".join(filter(None, (row.state.value, note))))

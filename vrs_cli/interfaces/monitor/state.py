@@ -164,7 +164,7 @@ def _free(station: Station, _it: Instruction) -> Iterable[Reply]:
 
 
 def free_memory() -> float | None:
-    """How much of the computer's memory is free [%]; None where the system does not say."""
+    """Return how much of the computer's memory is free [%]; None where the system does not say."""
     try:
         return 100.0 * os.sysconf("SC_AVPHYS_PAGES") / os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError, ZeroDivisionError):

@@ -58,7 +58,7 @@ def _branch(station: Station, it: Instruction) -> Dialogue[None]:
 
 
 def branch_table(station: Station) -> BranchTable:
-    """All branches, main first."""
+    """List all branches, main first."""
     present, rows = station.branches.present, list[BranchRow]()
     for name in station.branches.names:
         left = station.branches.left(name)

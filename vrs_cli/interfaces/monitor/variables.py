@@ -84,7 +84,9 @@ def _values(station: Station, expression: Expression) -> Dialogue[Rows]:
 
 
 def _own_elements(station: Station, asked: Variable, reference: Reference) -> Iterator[tuple[str, Value]]:
-    """The same of a variable of the program that has stopped. Raises UndefinedValue where there is none."""
+    """Return the values of a variable that the stopped program has to itself. Raises UndefinedValue where there is
+    none.
+    """
     program, name = station.task.program if station.task is not None else "", asked.sigil + asked.name
     if reference.key is not None:
         yield f"{name} ({program})", reference.value()

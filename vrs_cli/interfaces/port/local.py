@@ -52,7 +52,7 @@ class _LocalUser(UserSession):
 
     @property
     def rate(self) -> float | None:
-        """How many seconds of the robot pass in one; None if its time does not pass by itself."""
+        """Return how many seconds of the robot pass in one; None if its time does not pass by itself."""
         clock = self.session.engine.clock
         return clock.rate if isinstance(clock, WallClock) and not clock.paused else None
 
@@ -79,7 +79,7 @@ class LocalPort:
         self._driving = Lock()
 
     def under(self, conditions: Conditions) -> LocalPort:
-        """The same port, whose requests are carried out under these conditions."""
+        """Return the same port, whose requests are carried out under these conditions."""
         other = copy(self)
         other.user = copy(self.user)
         other.user.conditions = conditions

@@ -68,7 +68,7 @@ class FollowedRobot(Watched, Protocol):
 
     @property
     def rate(self) -> float | None:
-        """How many seconds of the robot pass in one; None if its time does not pass by itself."""
+        """Return how many seconds of the robot pass in one; None if its time does not pass by itself."""
 
     @property
     def begins(self) -> float: ...
@@ -83,19 +83,19 @@ class Port(Protocol):
 
     @property
     def one_user(self) -> bool:
-        """Whether nobody else uses the robot."""
+        """Return whether nobody else uses the robot."""
 
     @property
     def open(self) -> bool:
-        """Whether there is a connection now; always so in this process."""
+        """Return whether there is a connection now; always so in this process."""
 
     @property
     def cuts(self) -> int:
-        """How often the connection was cut."""
+        """Return how often the connection was cut."""
 
     @property
     def stalls(self) -> int:
-        """How often the connection was quiet for so long that it may have been cut."""
+        """Return how often the connection was quiet for so long that it may have been cut."""
 
     def check_open(self) -> None:
         """Raises RequestRefused if there is no connection now."""
@@ -134,17 +134,17 @@ class Port(Protocol):
         """The timeline, which is followed, and every change of it from now on."""
 
     def previewed(self) -> Previewed:
-        """What the robot will do, with the requests that are on their way to it. The timeline is followed."""
+        """Return what the robot will do, with the requests that are on their way to it. The timeline is followed."""
 
     def status(self) -> PromptStatus:
-        """What a prompt shows now, as far as that is known here."""
+        """Return the state that a prompt shows now, as far as it is known here."""
 
     def program(self, key: str) -> Program | None:
         """A program in memory, where it is in this process."""
 
     @property
     def on_screen(self) -> object:
-        """What the open question has for the screen, where that is in this process."""
+        """The object that the open question shows on the screen, where that is in this process."""
 
     @property
     def due(self) -> float:
@@ -155,7 +155,7 @@ class Port(Protocol):
 
 
 def ends(message: ServerMessage, id: int) -> bool:
-    """Whether the message is the end of the request with this id."""
+    """Return whether the message is the end of the request with this id."""
     return isinstance(message, Done | Refused | Result) and message.id == id
 
 

@@ -1,4 +1,4 @@
-"""What a robot will do with all that was asked of it, as whoever asked knows it: commands may be on their way still."""
+"""A preview of a robot, as its user knows it: commands may still be on their way."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ FRESH = 3.0  # [s] that a flag is told of after the times that it is about
 
 
 class Expected(Struct, frozen=True):
-    """What is expected of a command that is on its way, `issued` at that time of the robot's clock [s]: from `begin` on
-    it changes the timeline [s] (None: it does not), or `refused` says why the robot will not do it. `planned`: what it
-    changes is seen already; else it may change all from its arrival on. `text`: as it was given.
+    """The expected effect of a command that is on its way, `issued` at that time of the robot's clock [s]: from `begin`
+    on it changes the timeline [s] (None: it does not), or `refused` says why the robot will not do it. `planned`: what
+    it changes is seen already; else it may change all from its arrival on. `text`: as it was given.
     """
 
     id: int
@@ -53,7 +53,7 @@ class Previewed(Struct, frozen=True):
 
     @classmethod
     def of(cls, timeline: Timeline, now: float) -> Previewed:
-        """Of a robot here: nothing is on its way."""
+        """Preview a robot of this process: nothing is on its way."""
         return cls(timeline, now, now, now, now)
 
     @property
@@ -62,7 +62,7 @@ class Previewed(Struct, frozen=True):
         return self.heard if self.predicts else self.now
 
     def lines(self, t: float) -> Iterator[str]:
-        """What is to be said of time t [s]."""
+        """Yield the notes about time t [s]."""
         if self.predicts:
             yield f"{seconds(self.shown - self.heard)} ahead of what is heard, D_f + D_b is {seconds(self.round_trip)}"
         before = bisect_right(self.flagged, (t, inf))
@@ -74,7 +74,7 @@ class Previewed(Struct, frozen=True):
 
     @property
     def doubt(self) -> str:
-        """What is not confirmed, and why; empty where all is."""
+        """The part that is not confirmed, and the reason; empty where all is confirmed."""
         return "" if self.unconfirmed == inf else f"unconfirmed from {seconds(self.unconfirmed)} on: {self._under_way}"
 
     @property

@@ -76,14 +76,14 @@ class Pending(Struct, eq=False):
 
 
 class _Found(NamedTuple):
-    """What came of a command, and what stands around the prompt then."""
+    """The result of a command, and the state around the prompt then."""
 
     status: PromptStatus
     found: Any
 
 
 class UserSession:
-    """What one user has at a robot: a user state, a conversation, requests that have not ended, and open questions.
+    """One user of a robot: a user state, a conversation, requests that have not ended, and open questions.
 
     A subclass may limit what is asked (`ask`), and how it comes to the robot (`submit`). `tells_status`: the end of a
     command tells what stands around the prompt then.
@@ -153,7 +153,7 @@ class UserSession:
         return _Found(self.status(), found)
 
     def status(self) -> PromptStatus:
-        """What stands around the user's prompt. In the robot's thread, while the user is served."""
+        """Return the state around the user's prompt. In the robot's thread, while the user is served."""
         return self.conversation.status()
 
     def submit(self, dialogue: Dialogue[Any], pending: Pending, *, urgent: bool = False) -> None:
@@ -169,7 +169,7 @@ class UserSession:
         return session.actor.submit(dialogue, urgent=urgent, by=self.user_state, outlet=outlet)
 
     def stops(self, line: str) -> bool:
-        """Whether a line overtakes all that waits."""
+        """Return whether a line overtakes all that waits."""
         if line.lstrip()[:2].upper() != STOPPING[0][:2] or self.user_state.editor is not None:
             return False
         try:

@@ -49,9 +49,9 @@ class Observer:
         return self.timeline.locate(self.now)[0].motion.frames
 
     def at(self, t: float | None = None) -> Position:
-        """Where the robot is at t [s], past or future, or now."""
+        """Return where the robot is at t [s], past or future, or now."""
         return position_at(self.arm, self.timeline, self.now if t is None else t)
 
     def over(self, times: Floats) -> PositionArrays:
-        """Where it is at times (N,) [s]."""
+        """Return where the robot is at times (N,) [s]."""
         return positions_at(self.arm, self.timeline, times)

@@ -48,7 +48,7 @@ class Playback(Struct, frozen=True):
 
     @staticmethod
     def following(start: float, end: float, now: float, wall: float) -> Playback:
-        """Where the robot is, and on with it."""
+        """Make a playback that begins where the robot is, and follows it."""
         return Playback.of(start, end, 1.0, wall).look(wall, start, end, now).follow(wall)
 
     # --- reading ---
@@ -61,7 +61,7 @@ class Playback(Struct, frozen=True):
         return self._within(self.shown + passed)
 
     def ended(self, wall: float) -> bool:
-        """Whether there is nothing left to play."""
+        """Return whether there is nothing left to play."""
         return not self.loops and self.at(wall) >= self._last
 
     def doing(self, wall: float) -> str:
@@ -72,7 +72,7 @@ class Playback(Struct, frozen=True):
         return "ended" if self.ended(wall) else "playing" if self.playing else "paused"
 
     def behind(self, wall: float) -> float:
-        """How far what is shown lies behind where the robot is [s]."""
+        """Return how far what is shown lies behind where the robot is [s]."""
         return max(min(self.now, self.end) - self.at(wall), 0.0)
 
     @property
@@ -131,7 +131,7 @@ class Playback(Struct, frozen=True):
         return self.at_rate(max((r for r in RATES if r < self.rate), default=self.rate), wall)
 
     def at_rate(self, rate: float, wall: float) -> Playback:
-        """So many seconds of the trajectory in one second, from here on."""
+        """Show so many seconds of the trajectory in one second, from here on."""
         return replace(self._anchored(self.at(wall), wall), rate=rate)
 
     def _anchored(self, t: float, wall: float) -> Playback:
@@ -142,7 +142,7 @@ class Playback(Struct, frozen=True):
 
 
 def command_after(timeline: Timeline, t: float) -> float:
-    """When the next command after t takes effect [s]; the end where none does."""
+    """Return when the next command after t takes effect [s]; the end where none does."""
     index = timeline.index_at(t)
     number = timeline[index].motion.number
     while index + 1 < len(timeline):
@@ -153,7 +153,7 @@ def command_after(timeline: Timeline, t: float) -> float:
 
 
 def command_before(timeline: Timeline, t: float) -> float:
-    """When the last command before t took effect [s]; the start where there is none."""
+    """Return when the last command before t took effect [s]; the start where there is none."""
     begin = _begin(timeline, timeline.index_at(t))
     while begin > 0 and timeline[begin].start >= t:
         begin = _begin(timeline, begin - 1)
@@ -182,7 +182,7 @@ class Viewer:
 
     @property
     def due(self) -> float:
-        """When its next look is due, on the wall [s]."""
+        """Return when its next look is due, on the wall [s]."""
         return (self._last + 1) / self.rate
 
     def look(self, watched: Watched, wall: float) -> None:
@@ -194,7 +194,7 @@ class Viewer:
 
 
 class ViewerLook(NamedTuple):
-    """What a viewer sees: the robot, at a time of timeline `version`."""
+    """The view of a viewer: the robot, at a time of timeline `version`."""
 
     viewer: Viewer
     version: int
@@ -221,11 +221,11 @@ class Audience:
         self._viewers.remove(viewer)
 
     def peek(self) -> float:
-        """When the next look is due, on the wall [s]; infinity where nobody looks."""
+        """Return when the next look is due, on the wall [s]; infinity where nobody looks."""
         return min((viewer.due for viewer in self._viewers), default=inf)
 
     def step(self) -> list[ViewerLook]:
-        """All looks that are due."""
+        """Take all looks that are due."""
         arm, timeline, wall = self._watched.arm, self._watched.timeline, self._wall()
         shared, looks = dict[float, Position](), list[ViewerLook]()
         for viewer in self._viewers:

@@ -87,7 +87,7 @@ class Supervisor(Observer):
         self._sent: list[Callable[[], object]] | None = None
 
     def on(self, port: Port) -> Supervisor:
-        """The same supervisor, with a port that adds conditions to the requests."""
+        """Return the same supervisor, with a port that adds conditions to the requests."""
         other = copy(self)
         other.port = port
         return other
@@ -252,7 +252,7 @@ class Supervisor(Observer):
         return found
 
     def _past(self, times: Sequence[float]) -> tuple[Position, ...]:
-        """Where the robot was at times [s] that are not known here any more."""
+        """Return where the robot was at times [s] that are not known here any more."""
         found: list[Position] = []
         for first in range(0, len(times), MOST_TIMES):
             some = tuple(times[first : first + MOST_TIMES])

@@ -172,7 +172,7 @@ def _list_commands(session: Session, _act: ListCommands) -> Dialogue[CommandList
     return CommandList((yield from beside(session.engine.book.all_records())))
 
 
-# --- a survey ---------------------------------------------------------------------------------------------------------
+# --- a survey -------------------------------------------------------------------------------------------------------
 
 
 def survey(session: Session, act: Survey) -> Dialogue[Surveyed]:
@@ -258,11 +258,11 @@ def _task(track: Track) -> TaskRow:
     return TaskRow(track.number, task.program, task.state.value, step, track.running, asks)
 
 
-# --- all acts ---------------------------------------------------------------------------------------------------------
+# --- all acts -------------------------------------------------------------------------------------------------------
 
 
 class _Row(NamedTuple):
-    """How an act is called, the role that it needs, and how it is done: what comes of it, or a talk that tells that."""
+    """The name of an act in messages, the role that it needs, and the function that returns a result or a dialogue."""
 
     said: str
     role: Role

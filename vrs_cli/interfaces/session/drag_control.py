@@ -27,7 +27,7 @@ SAID = "to drag the tool"
 
 
 class DragControl:
-    """Which user drags, and the last wish. All but `pulled` is for the robot's own thread."""
+    """Keeps which user drags, and the last wish. All but `pulled` is for the robot's own thread."""
 
     def __init__(self, session: Session, wall: Callable[[], float]) -> None:
         self.pulled = DragState()

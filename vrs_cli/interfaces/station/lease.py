@@ -39,7 +39,7 @@ Notice = Granted | Requested | Lost
 
 
 def notice_text(notice: Notice | None, user: str) -> str:
-    """What a user is told of a notice; empty if that only says who drives."""
+    """Return the text of a notice for a user; empty if that only says who drives."""
     match notice:
         case Requested(of, by) if of == user:
             return f"{by} would like to drive"
@@ -65,7 +65,7 @@ class RobotLease(Struct, frozen=True):
         return bool(who) and who == self.holder
 
     def expired(self, now: float) -> bool:
-        """Whether another user may take it."""
+        """Return whether another user may take it."""
         return not self.holder or now > self.until
 
     def check(self, who: str) -> None:

@@ -1,4 +1,4 @@
-"""What a file brings into memory: its programs, analysed among those that are there, and its variables."""
+"""The contents of a file for the memory: its programs, analysed among those that are there, and its variables."""
 
 from __future__ import annotations
 

@@ -209,7 +209,7 @@ class Station:
 
     @property
     def running(self) -> bool:
-        """Whether the robot program runs."""
+        """Return whether the robot program runs."""
         track = self.tasks.get(ROBOT_PROGRAM)
         return track is not None and track.running
 
@@ -465,7 +465,7 @@ class Station:
 
     @property
     def elsewhere(self) -> bool:
-        """Whether a program runs on another branch than that of the present user."""
+        """Return whether a program runs on another branch than that of the present user."""
         return not self.branches.is_at(self.user_state)
 
     def on_branch(self, role: Role, dialogue: Dialogue[R]) -> Dialogue[R]:
@@ -488,8 +488,9 @@ class Station:
             lease.check(user_state.name)
 
     def _answers(self, track: Track) -> bool:
-        """Whether the questions of a task are for the present user: the one who drives, or who let the task go on last
-        and has not left."""
+        """Return whether the questions of a task are for the present user: the one who drives, or who let the task go
+        on last and has not left.
+        """
         if self.lease is not None:
             return self.lease.drives(self.user_state.name)
         driver = track.driven_by

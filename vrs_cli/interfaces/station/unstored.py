@@ -64,7 +64,7 @@ class Unstored:
 
     @property
     def fresh(self) -> bool:
-        """Whether `news` has any."""
+        """Return whether `news` has any."""
         return bool(self._news or self._changed)
 
     def news(self) -> set[Item]:
@@ -86,7 +86,7 @@ class Unstored:
         self._changed.clear()
 
     def _differs(self, key: str, stored: StoredProgram) -> bool:
-        """Whether a program differs from that of a file."""
+        """Return whether a program differs from that of a file."""
         if stored in self._different:
             return True
         of_file, now = self._programs.get(key, lambda: None)(), stored.program
@@ -128,7 +128,7 @@ class Unstored:
 
     @property
     def of_program(self) -> bool:
-        """Whether a program makes the present changes."""
+        """Return whether a program makes the present changes."""
         return self._before is not None
 
     def begin_run(self) -> None:

@@ -29,7 +29,7 @@ class LineEditor(Protocol):
     def done(self) -> bool: ...
     @property
     def changed(self) -> bool:
-        """Whether leaving it now would lose something."""
+        """Return whether leaving it now would lose something."""
 
     @property
     def text(self) -> str:
@@ -39,7 +39,7 @@ class LineEditor(Protocol):
         """Carry out a line. Raises LineRefused, VrsError."""
 
     def mistake(self, line: str) -> Diagnostic | None:
-        """What is wrong with a line that is not sent yet."""
+        """Return the mistake in a line that is not sent yet."""
 
 
 MOST_TYPED = 1000  # lines that HISTORY knows

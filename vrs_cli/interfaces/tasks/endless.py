@@ -18,7 +18,7 @@ UNTIMED = (Wait, WaitEvent, AttachRobot)  # what may be waited for in vain
 
 
 def in_vain(tracks: Iterable[Track], now: float) -> bool:
-    """Whether all of them wait for what stays as it is while time goes on."""
+    """Return whether all of them wait for what stays as it is while time goes on."""
     return all(track.wake > now and not track.reacts and _stays(track) for track in tracks)
 
 
@@ -32,7 +32,7 @@ def _stays(track: Track) -> bool:
 
 
 def _condition(track: Track) -> Expression | None:
-    """Of the WAIT that a task stands at."""
+    """Return the condition of the WAIT that a task stands at."""
     it = track.task.statement
     return it.arguments[0] if isinstance(it, Instruction) and it.word == "WAIT" and it.arguments else None
 

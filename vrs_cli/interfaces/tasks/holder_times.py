@@ -19,15 +19,15 @@ USUAL_ALLOWED = 10.0  # [s] that a command may have been on its way
 
 
 class HolderTimes(Struct, frozen=True):
-    """What a holder says of times [s]. `offset`: D. `allowed`: a command was on its way no longer than this, whatever
-    its sender says.
+    """Corrections of the times that a holder gives [s]. `offset`: D. `allowed`: a command was on its way no longer than
+    this, whatever its sender says.
     """
 
     offset: float = 0.0
     allowed: float = USUAL_ALLOWED
 
     def issued(self, claim: float | None, arrival: float) -> float:
-        """When a command was issued, by the robot's clock: as claimed, within [arrival - allowed, arrival]."""
+        """Return when a command was issued, by the robot's clock: as claimed, within [arrival - allowed, arrival]."""
         if claim is None or claim != claim:
             return arrival
         return min(max(claim, arrival - self.allowed), arrival)

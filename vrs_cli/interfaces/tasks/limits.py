@@ -19,11 +19,11 @@ def at_prompt(_option: str) -> str:
 
 
 class Limits(Struct, frozen=True, kw_only=True):
-    """How much a run of programs may take: counted alike on every machine. None: any amount.
+    """The limits of a run of programs: counted alike on every machine. None: any amount.
 
-    Robot's time [s], steps of all programs together, what arrays and strings hold (elements and characters), bytes
-    that are typed, and bytes that are written to files. The defaults are for programs that nobody watches: each of
-    them ends an endless program soon. Raises ValueError for what is no limit.
+    Robot's time [s], steps of all programs together, what arrays and strings hold (elements and characters), bytes that
+    are typed, and bytes that are written to files. The defaults are for programs that nobody watches: each of them ends
+    an endless program soon. Raises ValueError for what is no limit.
     """
 
     max_time: float | None = 3600.0

@@ -159,8 +159,9 @@ class Track(Struct, eq=False):
 
     @property
     def reacts(self) -> bool:
-        """Whether a reaction is due that interrupts what the task waits for: a WAIT or a peer; for REACTI also the
-        robot."""
+        """Return whether a reaction is due that interrupts what the task waits for: a WAIT or a peer; for REACTI also
+        the robot.
+        """
         due = self.task.reactions.due
         if due is None:
             return False
@@ -185,7 +186,7 @@ class Watch(Struct):
     last: Value | None = None
 
     def changed(self) -> str:
-        """What the value is now and was before; empty where it is the same."""
+        """Tell the present value and the one before; empty where it is the same."""
         before = self.last
         try:
             self.last = self.evaluate()
@@ -310,7 +311,7 @@ class Tasks(System):
         return track
 
     def only_waits(self, track: Track) -> bool:
-        """Whether it is a line of the prompt in real time: the arm moves whether the line waits or not."""
+        """Return whether it is a line of the prompt in real time: the arm moves whether the line waits or not."""
         return track.at_prompt and self._engine.realtime
 
     def end_cycles(self, number: int) -> Track:
@@ -352,7 +353,7 @@ class Tasks(System):
     # --- the robot ---
 
     def owns(self, track: Track) -> bool:
-        """Whether a task has the robot; a line of the prompt has it while no task does."""
+        """Return whether a task has the robot; a line of the prompt has it while no task does."""
         return self._owner == track.number or (track.at_prompt and self._owner is None)
 
     def check_robot_free(self) -> None:
