@@ -57,7 +57,7 @@ def picked(
     session = session_of(CELL)
     session.load_text(PICK.format(take=take, put=put, x=x, y=y, open=open_hand))
     assert session.execute("pick").fault is None
-    return session, session.contacts.contacts
+    return session, [*session.contacts.contacts]
 
 
 def test_gripping_standing_and_leaving_are_no_contacts() -> None:

@@ -152,3 +152,15 @@ def test_without_the_package_one_line_says_so(monkeypatch: pytest.MonkeyPatch) -
 def test_without_scene_and_switch_nothing_is_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(watch, "find_spec", lambda _: pytest.fail("asked"))
     Session(RecordingTerminal()).perform(f"DO {INTO}")
+
+
+def test_a_steered_motion_is_told_once() -> None:
+    session = session_of()
+    engine = session.engine
+    session.perform("DO MOVE TRANS(200, 400, 0, 90, 90, 0)")
+    here = engine.position().T_world_tool
+    dragging = Dragging(engine)
+    for k in range(80):
+        dragging.to(at_position(here, here.px + min(0.004 * k, 0.25), here.py, here.pz))
+        engine.clock.advance(engine.now + TICK)
+    assert [text for text, _ in session.contacts.contacts] == ["DRAG"]

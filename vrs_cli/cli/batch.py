@@ -328,8 +328,9 @@ def world_object(station: Station) -> Object:
     if course is not None and course.parts():
         end = max(engine.now, engine.end)
         found["parts"] = {name: _part_object(course, name, end) for name in course.parts()}
-        found["contacts"] = [_contact_object(*one) for one in station.contacts.contacts]
         found["notes"] = [{"t": shown(t), "kind": kind, "text": text} for t, kind, text in course.notes]
+    if "parts" in found or station.contacts.contacts:
+        found["contacts"] = [_contact_object(*one) for one in station.contacts.contacts]
     wrong = list(untrue(engine.book, station.environment.signals))
     if wrong:
         found["no_longer_true"] = [

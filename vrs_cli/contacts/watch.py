@@ -4,6 +4,7 @@ it contacts are told, once a motion, where a scene is around the robot.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
@@ -25,13 +26,13 @@ if TYPE_CHECKING:
     from vrs_cli.world.world import World
 
 MM = 1e-3  # [m]
+MOST_TOLD = 1000  # contacts that are kept
 
 
 class ContactWatch:
     """Checks the motions of an engine.
 
-    `around` returns the scene and its world, None where there is none. `tell` gets the line for people, `told` a
-    contact that is not refused, with the text of its motion.
+    `around` returns the scene and its world, None where there is none. `tell` gets a line for people.
     """
 
     def __init__(
@@ -43,7 +44,8 @@ class ContactWatch:
         self._engine, self._around, self._tell = engine, around, tell
         self._checker: Checker | None = None
         self._missing = False  # and said
-        self.contacts: list[tuple[str, Contact]] = []  # that were told, each with the text of its motion
+        self.contacts = deque[tuple[str, Contact]](maxlen=MOST_TOLD)  # that were told, with the texts of their motions
+        self._number = 0  # of the motion of the last one
         engine.checks.append(self.check)
 
     @property
@@ -66,6 +68,9 @@ class ContactWatch:
             raise CollisionAhead(
                 f"{text}: {found.said()}", hint, value=found.depth, lower=found.needed, place=found.place
             )
+        if delta.motion.kind is MotionKind.STEERED and delta.motion.number == self._number:
+            return  # one more target of a motion that was told
+        self._number = delta.motion.number
         self.contacts.append((text, found))
         self._tell(f"{text}: {found.said()}")
 
