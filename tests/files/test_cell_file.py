@@ -110,7 +110,7 @@ def test_what_the_cell_fills_has_a_value() -> None:
     ]
     made.driver.surround(parse_cell(CELL.replace("{more}", "")))
     assert made.load_text(PROGRAM) == ()
-    assert "found.x" not in made.environment.kinds(), "it has none before the camera has found something"
+    assert "found.x" not in made.environment.kinds, "it has none before the camera has found something"
 
 
 def test_at_the_prompt_time_brings_what_follows() -> None:

@@ -201,7 +201,7 @@ def test_ctrl_c_stops_what_is_waited_for_and_the_rest_of_the_pipe() -> None:
     loop = [".PROGRAM loop\n", "DO\n", "DRIVE 1, 10\n", "DRIVE 1, -10\n", "UNTIL FALSE\n", ".END\n"]
     status, text = piped(line, [*loop, "EXECUTE loop\n", "a = 1\n"], [])
     assert "(ABORTED)\nProgram stopped at loop, step" in text
-    assert (status, line.session.environment.kinds()) == (1, {})
+    assert (status, line.session.environment.kinds) == (1, {})
 
 
 # --- while a line is typed ----------------------------------------------------------------------------------------
@@ -294,7 +294,7 @@ def test_a_long_paste_goes_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     front_end.take(".PROGRAM p\n" + "b = 1\n" * 20 + ".END\nLISTR a")  # nobody lets it be replaced
     assert "already exists" in sink.getvalue()
     assert sink.getvalue().endswith("a                2\n")
-    assert "b" not in line.session.environment.kinds()
+    assert "b" not in line.session.environment.kinds
 
 
 def test_a_question_does_not_outlive_its_server() -> None:

@@ -110,7 +110,7 @@ class Inspector:
         self, environment: Environment, programs: Mapping[str, Placed]
     ) -> tuple[tuple[Placed, _Inspected], ...]:
         trees = {program.key: program for _, program in programs_of(programs.values())}
-        around, before, self._inspected = Surroundings(dict(environment.kinds()), trees), self._inspected, {}
+        around, before, self._inspected = Surroundings(dict(environment.kinds), trees), self._inspected, {}
         for key, placed in programs.items():
             one = before.get(placed.part)
             if one is None or one.basis != _basis(around, one.analysis):

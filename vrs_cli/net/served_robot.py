@@ -263,7 +263,7 @@ class ServedRobot:
         if (now := self.wall()) - self._measured > MEASURED:
             self._measured, self._grown = now, None
             try:
-                check_growth(self.allowance, len(self.session.environment.kinds()) + len(self.session.programs))
+                check_growth(self.allowance, len(self.session.environment.kinds) + len(self.session.programs))
                 check_room(self.folder, self.allowance)
             except LimitReached as error:
                 self._grown = error

@@ -69,7 +69,7 @@ def conversation() -> Conversation:
 def test_several_lines_at_once() -> None:
     dialogue = conversation()
     dialogue.perform(dialogue.lines(".PROGRAM p\na = 1\n.END\nEXECUTE p\nb = a+1"))
-    assert dict(dialogue.session.environment.kinds()).keys() == {"a", "b"}
+    assert dict(dialogue.session.environment.kinds).keys() == {"a", "b"}
 
 
 def test_a_broken_pipe_is_for_the_caller(monkeypatch: pytest.MonkeyPatch) -> None:

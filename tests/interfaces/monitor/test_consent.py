@@ -17,7 +17,7 @@ def test_nothing_goes_without_a_yes(line: str) -> None:
     for terminal in (Person(sure=False), RecordingTerminal(sure=False)):
         session = loaded(terminal)
         session.perform(line)
-        assert (len(session.environment.programs), len(session.environment.kinds())) == (4, 4)
+        assert (len(session.environment.programs), len(session.environment.kinds)) == (4, 4)
         assert terminal.asked[0].endswith("Are you sure (Y/N)?")
         refused = last(session, replies.Message)
         assert (refused.tone is replies.Tone.ERROR) is not terminal.attended
@@ -28,7 +28,7 @@ def test_disable_interactive_asks_nothing() -> None:
     session = loaded(terminal)
     session.perform("DISABLE INTERACTIVE")
     session.perform("ZERO")
-    assert (terminal.asked, session.environment.programs, session.environment.kinds()) == ([], {}, {})
+    assert (terminal.asked, session.environment.programs, session.environment.kinds) == ([], {}, {})
 
 
 def test_a_file_that_is_there_is_overwritten_only_when_agreed(folder: Path) -> None:

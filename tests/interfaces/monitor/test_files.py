@@ -22,7 +22,7 @@ def test_store_and_load_bring_everything_back(folder: Path) -> None:
     session.perform("STORE cell")
     again = at(RecordingTerminal(), "LOAD cell")
     assert list(again.environment.programs) == list(session.environment.programs)
-    assert again.environment.kinds() == session.environment.kinds()
+    assert again.environment.kinds == session.environment.kinds
     assert (folder / "cell.v2").exists()
 
 
@@ -61,7 +61,7 @@ def test_load_says_where_it_has_loaded_nothing(folder: Path) -> None:
     (folder / "now.lc").write_text(".LOCATIONS\nnow 1 0 0 0 1 0\n0 0 -1 430.16 49.70 710.00\n.END\n")
     session = at(RecordingTerminal(), "LOAD now.lc")
     assert last(session, replies.Message) == replies.Message("nothing of now.lc is loaded", replies.Tone.ERROR)
-    assert not session.environment.kinds()
+    assert not session.environment.kinds
 
 
 def test_a_trajectory_is_loaded_as_a_branch() -> None:

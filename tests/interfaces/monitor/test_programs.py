@@ -14,21 +14,21 @@ def test_delete_takes_what_nobody_else_uses() -> None:
     session = loaded(RecordingTerminal())
     session.perform("DELETE main")
     assert list(session.environment.programs) == ["shared", "other"]
-    assert sorted(session.environment.kinds()) == ["x", "z"]
+    assert sorted(session.environment.kinds) == ["x", "z"]
 
 
 def test_delete_of_a_called_program_leaves_what_others_need() -> None:
     session = loaded(RecordingTerminal())
     session.perform("DELETE shared")
     assert list(session.environment.programs) == ["main", "helper", "other"]
-    assert sorted(session.environment.kinds()) == ["only.here", "x", "y", "z"]
+    assert sorted(session.environment.kinds) == ["only.here", "x", "y", "z"]
 
 
 def test_deletep_takes_the_program_alone() -> None:
     session = loaded(RecordingTerminal())
     session.perform("DELETEP main, other")
     assert list(session.environment.programs) == ["helper", "shared"]
-    assert len(session.environment.kinds()) == 4
+    assert len(session.environment.kinds) == 4
 
 
 def test_listp_marks_every_step_that_has_a_mistake() -> None:

@@ -74,7 +74,7 @@ def test_every_short_name_that_is_defined_shows_its_value_and_does_nothing_else(
     for name in SHORT:
         assert shown(session, name) == [replies.RealTable(((name, float(len(name))),))]
     assert (engine.timeline, engine.now, engine.position()) == before
-    assert len(session.environment.kinds()) == len(SHORT)
+    assert len(session.environment.kinds) == len(SHORT)
 
 
 def test_a_letter_without_a_value_is_refused() -> None:

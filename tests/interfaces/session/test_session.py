@@ -239,13 +239,13 @@ $s "%s"
     x = (1
 .END
 """
-    before = set(session.environment.kinds())
+    before = set(session.environment.kinds)
     found = session.load_text(text % ("x" * 200))
     errors = {one.span.line: (one.code, one.span.column) for one in found if one.severity is Severity.ERROR}
     assert errors == {3: (-404, 1), 7: (-404, 1), 11: (-416, 1), 14: (-457, 9)}
-    assert set(session.environment.kinds()) == before  # nothing of a section with a mistake is loaded
+    assert set(session.environment.kinds) == before  # nothing of a section with a mistake is loaded
     session.load_text(text.replace("w[-1] 500 150 -100 90 90 0\n", "") % "a")
-    assert set(session.environment.kinds()) == {*before, "good", "$s"}
+    assert set(session.environment.kinds) == {*before, "good", "$s"}
 
 
 def test_what_keeps_a_program_from_running_is_told(session: Session) -> None:

@@ -118,14 +118,14 @@ def test_what_is_no_rotation_loads_nothing_of_its_section(seed: int, wrong: str)
     station, found = loaded("good 1 2 3 90 -90 0", "bad " + " ".join(map(repr, numbers)), "#p 0 -90 90 0 0 0")
     assert [one.span.line for one in found if one.severity is Severity.ERROR] == [3]
     assert "nothing of .LOCATIONS is loaded" in [one.detail for one in found]
-    assert set(station.environment.kinds()) == {"x"}
+    assert set(station.environment.kinds) == {"x"}
 
 
 @pytest.mark.parametrize("row", ["now -1 0 0 0 1 0\n; here\n0 0 -1 1 2 3", "0 0 -1 1 2 3", "#p 1 2 3\n4 5 6", "a[i] 1"])
 def test_numbers_alone_belong_to_the_line_above(row: str) -> None:
     station, found = loaded(row)
     assert any(one.severity is Severity.ERROR for one in found)
-    assert set(station.environment.kinds()) == {"x"}
+    assert set(station.environment.kinds) == {"x"}
 
 
 @pytest.mark.parametrize("written", ROWS)

@@ -43,7 +43,7 @@ def test_a_hash_or_dollar_name_is_not_the_bare_name() -> None:
     environment.reference("x").assign(1.0)
     environment.reference("#x").assign((0.0,))
     environment.reference("$x").assign("x")
-    assert environment.kinds() == {"x": Kind.REAL, "#x": Kind.PRECISION, "$x": Kind.STRING}
+    assert environment.kinds == {"x": Kind.REAL, "#x": Kind.PRECISION, "$x": Kind.STRING}
 
 
 def test_a_bare_name_is_a_real_or_a_transformation() -> None:
@@ -117,9 +117,9 @@ def test_clearing_forgets_all_kinds() -> None:
     environment = Environment()
     environment.reference("x").assign(1.0)
     environment.reference("$x", 1).assign("x")
-    assert environment.kinds() == {"x": Kind.REAL, "$x": Kind.STRING}
+    assert environment.kinds == {"x": Kind.REAL, "$x": Kind.STRING}
     environment.clear_variables()
-    assert environment.kinds() == {}
+    assert environment.kinds == {}
 
 
 def test_strings_longer_than_128_characters_are_not_stored() -> None:

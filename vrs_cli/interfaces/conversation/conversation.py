@@ -128,7 +128,7 @@ class Conversation:
             yield from help_on(asked)
         elif self.entry is not None:
             if alone and self.user_state.attended and not self._refused:
-                mistake = mistake_in_entry(self.entry, line, self.session.environment.kinds())
+                mistake = mistake_in_entry(self.entry, line, self.session.environment.kinds)
                 if mistake is not None:  # the line does not become a step
                     self._left_out += 1
                     raise LineRefused(mistake)
@@ -146,7 +146,7 @@ class Conversation:
         if self.user_state.editor is not None:
             return self.user_state.editor.mistake(text)
         if entry is not None:
-            return mistake_in_entry(entry, text, session.environment.kinds())
+            return mistake_in_entry(entry, text, session.environment.kinds)
         return None if opens_entry(text) and not ProgramEntry(text).program else session.mistake(text)
 
     def _asked(self, line: str) -> str | None:

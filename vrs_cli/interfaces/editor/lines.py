@@ -313,7 +313,7 @@ class Editor:
             return (yield from self._leave(""))
 
         def work(draft: Draft, memory: Memory) -> tuple[Draft, tuple[Reply, ...]]:
-            change = taken(draft, line, memory.kinds())
+            change = taken(draft, line, memory.kinds)
             return change.draft, (*change.replies, *change.draft.present())
 
         draft, replies = yield from self._on_draft(work)
@@ -336,7 +336,7 @@ class Editor:
         if not line.strip() or subcommand(line) is not None or line.strip().upper() == ".END":
             return None
         try:
-            checked_step(self.draft.program, line, self._station.environment.kinds())
+            checked_step(self.draft.program, line, self._station.environment.kinds)
         except LineRefused as refused:
             return refused.diagnostic
         return None
@@ -397,7 +397,7 @@ def opened(station: Station, asked: Program, step: int = 1) -> Draft:
 def analysis_of(memory: Memory, program: Program) -> Analysis:
     """A program among those in memory, in the place of one of its name."""
     programs = {key: one.program for key, one in memory.programs.items()} | {program.key: program}
-    return analyze(program, memory.kinds(), programs)
+    return analyze(program, memory.kinds, programs)
 
 
 def refuse_running(station: Station, name: str) -> None:

@@ -79,7 +79,9 @@ def _values(station: Station, expression: Expression) -> Dialogue[Rows]:
             rows = tuple(_own_elements(station, expression, reference))
         else:
             found = station.environment.alone(key)
-            rows = yield from beside_if(found.count() >= MANY, lambda: tuple(found.values_named(key)))
+            rows = yield from beside_if(
+                found.count() >= MANY, lambda: tuple(chain.from_iterable(map(found.variables, Kind)))
+            )
     return rows or ((expression_text(expression), sight(station, expression)()),)
 
 

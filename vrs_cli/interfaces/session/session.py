@@ -165,7 +165,7 @@ class Session(Station):
 
     def names(self) -> Container[str]:
         """The keys of the variables that have a value, those among them that a stopped program has for itself."""
-        known = self.environment.kinds()
+        known = self.environment.kinds
         defined = {key: one for key, one in own(self).items() if one.defined()}
         return ChainMap(defined, cast(Any, known)) if defined else known
 
@@ -183,7 +183,7 @@ class Session(Station):
         statement = parse_prompt(line, self.names(), self.dialect)
         if statement is None or isinstance(statement, ProgramHeader):
             return _Reading(line, statement, ())
-        return _Reading(line, statement, check_line(statement, self.environment.kinds()))
+        return _Reading(line, statement, check_line(statement, self.environment.kinds))
 
     def carry_out(self, statement: Statement) -> Dialogue[None]:
         """Do a monitor command by its handler, everything else as DO."""

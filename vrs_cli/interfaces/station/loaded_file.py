@@ -45,7 +45,7 @@ class LoadedFile(NamedTuple):
                 if section.whole and first_error(found) is None:
                     variables.take(its)
         everything = {key: stored.program for key, stored in memory.programs.items()} | programs
-        surroundings = Surroundings(memory.kinds(), everything)
+        surroundings = Surroundings(memory.kinds, everything)
         lines = tuple(text.split("\n"))
         stored = tuple(StoredProgram(analyze_among(surroundings, program), lines) for program in programs.values())
         for one in stored:

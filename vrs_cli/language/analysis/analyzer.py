@@ -30,7 +30,7 @@ from vrs_cli.errors import (
     UsageError,
     WordAsName,
 )
-from vrs_cli.language.analysis.expressions import Expressions, miscounted
+from vrs_cli.language.analysis.expressions import SHAPES, Expressions, miscounted
 from vrs_cli.language.analysis.lineage import beyond
 from vrs_cli.language.analysis.names import (
     ANY_KIND,
@@ -431,7 +431,7 @@ class _Steps(Expressions):
             except UsageError as refused:
                 self.fault(UsageError, expression.span, refused.detail, refused.hint)
         else:
-            self.argument(expression, argument.shape)
+            SHAPES[argument.shape](self, expression)
 
     # --- programs as arguments ---
 

@@ -50,10 +50,6 @@ class Expressions(NameFindings):
 
     # --- arguments, by their shape ---
 
-    def argument(self, expression: Expression, shape: Shape) -> None:
-        """Check the expression that stands where the table wants an argument of this shape."""
-        _SHAPES[shape](self, expression)
-
     def _item(self, expression: Expression) -> None:
         if not isinstance(expression, ast.Format):
             self.value(expression, ANY_KIND)
@@ -220,7 +216,7 @@ class Expressions(NameFindings):
             if expression is not None and function.arguments:
                 shape = function.arguments[min(place, len(function.arguments) - 1)].shape
                 if shape is not Shape.VARIABLE:
-                    self.argument(expression, shape)
+                    SHAPES[shape](self, expression)
                 elif (variable := self._checked_variable(expression)) is not None:
                     self.given.add(variable.key)  # DEFINED and LAST only look at a variable of any kind
         return function.result
@@ -257,7 +253,7 @@ _KINDS: Mapping[type, Callable[[Expressions, Any], Kind | None]] = {
     ast.Format: Expressions._no_value,
 }
 
-_SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
+SHAPES: Mapping[Shape, Callable[[Expressions, Expression], None]] = {
     **dict.fromkeys((Shape.REAL, Shape.SIGNALS, Shape.GROUP, Shape.TASK), partial(Expressions.value, wanted=REAL)),
     Shape.STRING: partial(Expressions.value, wanted=STRING),
     Shape.VALUE: partial(Expressions.value, wanted=ANY_KIND),

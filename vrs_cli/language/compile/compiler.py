@@ -376,19 +376,6 @@ class Compiled(Struct, frozen=True, dict=True, weakref=True):
         """The variant that can be entered at an operation."""
         return self.ordinary if op in self.ordinary.numbers else self.everywhere
 
-    @property
-    def slots(self) -> int:
-        """Count the values that a frame keeps: the limit and the step of each FOR, the subject of each CASE."""
-        return 2 * self.lowered.slots
-
-    def step_of(self, op: int) -> int:
-        """The step (from 0) that an operation belongs to."""
-        return self.lowered.ops[op].step
-
-    def entry(self, step: int) -> int:
-        """The operation at which a step (from 0; one more for the end) is entered."""
-        return self.lowered.entries[step]
-
     def stand(self, step: int) -> int | None:
         """Return the first step from `step` on (from 0) that does something: the program can stand before it."""
         steps = (op.step for op in self.lowered.ops if op.step >= step and not _silent(op))

@@ -85,8 +85,9 @@ class CaseTest(CaseBegin, frozen=True):
 
 
 class Lowered(Struct, frozen=True):
-    """`entries[step]` is the operation at which a step is entered; one more for the end. `slots`: values that are kept
-    as long as the program is active (limits and steps of FOR, subjects of CASE)."""
+    """`entries[step]` is the operation at which a step is entered; one more for the end. `slots`: pairs of values that
+    are kept as long as the program is active (limits and steps of FOR, subjects of CASE).
+    """
 
     ops: tuple[Op, ...]
     entries: tuple[int, ...]

@@ -271,10 +271,10 @@ class Activation:
 
     def __init__(self, context: Context, program: Executable, arguments: Sequence[Reference], step: int = 0) -> None:
         self.program = program
-        self.op = program.compiled.entry(step)
+        self.op = program.compiled.lowered.entries[step]
         self._context = context
         self._arguments = (*arguments, *program.own())
-        self._slots: list[object] = [UNSET] * program.compiled.slots
+        self._slots: list[object] = [UNSET] * (2 * program.compiled.lowered.slots)
         self.between, self.reached = True, False
         self.interruption: Interruption | None = None
         self.steps: Steps = program.start(context, self._arguments, self._slots, self.op)
@@ -282,7 +282,7 @@ class Activation:
     @property
     def step(self) -> int:
         """The present step, from 0."""
-        return self.program.compiled.step_of(self.op)
+        return self.program.compiled.lowered.ops[self.op].step
 
     @property
     def automatic(self) -> tuple[Reference, ...]:
@@ -305,7 +305,7 @@ class Activation:
     def skip(self, more: int = 0) -> None:
         """Go on with the next step, or so many steps after that."""
         end = len(self.program.program.steps)
-        self.enter(self.program.compiled.entry(min(self.step + 1 + more, end)))
+        self.enter(self.program.compiled.lowered.entries[min(self.step + 1 + more, end)])
 
 
 class Environment(Memory):

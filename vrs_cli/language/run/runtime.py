@@ -259,7 +259,7 @@ class Task:
             if self.reactions.due is None:
                 return
             main = self._activations[0]
-            main.enter(main.program.compiled.entry(len(main.program.program.steps)))
+            main.enter(main.program.compiled.lowered.entries[-1])
 
     def _begin(self) -> None:
         assert self._main is not None
@@ -447,7 +447,7 @@ def statement_task(environment: Environment, engine: Engine, statement: ast.Stat
     """
     program = Program("", (), (Step(None, statement, None, span=statement.span),), None, span=statement.span)
     programs = {key: stored.program for key, stored in environment.programs.items()}
-    analysis = analyze(program, environment.kinds(), programs)
+    analysis = analyze(program, environment.kinds, programs)
     if not analysis.executable:
         raise ProgramNotExecutable(analysis.diagnostics[0].message)
     return _StepTask(environment, engine, Executable(environment, StoredProgram(analysis)))
@@ -489,7 +489,7 @@ def arguments_of(
     environment: Environment, engine: Engine, arguments: Iterable[ast.Expression | None]
 ) -> tuple[Reference | None, ...]:
     """The arguments of EXECUTE at the prompt: variables by reference, as CALL passes them. Raises VrsError."""
-    context, kinds = Context(environment, engine), environment.kinds()
+    context, kinds = Context(environment, engine), environment.kinds
     return tuple(evaluator(methodcaller("argument_of_call", argument), kinds)(context) for argument in arguments)
 
 
@@ -497,6 +497,6 @@ def definable(environment: Environment, engine: Engine, expression: ast.Expressi
     """Return the location that HERE and POINT at the prompt define: `a`, `#p`, `row[3]`, or the last name of `a:b`.
     Raises VrsError.
     """
-    evaluate = evaluator(lambda compiler: compiler.definable(expression), environment.kinds())
+    evaluate = evaluator(lambda compiler: compiler.definable(expression), environment.kinds)
     made: Definable = evaluate(Context(environment, engine))
     return made

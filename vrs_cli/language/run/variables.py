@@ -280,7 +280,9 @@ class NamedValue(NamedTuple):
 
 
 class Variables:
-    """Variables by key, and how their names were first typed. `units`: how the joints of the robot are said."""
+    """Variables by key, and how their names were first typed. `units`: how the joints of the robot are said. `kinds`:
+    every name that has a value, by key, and its kind: as they are whenever one looks.
+    """
 
     def __init__(self, units: JointUnits = TURNING) -> None:
         self.units = units
@@ -294,7 +296,7 @@ class Variables:
             Kind.PRECISION: precision_points,
         }
         self._arrays: dict[Kind, dict[str, Cells]] = {kind: {} for kind in Kind}
-        self._kinds = _Kinds(self._simple, self._arrays)
+        self.kinds: Mapping[str, Kind] = _Kinds(self._simple, self._arrays)
         self._changed: set[Item] | None = None
 
     def cells(self, kind: Kind, array: str | None = None) -> Cells:
@@ -343,11 +345,7 @@ class Variables:
 
     def kind_of(self, name: str) -> Kind | None:
         """The kind of a variable or an array that has a value; None for a name without one."""
-        return self.kinds().get(key_of(name))
-
-    def kinds(self) -> Mapping[str, Kind]:
-        """Every name that has a value, by key, and its kind: as they are whenever one looks."""
-        return self._kinds
+        return self.kinds.get(key_of(name))
 
     def value(self, item: Item) -> Value | None:
         """The value of a variable or an element; None where it has none."""
@@ -371,11 +369,6 @@ class Variables:
         keys = [str(key) for key in (*simple, *(arrays - simple)) if str(key).startswith(begun)]
         rows = chain.from_iterable(self._named(kind, key) for key in nsmallest(most, keys))
         return islice(rows, most)
-
-    def values_named(self, key: str) -> Iterator[NamedValue]:
-        """What one name stands for: the simple variable, and all elements of the array."""
-        for kind in Kind:
-            yield from self._named(kind, key)
 
     def _named(self, kind: Kind, key: str) -> Iterator[NamedValue]:
         simple, elements = self._simple[kind], self._arrays[kind].get(key, NO_CELLS)
