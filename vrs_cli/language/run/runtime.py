@@ -215,7 +215,7 @@ class Task:
     def place_of(self, op: int) -> str:
         """The program that is running, the step (from 1) of an operation, and its text."""
         program = self._activations[-1].program
-        step = program.compiled.step_of(op)
+        step = program.compiled.lowered.ops[op].step
         return f"{program.name} step {step + 1}: {program.source(step)}"
 
     @property
