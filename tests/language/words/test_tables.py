@@ -91,11 +91,11 @@ def test_what_is_supported_is_carried_out() -> None:
 
 @pytest.mark.parametrize("shape", Shape)
 def test_every_shape_of_a_function_can_be_checked(shape: Shape) -> None:
-    from vrs_cli.language.analysis.expressions import _SHAPES
+    from vrs_cli.language.analysis.expressions import SHAPES
 
     used = {argument.shape for row in FUNCTIONS.values() for argument in row.arguments}
     used |= {argument.shape for row in INSTRUCTIONS.values() for argument in row.arguments}
-    assert shape not in used or shape in {*_SHAPES, Shape.PROGRAM, Shape.PROGRAM_TEXT}
+    assert shape not in used or shape in {*SHAPES, Shape.PROGRAM, Shape.PROGRAM_TEXT}
 
 
 WORDS_OF_THE_REFERENCE = """
