@@ -141,7 +141,12 @@ class Sockets(Outside):
 
     def open(self, device: str, address: Address | None) -> None:
         if address is None:
-            ends = self._serial_line(device)
+            ends: NonBlockingEnd | None = self._pseudo.get(device)
+            if ends is None:
+                ends, told = open_serial(self.serial[device.removeprefix(SERIAL)])
+                if isinstance(ends, PseudoEnd):
+                    self._pseudo[device] = ends
+                self.tell(f"{device} is {told}")
             self._opened(device).do(lambda traffic: traffic.connect(device, 0, ends))
         elif address.host:
             host = self._checked(address.host)
@@ -162,16 +167,6 @@ class Sockets(Outside):
         with self._coming:
             self._come.append(arrival)
         self.wake()
-
-    def _serial_line(self, device: str) -> NonBlockingEnd:
-        """Raises DeviceNotReady."""
-        if device in self._pseudo:
-            return self._pseudo[device]
-        ends, told = open_serial(self.serial[device.removeprefix(SERIAL)])
-        if isinstance(ends, PseudoEnd):
-            self._pseudo[device] = ends
-        self.tell(f"{device} is {told}")
-        return ends
 
     def _listener(self, address: Address) -> socket.socket:
         """Raises PortTaken, DeviceNotReady."""

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
-from vrs_cli.errors import FileError
+from vrs_cli.files.atomic import writing
 from vrs_cli.files.opening import reason
 
 MOST = 10_000_000  # bytes of one file; there are two
@@ -39,17 +39,24 @@ class Audit:
         self._handle, self._size = -1, 0
         self._failing = False
         if path is not None:
-            try:
+            with writing(path, "name another place"):
                 self._open(path)
-            except OSError as error:
-                raise FileError(f"{path} cannot be written: {reason(error)}", "name another place") from None
 
     def note(self, robot: str, who: str, address: str, what: str, result: str) -> None:
         """Add a line: what `who`, at an address, did or tried at a robot, and the result. Never raises."""
         if self._path is None:
             return
+        when = datetime.fromtimestamp(self._now(), UTC).isoformat(timespec="milliseconds")
+        row = {
+            "when": when.replace("+00:00", "Z"),
+            "robot": robot[:LONGEST_NAME],
+            "who": who[:LONGEST_NAME],
+            "from": address,
+            "what": what if len(what) <= LONGEST else f"{what[:LONGEST]}... ({len(what)} characters)",
+            "result": result[:LONGEST],
+        }
         try:
-            self._add(self._path, self._line(robot, who, address, what, result))
+            self._add(self._path, json.dumps(row).encode() + b"\n")
         except OSError as error:
             if not self._failing:
                 self._tell(f"*File error* the audit {self._path} cannot be written: {reason(error)}; commands go on")
@@ -63,19 +70,6 @@ class Audit:
         handle, self._handle = self._handle, -1
         if handle >= 0:
             os.close(handle)
-
-    def _line(self, robot: str, who: str, address: str, what: str, result: str) -> bytes:
-        when = datetime.fromtimestamp(self._now(), UTC).isoformat(timespec="milliseconds")
-        what = what if len(what) <= LONGEST else f"{what[:LONGEST]}... ({len(what)} characters)"
-        row = {
-            "when": when.replace("+00:00", "Z"),
-            "robot": robot[:LONGEST_NAME],
-            "who": who[:LONGEST_NAME],
-            "from": address,
-            "what": what,
-            "result": result[:LONGEST],
-        }
-        return json.dumps(row).encode() + b"\n"
 
     def _add(self, path: Path, line: bytes) -> None:
         if self._handle < 0:
