@@ -9,7 +9,7 @@ from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import RobotModel, levers, link_frames, link_pose
 from vrs_cli.kinematics.model_data import NEEDED_POSES
 from vrs_cli.kinematics.robot_file import ROBOTS, load_robot
-from vrs_cli.kinematics.shapes import Body, Box, Capsule, Cylinder, LinkShape, Opening, ShapeReader
+from vrs_cli.kinematics.shapes import Box, Capsule, Cylinder, LinkShape, Opening, ShapeReader
 from vrs_cli.kinematics.transform import along, inverse, position, rotate, translation
 
 SHAPES = ROBOTS / "shapes"  # of the built-in robots: files of their own, for who runs a program reads none
@@ -45,25 +45,26 @@ def capsules(model: RobotModel) -> tuple[LinkShape, ...]:
     """A body for each link out of link data alone: along the joint's axis, then across to the next one."""
     reach, n = size_of(model), model.joint_count
     radii = [reach * (THICK + (THIN - THICK) * i / n) for i in range(n + 1)]
-    found = _foot(model, radii[0])
+    first, r = radii[0], radii[n]
+    if model.base.az < UPRIGHT:  # the first axis does not stand upright: a block
+        found = [LinkShape(0, Box((3.0 * first, 3.0 * first, 2.0 * first)), "dark")]
+    else:  # a pedestal, down to where the arm reaches below it at READY or NEST
+        frames = [T for name in NEEDED_POSES for T in link_frames(model, model.poses[name])]
+        lowest = min(T.pz for T in frames) - model.base.pz  # of joints and flange, above frame 0 [m]
+        low = min(0.0, (lowest if lowest < -SHORT else inf) - 2.0 * first)
+        plate, column = (0.0, 0.0, low + 0.4 * first), (1.25 * first, 1.25 * first)
+        found = [
+            LinkShape(0, Cylinder((0.0, 0.0, low), plate, (2.0 * first, 1.8 * first)), "dark"),
+            LinkShape(0, Cylinder((0.0, 0.0, low + 0.35 * first), (0.0, 0.0, 1.2 * first), column), "grey"),
+        ]
     for i in range(1, n + 1):
         found += _link(model, i, (radii[i - 1], radii[i]))
-    return (*found, *_gripper(n, radii[n]))
-
-
-def _foot(model: RobotModel, radius: float) -> list[LinkShape]:
-    """What the first joint stands on: a pedestal, where the arm reaches below it at READY or NEST; a block, where the
-    first axis does not stand upright."""
-    if model.base.az < UPRIGHT:
-        return [LinkShape(0, Box((3.0 * radius, 3.0 * radius, 2.0 * radius)), "dark")]
-    frames = [T for name in NEEDED_POSES for T in link_frames(model, model.poses[name])]
-    lowest = min(T.pz for T in frames) - model.base.pz  # of joints and flange, above frame 0 [m]
-    top, low = 1.2 * radius, min(0.0, (lowest if lowest < -SHORT else inf) - 2.0 * radius)
-    plate, r = (0.0, 0.0, low + 0.4 * radius), 1.25 * radius
-    return [
-        LinkShape(0, Cylinder((0.0, 0.0, low), plate, (2.0 * radius, 1.8 * radius)), "dark"),
-        LinkShape(0, Cylinder((0.0, 0.0, low + 0.35 * radius), (0.0, 0.0, top), (r, r)), "grey"),
-    ]
+    found.append(LinkShape(n, Cylinder((0.0, 0.0, -0.4 * r), ORIGIN, (0.9 * r, 0.9 * r)), "steel"))
+    found.append(LinkShape(n, Box((2.6 * r, 1.0 * r, 0.7 * r), translation(0.0, 0.0, 0.35 * r)), "dark"))
+    for side in (-1.0, 1.0):  # two fingers; closed they touch
+        finger = Box((0.3 * r, 0.7 * r, 2.0 * r), translation(side * 0.15 * r, 0.0, 1.7 * r))
+        found.append(LinkShape(n, finger, "orange", (Opening((side * 0.9 * r, 0.0, 0.0)),)))
+    return tuple(found)
 
 
 def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[LinkShape]:
@@ -91,16 +92,4 @@ def _link(model: RobotModel, i: int, radii: tuple[float, float]) -> list[LinkSha
             found.append(LinkShape(i, Capsule(start, corner, (thick, thick))))
     if dist(corner, ORIGIN) > SHORT:
         found.append(LinkShape(i, Capsule(corner, ORIGIN, (thick, thin))))
-    return found
-
-
-def _gripper(n: int, r: float) -> list[LinkShape]:
-    """Two fingers on the flange; closed they touch."""
-    found = [
-        LinkShape(n, Cylinder((0.0, 0.0, -0.4 * r), ORIGIN, (0.9 * r, 0.9 * r)), "steel"),
-        LinkShape(n, Box((2.6 * r, 1.0 * r, 0.7 * r), translation(0.0, 0.0, 0.35 * r)), "dark"),
-    ]
-    for side in (-1.0, 1.0):
-        finger: Body = Box((0.3 * r, 0.7 * r, 2.0 * r), translation(side * 0.15 * r, 0.0, 1.7 * r))
-        found.append(LinkShape(n, finger, "orange", (Opening((side * 0.9 * r, 0.0, 0.0)),)))
     return found

@@ -20,9 +20,9 @@ def solve(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[flo
     None where an equation asks for what no unknown can give.
     """
     if len(rows) == len(rows[0]):
-        found = square(rows, wanted)
+        found = squares(rows, wanted)
         if found is not None:
-            return found
+            return found[0]
     # with complete pivoting
     table = [[*row, value] for row, value in zip(rows, wanted, strict=True)]
     count = len(rows[0])
@@ -51,14 +51,11 @@ def solve(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[flo
     return tuple(x)
 
 
-def square(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> tuple[float, ...] | None:
-    """`solve` for as many equations as unknowns, by elimination with partial pivoting; None near a singular matrix."""
-    found = _written(len(rows), 1)(rows, wanted)
-    return None if found is None else found[0]
-
-
 def squares(rows: Sequence[Sequence[float]], *wanted: Sequence[float]) -> tuple[tuple[float, ...], ...] | None:
-    """`square` of several that are wanted, by one elimination, which takes a pivot as it comes if it is `LARGE`."""
+    """`solve` for as many equations as unknowns, for each that is wanted, by one elimination with partial pivoting.
+
+    None near a singular matrix. Of several that are wanted a pivot is taken as it comes if it is `LARGE`.
+    """
     return _written(len(rows), len(wanted))(rows, *wanted)
 
 

@@ -14,7 +14,7 @@ from msgspec import structs
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalJoint, JointOutOfRange, LocationOutOfRange, LocationTooFar, NotAvailable
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.elimination import solve, square, squares, volume
+from vrs_cli.kinematics.elimination import solve, squares, volume
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import NONE
 from vrs_cli.kinematics.model import ArmTask
@@ -244,10 +244,10 @@ def test_one_elimination_serves_two_that_are_wanted() -> None:
     for _ in range(50):
         rows = [[random.choice((0.0, 0.01, 1.0)) * random.uniform(-1.0, 1.0) for _ in range(7)] for _ in range(7)]
         wanted, also = ([random.uniform(-1.0, 1.0) for _ in range(7)] for _ in range(2))
-        found, first, second = squares(rows, wanted, also), square(rows, wanted), square(rows, also)
-        if first and second and max(map(abs, (*first, *second))) < 1e3:
+        found, first, second = squares(rows, wanted, also), squares(rows, wanted), squares(rows, also)
+        if first and second and max(map(abs, (*first[0], *second[0]))) < 1e3:
             assert found is not None
-            assert np.allclose(found, (first, second), rtol=0.0, atol=1e-8)
+            assert np.allclose(found, (*first, *second), rtol=0.0, atol=1e-8)
             compared += 1
     assert compared > 20
     assert squares([[0.0, 1.0], [0.0, 1.0]], (1.0, 1.0), (0.0, 0.0)) is None

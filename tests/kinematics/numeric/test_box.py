@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vrs_cli.kinematics.numeric.steady.box import OVER, least_in_box
+from vrs_cli.kinematics.numeric.steady.batch import OVER, least_in_box
 
 BOXES, POINTS = 60, 400
 

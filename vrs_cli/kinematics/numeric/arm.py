@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 
 from vrs_cli.errors import JointOutOfRange, LocationOutOfRange, LocationTooFar
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.elimination import damped, gram, square, squares, volume
+from vrs_cli.kinematics.elimination import damped, gram, squares, volume
 from vrs_cli.kinematics.joints import NONE, Asked, Configuration, Demands, Jacobian, Joints, Singularity, Twist, Walk
 from vrs_cli.kinematics.model import LEVEL, STRAIGHT, ArmTask, RobotModel, levers
 from vrs_cli.kinematics.numeric.newton import NO_TWIST, Newton, newton
@@ -322,8 +322,8 @@ class NumericArm(RobotArm):
         at_lower = {i: x <= low for i, x, (low, high) in limits if not low < x < high}
         while True:
             J = rows if free is self._all else [[row[i] for i in free] for row in rows]
-            newton = square(J, error) if len(free) == len(J) and damping < NEWTON else None
-            part = newton or damped(J, error, damping)
+            newton = squares(J, error) if len(free) == len(J) and damping < NEWTON else None
+            part = newton[0] if newton else damped(J, error, damping)
             pushed = [i for i, dx in zip(free, part, strict=True) if i in at_lower and dx and (dx < 0.0) == at_lower[i]]
             if not pushed:
                 break

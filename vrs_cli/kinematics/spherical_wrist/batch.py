@@ -67,19 +67,17 @@ class SphericalWristBatch(SerialBatch):
 
     def inverse_branch(self, T: Floats, configuration: Configuration, near: Floats) -> Floats:
         """(N, 3, 4), near (N, 6) or (6,) -> (N, 6) on the turns nearest to `near`, NaN where out of reach."""
+        arm, elbow, wrist = configuration.signs
         near = np.broadcast_to(near, (len(T), 6))
         q = np.empty((len(T), 6))
         for part in chunks(len(T)):
-            self._inverse_branch(columns(T[part]), configuration, columns(near[part]), q[part])
+            poses, there = columns(T[part]), columns(near[part])
+            shoulder = self._shoulder(poses, self._wrist_centre(poses), arm, there[0])
+            q2, q3, rows = self._elbow(shoulder, -arm * elbow)
+            q4, q5, q6, _ = self._wrist(rows, wrist, there[3])
+            for i, angle in enumerate((shoulder.q1, q2, q3, q4, q5, q6)):
+                q[part, i] = angle + TURN * np.rint((there[i] - angle) / TURN)
         return q
-
-    def _inverse_branch(self, T: Floats, configuration: Configuration, near: Floats, q: Floats) -> None:
-        arm, elbow, wrist = configuration.signs
-        shoulder = self._shoulder(T, self._wrist_centre(T), arm, near[0])
-        q2, q3, rows = self._elbow(shoulder, -arm * elbow)
-        q4, q5, q6, _ = self._wrist(rows, wrist, near[3])
-        for i, angle in enumerate((shoulder.q1, q2, q3, q4, q5, q6)):
-            q[:, i] = angle + TURN * np.rint((near[i] - angle) / TURN)
 
     def _wrist_centre(self, T: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
         """x, y, down; squared distance from the axis of joint 1, and its outward part (NaN if too close)."""

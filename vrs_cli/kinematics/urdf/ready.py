@@ -61,7 +61,7 @@ def better_ready(model: RobotModel, ahead: Vector = Z) -> Ready | None:
 
 
 class _Wanted:
-    """What a pose to begin from is worth."""
+    """The worth of poses to begin from."""
 
     def __init__(self, model: RobotModel, ahead: Vector) -> None:
         self.model, self.rest, self.ahead = model, model.poses["ready"], ahead
@@ -70,14 +70,16 @@ class _Wanted:
         self.choices = [self._choices(i) for i in range(model.joint_count)]
 
     def fault(self) -> str:
-        """What is wrong with READY."""
+        """The fault of READY; empty if there is none."""
         if self.isotropy(link_frames(self.model, self.rest)) <= SINGULAR:
             return "the arm is singular"
         rows = zip(self.model.links, self.model.lower, self.model.upper, self.rest, strict=True)
-        for i, (link, lower, upper, x) in enumerate(rows, 1):
-            if link.kind is JointKind.REVOLUTE and min(x - lower, upper - x) < END * (upper - lower):
-                return f"joint {i} is at its end"
-        return ""
+        at_end = (
+            f"joint {i} is at its end"
+            for i, (link, lower, upper, x) in enumerate(rows, 1)
+            if link.kind is JointKind.REVOLUTE and min(x - lower, upper - x) < END * (upper - lower)
+        )
+        return next(at_end, "")
 
     def _choices(self, i: int) -> list[float]:
         lower, upper, rest = self.model.lower[i], self.model.upper[i], self.rest[i]
