@@ -44,4 +44,5 @@ class CellPart:
 
     def __repr__(self) -> str:
         now = self.now
-        return f"<CellPart {self.name}: {'held' if now.held else now.location or 'not there'}>"
+        place = "not there" if now.location is None else f"{now.location}{', held' * now.held}"
+        return f"<CellPart {self.name}: {place}>"

@@ -57,6 +57,7 @@ class Observations:
         engine.perform(
             SetChannels(((signal, float(on)),), text=track.task.place_of(key[1]), observed=True, duration=age)
         )
+        self._signals.keep_states()
         self._numbers += engine.book.number - before
         self._known[key] = on, engine.book.number - self._numbers, engine.now
 

@@ -100,7 +100,7 @@ class Signals:
 
     def exists(self, number: float) -> bool:
         signal = abs(round(number))
-        return any(signal in bank for bank in (OUTPUTS, INPUTS, INTERNAL))
+        return signal in OUTPUTS or signal in INPUTS or signal in INTERNAL
 
     def read_bits(self, first: float, count: float = 1.0) -> int:
         """Read `count` signals for a program as a binary number, `first` the lowest bit. Raises IllegalSignal,
@@ -216,6 +216,11 @@ class Signals:
                 self._put(event.channel, event.value > 0.0)
         for number in sorted(computed):
             self._put(number, self.on_at(number, t))
+
+    def keep_states(self) -> None:
+        """Keep the present states on the present timeline, which has just been given an observation."""
+        if self.engine is not None:
+            self._timeline = self.engine.timeline
 
     def at(self, t: float) -> tuple[int, ...]:
         """The outputs and inputs that are on at a time [s], in order."""

@@ -13,7 +13,7 @@ _designer = partial(Word, role=Role.DESIGNER)
 
 _POSITIONS = (
     _observer("WHERE [part] [FROM t1] [TO t2] [STEP dt] [AT t | IN dt]", "1 2 +",
-        "where the robot (or a part of the cell) is now, at a time, or over a stretch of time",
+        "where the robot (or a part) is now, at a time, or over a stretch of time",
         "WHERE FROM 0 TO 5 STEP 0.5"),
     Word("HERE location", "1 2 +",
         "define a location as the present position, then correct it", "HERE part", shapes=(DEFINED,)),
