@@ -5,7 +5,7 @@ Nothing here waits, and nothing here knows whether the user is in this process o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple, TypeVar
 
@@ -124,7 +124,37 @@ class UserSession:
 
     def carry_out(self, message: ClientMessage, outlet: Outlet) -> None:
         """Raises whatever is wrong with the message."""
-        TAKEN[type(message)](self, message, outlet)
+        conversation = self.conversation
+        match message:
+            case Line():
+                dialogue = self._given(message.issued, conversation.lines(message.text, message.more))
+                self.ask(message, dialogue, outlet, urgent=self.stops(message.text))
+            case At(act=UserAct() as act):
+                self.ask(message, conversation.act(act), outlet)
+            case At(act=act):
+                doing = self._given(message.issued, act_on(self.session, act))
+                self.ask(message, doing, outlet, urgent=isinstance(act, Say) and self.stops(act.line))
+            case Abort():
+                self.session.check_may_stop(self.user_state)
+                self.ask(message, emergency_stop(self.session), outlet, urgent=True)
+            case Interrupt():
+                self._interrupt()
+            case Answer():
+                self._answer(message)
+            case Complete(id, text, everything):
+                suggested = conversation.suggesting(text, everything)
+                self.ask(message, suggested, outlet, lambda found: Completed(id, tuple(found)))
+            case Check(id, text):
+                self.ask(message, quietly(partial(conversation.mistake, text)), outlet, partial(Checked, id))
+            case Positions(id, times):
+                if len(times) > MOST_TIMES:
+                    what = f"{len(times)} times at once, {MOST_TIMES} at most"
+                    raise LimitReached(what, "ask again for the others")
+                timeline, arm = self.timeline, self.arm
+                located = beside(lambda: tuple(position_at(arm, timeline, t) for t in times))
+                self.ask(message, located, outlet, partial(Located, id, timeline.version))
+            case _:
+                raise KeyError(type(message))
 
     def refuse(self, message: ClientMessage, error: Exception, outlet: Outlet) -> None:
         """Tell that a message is not carried out."""
@@ -181,29 +211,13 @@ class UserSession:
             return False
         return True
 
-    def _line(self, message: Line, outlet: Outlet) -> None:
-        dialogue = self._given(message.issued, self.conversation.lines(message.text, message.more))
-        self.ask(message, dialogue, outlet, urgent=self.stops(message.text))
-
-    def _act(self, message: At, outlet: Outlet) -> None:
-        act = message.act
-        if isinstance(act, UserAct):
-            self.ask(message, self.conversation.act(act), outlet)
-            return
-        dialogue = self._given(message.issued, act_on(self.session, act))
-        self.ask(message, dialogue, outlet, urgent=isinstance(act, Say) and self.stops(act.line))
-
     def _given(self, issued: float | None, dialogue: Dialogue[T]) -> Dialogue[T]:
         """A dialogue about what was given when its sender says, as far as that can be true of what arrives now."""
         if issued is None:
             return dialogue
         return self.user_state.given(self.user_state.times.issued(issued, self.now), dialogue)
 
-    def _abort(self, message: Abort, outlet: Outlet) -> None:
-        self.session.check_may_stop(self.user_state)
-        self.ask(message, emergency_stop(self.session), outlet, urgent=True)
-
-    def _interrupt(self, _message: Interrupt, _outlet: Outlet) -> None:
+    def _interrupt(self) -> None:
         """Ctrl-C answers the open questions; without one it stops the requests that have not ended."""
         waits = {} if self.questions else self.pending
         for question, ticket in self.questions.values():
@@ -213,7 +227,7 @@ class UserSession:
             if pending.answer is None:
                 self.conversation.interrupt(ticket)
 
-    def _answer(self, message: Answer, _outlet: Outlet) -> None:
+    def _answer(self, message: Answer) -> None:
         """An answer to a question that waits no longer is passed over."""
         if message.question not in self.questions:
             return
@@ -224,21 +238,6 @@ class UserSession:
             ticket.throw(KeyboardInterrupt(), message.question)
         else:
             ticket.throw(ended(question), message.question)
-
-    def _complete(self, message: Complete, outlet: Outlet) -> None:
-        dialogue = self.conversation.suggesting(message.text, message.everything)
-        self.ask(message, dialogue, outlet, lambda found: Completed(message.id, tuple(found)))
-
-    def _check(self, message: Check, outlet: Outlet) -> None:
-        dialogue = quietly(lambda: self.conversation.mistake(message.text))
-        self.ask(message, dialogue, outlet, partial(Checked, message.id))
-
-    def _positions(self, message: Positions, outlet: Outlet) -> None:
-        if len(message.times) > MOST_TIMES:
-            raise LimitReached(f"{len(message.times)} times at once, {MOST_TIMES} at most", "ask again for the others")
-        timeline, arm = self.timeline, self.arm
-        dialogue = beside(lambda: tuple(position_at(arm, timeline, t) for t in message.times))
-        self.ask(message, dialogue, outlet, partial(Located, message.id, timeline.version))
 
     # --- what the robot says of a request ---
 
@@ -316,15 +315,3 @@ class UserSession:
         for ticket in tuple(self.pending):
             ticket.withdraw()
         self.session.actor.call(lambda: self.session.leave(self.user_state))
-
-
-TAKEN: Mapping[type, Callable[[Any, Any, Outlet], None]] = {
-    Line: UserSession._line,
-    At: UserSession._act,
-    Abort: UserSession._abort,
-    Interrupt: UserSession._interrupt,
-    Answer: UserSession._answer,
-    Complete: UserSession._complete,
-    Check: UserSession._check,
-    Positions: UserSession._positions,
-}
