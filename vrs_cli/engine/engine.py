@@ -193,9 +193,10 @@ class Engine:
             case Delay():
                 return self._until(self._stand(issued, request.text, DELAY.checked(request.seconds)), program)
             case OperateHand(stamp=Stamp()):
-                event = self._hand_event(self._opening(request.opening, request.width), self._hand_time)
+                opening = self._opening(request.opening, request.width)
                 if self.settings.moves:
-                    self._set_channels((event,), request.stamp, request.text, issued)
+                    changes, seconds = ((HAND, opening),), self._hand_time
+                    self._set_channels(SetChannels(changes, request.stamp, request.text, duration=seconds), issued)
             case OperateHand(immediate=True):
                 seconds = self._hand_time
                 event = self._hand_event(self._opening(request.opening, request.width), seconds)
@@ -205,9 +206,7 @@ class Engine:
                 hand = self._opening(request.opening, request.width)
                 self.settings = structs.replace(self.settings, hand=hand)
             case SetChannels():
-                duration = request.duration
-                changes = [Event(0.0, channel, value, duration=duration) for channel, value in request.changes]
-                self._set_channels(changes, request.stamp, request.text, issued, observed=request.observed)
+                self._set_channels(request, issued)
             case SetTool() | SetBase():
                 self._set_frames(request, issued)
             case Break():
@@ -379,29 +378,22 @@ class Engine:
 
     # --- dated events ---
 
-    def _set_channels(
-        self,
-        changes: Iterable[Event],
-        stamp: Stamp | None,
-        text: str,
-        issued: float | None,
-        *,
-        observed: bool = False,
-    ) -> None:
+    def _set_channels(self, it: SetChannels, issued: float | None) -> None:
         """Put events on the timeline: now, tied to its motions, or at the time of a stamp. What has no text, or was
         observed, is recorded, and is no command. Raises TooLate as a motion does.
         """
         now, number = on_grid(self.now), self.book.number + 1
-        t = now if stamp is None else self._time_of(stamp)
+        tied = it.stamp is None
+        t = now if it.stamp is None else self._time_of(it.stamp)
         if self.realtime and t < now:
-            t = self._postpone(text or "an event", t, now)
-        timeline, tied = self.timeline, stamp is None
-        events = [event._replace(time=t, number=number, tied=tied, observed=observed) for event in changes]
-        kind = MotionKind.RECORDED if observed or not text else MotionKind.EVENT
+            t = self._postpone(it.text or "an event", t, now)
+        timeline, duration = self.timeline, it.duration
+        events = [Event(t, *change, number, tied, duration, it.observed) for change in it.changes]
+        kind = MotionKind.RECORDED if it.observed or not it.text else MotionKind.EVENT
         delta = TimelineDelta(
             version=timeline.version,
             cause=Cause.COMMAND,
-            motion=Motion(number, kind, Start.AFTER if tied else Start.AT, text=text),
+            motion=Motion(number, kind, Start.AFTER if tied else Start.AT, text=it.text),
             issued=now if issued is None else on_grid(issued),
             executed=t,
             cut=timeline.end,

@@ -8,28 +8,35 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
+from threading import Lock
 from typing import overload
 
 from vrs_cli.trajectory.row import later
 from vrs_cli.values.events import Event
 
 TIED, OBSERVED = 1, 2  # bits of a flag
+NOWHERE = array("q")
+_INDEXING = Lock()
 
 
 class EventRow(Sequence[Event]):
     """Events with the times that they were made with, in order. It grows at its end and nowhere else.
 
-    `flags`: TIED, OBSERVED. `places`: where each channel changes (observations change nothing). `closed`: it does not
-    grow any more. `kept`: where it is written down.
+    `flags`: TIED, OBSERVED. `closed`: it does not grow any more. `kept`: where it is written down. Where each channel
+    changes is found when somebody asks (observations change nothing).
     """
 
-    __slots__ = ("channels", "closed", "durations", "flags", "kept", "numbers", "places", "starts", "values")
+    __slots__ = (
+        *("channels", "closed", "durations", "flags", "kept", "numbers", "starts", "values"),
+        *("_indexed", "_places"),
+    )
 
     def __init__(self, events: Iterable[Event] = ()) -> None:
         self.starts, self.values, self.durations = array("d"), array("d"), array("d")
         self.channels, self.numbers = array("i"), array("q")
         self.flags = bytearray()
-        self.places: dict[int, array[int]] = {}
+        self._places: dict[int, array[int]] = {}
+        self._indexed = 0  # events
         self.closed = False
         self.kept: int | None = None
         self.grow(events)
@@ -102,12 +109,30 @@ class EventRow(Sequence[Event]):
         self.values[count:] = values
         self.numbers[count:] = numbers
         self.durations[count:] = durations
-        for place, channel in enumerate(channels, count):
-            if not flags[place - count] & OBSERVED:
-                places = self.places.get(channel)
-                if places is None:
-                    places = self.places[channel] = array("q")
-                while places and places[-1] >= place:
+        self.flags.extend(flags)
+
+    # --- where channels change ---
+
+    def places(self, channel: int) -> array[int]:
+        """The places of the events that change a channel. Any thread may ask."""
+        if self._indexed < len(self.flags):
+            self._index()
+        return self._places.get(channel, NOWHERE)
+
+    def changed(self) -> tuple[int, ...]:
+        """The channels that events of the row change."""
+        self.places(0)
+        return tuple(self._places)
+
+    def _index(self) -> None:
+        """Note the places of the events that have come since the last time."""
+        with _INDEXING:
+            count = len(self.flags)
+            for place in range(self._indexed, count):
+                if self.flags[place] & OBSERVED:
+                    continue
+                places = self._places.setdefault(self.channels[place], array("q"))
+                while places and places[-1] >= place:  # Ctrl-C has interrupted an earlier time
                     places.pop()
                 places.append(place)
-        self.flags.extend(flags)
+            self._indexed = count

@@ -533,8 +533,8 @@ def value_at(held: OffsetNode[EventRow], channel: int, t: float) -> float | None
         t += node.begin - begin  # exact, as all times are on the grid
     if node.__class__ is Leaf:
         row = node.row
-        places = row.places.get(channel)
-        if places is not None:
+        places = row.places(channel)
+        if places:
             first = node.first
             i = bisect_left(places, bisect_right(row.starts, t, first, node.last)) - 1
             if i >= 0 and places[i] >= first:
@@ -567,7 +567,8 @@ def last_values(node: Node[EventRow]) -> dict[int, float]:
         return {channel: values[-1] for channel, (_, values) in changes.items()}
     if node.values is None:
         node.values = {}
-        for channel, places in tuple(node.row.places.items()):
+        for channel in node.row.changed():
+            places = node.row.places(channel)
             i = bisect_left(places, node.last) - 1
             if i >= 0 and places[i] >= node.first:
                 node.values[channel] = node.row.values[places[i]]
@@ -577,6 +578,6 @@ def last_values(node: Node[EventRow]) -> dict[int, float]:
 def changes(held: OffsetNode[EventRow], channel: int) -> Iterator[tuple[float, float]]:
     """When events change a channel [s], and to what."""
     for _, offset, leaf in parts(held):
-        places, row = leaf.row.places.get(channel, ()), leaf.row
+        row, places = leaf.row, leaf.row.places(channel)
         for place in places[bisect_left(places, leaf.first) : bisect_left(places, leaf.last)]:
             yield offset + row.starts[place], row.values[place]

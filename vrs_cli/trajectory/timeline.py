@@ -259,20 +259,24 @@ class Timeline:
         """tau[k+1]. Raises ValueError when the delta was made for another version or leaves nothing."""
         if delta.version != self.version:
             raise ValueError(f"a delta of version {delta.version} does not fit timeline version {self.version}")
+        if self._is_of_events(delta):
+            return self._made(self._rope, self._with_events(delta.events), self.version + 1)
         keep, new = delta.keep, delta.segments
         last: Segment | None = rope.item(self._rope, keep - 1) if keep else None
         if last is not None and last.finish > delta.cut:
             keep, new = keep - 1, (last.truncated(delta.cut), *new)
-        if new or delta.drop or delta.shift:
-            made = rope.splice(self._rope, keep, delta.keep + delta.drop, new, delta.shift)
-        else:
-            made = self._rope  # a change of events alone
+        made = rope.splice(self._rope, keep, delta.keep + delta.drop, new, delta.shift)
         if made is None:
             raise ValueError("the delta leaves a timeline without segments")
-        events = self._events if delta.events is None else self._with_events(delta.events)
-        return self._made(made, events, self.version + 1)
+        return self._made(made, self._with_events(delta.events), self.version + 1)
 
-    def _with_events(self, edit: EventEdit) -> OffsetNode[EventRow] | None:
+    def _is_of_events(self, delta: TimelineDelta) -> bool:
+        """Return whether a delta leaves all segments as they are."""
+        return delta.keep == len(self) and not delta.segments and not delta.shift and delta.cut >= self.end
+
+    def _with_events(self, edit: EventEdit | None) -> OffsetNode[EventRow] | None:
+        if edit is None:
+            return self._events
         if self._events is None:
             return rope.rope_of(EventRow(edit.events))
         return rope.splice(self._events, edit.keep, edit.keep + edit.drop, edit.events, edit.shift)
@@ -281,6 +285,9 @@ class Timeline:
         """Return the delta that takes `delta` back: self is the timeline before it, the result fits the timeline after
         it.
         """
+        events = None if delta.events is None else self._inverse_of(delta.events)
+        if self._is_of_events(delta):
+            return TimelineDelta(self.version + 1, Cause.UNDO, *delta[2:8], 0.0, (), events)
         kept_whole = delta.keep
         if kept_whole and self[kept_whole - 1].finish > delta.cut:
             kept_whole -= 1  # the truncated segment is given back whole
@@ -295,7 +302,7 @@ class Timeline:
             drop=delta.keep - kept_whole + len(delta.segments),
             shift=0.0 - delta.shift,  # not -0.0
             segments=tuple(self[index] for index in range(kept_whole, delta.keep + delta.drop)),
-            events=None if delta.events is None else self._inverse_of(delta.events),
+            events=events,
         )
 
     def _inverse_of(self, edit: EventEdit) -> EventEdit:
