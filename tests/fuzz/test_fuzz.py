@@ -9,6 +9,7 @@ from random import Random
 
 import pytest
 
+from tests.fuzz import cells
 from tests.fuzz.agreement import CHANGES, Agreement, disagreements
 from tests.fuzz.lines import line
 from tests.fuzz.probe import Probe, probe, typed
@@ -69,3 +70,8 @@ def test_a_seed_names_its_text() -> None:
 )
 def test_what_was_found(found: str) -> None:
     probe(found)
+
+
+def test_any_cell() -> None:
+    counted = Counter(map(cells.trial, range(400)))
+    assert min(counted["read"], counted["refused"]) > 20
