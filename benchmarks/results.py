@@ -23,7 +23,7 @@ from pathlib import Path
 from time import process_time
 from typing import Any, NamedTuple
 
-from benchmarks import bulk, engine, program, prompt, robots, startup, steering, timeline
+from benchmarks import bulk, engine, program, prompt, robots, startup, steering, timeline, world
 from benchmarks import contacts as first_contacts
 from benchmarks.peers import Peers, beside
 from benchmarks.peers.timing import each
@@ -193,6 +193,14 @@ def steered(_: Peers) -> Iterator[Figure]:
     yield Figure("- a target", "us", 1e6 * took / steering.TARGETS)
 
 
+def parts(_: Peers) -> Iterator[Figure]:
+    """1,000 parts, 100 of them taken elsewhere, ten light barriers."""
+    found = world.costs()
+    yield Figure("1,000 parts, 100 taken: the first course", "s", found.first)
+    yield Figure("1,000 parts, after a command that shifts all", "ms", 1e3 * found.shifted, 200.0)
+    yield Figure("1,000 parts, after a command at the end", "ms", 1e3 * found.at_end, 5.0)
+
+
 def contacts(_: Peers) -> Iterator[Figure]:
     if find_spec("mujoco") is None:
         return
@@ -256,7 +264,7 @@ KINDS: dict[str, tuple[Callable[[int], float], tuple[int, ...]]] = {
 
 # --- the page ----------------------------------------------------------------------------------------------------
 
-PARTS = (starting, motion, kinematics, reading, planning, steered, contacts, long_ones)
+PARTS = (starting, motion, kinematics, reading, planning, steered, contacts, parts, long_ones)
 
 
 def machine() -> str:

@@ -8,7 +8,7 @@ it, nothing is searched again, and no bit changes.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from math import ceil, inf, sqrt
+from math import ceil, hypot, inf, sqrt
 from typing import NamedTuple
 
 from vrs_cli.engine.position import world_pose
@@ -16,8 +16,8 @@ from vrs_cli.engine.problem import segment_joints
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import levers
-from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, length, moved_point, subtracted
-from vrs_cli.trajectory.polynomial import Polynomial
+from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, inverse, length, moved_point, subtracted
+from vrs_cli.trajectory.polynomial import Polynomial, derivative, value
 from vrs_cli.trajectory.segment import JointPath, Segment
 from vrs_cli.values.motion import Frames
 from vrs_cli.values.scene import Beam, Proximity, Zone
@@ -45,15 +45,44 @@ class Passage(NamedTuple):
 
 
 class Region(NamedTuple):
-    """The region of a sensor: a solid, and T_region_world."""
+    """The region of a sensor: a solid, T_region_world, and how far a point is from the solid, in the region's frame."""
 
     solid: Solid
     T_region_world: Transform
+    distance: Callable[[Vector], float]
 
     @classmethod
     def of(cls, sensed: Beam | Zone | Proximity) -> Region:
         (solid,) = solids_of(sensed)
-        return cls(solid, inverse(frame_of(sensed)))
+        if isinstance(sensed, Zone):
+            distance = _from_box(sensed.size)
+        else:
+            distance = _from_rod(solid.support((-1.0, 0.0, 0.0)), solid)
+        return cls(solid, inverse(frame_of(sensed)), distance)
+
+
+def _from_box(size: Vector) -> Callable[[Vector], float]:
+    a, b, c = (0.5 * side for side in size)
+
+    def distance(p: Vector) -> float:
+        x, y, z = p
+        return hypot(max(abs(x) - a, 0.0), max(abs(y) - b, 0.0), max(abs(z) - c, 0.0))
+
+    return distance
+
+
+def _from_rod(end: Vector, rod: Solid) -> Callable[[Vector], float]:
+    """`end`: one end of its axis."""
+    mx, my, mz = rod.middle
+    ax, ay, az = subtracted(end, rod.middle)
+    square = ax * ax + ay * ay + az * az
+
+    def distance(p: Vector) -> float:
+        x, y, z = p[0] - mx, p[1] - my, p[2] - mz
+        s = min(max((x * ax + y * ay + z * az) / square, -1.0), 1.0) if square else 0.0
+        return hypot(x - s * ax, y - s * ay, z - s * az) - rod.radius
+
+    return distance
 
 
 class SeenBody(NamedTuple):
@@ -150,10 +179,11 @@ class Sensing:
                 1.0 if link.kind is JointKind.PRISMATIC else lever + far
                 for link, lever in zip(links, self._levers, strict=True)
             ]
+            rates = [derivative(row) for row in path.coefficients]
             growth = sum(lever * _most(row, duration, 2) for lever, row in zip(arms, path.coefficients, strict=True))
 
             def pace(s: float) -> float:
-                return sum(lever * abs(rate) for lever, rate in zip(arms, path.velocity(s), strict=True))
+                return sum([lever * abs(value(rate, s)) for lever, rate in zip(arms, rates, strict=True)])
 
             def pose(s: float) -> Transform:
                 return compose(world_pose(self._arm, mounted, path.joints(s)), held)
@@ -238,27 +268,20 @@ def _rate(row: Polynomial, s: float) -> float:
 def clearance(solids: Solids, T_world_body: Transform, region: Region) -> float:
     """How far a body is from a region [m], at least; 0 or less: it is in it, at least so deep. Its sign is exact."""
     T_region_body = compose(region.T_region_world, T_world_body)
-    return min(_clearance(solid, T_region_body, region.solid) for solid in solids)
+    return min([_clearance(solid, T_region_body, region) for solid in solids])
 
 
 def _far_apart(solids: Solids, T_world_body: Transform, region: Region) -> float:
     """A bound from below of the distance, found quickly."""
-    T, seen = compose(region.T_region_world, T_world_body), region.solid
-    middles = ((length(subtracted(moved_point(T, one.middle), seen.middle)), one.reach) for one in solids)
-    return min(between - reach for between, reach in middles) - seen.reach
+    T = compose(region.T_region_world, T_world_body)
+    return min([region.distance(moved_point(T, one.middle)) - one.reach for one in solids])
 
 
-def _clearance(solid: Solid, T_region_body: Transform, region: Solid) -> float:
-    middle = moved_point(T_region_body, solid.middle)
-    far = length(subtracted(middle, region.middle)) - solid.reach - region.reach
-    if far > solid.reach:
-        return far
-    found = separation(solid, T_region_body, region).distance
-    if found > 0.0:
-        return found
-    # how deep it is at least: a ball about the middle of the solid lies in it
-    core = separation(_BALL, IDENTITY._replace(px=middle[0], py=middle[1], pz=middle[2]), region).distance
-    return min(found, core - solid.depth, -0.0)
-
-
-_BALL = Solid(lambda _: (0.0, 0.0, 0.0), 0.0, (0.0, 0.0, 0.0), 0.0, 0.0)
+def _clearance(solid: Solid, T_region_body: Transform, region: Region) -> float:
+    between = region.distance(moved_point(T_region_body, solid.middle))
+    if between > 1.5 * solid.reach:
+        return between - solid.reach
+    if between <= 0.0 < solid.depth:  # a ball about the middle of the solid lies in it: how deep it is at least
+        return between - solid.depth
+    found = separation(solid, T_region_body, region.solid).distance
+    return found if found > 0.0 else min(found, between - solid.depth, -0.0)
