@@ -8,6 +8,7 @@ import pytest
 
 import vrs_cli as vrs
 from tests.net.serving import serving
+from vrs_cli.files.cell_file import parse_cell
 
 CELL = """
 [[fixture]]
@@ -73,6 +74,19 @@ def test_the_cell_of_a_call_can_be_looked_at_afterwards(tmp_path: Path) -> None:
     assert robot.parts["box"].held
 
 
-def test_parts_of_a_served_robot(tmp_path: Path) -> None:
+def test_a_served_robot_tells_of_its_parts(tmp_path: Path) -> None:
     with serving(tmp_path) as it, vrs.connect(it.address) as robot:
-        assert robot.parts == {}
+        it.hub.rooms["cell1"].session.driver.surround(parse_cell(CELL))
+        robot.define(PICK)
+        robot.execute("pick")
+        assert robot.parts["box"].held
+        assert robot.part("box").at(0.0).on == "table"
+
+
+@pytest.mark.parametrize("named", [False, True])
+def test_a_file_names_its_cell(tmp_path: Path, named: bool) -> None:
+    (tmp_path / ("table.toml" if named else "pick.toml")).write_text(CELL)
+    (tmp_path / "pick.v2").write_text(f"{'; cell: table.toml' * named}\n{PICK.strip()}\n")
+    robot = vrs.Robot()
+    robot.run(tmp_path / "pick.v2")
+    assert robot.parts["box"].held

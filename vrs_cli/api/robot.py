@@ -26,7 +26,8 @@ from vrs_cli.api.scene import Scene
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, RobotClock, VirtualClock, WallClock
 from vrs_cli.errors import JointOutOfRange, UsageError
 from vrs_cli.files.journal import bookmark_of
-from vrs_cli.files.program_file import find_program_file
+from vrs_cli.files.opening import Folder
+from vrs_cli.files.program_file import cell_of_program, find_program_file, read_program_file
 from vrs_cli.files.trajectory_file import read_trajectory
 from vrs_cli.interfaces.dialogue import Answers, no_answer
 from vrs_cli.interfaces.monitor.files import TORN
@@ -41,7 +42,7 @@ from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel
 from vrs_cli.kinematics.robot_file import Ends, load_robot
 from vrs_cli.kinematics.transform import Transform
-from vrs_cli.language.run.signals import Cell
+from vrs_cli.language.run.signals import NO_CELL, Cell
 from vrs_cli.language.words.values import numbers_of, plain
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import (
@@ -348,15 +349,25 @@ class Robot:
         signals: Signals | None = None,
     ) -> Run:
         """Load a file of programs and execute one of them, the first unless it is named. As `execute` otherwise.
+        Where neither the robot nor the call has a cell, it is that which the file names (`; cell: FILE`), or NAME.toml
+        beside NAME.v2.
 
         Raises NonexistentFile, FileError, and ProgramNotExecutable for a file with mistakes.
         """
-        conditions = conditions_of(limits, folder, cell, signals)
+        conditions = conditions_of(limits, folder, self._cell_of(file) if cell is None else cell, signals)
         names = self._under(conditions).load(file)
         self._folders.put(names, find_program_file(Path(file)).parent)
         if program is None and not names:
             raise UsageError(f"{file} holds no program", "a program begins with .PROGRAM name")
         return self._execute(program or names[0], cycles, answers, check, conditions)
+
+    def _cell_of(self, file: str | Path) -> Path | None:
+        """The cell that a program file names, for a robot of this process that has none."""
+        port, path = self._robot.port, find_program_file(Path(file))
+        if not isinstance(port, LocalPort) or port.session.driver.cell is not NO_CELL:
+            return None
+        found = cell_of_program(read_program_file(path), path, Folder(path.parent))
+        return None if found is None else found[0]
 
     def execute(
         self,

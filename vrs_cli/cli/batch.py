@@ -194,9 +194,9 @@ class Batch(Struct, frozen=True):
         if (cell := cell_file(self.options, self.source)) is not None:
             from vrs_cli.files.cell_file import read_cell
 
-            station.driver.surround(read_cell(cell.path))
+            station.driver.surround(read_cell(cell[0]))
             if not self.options.quiet:
-                teller(self.options.prog)(f"the cell is {cell.path} ({cell.named_by})")
+                teller(self.options.prog)("the cell is {} ({})".format(*cell))
         if self.options.signals is not None:
             from vrs_cli.files.timed_lines import read_signals
 

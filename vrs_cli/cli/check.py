@@ -223,7 +223,7 @@ def _cell(options: Namespace, source: Source) -> Cell:
         return NO_CELL
     from vrs_cli.files.cell_file import read_cell
 
-    return read_cell(found.path)
+    return read_cell(found[0])
 
 
 def _check(options: Namespace, model: RobotModel) -> int:

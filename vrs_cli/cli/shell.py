@@ -35,8 +35,8 @@ def shell(options: Namespace) -> int:
     clock, dialect, source = clock_of(options.realtime), chosen_dialect(options), _source(options)
     cell = cell_file(options, source or Source("", "", is_file=False))
     if cell is not None and options.cell is None:
-        teller(options.prog)(f"the cell is {cell.path} ({cell.named_by})")
-    path = None if cell is None else cell.path
+        teller(options.prog)("the cell is {} ({})".format(*cell))
+    path = None if cell is None else cell[0]
     model = _robot(options, source)
     return run(Local(model, options.file, clock=clock, outside=outside, dialect=dialect, cell=path), options.save)
 

@@ -76,32 +76,20 @@ def robot_of(prog: str, source: Source) -> str | None:
     return None
 
 
-class CellFile(Struct, frozen=True):
-    """The file of a cell, and who names it."""
-
-    path: str
-    named_by: str
-
-
-def cell_file(options: Namespace, source: Source) -> CellFile | None:
-    """The cell of a run: that of --cell, else that of the comment `; cell: FILE` in the program, else NAME.toml beside
-    NAME.v2. With --sandbox a program names only files of its own folder. Raises FileOutside.
+def cell_file(options: Namespace, source: Source) -> tuple[str, str] | None:
+    """The file of the cell of a run, and who names it: --cell, or the program. With --sandbox a program names only
+    files of its own folder. Raises FileOutside.
     """
     from vrs_cli.files.opening import Folder
-    from vrs_cli.language.text.source import named_above
+    from vrs_cli.files.program_file import cell_of_program
 
     if options.cell is not None:
-        return CellFile(options.cell, "--cell")
-    named, span = named_above(source.text, "cell") or (None, None)
+        return options.cell, "--cell"
+    path = Path(source.path) if source.is_file else None
     closed = getattr(options, "sandbox", None) is not None
-    folder = Folder(Path(source.path).parent if source.is_file else Path(), closed=closed)
-    if named is not None and span is not None:
-        return CellFile(str(folder.path(named)), f"{source.path}:{span.line}")
-    if not source.is_file:
-        return None
-    beside = Path(source.path).with_suffix(".toml")
-    is_robot = options.robot is not None and str(beside) == os.path.normpath(options.robot)
-    return CellFile(str(beside), f"beside {source.path}") if beside.is_file() and not is_robot else None
+    found = cell_of_program(source.text, path, Folder(Path() if path is None else path.parent, closed=closed))
+    is_robot = found is not None and options.robot is not None and found[0] == Path(os.path.normpath(options.robot))
+    return None if found is None or is_robot else (str(found[0]), found[1])
 
 
 def program_files(named: Iterable[str]) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vrs_cli.errors import FileDamaged, FileError, NonexistentFile, nearest
 from vrs_cli.files.opening import FREE, Folder, check_length, neighbours, text_of, unreadable
-from vrs_cli.language.text.source import DISK_END
+from vrs_cli.language.text.source import DISK_END, named_above
 
 EXTENSION = ".v2"
 
@@ -27,6 +27,17 @@ def read_program_file(path: str | Path, within: Folder = FREE) -> str:
     except OSError as error:
         raise unreadable(found, error) from error
     return decode_program(str(found), data)
+
+
+def cell_of_program(text: str, path: Path | None, folder: Folder) -> tuple[Path, str] | None:
+    """The file of the cell that a program is to run in, and who names it: the comment `; cell: FILE` above the first
+    program, relative to `folder`, else NAME.toml beside NAME.v2. Raises FileOutside.
+    """
+    named, span = named_above(text, "cell") or (None, None)
+    if named is not None and span is not None:
+        return folder.path(named), f"{path or 'standard input'}:{span.line}"
+    beside = None if path is None else path.with_suffix(".toml")
+    return None if beside is None or not beside.is_file() else (beside, f"beside {path}")
 
 
 def decode_program(name: str, data: bytes) -> str:

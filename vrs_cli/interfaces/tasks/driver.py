@@ -59,6 +59,7 @@ _P = TypeVar("_P", bound=Pending)
 
 
 ELEMENTS_A_STEP = 20  # that may be counted again for each step that was done: the cost is small beside that of steps
+AN_EVENT = 10  # elements that take as much memory as an event of the timeline
 MOST_A_STEP = 200  # elements that a step can add; a string has 128 characters
 
 
@@ -394,10 +395,12 @@ class Driver:
                 what = f"the program was still running after {limits.max_steps} steps"
                 self._exhausted(run, what, self._advice("max_steps"))
             elif limits.max_elements is not None and done >= run.look:
-                held = self.environment.held() + sum(track.task.held() for track in self.tasks)
+                events = AN_EVENT * self.engine.timeline.event_count
+                held = self.environment.held() + sum(track.task.held() for track in self.tasks) + events
                 run.look = done + max(held // ELEMENTS_A_STEP, (limits.max_elements - held) // MOST_A_STEP)
                 if held > limits.max_elements:
-                    what = f"arrays and strings hold {held} elements, {limits.max_elements} at most"
+                    and_events = ", with signals that were set," if events else ""
+                    what = f"arrays and strings{and_events} hold {held} elements, {limits.max_elements} at most"
                     self._exhausted(run, what, self._advice("max_elements"))
 
     def _waited(self, foreground: Track, coming: float) -> bool:
