@@ -50,9 +50,6 @@ ENDS: Mapping[str, Places] = {
 }
 
 
-READY = ("pick_and_place", "hanoi")
-
-
 @cache
 def ran(name: str) -> Session:
     session = Session(RecordingTerminal())
@@ -92,7 +89,7 @@ def moved(cell: Cell, part: str, x: float, y: float) -> Cell:
     return structs.replace(cell, scene=structs.replace(cell.scene, parts=tuple(parts)))
 
 
-@pytest.mark.parametrize("name", READY)
+@pytest.mark.parametrize("name", ENDS)
 def test_at_the_end_each_part_is_in_its_place(name: str) -> None:
     found = course(name, read_cell(str(PROGRAMS / f"{name}.toml")))
     assert faults(found, ENDS[name]) == []
@@ -101,7 +98,7 @@ def test_at_the_end_each_part_is_in_its_place(name: str) -> None:
     assert hypot(*position(found.pose(next(iter(ENDS[name])), 0.0))) > 0.1
 
 
-@pytest.mark.parametrize("name", READY)
+@pytest.mark.parametrize("name", ENDS)
 def test_with_a_part_50_mm_beside_its_place_it_is_not(name: str) -> None:
     cell = read_cell(str(PROGRAMS / f"{name}.toml"))
     for part in list(ENDS[name])[:3]:

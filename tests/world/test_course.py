@@ -273,3 +273,24 @@ def test_the_course_of_a_timeline_is_kept() -> None:
     for count in range(8):
         world.course(with_events(timeline, [*arm.events, *arm.hand(0, float(count)).events]))
     assert world.course(timeline) is not course
+
+
+def test_undo_takes_parts_back_to_the_bit() -> None:
+    """With the commands of the hand themselves: their events are on the timeline."""
+    arm = Arm("OPENI", "MOVE part", "CLOSEI", "APPRO place, 60")
+    world = world_of(arm, TABLE, BOX, STAND)
+    before = world.course(arm.engine.timeline)
+    carried = all_of(before)
+    arm.do("MOVES place", "OPENI", "DEPARTS 60", "READY")
+    placed = all_of(world.course(arm.engine.timeline))
+    assert world.course(arm.engine.timeline).state("box", arm.engine.end).on == "stand"
+    arm.do("UNDO", "UNDO", "UNDO", "UNDO")
+    course = world.course(arm.engine.timeline)
+    assert all_of(course) == carried
+    R, held = random.Random(6), course.spans("box")[1]
+    for _ in range(200):
+        t = R.uniform(held.begin, arm.engine.end)
+        now = compose(inverse(course.tool(t)), course.pose("box", t))
+        assert distance(now, before.T_tool_part(t)) < 1e-12  # type: ignore[arg-type]
+    arm.do("REDO", "REDO", "REDO", "REDO")
+    assert all_of(world.course(arm.engine.timeline)) == placed
