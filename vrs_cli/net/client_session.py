@@ -25,7 +25,7 @@ from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.interfaces.tasks.holder_times import USUAL_ALLOWED, HolderTimes
 from vrs_cli.language.text.source import MAX_LINE_CHARS
 from vrs_cli.language.words.word import Role
-from vrs_cli.net import messages, robot_folder
+from vrs_cli.net import messages
 from vrs_cli.net.broadcast import Listener, Sink
 from vrs_cli.net.delivery_log import DeliveryLog
 from vrs_cli.net.limits import SendPace, Share
@@ -397,18 +397,18 @@ class ClientSession(UserSession):
             self._drag_refused = self._drag_refused and wish.pose is not None
 
     def _use_folder(self, message: messages.Put | messages.Get | messages.Names, outlet: Outlet) -> None:
-        folder, allowance = self._robot.folder, self._robot.allowance
+        robot = self._robot
         match message:
             case messages.Put(name=name, data=data, replace=replace):
                 check_may("to put a file", Role.SUPERVISOR, self.grant.role)
-                put = beside(lambda: robot_folder.put(folder, name, data, allowance, replace=replace))
+                put = beside(lambda: robot.put_file(name, data, replace=replace))
                 self.ask(message, put, outlet)
             case messages.Get(id, name):
                 check_may("to get a file", Role.SUPERVISOR, self.grant.role)
-                fetch = beside(lambda: robot_folder.fetch(folder, name))
+                fetch = beside(lambda: robot.fetch_file(name))
                 self.ask(message, fetch, outlet, partial(messages.Fetched, id, name))
             case messages.Names(id):
-                self.ask(message, beside(lambda: robot_folder.listed(folder)), outlet, partial(messages.Listed, id))
+                self.ask(message, beside(robot.list_files), outlet, partial(messages.Listed, id))
 
     # --- what the robot says ---
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import stat
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from enum import Enum
+from itertools import islice
 from math import inf
 from pathlib import Path
 from threading import Lock
@@ -16,9 +19,12 @@ from msgspec import Struct
 from vrs_cli.engine.book import WindowSize
 from vrs_cli.engine.clock import WallClock
 from vrs_cli.engine.snapshot import TimelineReplaced
-from vrs_cli.errors import LimitReached, VrsError
+from vrs_cli.errors import FileError, FileExists, LimitReached, VrsError
+from vrs_cli.files.atomic import atomically
+from vrs_cli.files.disk import BLOCK
+from vrs_cli.files.folder import existing
 from vrs_cli.files.journal import Journal, keep_journal, take_up
-from vrs_cli.files.opening import Folder
+from vrs_cli.files.opening import Folder, unreadable
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.port.port import Console
 from vrs_cli.interfaces.port.user_session import UserSession
@@ -34,14 +40,16 @@ from vrs_cli.language.words.word import Role
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.broadcast import Broadcast
 from vrs_cli.net.durable_log import DurableLog, MemoryFile
-from vrs_cli.net.limits import USUAL, Allowance, advice, check_growth
-from vrs_cli.net.robot_folder import check_room
+from vrs_cli.net.limits import UNMEASURED, USUAL, Allowance, advice, check_growth
+from vrs_cli.net.messages import StoredFile
 from vrs_cli.net.tokens import Grant
 from vrs_cli.net.told_replies import prefixes_of
 from vrs_cli.values.commands import SetParameter
 
 MEASURED = 0.1  # [s] between two measurements of a robot's size, which take a while where that is large
 LATELY = 1.0  # [s] in which a user counts as one who asks
+LARGEST = 50_000_000  # bytes of a file that is fetched
+MOST_LISTED = 10_000  # files
 FREEING = frozenset(("ABORT", "KILL", "ZERO", "UNDO", "FDELETE", "DELETEB", "EXIT"))  # allowed when there is no room
 
 
@@ -264,7 +272,7 @@ class ServedRobot:
             self._measured, self._grown = now, None
             try:
                 check_growth(self.allowance, len(self.session.environment.kinds) + len(self.session.programs))
-                check_room(self.folder, self.allowance)
+                self._check_room()
             except LimitReached as error:
                 self._grown = error
         if self._grown is not None:
@@ -284,6 +292,67 @@ class ServedRobot:
     def works(self) -> bool:
         """Whether a program runs or the robot moves."""
         return self.session.running or self._self.now < self.session.engine.end
+
+    # --- its files ---
+
+    def put_file(self, name: str, data: bytes, *, replace: bool) -> None:
+        """Write a file, whole or not at all. Raises FileError, FileOutside, FileExists, LimitReached."""
+        path = self.folder.inside(name)
+        if path.is_dir():
+            raise FileError(f"{name} is a folder", "name a file")
+        if os.path.lexists(path) and not replace:
+            raise FileExists(name, "--replace overwrites it")
+        if not path.parent.is_dir():
+            raise FileError(f"{name}: there is no such folder", "a name without folders is always good")
+        self._check_room(len(data))
+        with atomically(path, self.folder) as stream:
+            stream.write(data)
+
+    def fetch_file(self, name: str) -> bytes:
+        """Read a file. Raises NonexistentFile, FileError, FileOutside."""
+        path = existing(self.folder.inside(name))
+        try:
+            with self.folder.open_to_read(path) as stream:
+                data = stream.read(LARGEST + 1)
+        except OSError as error:
+            raise unreadable(path, error) from None
+        if len(data) > LARGEST:
+            raise FileError(f"{name} has more than {LARGEST} bytes", "fetch it from the server's own disk")
+        return data
+
+    def list_files(self) -> tuple[StoredFile, ...]:
+        """List all files, those in subfolders with their paths; hidden ones are left out."""
+        found = [StoredFile(path, it.st_size, it.st_mtime) for path, it in islice(self._files(), MOST_LISTED)]
+        return tuple(sorted(found, key=lambda one: one.name))
+
+    def _check_room(self, *new: int) -> None:
+        """Raises LimitReached if the folder holds too much, together with `new` files of these sizes."""
+        allowance = self.allowance
+        if allowance.folder >= UNMEASURED:
+            return
+        there = (found.st_size for _, found in self._files())
+        sizes = [*islice(there, allowance.files + 1), *new]
+        held = sum(max(size, BLOCK) for size in sizes)
+        if len(sizes) > allowance.files:
+            raise LimitReached(f"the robot's folder would hold more than {allowance.files} files", "FDELETE makes room")
+        if held > allowance.folder:
+            what = (
+                f"the robot's folder would hold {held} bytes, {allowance.folder} at most (a file has {BLOCK} at least)"
+            )
+            raise LimitReached(what, "FDELETE makes room")
+
+    def _files(self) -> Iterator[tuple[str, os.stat_result]]:
+        root = self.folder.root
+        for parent, folders, names in os.walk(root):
+            folders[:] = [one for one in folders if not one.startswith(".")]
+            for name in names:
+                path = os.path.join(parent, name)
+                try:
+                    there = os.lstat(path)
+                except OSError:
+                    continue  # it has just been deleted
+                if not name.startswith(".") and stat.S_ISREG(there.st_mode):
+                    yield os.path.relpath(path, root).replace(os.sep, "/"), there
 
     # --- the thread of the connections ---
 
