@@ -68,15 +68,10 @@ class Geometry(NamedTuple):
     beta: float
 
 
-def plain(model: RobotModel) -> bool:
-    """Whether all joints turn, with their zeros where the links have them, and nothing stands at the ends."""
-    turns = all(link.kind is JointKind.REVOLUTE and link.theta == 0.0 for link in model.links)
-    return turns and model.base == IDENTITY and model.flange == IDENTITY
-
-
 def geometry_of(model: RobotModel) -> Geometry | None:
     """The constants of a model of this kind; None for every other robot."""
-    if model.joint_count != 6 or not plain(model):
+    turns = all(link.kind is JointKind.REVOLUTE and link.theta == 0.0 for link in model.links)
+    if model.joint_count != 6 or not turns or (model.base, model.flange) != (IDENTITY, IDENTITY):
         return None
     l1, l2, l3, l4, l5, l6 = model.links
     zeros = (

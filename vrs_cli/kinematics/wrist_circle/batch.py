@@ -118,16 +118,18 @@ def _closer(circle: Circle, T: Floats, arcs: Arcs, pieces: int) -> Arcs:
     inside, positive = at.beyond <= 0.0, at.f > 0.0
     quick = _quick(at.q1)
     k, j = np.nonzero(inside[:, 1:] & inside[:, :-1] & ((positive[:, 1:] != positive[:, :-1]) | quick))
-    turns = _turns(np.where(inside, np.abs(at.f), np.inf), positive) & ~(quick[:, 1:] & quick[:, :-1])
-    middle = inside[:, 1:-1]
-    edges = (middle != inside[:, 2:]) | (
-        middle != inside[:, :-2]
-    )  # one of three neighbours is in reach, another is not
+    a, b, c = (np.where(inside, np.abs(at.f), np.inf)[:, k : k + pieces - 1] for k in range(3))
+    same = (positive[:, 1:-1] == positive[:, 2:]) & (positive[:, 1:-1] == positive[:, :-2])
+    # of three neighbours on the same side of 0: whether the middle one is nearest, and 0 may be between
+    with np.errstate(invalid="ignore"):
+        turns = same & (b <= a) & (b <= c) & (b < a - 2.0 * b + c) & (c < np.inf) & (a < np.inf)
+    turns &= ~(quick[:, 1:] & quick[:, :-1])
+    middle = inside[:, 1:-1]  # one of three neighbours is in reach, another is not
+    edges = (middle != inside[:, 2:]) | (middle != inside[:, :-2])
     a, b, c = at.beyond[:, :-2], at.beyond[:, 1:-1], at.beyond[:, 2:]
     # of three neighbours: whether the reach may end, or not end, between them, against what the three say
     turns_at_0 = ((b - a) * (b - c) >= 0.0) & (np.abs(b) < np.abs(a - 2.0 * b + c))
-    doubt = edges | turns | turns_at_0
-    d, i = np.nonzero(doubt)
+    d, i = np.nonzero(edges | turns | turns_at_0)
     both, begin, end = np.concatenate((k, d)), np.concatenate((j, i)), np.concatenate((j + 1, i + 2))
     return Arcs(arcs.rows[both], arcs.ways[both], q6[both, begin], q6[both, end])
 
@@ -135,14 +137,6 @@ def _closer(circle: Circle, T: Floats, arcs: Arcs, pieces: int) -> Arcs:
 def _quick(q1: Floats) -> Flags:
     """(K, M) -> (K, M - 1): whether joint 1 turns far from one neighbour to the next."""
     return np.asarray(np.abs(np.sin(0.5 * np.diff(q1))) > QUICK)
-
-
-def _turns(size: Floats, positive: Flags) -> Flags:
-    """Of three neighbours on the same side of 0: whether the middle one is nearest, and 0 may be between."""
-    a, b, c = size[:, :-2], size[:, 1:-1], size[:, 2:]
-    same = (positive[:, 1:-1] == positive[:, 2:]) & (positive[:, 1:-1] == positive[:, :-2])
-    with np.errstate(invalid="ignore"):
-        return np.asarray(same & (b <= a) & (b <= c) & (b < a - 2.0 * b + c) & (c < np.inf) & (a < np.inf))
 
 
 POSES = 64  # at once, which stay in the processor's cache
