@@ -29,6 +29,7 @@ from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.transform import from_oat, to_oat
 from vrs_cli.trajectory.segment import CartesianPath
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.events import HAND, Event
 
 ARM = arm_for(puma())
 
@@ -299,6 +300,20 @@ def test_a_log_is_read_back_by_a_reader_of_ros() -> None:
         assert rotated(q) == pytest.approx([T[i] for i in (0, 1, 2, 4, 5, 6, 8, 9, 10)], abs=1e-9)
     begun = [segment for before, segment in pairwise(timeline) if before.motion.number != segment.motion.number]
     assert [(ns, log.msg) for ns, log in found["/commands"]] == [(round(s.start * 1e9), s.motion.text) for s in begun]
+
+
+def test_a_log_has_signals_and_the_hand() -> None:
+    reader = pytest.importorskip("mcap_ros2.reader")
+    changes = (Event(0.5, 1001, 1.0), Event(0.5, 3, 1.0, observed=True), Event(0.75, HAND, 0.5), Event(1.0, 1001, 0.0))
+    stream = io.BytesIO()
+    EXPORTERS["mcap"].write(stream, ARM, Timeline([initial()], 0, changes), 20.0)
+    stream.seek(0)
+    logged = [one for one in reader.read_ros2_messages(stream) if one.channel.topic == "/signals"]
+    assert [(one.log_time_ns, one.ros_msg.msg) for one in logged] == [
+        (500_000_000, "1001 on"),
+        (750_000_000, "hand 0.5"),
+        (1_000_000_000, "1001 off"),
+    ]
 
 
 def rotated(q) -> list[float]:

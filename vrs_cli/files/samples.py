@@ -2,7 +2,8 @@
 messages: Foxglove shows it without plugins, `ros2 bag play` plays it.
 
 Topics: /joint_states (sensor_msgs/JointState) and /tool (geometry_msgs/PoseStamped, T_world_tool) at each sample,
-/commands (rcl_interfaces/Log) when a motion begins. The log's clock is the robot's: 0 is 0 s.
+/commands (rcl_interfaces/Log) when a motion begins, /signals (the same) when a signal or the hand is set. The log's
+clock is the robot's: 0 is 0 s.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from vrs_cli.extras import how_to_install
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.values.events import HAND
 from vrs_cli.version import __version__
 
 CHUNK = 4096  # rows that are in memory at a time
@@ -66,6 +68,15 @@ def _schema(own: str, *others: tuple[str, str]) -> bytes:
 
 
 _STAMPED = (("std_msgs/Header", _HEADER), ("builtin_interfaces/Time", _TIME))
+SIGNALS = "/signals"
+LOG = (
+    "rcl_interfaces/msg/Log",
+    _schema(
+        "builtin_interfaces/Time stamp\nuint8 level\nstring name\nstring msg\n"
+        "string file\nstring function\nuint32 line",
+        ("builtin_interfaces/Time", _TIME),
+    ),
+)
 TOPICS = {
     "/joint_states": (
         "sensor_msgs/msg/JointState",
@@ -83,14 +94,8 @@ TOPICS = {
             *_STAMPED,
         ),
     ),
-    "/commands": (
-        "rcl_interfaces/msg/Log",
-        _schema(
-            "builtin_interfaces/Time stamp\nuint8 level\nstring name\nstring msg\n"
-            "string file\nstring function\nuint32 line",
-            ("builtin_interfaces/Time", _TIME),
-        ),
-    ),
+    "/commands": LOG,
+    SIGNALS: LOG,
 }
 
 
@@ -117,10 +122,12 @@ def write_mcap(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float)
     writer.start(profile="ros2", library=f"vrs {__version__}")
     writer.add_metadata("robot", {"name": arm.model.name, "title": arm.model.title})
     channels = {}
-    for topic, (name, text) in TOPICS.items():
+    topics = TOPICS if timeline.event_count else {name: kind for name, kind in TOPICS.items() if name != SIGNALS}
+    for topic, (name, text) in topics.items():
         schema = writer.register_schema(name, "ros2msg", text)
         channels[topic] = writer.register_channel(topic, "cdr", schema)
-    for message in merge(_commands(timeline), _states(arm, timeline, rate), key=lambda message: message.time):
+    sources = _commands(timeline), _signals(timeline), _states(arm, timeline, rate)
+    for message in merge(*sources, key=lambda message: message.time):
         writer.add_message(channels[message.topic], message.time, message.data, message.time)
     writer.finish()  # type: ignore[no-untyped-call]
 
@@ -183,6 +190,15 @@ def _commands(timeline: Timeline) -> Iterator[LogMessage]:
             ns, text = round(segment.start * NANOSECONDS), motion.text or motion.kind.value
             yield LogMessage(ns, "/commands", cdr(_stamp(ns), ("B", INFO), "vrs", text, "", "", ("I", 0)))
         before = motion.number
+
+
+def _signals(timeline: Timeline) -> Iterator[LogMessage]:
+    """One where a signal or the hand is set."""
+    for event in timeline.events:
+        if not event.observed:
+            ns, on = round(event.time * NANOSECONDS), "on" if event.value else "off"
+            text = f"hand {event.value:g}" if event.channel == HAND else f"{event.channel} {on}"
+            yield LogMessage(ns, SIGNALS, cdr(_stamp(ns), ("B", INFO), "vrs", text, "", "", ("I", 0)))
 
 
 _STAMP = struct.Struct("<ii")
