@@ -196,14 +196,18 @@ def idle_of(table: Mapping[str, Idle], name: str) -> Idle | None:
     return table.get(name.upper().partition("[")[0])
 
 
+NEWER = frozenset({"CLEARANCE", "COLLISION"})  # prefixes of names that were there before them keep their meaning
+
+
 def row_of(table: Mapping[str, V], name: str, what: str) -> V:
-    """The row of a name, or of a prefix that only one name has. Raises UsageError with what is near."""
+    """The row of a name, or of a prefix that only one name has, or one that is not `NEWER`. Raises UsageError."""
     upper = name.upper()
     if upper in table:
         return table[upper]
-    starting = [row for known, row in table.items() if known.startswith(upper)]
-    if len(starting) == 1:
-        return starting[0]
+    starting = [known for known in table if known.startswith(upper)]
+    older = [known for known in starting if known not in NEWER] or starting
+    if len(older) == 1:
+        return table[older[0]]
     raise UsageError(f"there is no {what} {upper}", did_you_mean(upper, table, f"there are {', '.join(table)}"))
 
 
