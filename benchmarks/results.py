@@ -264,7 +264,7 @@ KINDS: dict[str, tuple[Callable[[int], float], tuple[int, ...]]] = {
 
 # --- the page ----------------------------------------------------------------------------------------------------
 
-PARTS = (starting, motion, kinematics, reading, planning, steered, contacts, parts, long_ones)
+PARTS = (starting, motion, kinematics, reading, planning, steered, dated, contacts, parts, long_ones)
 
 
 def machine() -> str:

@@ -186,7 +186,9 @@ class Timeline:
         """What a channel is at time t [s]: 0 until the first event that changes it. The last event of an instant
         counts.
         """
-        found = None if self._events is None else rope.value_at(self._events, channel, t)
+        if self._events is None:
+            return 0.0
+        found = rope.value_at(self._events, channel, t)
         return 0.0 if found is None else found
 
     def changes(self, channel: int) -> Iterator[tuple[float, float]]:
