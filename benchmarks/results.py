@@ -23,7 +23,7 @@ from pathlib import Path
 from time import process_time
 from typing import Any, NamedTuple
 
-from benchmarks import bulk, engine, program, prompt, robots, startup, steering, timeline, world
+from benchmarks import bulk, engine, events, program, prompt, robots, startup, steering, timeline, world
 from benchmarks import contacts as first_contacts
 from benchmarks.peers import Peers, beside
 from benchmarks.peers.timing import each
@@ -199,6 +199,10 @@ def parts(_: Peers) -> Iterator[Figure]:
     yield Figure("1,000 parts, 100 taken: the first course", "s", found.first)
     yield Figure("1,000 parts, after a command that shifts all", "ms", 1e3 * found.shifted, 200.0)
     yield Figure("1,000 parts, after a command at the end", "ms", 1e3 * found.at_end, 5.0)
+
+
+def dated(_: Peers) -> Iterator[Figure]:
+    yield from (Figure(*row) for row in events.figures())
 
 
 def contacts(_: Peers) -> Iterator[Figure]:
