@@ -106,6 +106,25 @@ def test_a_state_that_did_not_change_then_is_compared_alone(session: Session) ->
     assert (one.on, one.changed) == (True, False)
 
 
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ("WAIT SIG(-1)", "SIGNAL 1", "DRIVE 1, 5"),
+        ("SIGNAL 1", "WAIT SIG(1)", "SIGNAL -1", "DRIVE 1, 5"),
+        ("SIGNAL 1", "WAIT.EVENT , 0.5", "SIGNAL -1", "SIGNAL 1", "WAIT SIG(1)", "DRIVE 1, 5"),
+        ("SIGNAL 1", "IF SIG(1) THEN", "SIGNAL -1", "IF SIG(-1) THEN", "SIGNAL 1", "END", "END", "DRIVE 1, 5"),
+    ],
+)
+def test_what_changes_after_a_look_at_the_same_instant_does_not_make_it_untrue(
+    session: Session, lines: tuple[str, ...]
+) -> None:
+    load(session, *lines)
+    session.execute("main")
+    assert observed(session)
+    assert list(untrue(session.engine.book, session.environment.signals)) == []
+    assert told(session, "SIGNAL 5 AT 0.1", "DRIVE 2, 5 AT 0.05") == []
+
+
 def test_an_event_is_not_confused_with_an_observation(session: Session) -> None:
     load(session, "WAIT SIG(-1)", "SIGNAL 1")
     session.execute("main")

@@ -53,7 +53,8 @@ class Observations:
         if state is on and number == engine.book.number - self._numbers and time <= engine.now:
             return
         before = engine.book.number
-        age = 0.0 if self._signals.changes_now(signal) else TICK
+        changed = self._signals.changes_now(signal)
+        age = 0.0 if changed and self._signals.on_at(signal, engine.now - SAME_INSTANT) is not on else TICK
         engine.perform(
             SetChannels(((signal, float(on)),), text=track.task.place_of(key[1]), observed=True, duration=age)
         )
@@ -77,8 +78,14 @@ def changed_since(timeline: Timeline, changes: Iterable[TimelineDelta]) -> float
 
 def untrue(book: Book, signals: Signals, since: float = -inf) -> Iterator[Untrue]:
     """Find what programs read at a time [s] or later that no longer holds on the timeline of a book."""
-    events = (event for event in book.timeline.events_between(since, inf) if event.observed)
-    wrong = [event for event in events if not _holds(signals, event)]
+    wrong, instant, given = list[Event](), -inf, dict[int, float]()  # by the events of this instant so far
+    for event in book.timeline.events_between(since, inf):
+        if event.time != instant:
+            instant, given = event.time, {}
+        if not event.observed:
+            given[event.channel] = event.value
+        elif not _holds(signals, event, given.get(event.channel)):
+            wrong.append(event)
     if not wrong:
         return
     texts, following = _said(book)
@@ -89,9 +96,16 @@ def untrue(book: Book, signals: Signals, since: float = -inf) -> Iterator[Untrue
         yield Untrue(event.number, event.channel, event.value > 0.0, changed, event.time, place, command, name)
 
 
-def _holds(signals: Signals, event: Event) -> bool:
-    on = event.value > 0.0
-    if signals.on_at(event.channel, event.time) is not on:
+def _holds(signals: Signals, event: Event, given: float | None) -> bool:
+    """Whether a reading is what the timeline says. `given`: what events of the same instant before it have set; those
+    after it change nothing that it could have seen.
+    """
+    on, computed = event.value > 0.0, signals.computed
+    if computed is not None and event.channel in computed.numbers:
+        now = signals.on_at(event.channel, event.time)
+    else:
+        now = signals.on_at(event.channel, event.time - TICK) if given is None else given > 0.0
+    if now is not on:
         return False
     return event.duration > 0.0 or signals.on_at(event.channel, event.time - SAME_INSTANT) is not on
 
