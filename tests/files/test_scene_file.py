@@ -237,6 +237,21 @@ def test_without_trimesh_one_line_says_how_to_install_it(tmp_path: Path, monkeyp
     assert "\n" not in refused.value.detail
 
 
+def test_large_meshes_and_many_meshes_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in "abc":
+        trimesh.creation.box((10, 10, 10)).export(tmp_path / f"{name}.stl")
+    parts = "".join(
+        f'[[part]]\nname = "{name}"\nshape = "mesh"\nfile = "{name}.stl"\nat = [0, 0, 0]\n' for name in "abc"
+    )
+    path = str(tmp_path / "cell.toml")
+    monkeypatch.setattr(scene_file, "MOST_MESH_BYTES", 2 * (tmp_path / "a.stl").stat().st_size)
+    with pytest.raises(FileDamaged, match=r":14: \[\[part\]\] 3: file: .*c.stl: 684 bytes; at most 0 are read"):
+        parse_cell(parts, path)
+    monkeypatch.setattr(scene_file, "LARGEST_MESH", 100)
+    with pytest.raises(FileDamaged, match=r":4: \[\[part\]\] 1: file: .*a.stl: 684 bytes; at most 100 are read"):
+        parse_cell(parts, path)
+
+
 # --- bounds ----------------------------------------------------------------------------------------------------------
 
 

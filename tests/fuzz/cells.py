@@ -1,6 +1,6 @@
 """Cells changed at random: each is read, or refused with the lines of its mistakes.
 
-For longer: python -m tests.fuzz.cells 100000
+For longer: python -m tests.fuzz.cells 100000 [SEED]
 """
 
 from __future__ import annotations
@@ -119,7 +119,8 @@ def trial(seed: int) -> str:
 
 if __name__ == "__main__":
     counts = Counter[str]()
-    for seed in range(int(sys.argv[1])):
+    first = int(sys.argv[2]) if len(sys.argv) > 2 else 0
+    for seed in range(first, first + int(sys.argv[1])):
         try:
             counts[trial(seed)] += 1
         except Exception as error:

@@ -14,7 +14,11 @@ from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.trajectory.instant import LATEST, on_grid
 
 MOST_MISTAKES = 50  # that are told
+LONGEST = 400  # characters of a message
 FARTHEST = 100_000.0  # [mm] of a place from the world's origin, and the largest size of a body
+
+
+_CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 
 
 class CellEntry(NamedTuple):
@@ -76,7 +80,8 @@ class CellText:
         if len(self.wrong) > MOST_MISTAKES:
             return
         line = min(self.lines_from(entry, key), default=0)
-        self.wrong.append(f"{self.path}:{line + 1}: {entry.name}{key}: {what}")
+        told = _CONTROL.sub("?", f"{entry.name}{key}: {what}")  # a message is one line
+        self.wrong.append(f"{self.path}:{line + 1}: {told if len(told) <= LONGEST else told[: LONGEST - 3] + '...'}")
 
     def lines_from(self, entry: CellEntry, key: str) -> range:
         """The lines of a table from the one that begins with a key; all of them where none does."""

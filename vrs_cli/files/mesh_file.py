@@ -101,8 +101,10 @@ def _check_faces(path: Path, kind: str, content: bytes) -> None:
         raise FileError(f"{path}: {count} faces", f"at most {MOST_FACES} are read")
 
 
-def check(path: Path) -> None:
-    """Raises NonexistentFile, FileError: only small files of this machine are read, and only meshes."""
+def check(path: Path, largest: int = LARGEST) -> int:
+    """Return the size of a mesh file [B]. Raises NonexistentFile, FileError: only small files of this machine are read,
+    and only meshes.
+    """
     if path.suffix.lower() not in KINDS:
         raise FileError(f"{path}: no mesh", f"its name ends in {', '.join(KINDS)}")
     if str(path).startswith(("//", "\\\\")):
@@ -113,8 +115,9 @@ def check(path: Path) -> None:
         raise FileError(f"{path}: {error}") from None
     if size is None:
         raise NonexistentFile(str(path))
-    if size > LARGEST:
-        raise FileError(f"{path}: {size} bytes", f"at most {LARGEST} are read")
+    if size > largest:
+        raise FileError(f"{path}: {size} bytes", f"at most {largest} are read")
+    return size
 
 
 # --- convex pieces ---------------------------------------------------------------------------------------------------

@@ -45,7 +45,7 @@ from typing import Any, TypeVar
 
 from vrs_cli.errors import FileError, did_you_mean
 from vrs_cli.files.cell_text import FARTHEST, CellEntry, CellText
-from vrs_cli.files.mesh_file import convex_pieces
+from vrs_cli.files.mesh_file import check, convex_pieces
 from vrs_cli.kinematics.transform import IDENTITY
 from vrs_cli.values.scene import (
     Beam,
@@ -70,6 +70,7 @@ from vrs_cli.values.scene import (
 MOST_BODIES = 5000  # parts and fixtures
 MOST_MASS = 1000.0  # [kg] of a part
 MOST_GRASPS = 20  # places of one part
+LARGEST_MESH, MOST_MESH_BYTES = 10_000_000, 40_000_000  # [B] of one mesh file, and of all that a cell names
 MOST_MESH_POINTS = 200_000  # of all meshes of a cell
 SCENE_KEYS = ("part", "fixture", "sensor", "feeder", "sink", "hand", "floor")
 
@@ -112,7 +113,7 @@ class _SceneReader:
         self._text, self._given = text, given
         self._names, self._parts, self._fed = {"floor"}, set[str](), set[str]()
         self._meshes: dict[tuple[str, float], MeshShape] = {}
-        self._points = 0
+        self._points = self._bytes = 0
         bodies = sum(len(rows) for key in ("part", "fixture") if isinstance(rows := given.get(key), list))
         if bodies > MOST_BODIES:
             text.fault(text.whole, "part", f"{bodies} parts and fixtures, at most {MOST_BODIES} are read")
@@ -193,6 +194,7 @@ class _SceneReader:
                 text.fault(entry, "file", f"the meshes before it have {self._points} points, too many to read more")
                 return _UNIT
             try:
+                self._bytes += check(text.beside(file), min(LARGEST_MESH, MOST_MESH_BYTES - self._bytes))
                 known = MeshShape(convex_pieces(text.beside(file), scale), file)
             except FileError as error:
                 text.fault(entry, "file", f"{error.detail}" + (f"; {error.hint}" if error.hint else ""))
