@@ -7,6 +7,7 @@ import pytest
 from vrs_cli.engine.book import displacement
 from vrs_cli.engine.branches import MAIN, Branches
 from vrs_cli.engine.clock import WallClock
+from vrs_cli.engine.comparison import compare
 from vrs_cli.engine.engine import Engine
 from vrs_cli.errors import IllegalValue, TooLate, UsageError
 from vrs_cli.kinematics.robot_file import load_robot
@@ -280,3 +281,12 @@ def test_what_an_edit_does_to_events_is_told(engine: Engine) -> None:
     told = displacement(engine.book, before)
     assert told is not None
     assert [one.text for one in told.later] == ["MOVE AT 2.0", "MOVE AT 4.0", "SIGNAL 1"]
+
+
+def test_branches_differ_from_the_first_other_event_on(engine: Engine) -> None:
+    drive(engine)
+    branches = Branches(engine)
+    branches.make("trial")
+    signal(engine, at=0.25)
+    found = compare(engine.arm, branches.book(MAIN), branches.book("trial"))
+    assert (found.since, found.tool.distance, len(found.commands)) == (0.25, 0.0, 2)

@@ -52,7 +52,26 @@ def compare(arm: RobotArm, a: Book, b: Book) -> Comparison:
 
 
 def first_difference(a: Timeline, b: Timeline) -> float | None:
-    """The first time at which two timelines may differ [s]; None where they are the same throughout."""
+    """The first time at which two timelines may differ [s], the hand and signals too; None where they are the same
+    throughout.
+    """
+    times = [t for t in (_first_other_segment(a, b), _first_other_event(a, b)) if t is not None]
+    return min(times, default=None)
+
+
+def _first_other_event(a: Timeline, b: Timeline) -> float | None:
+    if a.same_events(b):
+        return None
+    changes = ([event for event in one.events if not event.observed] for one in (a, b))
+    for one, other in zip_longest(*changes):
+        if one is None or other is None:
+            return float((one or other).time)
+        if (one.time, one.channel, one.value, one.duration) != (other.time, other.channel, other.value, other.duration):
+            return float(min(one.time, other.time))
+    return None
+
+
+def _first_other_segment(a: Timeline, b: Timeline) -> float | None:
     ours, theirs = list(a.blocks(-inf, inf)), list(b.blocks(-inf, inf))
     pairs = zip(ours, theirs, strict=False)
     same = (a.row is b.row and (a.offset, a.first, a.last) == (b.offset, b.first, b.last) for a, b in pairs)
