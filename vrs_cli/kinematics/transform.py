@@ -3,7 +3,7 @@
 `T_a_b` is the pose of frame b in frame a: `compose(T_base_tool, T_tool_part) = T_base_part`. Metres and
 radians.
 
-Two triples of angles name a rotation, and one routine serves both (VAL-II manual; V+ Language Reference):
+Three angles name a rotation, in VAL-II others than in V+ (VAL-II manual; V+ Language Reference):
 
     V+      yaw, pitch, roll    R = Rz(yaw) Ry(pitch) Rz(roll)
     VAL-II  O, A, T             yaw = O - 90 deg, pitch = A + 90 deg, roll = T
@@ -197,11 +197,11 @@ def distance(a: Transform, b: Transform) -> float:
 # --- angles ----------------------------------------------------------------------------------------------
 
 
-def from_ypr(x: float, y: float, z: float, yaw: float, pitch: float, roll: float) -> Transform:
-    """Position [m] and V+ angles [rad]: Rz(yaw) Ry(pitch) Rz(roll)."""
-    cy, sy = cos(yaw), sin(yaw)
-    cp, sp = cos(pitch), sin(pitch)
-    cr, sr = cos(roll), sin(roll)
+def from_oat(x: float, y: float, z: float, o: float, a: float, t: float) -> Transform:
+    """Position [m] and VAL-II angles O, A, T [rad]: Rz(O - 90 deg) Ry(A + 90 deg) Rz(T)."""
+    cy, sy = cos(o - RIGHT_ANGLE), sin(o - RIGHT_ANGLE)
+    cp, sp = cos(a + RIGHT_ANGLE), sin(a + RIGHT_ANGLE)
+    cr, sr = cos(t), sin(t)
     cycp, sycp = cy * cp, sy * cp
     return _new(
         Transform,
@@ -222,26 +222,16 @@ def from_ypr(x: float, y: float, z: float, yaw: float, pitch: float, roll: float
     )
 
 
-def to_ypr(T: Transform) -> Vector:
-    """V+ yaw, pitch, roll [rad]: yaw, roll in (-pi, pi], pitch in [0, pi]; yaw 0 where pitch is 0 or pi."""
+def to_oat(T: Transform) -> Vector:
+    """VAL-II O, A, T [rad]: O and T in (-pi, pi], A in [-pi/2, pi/2]; O = pi/2 where the tool is vertical."""
     nx, sx, ax, _, ny, sy, ay, _, _, _, az, _ = T
     h = hypot(ax, ay)
     if h < POLE:
-        return 0.0, (0.0 if az > 0.0 else pi), _half_open(atan2(ny, sy))
+        return RIGHT_ANGLE, (-RIGHT_ANGLE if az > 0.0 else RIGHT_ANGLE), _half_open(atan2(ny, sy))
     # Roll is read against the yaw just found, not from the third row: near a pole the two must agree.
-    return _half_open(atan2(ay, ax)), atan2(h, az), _half_open(atan2(ax * ny - ay * nx, ax * sy - ay * sx))
-
-
-def from_oat(x: float, y: float, z: float, o: float, a: float, t: float) -> Transform:
-    """Position [m] and VAL-II angles O, A, T [rad]."""
-    return from_ypr(x, y, z, o - RIGHT_ANGLE, a + RIGHT_ANGLE, t)
-
-
-def to_oat(T: Transform) -> Vector:
-    """VAL-II O, A, T [rad]: O and T in (-pi, pi], A in [-pi/2, pi/2]; O = pi/2 where the tool is vertical."""
-    yaw, pitch, roll = to_ypr(T)
-    o = yaw + RIGHT_ANGLE
-    return (o - TURN if o > pi else o) + 0.0, (pitch - RIGHT_ANGLE) + 0.0, roll
+    o = _half_open(atan2(ay, ax)) + RIGHT_ANGLE
+    roll = _half_open(atan2(ax * ny - ay * nx, ax * sy - ay * sx))
+    return (o - TURN if o > pi else o) + 0.0, (atan2(h, az) - RIGHT_ANGLE) + 0.0, roll
 
 
 def _half_open(angle: float) -> float:

@@ -15,12 +15,12 @@ from tests.interfaces.terminals import RecordingTerminal
 from vrs_cli.interfaces.inspection import inspect
 from vrs_cli.interfaces.station.station import Station
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import Transform, angle_between, distance, from_ypr
+from vrs_cli.kinematics.transform import Transform, angle_between, distance, from_oat
 from vrs_cli.language.analysis.structure import canonical_text
 from vrs_cli.values.diagnostics import Diagnostic, Severity
 
 PUMA = load_robot("puma560")
-NOW = from_ypr(0.43016, 0.0497, 0.71, 0.0, pi, 0.0)  # the axes -1 0 0, 0 1 0, 0 0 -1
+NOW = from_oat(0.43016, 0.0497, 0.71, pi / 2, pi / 2, 0.0)  # the axes -1 0 0, 0 1 0, 0 0 -1
 ROWS = {
     "one line": "now -1 0 0 0 1 0 0 0 -1 430.16 49.70 710.00",
     "two lines": "now -1 0 0 0 1 0\n0 0 -1 430.16 49.70 710.00",
@@ -57,7 +57,7 @@ def test_twelve_numbers_are_a_transformation(written: str) -> None:
 @given(st.integers(0, 2**32), st.integers(3, 9), st.booleans())
 def test_what_a_controller_rounds_is_accepted_and_told(seed: int, decimals: int, two: bool) -> None:
     random = Random(seed)
-    poses = {f"p{n}": from_ypr(*(random.uniform(-2.0, 2.0) for _ in range(6))) for n in range(3)}
+    poses = {f"p{n}": from_oat(*(random.uniform(-2.0, 2.0) for _ in range(6))) for n in range(3)}
     station, found = loaded(*(written(name, pose, decimals, two=two) for name, pose in poses.items()))
     assert [one.severity for one in found] == [Severity.WARNING] * (decimals < 6 or len(found))
     assert all("axes are rounded by" in one.detail for one in found)
@@ -67,7 +67,7 @@ def test_what_a_controller_rounds_is_accepted_and_told(seed: int, decimals: int,
 
 
 def test_the_largest_rounding_of_a_section_is_told_once() -> None:
-    rows = (written(f"p{n}", from_ypr(0.1, 0.2, 0.3, 0.4, 0.5, n), n, two=True) for n in (5, 3, 4))
+    rows = (written(f"p{n}", from_oat(0.1, 0.2, 0.3, 0.4, 0.5, n), n, two=True) for n in (5, 3, 4))
     _, found = loaded(*rows)
     (told,) = found
     assert told.span.line == 4
@@ -81,7 +81,7 @@ def test_the_largest_rounding_of_a_section_is_told_once() -> None:
 @given(st.integers(0, 2**32))
 def test_single_precision_is_no_rounding(seed: int) -> None:
     random = Random(seed)
-    pose = from_ypr(*(random.uniform(-2.0, 2.0) for _ in range(6)))
+    pose = from_oat(*(random.uniform(-2.0, 2.0) for _ in range(6)))
     numbers = unpack("12f", pack("12f", *columns(pose)))
     station, found = loaded(" ".join(map(str, ("p", *numbers))))
     assert found == ()
@@ -97,7 +97,7 @@ def test_every_wrong_line_of_a_section_is_told() -> None:
 @given(st.integers(0, 2**32), st.sampled_from(["axis", "mirrored", "short", "long", "zero", "huge", "other rows"]))
 def test_what_is_no_rotation_loads_nothing_of_its_section(seed: int, wrong: str) -> None:
     random = Random(seed)
-    numbers = columns(from_ypr(*(random.uniform(-2.0, 2.0) for _ in range(6))))
+    numbers = columns(from_oat(*(random.uniform(-2.0, 2.0) for _ in range(6))))
     at = random.randrange(9)
     if wrong == "axis":
         numbers[at] += random.choice((-1.0, 1.0)) * random.uniform(0.02, 3.0)
