@@ -79,6 +79,14 @@ def test_what_is_in_the_way_is_told(where: dict[str, float], motion: str, pair: 
     assert (motion, pair) in [(text, {contact.first, contact.second}) for text, contact in contacts]
 
 
+def test_parts_are_taken_and_put_down_whatever_the_clearance() -> None:
+    session = session_of(CELL)
+    session.perform("ENABLE COLLISION")
+    session.perform("PARAMETER CLEARANCE = 5")
+    session.load_text(PICK.format(take=-180.0, put=-179.0, x=150.0, y=500.0, open="OPENI"))
+    assert session.execute("pick").fault is None
+
+
 def test_stages_end_where_a_part_changes_what_it_does() -> None:
     session, _ = picked()
     engine = session.engine

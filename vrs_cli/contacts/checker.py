@@ -63,7 +63,6 @@ class Checker:
         self.number = {one.name: self.first_part + k for k, one in enumerate(scene.parts)}
         self.solids = {one.name: solids_of_shape(one.shape) for one in scene.parts}
         self.limit = clearance if clearance > 0.0 else -DEEP  # [m] a pair that is nearer counts
-        self.apart = max(clearance, 0.0) + APART  # [m] a pair that touched has come apart
         self.margin = max(clearance, 0.0) + MARGIN
         self._slots = 0
         self._physics: Physics | None = None
@@ -122,7 +121,7 @@ class _Search:
         self.held = None if stage.held is None else checker.number[stage.held.name]
         self.ignored = {(self.n, checker.number[name]) for name in stage.gripped}
         self.excused = set(excused or ())
-        self.pairs: dict[int, tuple[Pair, list[float]]] = {}
+        self.pairs: dict[int, tuple[Pair, list[float], float]] = {}
         self.held_bounds = STANDS
         self._place(self._room())
         changed = None if excused is None else {checker.number[name] for name in stage.changed}
@@ -175,13 +174,27 @@ class _Search:
             self.physics.open_hand(float(np.interp(t, *self.stage.hand)))
         return self.physics.near(self.sweep.exact_joints(t) if exact else self.sweep.joints(t))
 
-    def _known(self, key: int) -> tuple[Pair, list[float]]:
-        """Return the owners of a pair of solids, and the sums of the way that they come towards each other."""
+    def _known(self, key: int) -> tuple[Pair, list[float], float]:
+        """Return the owners of a pair of solids, the sums of the way that they come towards each other, and how near
+        they may come [m].
+        """
         found = self.pairs.get(key)
         if found is None:
             bodies = sorted((self._bounds(number) for number in self.physics.pair(key)), key=lambda body: -body.link)
-            found = self.pairs[key] = self.physics.owners_of(key), sums_of(self._way(*bodies))
+            owners = self.physics.owners_of(key)
+            found = self.pairs[key] = owners, sums_of(self._way(*bodies)), self._limit(owners)
         return found
+
+    def _limit(self, owners: Pair) -> float:
+        """Return how near two owners may come [m]. No clearance is kept by a part that is held, nor by the hand from a
+        part: they are there to be taken and put down.
+        """
+        handled = owners[1] >= self.checker.first_part and (owners[0] == self.n or self.held in owners)
+        return -DEEP if handled else self.checker.limit
+
+    def _apart(self, owners: Pair) -> float:
+        """Return how far apart two owners are that have come apart [m]."""
+        return max(self._limit(owners), 0.0) + APART
 
     def _way(self, moving: Bounds, other: Bounds) -> Floats:
         if other.link == 0:
@@ -201,34 +214,36 @@ class _Search:
         owners = self._known(key)[0]
         return owners not in self.excused and owners not in self.ignored
 
+    def _beyond(self, key: int, distance: float) -> float:
+        """Return how much farther apart a pair is than what counts [m]; infinite for one that does not count."""
+        return distance - self._known(key)[2] if self._counts(key) else inf
+
     def _excuse(self, changed: set[int] | None) -> None:
         """Excuse the pairs that touch at the beginning: all of them, or those of the owners that have `changed`."""
         for key, distance in self._look(self.stage.begin):
             owners = self.physics.owners_of(key)
-            if distance < self.checker.apart and (changed is None or changed.intersection(owners)):
+            if distance < self._apart(owners) and (changed is None or changed.intersection(owners)):
                 self.excused.add(owners)
 
     def _release(self, near: Iterable[tuple[int, float]]) -> None:
         """Excuse no longer what has come apart."""
         if self.excused:
-            self.excused &= {self._known(key)[0] for key, distance in near if distance < self.checker.apart}
+            self.excused &= {owners for key, distance in near if distance < self._apart(owners := self._known(key)[0])}
 
     # --- the search ---
 
     def run(self) -> Contact | None:
         """Return the first contact of the stage."""
-        t, end, limit = self.stage.begin, self.stage.end, self.checker.limit
+        t, end = self.stage.begin, self.stage.end
         while True:
             near, bent = self._look(t, exact=False), BENT
-            if any(distance < limit + CLOSE and self._counts(key) for key, distance in near):
+            if any(self._beyond(key, distance) < CLOSE for key, distance in near):
                 near, bent = self._look(t), 0.0
             self._release(near)
-            touching = [
-                (distance, k) for k, (key, distance) in enumerate(near) if distance < limit and self._counts(key)
-            ]
+            touching = [(beyond, k) for k, one in enumerate(near) if (beyond := self._beyond(*one)) < 0.0]
             if touching:
-                distance, k = min(touching)
-                return self._contact(t, self._known(near[k][0])[0], distance, self.physics.place(k))
+                key, distance = near[k := min(touching)[1]]
+                return self._contact(t, self._known(key)[0], distance, self.physics.place(k))
             if t >= end:
                 return None
             t = min(max(self._next(t, near, bent), t + TICK), end)
@@ -239,10 +254,10 @@ class _Search:
         earliest = sweep.reaches(self.most, t, checker.margin - checker.limit - bent)
         first, last = sweep.place(t), sweep.place(earliest) + 1
         for key, distance in near:
-            way = distance - checker.limit - bent
-            owners, sums = self._known(key)
+            owners, sums, limit = self._known(key)
+            way = distance - limit - bent
             if owners in self.excused:  # it comes apart first, and then it can touch again
-                way = max(checker.apart - distance, SLIDE)
+                way = max(self._apart(owners) - distance, SLIDE)
             if sums[last] - sums[first] >= way and owners not in self.ignored:
                 earliest = min(earliest, sweep.reaches(sums, t, way))
                 last = sweep.place(earliest) + 1
@@ -250,16 +265,16 @@ class _Search:
 
     def _contact(self, t: float, owners: Pair, distance: float, place: Vector) -> Contact:
         """Return the contact that begins at t. It is followed until its pair has come apart, to find how deep it is."""
-        checker, end, least = self.checker, self.stage.end, distance
+        checker, end, least, limit = self.checker, self.stage.end, distance, self._limit(owners)
         step = max(LOOK, (end - t) / MOST_LOOKS)
         for k in range(1, min(ceil((end - t) / step), MOST_LOOKS) + 1):
             near = self._look(min(t + k * step, end), exact=False)
             distance = min((distance for key, distance in near if self._known(key)[0] == owners), default=inf)
-            if distance >= checker.limit:
+            if distance >= limit:
                 break
             least = min(least, distance)
         first, second = (checker.names[owner] for owner in owners)
-        return Contact(t, first, second, place, max(0.0 - least, 0.0), max(checker.limit, 0.0) - least)
+        return Contact(t, first, second, place, max(0.0 - least, 0.0), max(limit, 0.0) - least)
 
 
 def levers_of_each(model: RobotModel, bodies: Iterable[Bounds]) -> list[tuple[float, ...]]:
