@@ -375,7 +375,7 @@ class WorldCourse:
                 self._history.set("width", across)
             return name
         if tell:
-            x, y, z = (1000.0 * edge for edge in tip)
+            x, y, z = (round(1000.0 * edge, 1) + 0.0 for edge in tip)
             why = f": {wide}" if wide else f" at {x:.1f}, {y:.1f}, {z:.1f} mm"
             self._note("EMPTY", f"the hand closes on nothing{why}")
         return None
