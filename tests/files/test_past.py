@@ -17,7 +17,7 @@ from vrs_cli.files.journal import Journal, keep_journal, take_up
 from vrs_cli.files.past import GrowingFile
 from vrs_cli.files.trajectory_file import read_trajectory, write_trajectory
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.values.commands import Move
+from vrs_cli.values.commands import Move, OperateHand, SetChannels, Stamp
 from vrs_cli.values.motion import JointTarget
 
 REACH = WindowSize(changes=16, segments=8, checkpoint=8)
@@ -214,3 +214,37 @@ def test_a_checkpoint_that_was_not_written_to_its_end_is_left_out(path: Path) ->
         again = Robot(path)
         assert again.engine.timeline == read_trajectory(path).timeline
         again.end()
+
+
+def signals(robot: Robot, count: int) -> None:
+    """Signals, inputs from outside and the hand between motions; what is undone comes again."""
+    engine = robot.engine
+    for number in range(count):
+        changes = ((1 + number % 3, float(number & 1)),)
+        stamp = Stamp(engine.now) if number % 4 == 1 else None
+        engine.perform(SetChannels(changes, stamp, "" if number % 4 == 1 else "SIGNAL"))
+        if number % 5 == 2:
+            robot.move(1)
+        if number % 7 == 3:
+            engine.perform(OperateHand(float(number % 2), True, "HAND"))
+        if number % 6 == 4:
+            engine.undo(2)
+            engine.redo(1)
+
+
+@pytest.mark.parametrize("count", [5, 40, 150])
+def test_a_restart_finds_the_events(path: Path, count: int) -> None:
+    robot, whole = Robot(path), None
+    for _ in range(3):
+        signals(robot, count)
+        events, hand = tuple(robot.engine.timeline.events), robot.engine.position().hand
+        commands = robot.engine.book.history.commands
+        robot.end()
+        whole = read_trajectory(path)
+        assert tuple(whole.timeline.events) == events
+        robot = Robot(path)
+        assert robot.from_checkpoint or count < 40
+        assert (tuple(robot.engine.timeline.events), robot.engine.position().hand) == (events, hand)
+        assert robot.engine.timeline == whole.timeline
+        assert robot.engine.book.history.commands == commands
+        assert tuple(robot.engine.book.deltas) == whole.deltas
