@@ -76,7 +76,7 @@ def done(disk: Disk, acts: list[tuple[Access | str, int, str]]) -> list[object]:
                     disk.close(0, unit)
         except FileOutside:
             found = "outside"
-        given.append((found, disk.status(0, unit)))
+        given.append((found, disk.unit(0, unit).status))
     disk.release(0)
     return given
 
