@@ -165,7 +165,7 @@ DEFERRED = (
         ("contacts/watch.py", "interfaces"), ("vrs_cli.world.world", "vrs_cli.world.course"), "few robots have a scene"
     ),
     Deferred(
-        ("view3d/pictures.py", "api/scene.py"),
+        ("view3d/pictures.py", "api/answers.py"),
         ("vrs_cli.view3d.studio", "vrs_cli.view3d.still"),
         "viser takes half a second to load",
     ),

@@ -6,7 +6,7 @@ import logging
 import os
 from pathlib import Path
 
-from vrs_cli.api.numbers import Units
+from vrs_cli.api.location import Units
 from vrs_cli.api.robot import Robot
 from vrs_cli.net.client import hello_of
 from vrs_cli.net.mirror import WINDOW

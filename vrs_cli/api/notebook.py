@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import MutableMapping
 from typing import Any
 
-from vrs_cli.api.answers import Replies, figures, number_columns, table
+from vrs_cli.api.answers import Replies, figures, table
 from vrs_cli.api.robot import Robot
-from vrs_cli.render.blocks import Column
+from vrs_cli.render.blocks import Column, number_columns
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.questions import Amendment, OnScreen, Question
 
@@ -46,7 +46,7 @@ def _robot(names: MutableMapping[str, object], name: str) -> Robot:
 
 
 def _timeline_html(timeline: Timeline) -> str:
-    columns = (Column("motion"), *number_columns(("from", "to")), Column("phase"), Column("space"))
+    columns = (Column("motion"), *number_columns("from", "to"), Column("phase"), Column("space"))
 
     def row(index: int) -> tuple[str, ...]:
         segment = timeline[index]

@@ -13,16 +13,11 @@ import numpy as np
 from msgspec import structs
 from numpy.typing import ArrayLike
 
-from vrs_cli.api import kinematics
-from vrs_cli.api.answers import Picture, ProgramFailed, Replies, Run
+from vrs_cli.api.answers import Picture, ProgramFailed, Replies, Run, Scene
 from vrs_cli.api.changes import Change, hear
 from vrs_cli.api.conditions import ProgramFolders, Signals, conditions_of, local_port
-from vrs_cli.api.kinematics import Ways
-from vrs_cli.api.location import Location
-from vrs_cli.api.numbers import Floats, Units, number, numbers
-from vrs_cli.api.parts import CellPart, PartPlace
-from vrs_cli.api.posture import Posture, Preview, place_text
-from vrs_cli.api.scene import Scene
+from vrs_cli.api.location import Floats, Location, Units, number, numbers
+from vrs_cli.api.posture import CellPart, PartPlace, Posture, Preview, Ways, forward, jacobian, place_text, ways
 from vrs_cli.engine.clock import FASTEST_RATE, SLOWEST_RATE, RobotClock, VirtualClock, WallClock
 from vrs_cli.errors import JointOutOfRange, UsageError
 from vrs_cli.files.journal import bookmark_of
@@ -280,17 +275,17 @@ class Robot:
 
     def fk(self, joints: ArrayLike | None = None) -> Location:
         """The tool tip in the world: of joints (n,) or (N, n), or where the robot is now."""
-        return kinematics.forward(self._robot.arm, self._robot.frames, self._any_joints(joints), self.units)
+        return forward(self._robot.arm, self._robot.frames, self._any_joints(joints), self.units)
 
     def ik(self, location: Location) -> Ways:
         """Return all ways to reach a location, or N of them, in each configuration: joints (k, n) or (N, k, n)."""
-        return kinematics.ways(self._robot.arm, self._robot.frames, _location(location), self.units)
+        return ways(self._robot.arm, self._robot.frames, _location(location), self.units)
 
     def jacobian(self, joints: ArrayLike | None = None) -> Floats:
         """(6, n) or (N, 6, n), of joints (n,) or (N, n), or of now: what joint rates make of the tool's velocity
         (vx, vy, vz, wx, wy, wz) in the robot's frame; in mm and degrees, or SI.
         """
-        return kinematics.jacobian(self._robot.arm, self._robot.frames, self._any_joints(joints), self.units)
+        return jacobian(self._robot.arm, self._robot.frames, self._any_joints(joints), self.units)
 
     def why(self, *to: ArrayLike | Location) -> Replies:
         """Why a location, or joints, can be reached from here or not, and what MOVE and MOVES would do.

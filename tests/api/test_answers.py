@@ -70,7 +70,7 @@ def test_a_notebook_plays_it_below_the_cell(tmp_path: Path, browser: Browser) ->
 
 def test_a_script_opens_it_in_a_browser(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     opened: list[str] = []
-    monkeypatch.setattr("vrs_cli.api.scene.webbrowser.open", opened.append)
+    monkeypatch.setattr("vrs_cli.api.answers.webbrowser.open", opened.append)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     path = vrs.Robot().move(10, -90, 90, 0, 0, 0).view().open()
     assert opened == [path.as_uri()]
