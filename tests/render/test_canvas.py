@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from random import Random
 
+from vrs_cli.render.blocks import Piece
 from vrs_cli.render.canvas import FINE, PLAIN, Canvas
+from vrs_cli.render.colours import CURVES, Ink
+
+
+def pieces(canvas: Canvas, row: int) -> list[Piece]:
+    return list(canvas.pieces(row, lambda owner: (CURVES[owner], "#")))
 
 
 def rows(canvas: Canvas) -> list[str]:
-    return [
-        "".join(" " * (last - first) if who is None else canvas.braille(r, first, last) for who, first, last in runs)
-        for r, runs in enumerate(map(canvas.runs, range(canvas.height)))
-    ]
+    return ["".join(text for text, _ in pieces(canvas, row)) for row in range(canvas.height)]
 
 
 def cells(canvas: Canvas) -> set[tuple[int, int]]:
@@ -90,17 +93,17 @@ def test_a_copy_is_drawn_on_alone() -> None:
     assert (cells(canvas), cells(copy)) == ({(0, 0)}, {(0, 0), (0, 1)})
 
 
-def test_a_row_in_runs_of_one_owner() -> None:
+def test_a_row_in_pieces_of_one_owner() -> None:
     canvas = Canvas(9, 1, *PLAIN)
     for owner, column in ((1, 1), (1, 2), (2, 3), (2, 6), (3, 7)):
         canvas.mark(owner, column, 0)
-    assert list(canvas.runs(0)) == [
-        (None, 0, 1),
-        (1, 1, 3),
-        (2, 3, 4),
-        (None, 4, 6),
-        (2, 6, 7),
-        (3, 7, 8),
-        (None, 8, 9),
+    assert pieces(canvas, 0) == [
+        (" ", Ink.TEXT),
+        ("##", CURVES[1]),
+        ("#", CURVES[2]),
+        ("  ", Ink.TEXT),
+        ("#", CURVES[2]),
+        ("#", CURVES[3]),
+        (" ", Ink.TEXT),
     ]
-    assert list(Canvas(3, 1, *PLAIN).runs(0)) == [(None, 0, 3)]
+    assert pieces(Canvas(3, 1, *PLAIN), 0) == [("   ", Ink.TEXT)]

@@ -5,7 +5,7 @@ from prompt_toolkit.styles import Style
 from rich.style import Style as RichStyle
 
 from tests.render.contrast import LEAST, contrast
-from vrs_cli.render.colours import BARS, COLOURS, Bar, Ink, rich_style, toolkit_style
+from vrs_cli.render.colours import BARS, COLOURS, Bar, Ink, ink_style
 
 
 def test_every_ink_has_a_colour() -> None:
@@ -14,8 +14,8 @@ def test_every_ink_has_a_colour() -> None:
 
 @pytest.mark.parametrize("ink", Ink)
 def test_both_libraries_take_the_style(ink: Ink) -> None:
-    RichStyle.parse(rich_style(ink))
-    attributes = Style([]).get_attrs_for_style_str(toolkit_style(ink))
+    RichStyle.parse(ink_style(ink))
+    attributes = Style([]).get_attrs_for_style_str(ink_style(ink))
     assert attributes.bold == COLOURS[ink][1]
 
 

@@ -24,7 +24,7 @@ from vrs_cli.engine.clock import RobotClock
 from vrs_cli.interfaces.dialogue import Dialogue
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.language.words.values import Kind
-from vrs_cli.render.colours import Ink, toolkit_style
+from vrs_cli.render.colours import Ink, ink_style
 from vrs_cli.repl import interactive
 from vrs_cli.repl.colours import ValLexer
 from vrs_cli.repl.front_end import FrontEnd
@@ -328,7 +328,7 @@ def test_before_the_tables_are_there_nothing_is_suggested_or_coloured() -> None:
     assert ValLexer(lambda: False).lex_document(Document("MOVE a"))(0) == [("", "MOVE a")]
     coloured = ValLexer(lambda: True).lex_document(Document("MOVE a"))(0)
     assert [fragment[1] for fragment in coloured] == ["MOVE", " ", "a"]
-    assert coloured[0][0] == toolkit_style(Ink.INSTRUCTION)
+    assert coloured[0][0] == ink_style(Ink.INSTRUCTION)
 
 
 def test_a_failing_completion_is_told_in_the_toolbar(shell: Shell, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -56,7 +56,7 @@ def experiment(options: Namespace) -> int:
         tried = {"seeds": options.seeds, "seconds": options.seconds, "rate": options.rate}
         print(json.dumps({**tried, "rows": [*map(_row_object, rows)]}, indent=2))
     else:
-        from vrs_cli.render.text import text_of
+        from vrs_cli.render.blocks import text_of
 
         print(text_of(_told(options, rows)), end="")
     if picture is not None:

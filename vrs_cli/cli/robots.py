@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def robots(options: Namespace) -> None:
     """Print the list, or one robot."""
     from vrs_cli.kinematics.forms import arm_for
-    from vrs_cli.render.text import text_of
+    from vrs_cli.render.blocks import text_of
 
     shown = _list() if options.robot is None else _one(arm_for(chosen_robot(options)))
     print(text_of(shown), end="")

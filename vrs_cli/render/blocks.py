@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from textwrap import wrap
 
 from msgspec import Struct
@@ -158,3 +159,15 @@ def _row(grid: Grid, widths: tuple[int, ...], cells: tuple[Piece, ...]) -> TextL
             pieces += [(text, ink), ("" if i == last else space, Ink.TEXT)]
         pieces.append(("" if i == last else gap, Ink.TEXT))
     return TextLine(tuple(piece for piece in pieces if piece[0]))
+
+
+def block_lines(shown: Iterable[Block], width: int | None = None) -> Iterator[TextLine]:
+    """Yield the lines of blocks, whose grids are cut where they are wider than `width`."""
+    for block in shown:
+        for part in split(block, width) if isinstance(block, Grid) else (block,):
+            yield from grid_lines(part) if isinstance(part, Grid) else (part,)
+
+
+def text_of(shown: Iterable[Block]) -> str:
+    """Return the text of blocks, each line ended."""
+    return "".join(f"{line.text.rstrip()}\n" for line in block_lines(shown))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import groupby
 from math import ceil, floor, hypot, sqrt
 
 from vrs_cli.render.blocks import Piece
@@ -44,26 +45,24 @@ class Canvas:
     def lay(self, owner: int, cells: Iterable[Cell]) -> None:
         """Put on what was drawn on another canvas of this size."""
         for row, column, bits in cells:
-            if self.shared[row]:
-                self._take(row)
-            dots = self.dots[row]
+            owners, dots = self._own(row)
             dots[column] = dots.get(column, 0) | bits
-            self.owner[row][column] = owner
+            owners[column] = owner
 
-    def _take(self, row: int) -> None:
-        """A row is drawn in that was the same as on the canvas that this one is a copy of."""
-        self.shared[row] = False
-        self.owner[row], self.dots[row] = dict(self.owner[row]), dict(self.dots[row])
+    def _own(self, row: int) -> tuple[dict[int, int], dict[int, int]]:
+        """Return the owners and the dots of a row to draw in: copies of those that another canvas shares."""
+        if self.shared[row]:
+            self.shared[row] = False
+            self.owner[row], self.dots[row] = dict(self.owner[row]), dict(self.dots[row])
+        return self.owner[row], self.dots[row]
 
     def mark(self, owner: int, x: int, y: int) -> None:
         """One dot; none outside."""
         row, column = y // self.dots_high, x // self.dots_wide
         if 0 <= row < self.height and 0 <= column < self.width:
-            if self.shared[row]:
-                self._take(row)
-            dots = self.dots[row]
+            owners, dots = self._own(row)
             dots[column] = dots.get(column, 0) | DOTS[y % self.dots_high][x % self.dots_wide]
-            self.owner[row][column] = owner
+            owners[column] = owner
 
     def _row(self, owner: int, first: int, last: int, y: int) -> None:
         """Dots beside each other."""
@@ -77,9 +76,7 @@ class Canvas:
         if last % wide < wide - 1:
             self.mark(owner, last, y)
             last -= 1
-        if self.shared[row]:
-            self._take(row)
-        dots, owners, bits = self.dots[row], self.owner[row], sum(DOTS[y % self.dots_high][:wide])
+        (owners, dots), bits = self._own(row), sum(DOTS[y % self.dots_high][:wide])
         for column in range(first // wide, (last + 1) // wide):
             dots[column] = dots.get(column, 0) | bits
             owners[column] = owner
@@ -118,35 +115,12 @@ class Canvas:
             half = floor(sqrt(radius * radius - down * down))
             self._row(owner, x - half, x + half, y + down)
 
-    def runs(self, row: int) -> Iterator[tuple[int | None, int, int]]:
-        """The cells of a row as runs of one owner (None: nobody), from a column to before another."""
-        owner = self.owner[row]
-        first, before, who = 0, 0, None
-        for column in sorted(owner):
-            if column != before and who is not None:
-                yield who, first, before
-                first, who = before, None
-            if owner[column] != who:
-                if column > first:
-                    yield who, first, column
-                first, who = column, owner[column]
-            before = column + 1
-        if who is not None:
-            yield who, first, before
-            first = before
-        if self.width > first:
-            yield None, first, self.width
-
     def pieces(self, row: int, look: Callable[[int], tuple[Ink, str]]) -> Iterator[Piece]:
         """A row in pieces of one owner each. `look`: the ink of an owner, and its letter where a cell is one dot."""
-        for owner, first, last in self.runs(row):
+        dots = self.dots[row]
+        for owner, columns in groupby(range(self.width), self.owner[row].get):
             if owner is None:
-                yield " " * (last - first), Ink.TEXT
+                yield " " * len(list(columns)), Ink.TEXT
             else:
                 ink, letter = look(owner)
-                yield (self.braille(row, first, last) if self.dots_wide > 1 else letter * (last - first)), ink
-
-    def braille(self, row: int, first: int, last: int) -> str:
-        """Cells as characters."""
-        dots = self.dots[row]
-        return "".join([chr(BRAILLE + dots[column]) for column in range(first, last)])
+                yield "".join([chr(BRAILLE + dots[at]) if self.dots_wide > 1 else letter for at in columns]), ink

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import ceil, floor, log10
-from typing import NamedTuple
 
 from vrs_cli.render.blocks import Page, Piece, TextLine, line
 from vrs_cli.render.canvas import FINE, PLAIN, Canvas
@@ -22,29 +21,15 @@ SPAN = 2  # columns that one of several curves has in turn
 ENTRY = 28  # columns of a curve in the legend
 
 
-class Scale(NamedTuple):
-    """Values over so many rows or columns, and the round figures among them."""
-
-    first: float
-    last: float
-    size: int
-    step: float
-
-    @classmethod
-    def over(cls, first: float, last: float, size: int, figures: float) -> Scale:
-        """A scale with about so many round figures."""
-        return cls(first, last, size, round_step(abs(last - first) / max(figures, 1.0)))
-
-    def figures(self) -> dict[int, str]:
-        """The row or column of each round figure."""
-        low, high = min(self.first, self.last), max(self.first, self.last)
-        decimals = max(0, -floor(log10(self.step) + 1e-9))
-        slack = 1e-9 * self.step
-        numbers = range(ceil((low - slack) / self.step), floor((high + slack) / self.step) + 1)
-        return {self._place(number * self.step): fixed(number * self.step, decimals) for number in numbers}
-
-    def _place(self, value: float) -> int:
-        return round((value - self.first) / (self.last - self.first) * (self.size - 1))
+def round_figures(first: float, last: float, size: int, count: float) -> dict[int, str]:
+    """Return about so many round figures by their places, on a scale from `first` to `last` over `size` rows or
+    columns.
+    """
+    step = round_step(abs(last - first) / max(count, 1.0))
+    decimals, slack = max(0, -floor(log10(step) + 1e-9)), 1e-9 * step
+    least, most = ceil((min(first, last) - slack) / step), floor((max(first, last) + slack) / step)
+    values = [number * step for number in range(least, most + 1)]
+    return {round((value - first) / (last - first) * (size - 1)): fixed(value, decimals) for value in values}
 
 
 def round_step(least: float) -> float:
@@ -66,7 +51,7 @@ def chart(plot: Plot, page: Page) -> Iterator[TextLine]:
         low, high = low - 1.0, high + 1.0
     yield line(f"{plot.title} [{plot.unit}]", Ink.HEADING)
     canvas = _drawn(plot.curves, low, high, Canvas(width, height, *(FINE if fine else PLAIN)))
-    figures = Scale.over(high, low, height, TICKS * height).figures()
+    figures = round_figures(high, low, height, TICKS * height)
     for row in range(height):
         axis = (f"{figures.get(row, ''):>{LABEL - 1}} {'+' if row in figures else '|'}", Ink.NOTE)
         yield TextLine(
@@ -114,7 +99,7 @@ def _at(values: Sequence[float], fraction: float) -> float:
 
 
 def _time_axis(times: Sequence[float], width: int) -> Iterator[TextLine]:
-    figures = Scale.over(times[0], times[-1], width, width / TICK).figures()
+    figures = round_figures(times[0], times[-1], width, width / TICK)
     yield line(" " * LABEL + "".join("+" if column in figures else "-" for column in range(width)), Ink.NOTE)
     shown = ""
     for column, figure in sorted(figures.items()):

@@ -93,16 +93,10 @@ BARS: Mapping[Bar, tuple[str, str]] = {
 }
 
 
-def rich_style(ink: Ink, palette: Palette = COLOURS) -> str:
-    """The style in rich's words."""
+def ink_style(ink: Ink, palette: Palette = COLOURS) -> str:
+    """Return the style in words that rich and prompt-toolkit both read."""
     colour, bold = palette[ink]
     return " ".join(("bold",) * bold + (colour,) * bool(colour))
-
-
-def toolkit_style(ink: Ink, palette: Palette = COLOURS) -> str:
-    """The style in prompt-toolkit's words."""
-    colour, bold = palette[ink]
-    return " ".join(("bold",) * bold + (f"fg:{colour}",) * bool(colour))
 
 
 def bar_style(bar: Bar) -> str:

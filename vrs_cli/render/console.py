@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from vrs_cli.render.blocks import Block, Grid, Page, TextLine, grid_lines, split
-from vrs_cli.render.colours import COLOURS, Ink, Palette, rich_style
+from vrs_cli.render.colours import COLOURS, Ink, Palette, ink_style
 from vrs_cli.render.control import visible
 from vrs_cli.render.layout import blocks
 from vrs_cli.values.replies import Reply
@@ -67,17 +67,17 @@ def _fitted(grid: Grid, page: Page) -> Iterator[Block]:
 
 
 def rich_text(line: TextLine, palette: Palette = COLOURS) -> Text:
-    return Text.assemble(*((visible(text), rich_style(ink, palette)) for text, ink in line.pieces))
+    return Text.assemble(*((visible(text), ink_style(ink, palette)) for text, ink in line.pieces))
 
 
 def _table(grid: Grid, palette: Palette) -> Table:
-    heading = rich_style(Ink.HEADING, palette)
+    heading = ink_style(Ink.HEADING, palette)
     table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, header_style=heading)
     for column in grid.columns:
         table.add_column(
             column.heading,
             justify="right" if column.right else "left",
-            style=rich_style(column.ink, palette),
+            style=ink_style(column.ink, palette),
             no_wrap=True,
         )
     for row in grid.rows:

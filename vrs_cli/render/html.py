@@ -12,13 +12,12 @@ from math import ceil, floor
 
 from vrs_cli.render.blocks import PIPE, Block, Grid, Piece, TextLine
 from vrs_cli.render.chart import round_step
-from vrs_cli.render.colours import COLOURS, CURVES
+from vrs_cli.render.colours import COLOURS, CURVES, GREY
 from vrs_cli.render.layout import blocks
 from vrs_cli.values.replies import Plot, Reply
 
 WIDTH, HEIGHT = 640, 300  # of the picture of a plot
 LEFT, TOP, RIGHT, BOTTOM = 60, 24, 70, 36  # margins round the drawing
-GREY = "#767676"
 LINES = 6  # of a scale, about so many
 
 

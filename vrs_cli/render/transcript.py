@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple, TextIO
 
-from vrs_cli.render.blocks import Grid, Page, TextLine, grid_lines, line, split
+from vrs_cli.render.blocks import Page, TextLine, block_lines, line
 from vrs_cli.render.colours import COLOURS, Ink
 from vrs_cli.render.control import visible
 from vrs_cli.render.html import pieces_html
@@ -16,13 +16,6 @@ from vrs_cli.values.replies import Reply
 
 WIDTH, HEIGHT = 100, 30  # characters of a cast
 PAGE = Page(WIDTH, unicode=True)
-
-
-def lines_of(reply: Reply) -> Iterator[TextLine]:
-    """A reply in lines."""
-    for block in blocks(reply, PAGE):
-        for part in split(block, WIDTH) if isinstance(block, Grid) else (block,):
-            yield from grid_lines(part) if isinstance(part, Grid) else (part,)
 
 
 class TranscriptFormat(NamedTuple):
@@ -73,7 +66,7 @@ class Transcript:
         self._line(TextLine(((prompt, Ink.NOTE), (text, Ink.HEADING))))
 
     def reply(self, reply: Reply) -> None:
-        for one in lines_of(reply):
+        for one in block_lines(blocks(reply, PAGE), WIDTH):
             self._line(one)
 
     def type(self, text: str) -> None:

@@ -22,7 +22,7 @@ from vrs_cli.engine.position import Watched
 from vrs_cli.interfaces.monitor.showing import Sight
 from vrs_cli.render.arm_picture import ArmDrawing
 from vrs_cli.render.blocks import Page, TextLine
-from vrs_cli.render.colours import Ink, toolkit_style
+from vrs_cli.render.colours import Ink, ink_style
 from vrs_cli.render.console import has_unicode
 from vrs_cli.repl.colours import colour_depth
 from vrs_cli.values.replies import ArmPicture
@@ -33,7 +33,7 @@ LEAST = 10  # rows: a smaller picture is left out
 
 NEAR = 4  # cells between two that have changed, which are written again rather than passed over
 
-STYLES = {ink: toolkit_style(ink) for ink in Ink}
+STYLES = {ink: ink_style(ink) for ink in Ink}
 ATTRIBUTES = {ink: Style([]).get_attrs_for_style_str(style) for ink, style in STYLES.items()}
 BLANK = " ", Ink.TEXT
 

@@ -11,7 +11,7 @@ from prompt_toolkit.lexers import Lexer
 from prompt_toolkit.output import ColorDepth
 from prompt_toolkit.styles import Style
 
-from vrs_cli.render.colours import COLOURS, Bar, Ink, Palette, bar_style, toolkit_style
+from vrs_cli.render.colours import COLOURS, Bar, Ink, Palette, bar_style, ink_style
 
 STYLE = Style.from_dict(
     {
@@ -19,19 +19,19 @@ STYLE = Style.from_dict(
         "bottom-toolbar": bar_style(Bar.STATUS),
         "validation-toolbar": bar_style(Bar.MISTAKE),
         "completion-menu.completion.current": bar_style(Bar.CHOSEN),
-        "exiting": toolkit_style(Ink.NOTE),
-        "aborting": toolkit_style(Ink.NOTE),
-        "control-character": toolkit_style(Ink.NOTE),
+        "exiting": ink_style(Ink.NOTE),
+        "aborting": ink_style(Ink.NOTE),
+        "control-character": ink_style(Ink.NOTE),
         "search": bar_style(Bar.CHOSEN),
-        "auto-suggestion": toolkit_style(Ink.NOTE),
+        "auto-suggestion": ink_style(Ink.NOTE),
         # our own
         "argument": f"bold underline {bar_style(Bar.ARGUMENT)}",
         "title": bar_style(Bar.TITLE),
-        "margin": toolkit_style(Ink.NOTE),
-        "finding.error": f"underline {toolkit_style(Ink.ERROR)}",
-        "finding.warning": f"underline {toolkit_style(Ink.WARNING)}",
+        "margin": ink_style(Ink.NOTE),
+        "finding.error": f"underline {ink_style(Ink.ERROR)}",
+        "finding.warning": f"underline {ink_style(Ink.WARNING)}",
         "message.error": bar_style(Bar.MISTAKE),
-        "message.warning": toolkit_style(Ink.WARNING),
+        "message.warning": ink_style(Ink.WARNING),
     }
 )
 
@@ -52,7 +52,7 @@ class ValLexer(Lexer):
     def __init__(
         self, ready: Callable[[], bool], names: Callable[[], Container[str]] = frozenset, palette: Palette = COLOURS
     ) -> None:
-        self._styles = {ink: toolkit_style(ink, palette) for ink in Ink}
+        self._styles = {ink: ink_style(ink, palette) for ink in Ink}
         self._ready = ready
         self._names = names
 
