@@ -67,7 +67,7 @@ def by_link(looks: Iterable[ShapeLook]) -> dict[int, list[Mesh]]:
 
 def looks(model: RobotModel, kind: str) -> tuple[ShapeLook, ...]:
     if kind == "own":
-        return looks_of(model)
+        return looks_of(model).looks
     return tuple(ShapeLook(s, mesh_of(s.body)) for s in capsules(model) if not isinstance(s.body, MeshFile))
 
 
@@ -88,7 +88,7 @@ def test_links_are_joined_in_every_pose(name: str, kind: str) -> None:
 @pytest.mark.parametrize("name", robot_names())
 def test_bodies_of_a_link_are_one_piece(name: str) -> None:
     model = load_robot(name)
-    for link, meshes in by_link(looks_of(model)).items():
+    for link, meshes in by_link(looks_of(model).looks).items():
         reached, left = [meshes[0]], meshes[1:]
         while near := [mesh for mesh in left if any(meets(mesh, other) for other in reached)]:
             reached += near
@@ -118,7 +118,9 @@ def test_no_two_colours_in_one_plane(name: str) -> None:
     """Where two faces lie in each other a screen flickers between their colours."""
     model = load_robot(name)
     frames = link_frames(model, model.poses["ready"])
-    planes = [(look.shape.colour, outlines(moved(look.mesh, frames[look.shape.link]))) for look in looks_of(model)]
+    planes = [
+        (look.shape.colour, outlines(moved(look.mesh, frames[look.shape.link]))) for look in looks_of(model).looks
+    ]
     for (colour, one), (other_colour, other) in combinations(planes, 2):
         if colour != other_colour:
             for plane in one.keys() & other.keys():
@@ -134,7 +136,7 @@ def test_the_arm_ends_where_the_tool_is(name: str) -> None:
     model = load_robot(name)
     last = [
         look.mesh.vertices
-        for look in looks_of(model)
+        for look in looks_of(model).looks
         if look.shape.link == model.joint_count and not look.shape.opens and look.shape.colour == "steel"
     ]
     ends = [end for points in last for end in (points[:, 2].min(), points[:, 2].max())]

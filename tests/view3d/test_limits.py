@@ -41,6 +41,7 @@ def test_hands_show_the_joints(server: viser.ViserServer, name: str) -> None:
     model, random, root = load_robot(name), Random(2), f"/hands_{name}"
     figure, limits = Figure(server.scene, root, model), LimitsView(server.scene, root, model)
     limits.visible = True
+    limits.show(shown_at(model, model.poses["ready"]))
     for _ in range(5):
         q = tuple(map(random.uniform, model.lower, model.upper))
         figure.pose(q, 0.0)
@@ -60,7 +61,9 @@ def test_hands_show_the_joints(server: viser.ViserServer, name: str) -> None:
 def test_an_arc_goes_from_end_to_end(server: viser.ViserServer) -> None:
     model = load_robot("puma560")
     Figure(server.scene, "/arcs", model)
-    LimitsView(server.scene, "/arcs", model).visible = True
+    limits = LimitsView(server.scene, "/arcs", model)
+    limits.visible = True
+    limits.show(shown_at(model, model.poses["ready"]))
     for joint in range(1, 7):
         ends = server.scene.get_handle_by_name(f"{link_node('/arcs', joint - 1)}/ends{joint}").vertices
         free = server.scene.get_handle_by_name(f"{link_node('/arcs', joint - 1)}/range{joint}").vertices
@@ -85,4 +88,5 @@ def test_nothing_is_made_before_it_is_shown_and_what_is_hidden_costs_nothing(ser
     limits.show(shown_at(model, model.poses["ready"]))
     assert (label.text, hand.color) == ("JT2  -90 deg", HAND)
     limits.visible = False
+    limits.show(shown_at(model, model.poses["ready"]))
     assert not hand.visible

@@ -15,7 +15,7 @@ from vrs_cli.files import mesh_file
 from vrs_cli.kinematics.robot_file import load_robot
 from vrs_cli.kinematics.shapes import Box, LinkShape, MeshFile
 from vrs_cli.kinematics.transform import translation
-from vrs_cli.view3d.figure import all_of
+from vrs_cli.view3d.figure import looks_of
 from vrs_cli.view3d.meshes import read_mesh
 
 
@@ -86,10 +86,10 @@ def test_capsules_stand_for_missing_files_and_one_word_is_said(tmp_path: Path) -
     there = written(tmp_path, "brick.stl", trimesh.creation.box((0.1, 0.2, 0.3)))
     files = {0: str(there), 1: str(tmp_path / "one.stl"), 2: str(tmp_path / "two.stl")}
     shapes = (*(LinkShape(link, MeshFile(path)) for link, path in files.items()), LinkShape(2, Box((0.1, 0.1, 0.1))))
-    found = all_of(replace(load_robot("planar2"), shapes=shapes))
+    found = looks_of(replace(load_robot("planar2"), shapes=shapes))
     assert isinstance(found.looks[0].shape.body, MeshFile)
     assert {look.shape.link for look in found.looks} == {0, 1, 2}
     assert not any(isinstance(look.shape.body, MeshFile) for look in found.looks if look.shape.link)
     assert "one.stl" in found.missing
     assert found.missing.endswith("(and 1 more): capsules stand for what is missing")
-    assert all_of(load_robot("planar2")).missing == ""
+    assert looks_of(load_robot("planar2")).missing == ""

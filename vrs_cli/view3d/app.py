@@ -24,7 +24,7 @@ from vrs_cli.net.messages import Abort
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.view3d.bar import PlaybackBar, Plots
 from vrs_cli.view3d.door import HOST, Door, opened
-from vrs_cli.view3d.figure import FIELD, all_of, backdrop, camera_for
+from vrs_cli.view3d.figure import FIELD, backdrop, camera_for, looks_of
 from vrs_cli.view3d.ghosts import BranchGhosts, DelayPanel, GoalGhost
 from vrs_cli.view3d.guard import Guard
 from vrs_cli.view3d.panel import Panel
@@ -61,7 +61,7 @@ def _add_choices(window: RobotWindow) -> Reasons:
     box(path, "commands", "Commands", "The text of each command where its motion begins")
     box(goal, "visible", "Goal", "The arm as it will stand when the motion ends", at_first=True)
     box(limits, "visible", "Joint ranges", "How far each joint goes, and where it is")
-    if reach.known:
+    if arm.turning[0]:  # only such an arm has a boundary
         box(reach, "visible", "Reach", "How far the tool gets in this configuration")
     if robot is not None:
         places, branches = PlacesView(scene, arm.model), BranchGhosts(scene, arm, robot, window.again)
@@ -96,7 +96,7 @@ def furnish(window: RobotWindow, title: str) -> None:
         _look(window)
         window.tick(window.wall())
     client.flush()  # the robot is seen before there are panels, which a page takes longer to make
-    if said := all_of(model).missing:
+    if said := looks_of(model).missing:
         window.tell(said)
     gui = client.gui
     gui.configure_theme(show_logo=False, show_share_button=False, brand_color=ORANGE)
@@ -124,8 +124,9 @@ def _look(window: RobotWindow) -> None:
     """Aim the camera so that all of the robot is seen above the bar."""
     camera, base = window.client.camera, window.watched.timeline[-1].motion.frames.base
     covers = SHEET if window.width < PHONE else HEIGHT + EDGE
-    hidden = min(covers / window.height, 0.5)
-    seen = camera_for(window.watched.arm.model, window.width / window.height / (1.0 - hidden), base)
+    height = max(float(camera.image_height), 1.0)  # [px]: a page that nobody sees may have none
+    hidden = min(covers / height, 0.5)
+    seen = camera_for(window.watched.arm.model, window.width / height / (1.0 - hidden), base)
     eye, aim = np.array(seen.position), np.array(seen.look_at)
     away = (eye - aim) / (1.0 - hidden)
     lower = np.array((0.0, 0.0, hidden * np.linalg.norm(away) * tan(0.5 * FIELD)))

@@ -20,7 +20,7 @@ from vrs_cli.kinematics.model import RobotModel, link_frames, link_pose
 from vrs_cli.kinematics.shapes import LinkShape, MeshFile, Opening, opened, rgb
 from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, compose, inverse, position, translation
 from vrs_cli.view3d.meshes import Mesh, Points, joined, mesh_of, moved, read_mesh
-from vrs_cli.view3d.parts import Rooted, place, put
+from vrs_cli.view3d.parts import Colour, Rooted, place, put
 
 
 class ShapeLook(NamedTuple):
@@ -38,13 +38,8 @@ class Looks(NamedTuple):
     missing: str = ""
 
 
-def looks_of(model: RobotModel) -> tuple[ShapeLook, ...]:
-    """Return the surfaces of a robot."""
-    return all_of(model).looks
-
-
 @lru_cache
-def all_of(model: RobotModel) -> Looks:
+def looks_of(model: RobotModel) -> Looks:
     found, bare, why = list[ShapeLook](), set[int](), list[VrsError]()
     for shape in shapes_of(model):
         try:
@@ -66,21 +61,18 @@ def _mesh(shape: LinkShape) -> Mesh:
 @lru_cache
 def floor_height(model: RobotModel) -> float:
     """The height of the robot's foot in its own frame [m]."""
-    feet = [moved(look.mesh, model.base).vertices[:, 2].min() for look in looks_of(model) if look.shape.link == 0]
+    feet = [moved(look.mesh, model.base).vertices[:, 2].min() for look in looks_of(model).looks if look.shape.link == 0]
     return float(min(feet, default=0.0))
 
 
 def room_of(model: RobotModel, joints: Joints) -> Points:
     """The corners of the box that the robot fills at these joints, in its own frame: least, largest (2, 3) [m]."""
     frames = link_frames(model, joints)
-    points = np.concatenate([moved(look.mesh, frames[look.shape.link]).vertices for look in looks_of(model)])
+    points = np.concatenate([moved(look.mesh, frames[look.shape.link]).vertices for look in looks_of(model).looks])
     return np.array([points.min(axis=0), points.max(axis=0)])
 
 
 # --- the arm ---------------------------------------------------------------------------------------------------------
-
-
-Colour = tuple[int, int, int]
 
 
 class Finger(NamedTuple):
@@ -108,7 +100,6 @@ class Figure(Rooted):
         opacity: float | None = None,
     ) -> None:
         self.model = model
-        self._scene, self._colour, self._opacity = scene, colour, opacity
         self._root = scene.add_frame(root, show_axes=False)
         self.links = [scene.add_frame(link_node(root, i), show_axes=False) for i in range(model.joint_count + 1)]
         place(self.links[0], model.base)
@@ -116,28 +107,25 @@ class Figure(Rooted):
         self._base, self._hand = IDENTITY, -1.0
         self.fingers: list[Finger] = []
         self._bodies: list[list[MeshHandle]] = [[] for _ in self.links]
-        for k, group in enumerate(_groups(looks_of(model), one_colour=colour is not None)):
-            self._add(f"{link_node(root, group[0].shape.link)}/body{k}", group)
-
-    def _add(self, name: str, group: list[ShapeLook]) -> None:
-        first = group[0].shape
-        mesh = joined([look.mesh for look in group])
-        node = self._scene.add_mesh_simple(
-            name,
-            mesh.vertices,
-            mesh.faces,
-            color=self._colour or rgb(first.colour),
-            opacity=self._opacity,
-            side="double" if isinstance(first.body, MeshFile) else "front",  # files may have holes
-            cast_shadow=self._opacity is None,
-            receive_shadow=False,
-        )
-        self._bodies[first.link].append(node)
-        if first.opens:
-            self.fingers.append(Finger(node, first.opens))
+        for k, group in enumerate(_groups(looks_of(model).looks, one_colour=colour is not None)):
+            first = group[0].shape
+            mesh = joined([look.mesh for look in group])
+            node = scene.add_mesh_simple(
+                f"{link_node(root, first.link)}/body{k}",
+                mesh.vertices,
+                mesh.faces,
+                color=colour or rgb(first.colour),
+                opacity=opacity,
+                side="double" if isinstance(first.body, MeshFile) else "front",  # files may have holes
+                cast_shadow=opacity is None,
+                receive_shadow=False,
+            )
+            self._bodies[first.link].append(node)
+            if first.opens:
+                self.fingers.append(Finger(node, first.opens))
 
     def show_link(self, i: int, visible: bool) -> None:
-        """Return whether the bodies of a link are seen, 0 the base; the links after it stay as they are."""
+        """Show or hide the bodies of a link, 0 the base; the links after it stay as they are."""
         for node in self._bodies[i]:
             put(node, visible=visible)
 
@@ -255,7 +243,31 @@ class Stage:
     def __init__(self, scene: SceneApi, model: RobotModel) -> None:
         reach = size_of(model)
         self._floor = scene.add_frame("/floor", show_axes=False)
-        _lay_floor(scene, reach, floor_height(model))
+        # the floor is a square with lines, and numbers in millimetres along X and Y, where the robot's foot stands
+        half, height = SECTION * ceil(1.3 * reach / SECTION), floor_height(model)
+        scene.add_grid(
+            "/floor/lines",
+            width=2.0 * half,
+            height=2.0 * half,
+            position=(0.0, 0.0, height - BELOW),
+            cell_size=CELL,
+            section_size=SECTION,
+            cell_color=(224, 227, 230),
+            section_color=(188, 194, 201),
+            shadow_opacity=0.3,
+            plane_color=(246, 246, 244),
+            plane_opacity=1.0,
+        )
+        numbers = joined(_numbers(half, min(LETTER * reach, LARGEST_LETTER)))
+        scene.add_mesh_simple(
+            "/floor/numbers",
+            numbers.vertices,
+            numbers.faces,
+            color=(120, 128, 138),
+            cast_shadow=False,
+            receive_shadow=False,
+            position=(0.0, 0.0, height),
+        )
         # a lamp far above the robot throws its shadow: a spot makes one map of it, where a directional light of viser
         # makes three, and all of that has to be drawn before the first picture
         x, y, z = (LAMP * reach * part for part in KEY)
@@ -297,34 +309,6 @@ def backdrop(scene: SceneApi) -> None:
     part = np.linspace(0.0, 1.0, 128)[:, None, None]
     picture = (1.0 - part) * np.array(HEAD) + part * np.array(FOOT)
     scene.set_background_image(np.repeat(picture, 2, axis=1).astype(np.uint8), format="png")
-
-
-def _lay_floor(scene: SceneApi, reach: float, height: float) -> None:
-    """A square with lines, and numbers in millimetres along X and Y, where the robot's foot stands."""
-    half = SECTION * ceil(1.3 * reach / SECTION)
-    scene.add_grid(
-        "/floor/lines",
-        width=2.0 * half,
-        height=2.0 * half,
-        position=(0.0, 0.0, height - BELOW),
-        cell_size=CELL,
-        section_size=SECTION,
-        cell_color=(224, 227, 230),
-        section_color=(188, 194, 201),
-        shadow_opacity=0.3,
-        plane_color=(246, 246, 244),
-        plane_opacity=1.0,
-    )
-    numbers = joined(_numbers(half, min(LETTER * reach, LARGEST_LETTER)))
-    scene.add_mesh_simple(
-        "/floor/numbers",
-        numbers.vertices,
-        numbers.faces,
-        color=(120, 128, 138),
-        cast_shadow=False,
-        receive_shadow=False,
-        position=(0.0, 0.0, height),
-    )
 
 
 def _numbers(half: float, high: float) -> list[Mesh]:

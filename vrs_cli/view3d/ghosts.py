@@ -26,8 +26,8 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import BranchSeen
 from vrs_cli.values.results import Position
 from vrs_cli.view3d.bar import FLAGGED, UNCONFIRMED
-from vrs_cli.view3d.figure import Colour, Figure
-from vrs_cli.view3d.parts import Shown, put
+from vrs_cli.view3d.figure import Figure
+from vrs_cli.view3d.parts import Colour, Shown, put
 from vrs_cli.view3d.paths import THICK
 from vrs_cli.view3d.window import RobotWindow
 from vrs_cli.wire.records import Form, RecordError
@@ -42,9 +42,7 @@ COINCIDE = 0.02  # [rad, m] of a joint: a ghost that stands nearer would only ti
 class Ghost:
     """One arm that is seen through. It is made when it is first seen."""
 
-    def __init__(
-        self, scene: SceneApi, root: str, model: RobotModel, colour: tuple[int, int, int], opacity: float
-    ) -> None:
+    def __init__(self, scene: SceneApi, root: str, model: RobotModel, colour: Colour, opacity: float) -> None:
         self._scene, self._root, self._model = scene, root, model
         self._colour, self._opacity = colour, opacity
         self._figure: Figure | None = None

@@ -27,6 +27,7 @@ from vrs_cli.values.results import Position
 
 GRAIN = 2.0**-26  # of metres (15 nm) and of quaternions: numbers of few bits make recordings nearly half as large
 
+Colour = tuple[int, int, int]  # red, green, blue
 Quaternion = tuple[float, float, float, float]  # w, x, y, z
 
 

@@ -20,7 +20,7 @@ from vrs_cli.kinematics.transform import Vector, position
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.motion import MotionKind
-from vrs_cli.view3d.parts import Redrawing, Rooted, Shown, gathered, move_points, put
+from vrs_cli.view3d.parts import Colour, Redrawing, Rooted, Shown, gathered, move_points, put
 
 ERROR = 0.0005  # [m] between the way and its lines, at most
 MOST = 6000  # lines; of a way with more the part around the present is shown
@@ -34,7 +34,6 @@ DOT = 0.012  # of the reach: between two segments
 MARK = 0.02  # of the reach: where a command takes over
 LABELS = 40  # of commands at most
 
-Colour = tuple[int, int, int]
 Points = NDArray[np.float32]
 
 
@@ -112,7 +111,12 @@ class Path(Rooted):
         self._add_dots("dots", [line.points[-1] for line in lines], DOT, (120, 126, 134))
         marks = [line for k, line in enumerate(lines) if _begins(lines[k - 1] if k else None, line)]
         self._add_dots("marks", [line.points[0] for line in marks], MARK, (52, 58, 66))
-        self._write(marks if self.commands else [])
+        self._texts.remove()
+        self._texts = self._scene.add_frame("/path/commands", show_axes=False)
+        # the commands stand at their marks; those at one place one below the other
+        written = ((line.points[0], line.motion.text) for line in (marks[:LABELS] if self.commands else []))
+        for k, (place, said) in enumerate(gathered(written, MARK * self._reach).items()):
+            self._scene.add_label(f"/path/commands/{k}", "\n".join(said), position=place, anchor="bottom-left")
 
     def _add_dots(self, name: str, points: Sequence[Vector], size: float, colour: Colour) -> None:
         cloud = np.array(points, dtype=np.float32).reshape(-1, 3)
@@ -125,14 +129,6 @@ class Path(Rooted):
             precision="float32",
             visible=len(points) > 0,
         )
-
-    def _write(self, marks: Sequence[ToolLine]) -> None:
-        """The commands at their marks; of those at one place one below the other."""
-        self._texts.remove()
-        self._texts = self._scene.add_frame("/path/commands", show_axes=False)
-        texts = gathered(((line.points[0], line.motion.text) for line in marks[:LABELS]), MARK * self._reach)
-        for k, (place, said) in enumerate(texts.items()):
-            self._scene.add_label(f"/path/commands/{k}", "\n".join(said), position=place, anchor="bottom-left")
 
     def _move_on(self, t: float, tip: Vector) -> None:
         """Colour what is past at t [s] and what is planned; the line under way is divided at the tip."""
@@ -150,7 +146,7 @@ class Path(Rooted):
             self._part(line, first, passed, tip)
 
     def _part(self, line: ToolLine, first: int, passed: int, tip: Vector) -> None:
-        """Return the part of a line around the tip, from point `first` on. While the tip is between the same two points
+        """Draw the part of a line around the tip, from point `first` on. While the tip is between the same two points
         of it, nothing but the tip is another.
         """
         here = passed - first

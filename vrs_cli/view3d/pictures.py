@@ -14,9 +14,9 @@ FILM_RATE = 10.0  # [1/s] frames
 
 
 def _write_page(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
-    from vrs_cli.view3d.studio import write_page
+    from vrs_cli.view3d.studio import page
 
-    write_page(stream, arm, timeline, rate)
+    stream.write(page(arm, timeline, rate).encode())
 
 
 def _page_rate(timeline: Timeline) -> float:
@@ -36,14 +36,6 @@ def _photographed(name: str) -> Callable[[BinaryIO, RobotArm, Timeline, float], 
     return write
 
 
-def _film_rate(_timeline: Timeline) -> float:
-    return FILM_RATE
-
-
-def _end(timeline: Timeline) -> float:
-    return timeline.end
-
-
 PICTURES: Mapping[str, Exporter] = {
     exporter.name: exporter
     for exporter in (
@@ -61,10 +53,10 @@ PICTURES: Mapping[str, Exporter] = {
             "a picture of one moment",
             _photographed("write_still"),
             check_still,
-            _end,
+            lambda timeline: timeline.end,
             True,
         ),
-        Exporter("gif", ".gif", "a moving picture", _photographed("write_gif"), check_still, _film_rate),
-        Exporter("mp4", ".mp4", "a film, by ffmpeg", _photographed("write_mp4"), check_mp4, _film_rate),
+        Exporter("gif", ".gif", "a moving picture", _photographed("write_gif"), check_still, lambda _: FILM_RATE),
+        Exporter("mp4", ".mp4", "a film, by ffmpeg", _photographed("write_mp4"), check_mp4, lambda _: FILM_RATE),
     )
 }

@@ -44,25 +44,17 @@ class LimitsView:
         self._scene, self._root, self._model = scene, root, model
         self._nodes: list[SceneNodeHandle] = []
         self._hands: list[LimitHand] = []
-        self._visible = False
-
-    @property
-    def visible(self) -> bool:
-        return self._visible
-
-    @visible.setter
-    def visible(self, visible: bool) -> None:
-        if visible and not self._nodes:
-            for joint in range(1, self._model.joint_count + 1):
-                self._add(joint)
-        self._visible = visible
-        for node in self._nodes:
-            node.visible = visible
+        self.visible = False
 
     def show(self, shown: Shown) -> None:
-        if not self._visible:
-            return
         model = self._model
+        if self.visible and not self._nodes:
+            for joint in range(1, model.joint_count + 1):
+                self._add(joint)
+        for node in self._nodes:
+            put(node, visible=self.visible)
+        if not self.visible:
+            return
         ends = zip(model.lower, model.upper, strict=True)
         rows = zip(self._hands, shown.position.joints, ends, strict=True)
         for joint, (hand, x, (lower, upper)) in enumerate(rows, 1):
@@ -127,7 +119,7 @@ def _arc(model: RobotModel, joint: int, radius: float) -> Scale:
 def _top(model: RobotModel, joint: int, radius: float) -> float:
     """The height of a link's bodies on the axis of its joint, in the frame before it [m]."""
     T = link_pose(model, joint, 0.0)
-    points = [moved(look.mesh, T).vertices for look in looks_of(model) if look.shape.link == joint]
+    points = [moved(look.mesh, T).vertices for look in looks_of(model).looks if look.shape.link == joint]
     if not points:
         return model.links[joint - 1].d
     corners = np.concatenate(points)
@@ -189,7 +181,9 @@ Sections = NDArray[np.float64]  # (S, 2, 3): pieces of an outline by distance, h
 
 
 class ReachView:
-    """Hidden at first. It stands in the node of a `Figure`, and is found anew where configuration or TOOL change."""
+    """The boundary of an arm that turns about its first axis. Hidden at first. It stands in the node of a `Figure`, and
+    is found anew where configuration or TOOL change.
+    """
 
     def __init__(self, scene: SceneApi, root: str, arm: RobotArm) -> None:
         self._scene, self._name, self._arm = scene, f"{root}/reach", arm
@@ -197,11 +191,6 @@ class ReachView:
         self._node: MeshHandle | None = None
         self._search: Thread | None = None
         self.visible = False
-
-    @property
-    def known(self) -> bool:
-        """Return whether there is such a boundary: of an arm that turns about its first axis."""
-        return self._arm.turning[0]
 
     def show(self, shown: Shown) -> None:
         if self._node is not None:
@@ -294,12 +283,9 @@ def _contour(far: Grid, z: Grid, angle: Grid) -> Sections:
 
 def _closed(hit: Flags) -> Flags:
     """Fill the holes that chance has left: add the neighbours, then remove the rim."""
-    for axis in (0, 1):
-        first, middle, last = _shifted(hit, axis)
-        hit = first | middle | last
-    for axis in (0, 1):
-        first, middle, last = _shifted(hit, axis)
-        hit = first & middle & last
+    for combined in (np.logical_or, np.logical_and):
+        for axis in (0, 1):
+            hit = combined.reduce(tuple(_shifted(hit, axis)))
     return hit
 
 

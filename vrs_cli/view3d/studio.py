@@ -12,7 +12,6 @@ from contextlib import contextmanager
 from html import escape
 from itertools import pairwise
 from math import floor
-from typing import BinaryIO
 
 import rich
 import viser
@@ -127,14 +126,6 @@ ASPECT = 0.8  # of the picture, width to height: all of the arm is seen below a 
 TITLE = "<title>Viser</title>"  # of viser's client
 
 
-def write_page(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
-    """Write a page that plays a timeline, with so many frames a second. The same bytes for the same timeline.
-
-    Raises PictureError for more frames than a page can hold.
-    """
-    stream.write(page(arm, timeline, rate).encode())
-
-
 def usual_rate(timeline: Timeline) -> float:
     """30 frames a second, fewer where more than ten minutes move [1/s]."""
     moving = sum(last - first for first, last, moves in stretches(timeline) if moves)
@@ -142,7 +133,10 @@ def usual_rate(timeline: Timeline) -> float:
 
 
 def page(arm: RobotArm, timeline: Timeline, rate: float) -> str:
-    """The page that `write_page` writes."""
+    """A page that plays a timeline, with so many frames a second. The same text for the same timeline.
+
+    Raises PictureError for more frames than a page can hold.
+    """
     times = list(frame_times(timeline, rate))
     if len(times) > 2 * MOST_FRAMES:
         raise PictureError(

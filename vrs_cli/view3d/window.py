@@ -211,11 +211,6 @@ class RobotWindow:
         """The width of the picture [px], at least 1: a page that nobody sees may have none."""
         return max(float(self.client.camera.image_width), 1.0)
 
-    @property
-    def height(self) -> float:
-        """The height of the picture [px], at least 1."""
-        return max(float(self.client.camera.image_height), 1.0)
-
     # --- what is said ---
 
     def doing(self, act: Callable[[], object]) -> Callable[[Any], None]:
