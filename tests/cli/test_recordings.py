@@ -160,6 +160,10 @@ def test_a_file_that_is_no_trajectory(
         (["export", "--to", "bag"], "unknown format bag (known: csv, json, npz, mcap, ros, html, png, gif, mp4)"),
         (["export"], "which format? (give --to csv or json or npz or mcap or ros or html or png or gif or mp4)"),
         (["export", "-o", "t.vrst", "--to", "csv"], "t.vrst is named twice"),
+        (
+            ["export", "--to", "csv", "--cell", "c.toml"],
+            "csv has nothing of a cell (--cell is for html, png, gif, mp4)",
+        ),
         (["export", "-o", "none/a.csv"], "*File error* none/a.csv cannot be written: no such file"),
         (["replay", "--csv", "a", "--plot", "a"], "a is named twice"),
         (["replay", "--plot", "a.gif"], "*No plot* a.gif is no picture file (its name ends in .svg, .png or .pdf)"),

@@ -6,8 +6,11 @@ import json
 import os
 from argparse import Namespace
 from collections.abc import Mapping
+from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from vrs_cli.cli.command_line import (
     DEFAULT_RATE,
@@ -176,7 +179,7 @@ or Chrome of this machine.
   vrs export pick.vrst --to csv -o pick.csv --rate 50
   vrs export pick.vrst --to csv | head
   vrs export day.vrst -o day.npz --rate 10
-  vrs export pick.vrst -o pick.html
+  vrs export pick.vrst -o pick.html --cell pick.toml
   vrs export pick.vrst -o pick.png --at 2.5
 """
 
@@ -190,6 +193,9 @@ def export(options: Namespace) -> None:
         raise CommandLineError(f"{exporter.name} is one moment and has no rate", "give --at TIME")
     if options.at is not None and not exporter.of_moment:
         raise CommandLineError(f"{exporter.name} is the whole trajectory", "--at TIME is for --to png")
+    if options.cell is not None and not exporter.shows_cell:
+        shown = ", ".join(one.name for one in _formats().values() if one.shows_cell)
+        raise CommandLineError(f"{exporter.name} has nothing of a cell", f"--cell is for {shown}")
     if options.output != STANDARD_STREAM:
         check_distinct((options.file, options.output))
         check_writable(options.output)
@@ -199,6 +205,11 @@ def export(options: Namespace) -> None:
     given = options.rate if options.at is None else options.at
     if given is None:
         given = exporter.usual(recording.timeline) if exporter.usual else DEFAULT_RATE
+    if options.cell is not None:
+        from vrs_cli.files.cell_file import read_cell
+        from vrs_cli.world.world import World
+
+        exporter = replace(exporter, write=partial(exporter.write, world=World(recording.arm, read_cell(options.cell))))
     write_export(exporter, options.output, recording.arm, recording.timeline, given)
 
 
@@ -222,6 +233,7 @@ def export_parser(prog: str) -> Parser:
         ),
         rate_option(", or frames (html: 30; gif, mp4: 10)"),
         option("--at", metavar="TIME", type=number, help="the moment of a png [s]; default: the end"),
+        option("--cell", metavar="CELL.toml", help="the cell of the robot: its parts, fixtures and sensors are shown"),
         LENIENT,
     )
 

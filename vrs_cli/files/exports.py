@@ -44,17 +44,19 @@ TOOL_COLUMNS = ("x", "y", "z", "o", "a", "t_angle")
 class Exporter(Struct, frozen=True):
     """A format: what `--to` calls it, the ending of its files, and who writes it (stream, arm, timeline, number).
 
-    The number is a rate [Hz], or the time [s] of what shows one moment.
+    The number is a rate [Hz], or the time [s] of what shows one moment. `shows_cell`: `write` takes the World that is
+    around the robot, too, as `world`.
     `check` raises UsageError where a package is missing; `usual`: the number for a timeline where none is given.
     """
 
     name: str
     suffix: str
     summary: str
-    write: Callable[[BinaryIO, RobotArm, Timeline, float], None]
+    write: Callable[..., None]
     check: Callable[[], None] = lambda: None
     usual: Callable[[Timeline], float] | None = None  # the rate of tables
     of_moment: bool = False
+    shows_cell: bool = False
 
 
 def export(

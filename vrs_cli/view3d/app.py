@@ -20,6 +20,7 @@ import viser
 from vrs_cli.engine.position import Watched
 from vrs_cli.errors import RequestRefused, VrsError
 from vrs_cli.interfaces.conversation.internal_error import internal_error
+from vrs_cli.language.run.signals import Cell
 from vrs_cli.net.messages import Abort
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.view3d.bar import PlaybackBar, Plots
@@ -34,6 +35,7 @@ from vrs_cli.view3d.places import PlacesView, Reasons, explain_refusal
 from vrs_cli.view3d.reach import LimitsView, ReachView
 from vrs_cli.view3d.studio import scenery
 from vrs_cli.view3d.window import TITLE, RobotWindow
+from vrs_cli.world.world import World
 
 ORANGE = (222, 120, 40)  # of what can be pressed
 EDGE = 12.0  # [px] from the edges of the picture
@@ -92,7 +94,7 @@ def furnish(window: RobotWindow, title: str) -> None:
     """Add all parts of a window, in the order in which they are shown. `choices` has the boxes of `_add_choices`."""
     client, model = window.client, window.watched.arm.model
     with client.atomic():
-        window.parts.extend(scenery(client.scene, model))
+        window.parts.extend(scenery(client.scene, model, window.world))
         _look(window)
         window.tick(window.wall())
     client.flush()  # the robot is seen before there are panels, which a page takes longer to make
@@ -153,6 +155,7 @@ class App:
     """`hold`: takes hold of the robot for one more browser; what becomes of the connection is told to what it is given.
     `door`: where browsers come in, a new one if there is none. `title`: of the page, that of the robot where it is
     empty. `rate`: seconds of a trajectory in one second, at first. `first`: what is done with the first window, once.
+    `cell`: around the robot, whose parts and sensors are shown.
     """
 
     def __init__(
@@ -162,12 +165,13 @@ class App:
         door: Door | None = None,
         title: str = "",
         rate: float = 1.0,
+        cell: Cell | None = None,
         first: Callable[[RobotWindow], object] = lambda _window: None,
         tell: Told = lambda _text: None,
         wall: Callable[[], float] = time.monotonic,
     ) -> None:
         self._hold, self._title, self._tell, self._wall = hold, title, tell, wall
-        self._rate, self._first = rate, first
+        self._rate, self._first, self._cell = rate, first, cell
         self._windows: dict[int, RobotWindow] = {}
         self._gone: set[int] = set()  # browsers that went before there was a window
         self._lock, self._stirred, self._ended = Lock(), Event(), Event()
@@ -230,6 +234,8 @@ class App:
         try:
             if window.robot is not None:  # what it says may be seen
                 window.robot.listen(lambda _message: window.wake())
+            if self._cell is not None:
+                window.world = World(window.watched.arm, self._cell)
             furnish(window, self._title or window.watched.arm.model.title)
         except BaseException:
             window.close()  # nobody else knows of it

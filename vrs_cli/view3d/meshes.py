@@ -63,6 +63,17 @@ def moved(mesh: Mesh, T: Transform) -> Mesh:
     return Mesh(mesh.vertices @ rows[:, :3].T + rows[:, 3], mesh.faces)
 
 
+def hull(points: Sequence[Vector]) -> Mesh:
+    """The hull of points, each face with corners of its own: from the points that are the farthest along the normals of
+    a ball.
+    """
+    ball, corners = _turned(_arc(1.0, 0.0, pi, 0.0)), np.array(points)
+    farthest = np.argmax(ball.vertices @ corners.T, axis=1)[ball.faces]
+    a, b, c = farthest.T
+    faces = farthest[(a != b) & (b != c) & (c != a)]
+    return Mesh(corners[faces.reshape(-1)], np.arange(faces.size, dtype=np.uint32).reshape(-1, 3))
+
+
 # --- round an axis -------------------------------------------------------------------------------------------------
 
 Profile = Sequence[tuple[float, float]]  # radius and height of rings, from below upwards

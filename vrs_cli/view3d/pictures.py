@@ -9,14 +9,15 @@ from vrs_cli.files.exports import Exporter
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.needs import check_mp4, check_still, check_view
+from vrs_cli.world.world import World
 
 FILM_RATE = 10.0  # [1/s] frames
 
 
-def _write_page(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
+def _write_page(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, world: World | None = None) -> None:
     from vrs_cli.view3d.studio import page
 
-    stream.write(page(arm, timeline, rate).encode())
+    stream.write(page(arm, timeline, rate, world).encode())
 
 
 def _page_rate(timeline: Timeline) -> float:
@@ -25,13 +26,13 @@ def _page_rate(timeline: Timeline) -> float:
     return usual_rate(timeline)
 
 
-def _photographed(name: str) -> Callable[[BinaryIO, RobotArm, Timeline, float], None]:
+def _photographed(name: str) -> Callable[..., None]:
     """Return a function that writes a picture: one of `still`, by its name."""
 
-    def write(stream: BinaryIO, arm: RobotArm, timeline: Timeline, number: float) -> None:
+    def write(stream: BinaryIO, arm: RobotArm, timeline: Timeline, number: float, world: World | None = None) -> None:
         from vrs_cli.view3d import still
 
-        getattr(still, name)(stream, arm, timeline, number)
+        getattr(still, name)(stream, arm, timeline, number, world)
 
     return write
 
@@ -46,6 +47,7 @@ PICTURES: Mapping[str, Exporter] = {
             _write_page,
             check_view,
             _page_rate,
+            shows_cell=True,
         ),
         Exporter(
             "png",
@@ -55,8 +57,25 @@ PICTURES: Mapping[str, Exporter] = {
             check_still,
             lambda timeline: timeline.end,
             True,
+            shows_cell=True,
         ),
-        Exporter("gif", ".gif", "a moving picture", _photographed("write_gif"), check_still, lambda _: FILM_RATE),
-        Exporter("mp4", ".mp4", "a film, by ffmpeg", _photographed("write_mp4"), check_mp4, lambda _: FILM_RATE),
+        Exporter(
+            "gif",
+            ".gif",
+            "a moving picture",
+            _photographed("write_gif"),
+            check_still,
+            lambda _: FILM_RATE,
+            shows_cell=True,
+        ),
+        Exporter(
+            "mp4",
+            ".mp4",
+            "a film, by ffmpeg",
+            _photographed("write_mp4"),
+            check_mp4,
+            lambda _: FILM_RATE,
+            shows_cell=True,
+        ),
     )
 }

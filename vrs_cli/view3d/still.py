@@ -27,6 +27,7 @@ from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.view3d.figure import FIELD, camera_for
 from vrs_cli.view3d.needs import PictureError, find_browser, find_ffmpeg
 from vrs_cli.view3d.studio import Studio, caption, server
+from vrs_cli.world.world import World
 
 SIZE = (960, 640)  # of a picture [px]
 FILM_SIZE = (640, 420)  # of one that moves
@@ -51,11 +52,11 @@ FLAGS = (
 Pixels = NDArray[np.uint8]  # (height, width, 3)
 
 
-def write_still(stream: BinaryIO, arm: RobotArm, timeline: Timeline, t: float) -> None:
+def write_still(stream: BinaryIO, arm: RobotArm, timeline: Timeline, t: float, world: World | None = None) -> None:
     """Write a PNG of the moment t [s]. Raises PictureError where there is no browser."""
     with photographing(SIZE) as (client, take):
         _aim(client, arm, SIZE)
-        shown = Studio(client.scene, arm, timeline).show(t)
+        shown = Studio(client.scene, arm, timeline, world).show(t)
         stream.write(png(captioned(take(), caption(shown))))
 
 
@@ -79,9 +80,9 @@ def png(pixels: Pixels) -> bytes:
     return written.getvalue()
 
 
-def write_gif(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
+def write_gif(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, world: World | None = None) -> None:
     """Write a moving picture with so many frames a second, without an end. Raises PictureError."""
-    with _frames(arm, timeline, rate) as frames:
+    with _frames(arm, timeline, rate, world) as frames:
         first, *others = map(in_few_colours, frames)
     pause = round(1000.0 / rate)
     first.save(stream, "gif", save_all=True, append_images=others, duration=pause, loop=0)
@@ -94,12 +95,12 @@ def in_few_colours(frame: Pixels) -> Image.Image:
     return Image.fromarray(frame).quantize(GIF_COLOURS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
 
 
-def write_mp4(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
+def write_mp4(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, world: World | None = None) -> None:
     """Write a film with so many frames a second, by the ffmpeg of this machine. Raises PictureError."""
     width, height = FILM_SIZE
     picture = ("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{rate:.6g}", "-i", "-")
     form = ("-c:v", "libx264", "-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-movflags", "+faststart")
-    with TemporaryDirectory() as folder, _frames(arm, timeline, rate) as frames:
+    with TemporaryDirectory() as folder, _frames(arm, timeline, rate, world) as frames:
         made = Path(folder) / "film.mp4"
         command = (find_ffmpeg(), "-loglevel", "error", *picture, *form, str(made))
         with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as running:
@@ -114,7 +115,7 @@ def write_mp4(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) 
 
 
 @contextmanager
-def _frames(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[Iterator[Pixels]]:
+def _frames(arm: RobotArm, timeline: Timeline, rate: float, world: World | None) -> Iterator[Iterator[Pixels]]:
     """Pictures of the whole timeline. Raises PictureError where there would be too many."""
     count = ceil((timeline.end - timeline.start) * rate)
     if count > MOST_FRAMES:
@@ -124,7 +125,7 @@ def _frames(arm: RobotArm, timeline: Timeline, rate: float) -> Iterator[Iterator
         )
     with photographing(FILM_SIZE) as (client, take), RunProgress("drawing", timeline.end) as progress:
         _aim(client, arm, FILM_SIZE)
-        studio = Studio(client.scene, arm, timeline)
+        studio = Studio(client.scene, arm, timeline, world)
         if (label := client.scene.get_handle_by_name("/tool/name")) is not None:
             label.visible = False  # it would be a picture late
 

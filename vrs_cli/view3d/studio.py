@@ -26,6 +26,8 @@ from vrs_cli.view3d.figure import FIELD, Figure, Stage, backdrop, camera_for
 from vrs_cli.view3d.needs import PictureError
 from vrs_cli.view3d.parts import Shown, ShownPart, put
 from vrs_cli.view3d.paths import USUAL, Around, Path
+from vrs_cli.view3d.scene_bodies import SceneBodies
+from vrs_cli.world.world import World
 
 MOST_SEGMENTS = 400  # whose way is drawn as usual: a recording has all of it anew for each of them, 30 MB for so many
 NEAR = Around(before=5.0, after=5.0, step=5.0)  # of more segments
@@ -33,9 +35,12 @@ HOST = "127.0.0.1"
 TENTHS = 10  # of a second in a caption: finer figures are not read while they change
 
 
-def scenery(scene: SceneApi, model: RobotModel, around: Around = USUAL) -> list[ShownPart]:
-    """Make all parts of the scene itself, with the way of the tool so far `around` the present."""
-    return [ArmScene(scene, model), Path(scene, model, around=around)]
+def scenery(scene: SceneApi, model: RobotModel, world: World | None, around: Around = USUAL) -> list[ShownPart]:
+    """Make all parts of the scene itself, with the way of the tool so far `around` the present, and what is in the
+    world.
+    """
+    bodies = () if world is None else (SceneBodies(scene, world),)
+    return [ArmScene(scene, model), Path(scene, model, around=around), *bodies]
 
 
 class ArmScene:
@@ -55,10 +60,12 @@ class Studio:
     of the tool it is less where there are many segments.
     """
 
-    def __init__(self, scene: SceneApi, arm: RobotArm, timeline: Timeline, *parts: ShownPart) -> None:
+    def __init__(
+        self, scene: SceneApi, arm: RobotArm, timeline: Timeline, world: World | None, *parts: ShownPart
+    ) -> None:
         self._arm, self._timeline = arm, timeline
         backdrop(scene)
-        seen = scenery(scene, arm.model, NEAR if len(timeline) > MOST_SEGMENTS else USUAL)
+        seen = scenery(scene, arm.model, world, NEAR if len(timeline) > MOST_SEGMENTS else USUAL)
         self._parts: tuple[ShownPart, ...] = (*seen, *parts)
 
     def show(self, t: float) -> Shown:
@@ -132,7 +139,7 @@ def usual_rate(timeline: Timeline) -> float:
     return min(RATE, MOST_FRAMES / max(moving, 1.0))
 
 
-def page(arm: RobotArm, timeline: Timeline, rate: float) -> str:
+def page(arm: RobotArm, timeline: Timeline, rate: float, world: World | None = None) -> str:
     """A page that plays a timeline, with so many frames a second. The same text for the same timeline.
 
     Raises PictureError for more frames than a page can hold.
@@ -144,7 +151,7 @@ def page(arm: RobotArm, timeline: Timeline, rate: float) -> str:
             f"without --rate there are {usual_rate(timeline):.3g} a second",
         )
     with server() as viser, viser.atomic():  # nobody is woken for each message
-        studio = Studio(viser.scene, arm, timeline, Caption(viser.scene, arm.model))
+        studio = Studio(viser.scene, arm, timeline, world, Caption(viser.scene, arm.model))
         studio.show(times[0])
         camera = camera_for(arm.model, ASPECT)
         viser.initial_camera.position, viser.initial_camera.look_at = camera

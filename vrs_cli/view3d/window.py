@@ -23,6 +23,7 @@ from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.net.tokens import TEACHER
 from vrs_cli.values.acts import Survey, Surveyed, TaskRow
 from vrs_cli.view3d.parts import Shown, ShownPart
+from vrs_cli.world.world import World
 
 LOOK_PERIOD = 0.25  # [s] between two looks at least
 PATIENCE = 5.0  # [s] until a look whose answer does not come is made again
@@ -117,8 +118,8 @@ class RobotWindow:
     """`robot`: the port to the watched robot; None for the trajectory of a file. `parts`
     are shown whatever of them has changed, in their order; `closing`: what is to be done when the browser goes. `type`
     has a line carried out as one that the user types. It is to be shown when it is `due`, by the time of the day [s];
-    `woken` is called where that is sooner than it was. `why_cut`: what was told of the last cut of its connection. Any
-    thread may call any method.
+    `woken` is called where that is sooner than it was. `why_cut`: what was told of the last cut of its connection.
+    `world`: what is around the robot and is shown, None for nothing. Any thread may call any method.
     """
 
     def __init__(
@@ -146,6 +147,7 @@ class RobotWindow:
         self._told = ""
         self._told_at = -STAYS
         self.why_cut = ""
+        self.world: World | None = None
 
     # --- time ---
 
