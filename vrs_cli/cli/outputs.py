@@ -9,7 +9,8 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from itertools import combinations
+from io import BytesIO
+from itertools import combinations, groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,13 +25,21 @@ from vrs_cli.cli.command_line import (
     option,
     sampling_rate,
 )
-from vrs_cli.errors import FileError
+from vrs_cli.errors import FileError, UsageError
 
 if TYPE_CHECKING:
     from vrs_cli.engine.engine import Engine
     from vrs_cli.files.exports import Exporter
     from vrs_cli.kinematics.arm import RobotArm
     from vrs_cli.trajectory.timeline import Timeline
+
+PAGES = (".html", ".htm")
+MOST_COMMANDS = 1000  # in the table
+STYLE = (
+    "body{font:15px/1.5 sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222}"
+    "img,svg{max-width:100%;height:auto}table{border-collapse:collapse}td,th{padding:.1rem .8rem;text-align:left}"
+    "td:nth-child(n+3),th:nth-child(n+3){text-align:right;font-variant-numeric:tabular-nums}"
+)
 
 
 def rate_option(beside: str = "") -> AddOption:
@@ -90,9 +99,7 @@ class Outputs(Struct, frozen=True):
 
             check_plot(outputs.plot)
         if outputs.report is not None:
-            from vrs_cli.cli.report import check_report
-
-            check_report(outputs.report)
+            _check_report(outputs.report)
         if outputs.save is not None:
             check_writable(outputs.save)
         return outputs
@@ -116,9 +123,7 @@ class Outputs(Struct, frozen=True):
 
             plot_trajectory(self.plot, arm, timeline, title)
         if self.report is not None:
-            from vrs_cli.cli.report import write_report
-
-            write_report(self.report, arm, timeline, title, self.report_at)
+            _write_report(self.report, arm, timeline, title, self.report_at)
 
 
 def write_export(exporter: Exporter, path: str, arm: RobotArm, timeline: Timeline, number: float) -> None:
@@ -160,3 +165,85 @@ def journal(
             file.close()
         except FileError as error:
             tell(str(error))
+
+
+# --- `--report OUT.html`: a trajectory in one page to read ------------------------------------------------------------
+
+
+def _check_report(path: str) -> None:
+    """Raise now what would make `_write_report` fail later: UsageError or FileError."""
+    if Path(path).suffix.lower() not in PAGES:
+        raise UsageError(f"{path} is no page", f"its name ends in {PAGES[0]}")
+    from vrs_cli.files.atomic import check_writable
+
+    check_writable(path)
+
+
+def _write_report(path: str, arm: RobotArm, timeline: Timeline, title: str, t: float | None) -> None:
+    """Write figures, a picture of the arm, curves and commands. The picture takes a browser some seconds, the curves
+    need matplotlib; the page says so where they are not there. `t`: the moment of the picture [s]; None for the end.
+    Raises FileError.
+    """
+    from html import escape
+
+    from vrs_cli.files.atomic import write_atomically
+
+    rows = list(_commands(timeline))
+    moment = timeline.end if t is None else min(max(t, timeline.start), timeline.end)
+    cells = "".join(
+        f"<tr><td>{place}</td><td>{escape(text)}</td><td>{begin:.3f}</td><td>{end:.3f}</td></tr>"
+        for place, text, begin, end in rows[:MOST_COMMANDS]
+    )
+    more = f"<p>{len(rows) - MOST_COMMANDS} more are not shown.</p>" if len(rows) > MOST_COMMANDS else ""
+    parts = (
+        f"<h1>{escape(title)}</h1><p>{escape(arm.model.title)}: {len(rows)} commands, {timeline.end:.3f} s</p>",
+        _or_why("picture of the arm", lambda: _picture(arm, timeline, moment)),
+        _or_why("curves", lambda: _curves(arm, timeline)),
+        f"<table><tr><th>No.</th><th>Command</th><th>from s</th><th>to s</th></tr>{cells}</table>{more}",
+    )
+    page = (
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
+        f"<style>{STYLE}</style></head><body>{''.join(parts)}</body></html>\n"
+    )
+    write_atomically(path, page)
+
+
+def _or_why(what: str, make: Callable[[], str]) -> str:
+    """Return a part of the page; a sentence in its place where this machine lacks what it takes."""
+    from html import escape
+
+    try:
+        return make()
+    except UsageError as error:
+        return f"<p>No {what}: {escape(error.detail)} ({escape(error.hint)}).</p>"
+
+
+def _picture(arm: RobotArm, timeline: Timeline, t: float) -> str:
+    """Raises PictureError."""
+    from base64 import b64encode
+
+    from vrs_cli.view3d.needs import check_still
+
+    check_still()
+    from vrs_cli.view3d.still import write_still
+
+    stream = BytesIO()
+    write_still(stream, arm, timeline, t)
+    data = b64encode(stream.getvalue()).decode()
+    return f'<p><img alt="The arm at {t:.3f} s" src="data:image/png;base64,{data}"></p>'
+
+
+def _curves(arm: RobotArm, timeline: Timeline) -> str:
+    """Raises PlotError."""
+    from vrs_cli.render.plots import drawn_trajectory
+
+    drawn = drawn_trajectory(arm, timeline, "", "svg").decode()
+    return drawn[drawn.index("<svg") :]
+
+
+def _commands(timeline: Timeline) -> Iterator[tuple[int, str, float, float]]:
+    """Yield the number and the text of each command, and from when to when it is under way [s]."""
+    for place, segments in groupby(timeline, lambda segment: segment.motion.number):
+        first, *others = segments
+        if first.motion.text:
+            yield place, first.motion.text, first.start, (others or [first])[-1].finish
