@@ -93,10 +93,10 @@ def lsp(options: Namespace) -> None:
     """Serve one editor over standard input and output until it says goodbye."""
     if find_spec("pygls") is None:
         raise CommandLineError("the language server needs pygls, which is not installed", how_to_install("pygls"))
-    from vrs_cli.lsp.server import server
+    from vrs_cli.lsp.server import Val2Server
 
     output = os.fdopen(os.dup(sys.stdout.fileno()), "wb")  # pygls closes what it writes to
-    server(chosen_robot(options)).start_io(sys.stdin.buffer, output)
+    Val2Server(chosen_robot(options)).start_io(sys.stdin.buffer, output)
 
 
 lsp_parser = command(

@@ -136,11 +136,8 @@ class Document:
     @cached_property
     def folds(self) -> tuple[tuple[int, int], ...]:
         """First and last line of what can be folded: programs, sections, and the branches of blocks."""
-        found: list[tuple[int, int]] = []
-        for placed in self._parts:
-            if placed.part.node is not None:
-                found += ((placed.above + first, placed.above + last) for first, last in _folds(placed.part))
-        return tuple(sorted(found))
+        read = (placed for placed in self._parts if placed.part.node is not None)
+        return tuple(sorted((one.above + first, one.above + last) for one in read for first, last in _folds(one.part)))
 
     # --- names and where they stand ---
 

@@ -59,6 +59,11 @@ class Val2Server(LanguageServer):
         self._read: dict[str, Document] = {}
         self._inspectors: dict[str, Inspector] = {}
         self._waiting: dict[str, asyncio.TimerHandle] = {}
+        logging.getLogger(json_rpc.__name__).addFilter(  # what is refused has been answered, and is no fault of ours
+            lambda record: record.exc_info is None or not isinstance(record.exc_info[1], InvalidRequest)
+        )
+        for name, (feature, options) in _FEATURES.items():
+            self.feature(name, options)(partial(feature, self))
 
     def document(self, uri: str) -> Document:
         """The text as it is now, or as it is on the disk where it is not open. Raises Refused."""
@@ -139,19 +144,6 @@ class Val2Server(LanguageServer):
         return lsp.DocumentSymbol(
             symbol.name, _SYMBOLS[symbol.kind], whole, name, symbol.detail or None, children=children
         )
-
-
-def server(model: RobotModel) -> Val2Server:
-    """A server with all that it can do."""
-    made = Val2Server(model)
-    logging.getLogger(
-        json_rpc.__name__
-    ).addFilter(  # but what is refused: it has been answered, and is no fault of ours
-        lambda record: record.exc_info is None or not isinstance(record.exc_info[1], InvalidRequest)
-    )
-    for name, (feature, options) in _FEATURES.items():
-        made.feature(name, options)(partial(feature, made))
-    return made
 
 
 # --- features --------------------------------------------------------------------------------------------------------
