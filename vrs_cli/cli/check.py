@@ -296,39 +296,30 @@ def _state(named: Sequence[str]) -> object:
 # --- vrs fmt --------------------------------------------------------------------------------------------------------
 
 
-class Formatted(Struct, frozen=True):
-    """A file and its canonical text; None where it has mistakes."""
-
-    source: Source
-    text: str | None
-
-    @property
-    def changed(self) -> bool:
-        return self.text is not None and self.text != self.source.text
-
-
 def fmt(options: Namespace) -> int:
     """Print, rewrite or compare; returns 1 when a file has mistakes, or with --check or --diff would change."""
     if options.write and STANDARD_STREAM in options.files:
         raise CommandLineError("--write cannot change standard input", "leave --write out")
     dialect = chosen_dialect(options)
-    formatted = [_formatted(source, dialect) for source in map(read_source, program_files(options.files))]
-    for one in formatted:
-        if one.text is None:
+    sources = map(read_source, program_files(options.files))
+    formatted = [(source, _canonical(source, dialect)) for source in sources]
+    for source, text in formatted:
+        if text is None:
             continue
         if not (options.check or options.write or options.diff):
-            print(one.text, end="")
-        elif one.changed:
-            _tell(one, options)
+            print(text, end="")
+        elif text != source.text:
+            _tell(source, text, options)
     compared = options.check or options.diff
-    return FAILED if any(one.text is None or (compared and one.changed) for one in formatted) else OK
+    wrong = any(text is None or (compared and text != source.text) for source, text in formatted)
+    return FAILED if wrong else OK
 
 
-def _tell(one: Formatted, options: Namespace) -> None:
-    """Show, name or rewrite a file that is not canonical."""
-    path, text = one.source.path, one.text or ""
+def _tell(source: Source, text: str, options: Namespace) -> None:
+    """Show, name or rewrite a file that is not its canonical text."""
+    path = source.path
     if options.diff:
-        _show(_difference(path, one.source.text, text))
+        _show(_difference(path, source.text, text))
     elif options.check:
         print(f"{path} would change")
     else:
@@ -383,12 +374,12 @@ A file with mistakes is left as it is. Formatting twice changes nothing more.
 )
 
 
-def _formatted(source: Source, dialect: Dialect) -> Formatted:
-    """The canonical text; what stands in its way is told on standard error."""
+def _canonical(source: Source, dialect: Dialect) -> str | None:
+    """Return the canonical text; None for a file with mistakes, which are told on standard error."""
     from vrs_cli.language.analysis.structure import canonical_text
 
     text = canonical_text(source.text, dialect)
     if isinstance(text, str):
-        return Formatted(source, text)
+        return text
     print(source.shown(text), end="", file=sys.stderr)
-    return Formatted(source, None)
+    return None

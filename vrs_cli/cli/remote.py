@@ -6,14 +6,10 @@ import sys
 from argparse import Namespace
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from vrs_cli.cli.command_line import STANDARD_STREAM, command, option
 from vrs_cli.cli.connections import EPILOG, URL, ask_once, client_of, duration
 from vrs_cli.errors import FileExists
-
-if TYPE_CHECKING:
-    pass
 
 
 def connect(options: Namespace) -> int:

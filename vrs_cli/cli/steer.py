@@ -9,7 +9,7 @@ import sys
 from argparse import Namespace
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 from math import degrees
@@ -59,7 +59,10 @@ A line that is no target is named and left out.
 
 def steer(options: Namespace) -> int:
     """Follow a stream to its end; returns 1 when some of its lines were no targets, or out of reach."""
-    return _Run(options, Outputs.of(options)).run()
+    outputs = Outputs.of(options)
+    from vrs_cli.render.progress import RunProgress
+
+    return _Run(options, outputs, RunProgress(options.file)).run()
 
 
 def steer_parser(prog: str) -> Parser:
@@ -139,14 +142,9 @@ class _Run:
 
     options: Namespace
     outputs: Outputs
+    progress: RunProgress
     skipped: int = 0
     unreached: int = 0
-    progress: RunProgress = field(init=False)
-
-    def __post_init__(self) -> None:
-        from vrs_cli.render.progress import RunProgress
-
-        self.progress = RunProgress(self.options.file)
 
     @property
     def live(self) -> bool:
@@ -184,10 +182,9 @@ class _Run:
     def _first(self, targets: Iterator[TimedTarget]) -> TimedTarget:
         """Raises CommandLineError, or FileDamaged for a stream with nothing but wrong lines."""
         first = next(targets, None)
-        if first is None and self.skipped:
-            raise FileDamaged(f"{self.source} holds no target", "a line is a time and the joints")
         if first is None:
-            raise CommandLineError(f"{self.source} holds no target", "a line is a time and the joints")
+            kind = FileDamaged if self.skipped else CommandLineError
+            raise kind(f"{self.source} holds no target", "a line is a time and the joints")
         return first
 
     def _begin(self, model: RobotModel, first: TimedTarget) -> Steering:
