@@ -102,6 +102,7 @@ DEFERRED = (
     Deferred(("cli/serve.py",), ("asyncio", "ssl", "tempfile"), "as above"),
     Deferred(("cli/fence.py", "kinematics/urdf/macros.py"), ("resource",), "Windows has none"),
     Deferred(("cli/outside.py",), ("ipaddress",), "few runs have a network"),
+    Deferred(("cli/outputs.py",), ("base64", "html"), "few runs write a report"),
     Deferred(
         ("repl", "render"),
         ("vrs_cli", "prompt_toolkit.utils", "rich"),
