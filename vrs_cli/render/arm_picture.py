@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 from vrs_cli.kinematics.transform import Vector, along, position
 from vrs_cli.render.blocks import Page, Piece, TextLine
-from vrs_cli.render.canvas import FINE, PLAIN, Canvas, Cell, Dot
-from vrs_cli.render.chart import round_step
+from vrs_cli.render.chart import FINE, PLAIN, Canvas, Cell, Dot, round_step
 from vrs_cli.render.colours import Ink
 from vrs_cli.values.numbers import fixed, seconds
 from vrs_cli.values.replies import ArmPicture, BodyKind
@@ -306,8 +305,7 @@ def _turns_left(a: Dot, b: Dot, c: Dot) -> bool:
 
 def _scale(frame: ViewFrame, fine: bool) -> Iterator[Piece]:
     """A bar of a round length, at least four cells."""
-    least = 4.0 / frame.scale
-    metres = round_step(least)
+    metres = round_step(4.0 / frame.scale)
     cells = round(metres * frame.scale)
     bar = f"├{'─' * (cells - 2)}┤" if fine else f"|{'-' * (cells - 2)}|"
     yield f"{bar} {1e3 * metres:g} mm", Ink.NOTE

@@ -32,7 +32,6 @@ class RunProgress(AbstractContextManager["RunProgress"]):
         self._what, self._total, self._wall, self._told = what, total, wall, told
         self._next = wall() + DELAY if sys.stderr.isatty() else float("inf")
         self._bar: Progress | None = None
-        self._visible = False
 
     def __call__(self, t: float) -> None:
         now = self._wall()
@@ -42,17 +41,15 @@ class RunProgress(AbstractContextManager["RunProgress"]):
         if self._bar is None:
             self._bar = _progress(self._what, self._total)
         self._bar.update(self._bar.task_ids[0], completed=t, shown=self._told(t))
-        if self._visible:
+        if self._bar.live.is_started:
             self._bar.refresh()
         else:
             self._bar.start()
-            self._visible = True
 
     def hide(self) -> None:
         """Take the line away until the next call that shows it."""
-        if self._bar is not None and self._visible:
+        if self._bar is not None and self._bar.live.is_started:
             self._bar.stop()
-            self._visible = False
 
     def say(self, text: str) -> None:
         """A line on stderr, in place of the picture."""
