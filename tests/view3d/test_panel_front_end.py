@@ -52,7 +52,7 @@ def test_a_line_moves_the_arm_and_is_answered(served: Serving) -> None:
         front_end.type("LISTL")
         until(lambda: "No locations defined" in said(front_end))
         assert front_end.history == ["MOVE #PPOINT(0,-45,180)", "LISTL"]
-        assert front_end.lease.driver == front_end.name == "ada"
+        assert front_end.lease.driver == front_end.robot.name == "ada"
 
 
 def test_what_is_wrong_is_shown_with_its_caret(served: Serving) -> None:

@@ -34,7 +34,7 @@ from vrs_cli.view3d.paths import Path
 from vrs_cli.view3d.places import PlacesView, Reasons, explain_refusal
 from vrs_cli.view3d.reach import LimitsView, ReachView
 from vrs_cli.view3d.studio import scenery
-from vrs_cli.view3d.window import TITLE, RobotWindow
+from vrs_cli.view3d.window import TITLE, RobotWindow, error_text
 from vrs_cli.world.world import World
 
 ORANGE = (222, 120, 40)  # of what can be pressed
@@ -117,7 +117,7 @@ def furnish(window: RobotWindow, title: str) -> None:
         panel.front_end.explained = reasons.explain  # what is typed, and refused, is shown with its reason
         panel.front_end.refused = partial(explain_refusal, window.robot, reasons.explain)
         window.parts += panel.parts
-        window.closing.append(panel.close)
+        window.closing.append(panel.hands.close)
         window.type = panel.front_end.type
         window.parts.append(DelayPanel(window, window.robot))
 
@@ -211,7 +211,7 @@ class App:
                 return
             window = self._furnished(client, watched)
         except Exception as error:
-            said = str(error) if isinstance(error, VrsError) else internal_error(error).text
+            said = error_text(error)
             client.add_notification(TITLE, said, color="red")
             self._tell(said)
             return

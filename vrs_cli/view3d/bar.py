@@ -276,16 +276,15 @@ class PlaybackBar:
         timeline, doubts = shown.timeline, Doubts.of(shown.seen)
         draw = partial(self._draw, timeline, span, doubts)
         self._drawing.look((timeline.version, id(timeline), doubts), (span, self._window.width), draw)
-        if shown.reads and self._tells(shown, playback, wall):
-            self._tell(shown, playback, wall)
-
-    def _tells(self, shown: Shown, playback: Playback, wall: float) -> bool:
-        """Return whether the time is written now: less often where only the clock of a robot goes on."""
+        if not shown.reads:
+            return
         stands = playback.follows and playback.playing and not shown.position.moving
         if stands and self._stood and wall < self._told_at + STANDS:
-            return False
+            return  # only the clock of the robot goes on: the time is written less often
         self._stood, self._told_at = stands, wall
-        return True
+        if wall > self._moved_at + HANDS_OFF:
+            put(self._slider, value=round(self.span.within(shown.t), 3))
+        put(self._cursor, content=_cursor(self.span, shown) + _told(shown, playback, wall))
 
     def _span_of(self, playback: Playback, t: float) -> TimeSpan:
         """Return the span of all of it, or of the page of it in which t is, between round times."""
@@ -300,11 +299,6 @@ class PlaybackBar:
             self._slider.min, self._slider.max = span
         picture = strip(timeline, span, max(self._window.width - BESIDE, NARROWEST), doubts)
         self._strip.content = f'<div style="{MARGINS}">{picture}</div>'
-
-    def _tell(self, shown: Shown, playback: Playback, wall: float) -> None:
-        if wall > self._moved_at + HANDS_OFF:
-            put(self._slider, value=round(self.span.within(shown.t), 3))
-        put(self._cursor, content=_cursor(self.span, shown) + _told(shown, playback, wall))
 
 
 def _cursor(span: TimeSpan, shown: Shown) -> str:

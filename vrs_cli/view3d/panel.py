@@ -9,8 +9,6 @@ from html import escape
 
 import viser
 
-from vrs_cli.errors import VrsError
-from vrs_cli.interfaces.conversation.internal_error import internal_error
 from vrs_cli.language.words.values import INPUTS, INTERNAL, OUTPUTS
 from vrs_cli.net.messages import LeaseAct
 from vrs_cli.render.colours import Ink
@@ -21,7 +19,7 @@ from vrs_cli.view3d.panel_front_end import PanelFrontEnd
 from vrs_cli.view3d.panel_hand import Gizmo, HandPanel
 from vrs_cli.view3d.panel_line import CommandLine
 from vrs_cli.view3d.parts import OFF, ON, Hands, Shown, ShownPart, boxed, put
-from vrs_cli.view3d.window import RobotWindow, Surveying
+from vrs_cli.view3d.window import RobotWindow, Surveying, error_text
 
 RUN, STEP, PROCEED, PAUSE, GO_ON, ABORT = "Run", "Step", "Proceed", "Pause", "Go on", "Abort"
 NONE = "(none in memory)"
@@ -78,7 +76,7 @@ class ProgramsPanel:
     def refresh(self, found: Surveyed, *, drives: bool) -> None:
         put(self.leading, visible=drives)
         put(self.loading, visible=drives)
-        pace = self._front_end.status.pace
+        pace = self._front_end.robot.status().pace
         clock = () if pace is None else (GO_ON if pace.paused else PAUSE,)
         put(self.run, options=(RUN, STEP, PROCEED, *clock, ABORT))
         self._list(found)
@@ -186,7 +184,7 @@ class Panel:
         self.robot, self._wall, self._surveying = window.robot, window.wall, window.surveying
         self._drives = window.drives
         self.front_end = PanelFrontEnd(window.robot, window.surveying.happened)
-        self.hands = Hands(self._refused)
+        self.hands = Hands(lambda error: self.front_end.note(error_text(error), Ink.ERROR))
         self._breaks = self.robot.cuts + self.robot.stalls
         self._waits: tuple[int, float] = 0, 0.0  # the command that is waited for, since that time of the day [s]
         self.parts: list[ShownPart] = [self]
@@ -217,9 +215,6 @@ class Panel:
             self.front_end.drive(LeaseAct.GIVE, what.removeprefix(GIVE))
         else:
             self.front_end.drive({DRIVE: LeaseAct.ACQUIRE, ASK: LeaseAct.ASK, RELEASE: LeaseAct.RELEASE}[what])
-
-    def _refused(self, error: Exception) -> None:
-        self.front_end.note(str(error) if isinstance(error, VrsError) else internal_error(error).text, Ink.ERROR)
 
     def show(self, shown: Shown) -> None:
         """Show what has come since."""
@@ -263,9 +258,6 @@ class Panel:
         lease = self.front_end.lease
         if not lease.driver:
             return (DRIVE,)
-        if lease.driver != self.front_end.name:
+        if lease.driver != self.robot.name:
             return (ASK,)
         return (*((GIVE + lease.asking,) if lease.asking else ()), RELEASE)
-
-    def close(self) -> None:
-        self.hands.close()

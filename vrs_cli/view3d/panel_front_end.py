@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from html import escape
-from threading import Lock
+from threading import RLock
 from typing import NamedTuple
 
 from msgspec.structs import replace
@@ -50,7 +50,7 @@ class PanelTranscript:
     def __init__(self) -> None:
         self.version = 0
         self._entries: deque[TranscriptEntry] = deque(maxlen=MOST)
-        self._lock = Lock()
+        self._lock = RLock()
 
     def html(self) -> str:
         with self._lock:
@@ -67,10 +67,10 @@ class PanelTranscript:
 
     def reply(self, reply: Reply) -> None:
         shown = html((reply,)) if isinstance(reply, Plot) else blocks_html(_shortened(blocks(reply, PIPE)))
-        self._put(shown)
+        self._add(TranscriptEntry(shown))
 
     def note(self, text: str, ink: Ink = Ink.NOTE) -> None:
-        self._put(f"<pre>{pieces_html(line(text, ink).pieces)}</pre>")
+        self._add(TranscriptEntry(f"<pre>{pieces_html(line(text, ink).pieces)}</pre>"))
 
     def type(self, text: str, newline: bool) -> None:
         """Add what a program TYPEs; a line may come in parts."""
@@ -79,13 +79,10 @@ class PanelTranscript:
             whole = (before + text)[:MAX_TYPED_CHARS]
             self._add(TranscriptEntry(f"<pre>{escape(whole)}</pre>", "" if newline else whole))
 
-    def _put(self, text: str) -> None:
-        with self._lock:
-            self._add(TranscriptEntry(text))
-
     def _add(self, entry: TranscriptEntry) -> None:
-        self._entries.append(entry)
-        self.version += 1
+        with self._lock:
+            self._entries.append(entry)
+            self.version += 1
 
 
 def _shortened(shown: Iterable[Block]) -> Iterator[Block]:
@@ -138,18 +135,9 @@ class PanelFrontEnd:
         self.attend()
 
     @property
-    def name(self) -> str:
-        return self.robot.name
-
-    @property
-    def status(self) -> PromptStatus:
-        """The status that stands around the prompt."""
-        return self.robot.status()
-
-    @property
     def may_drive(self) -> bool:
         """Return whether nobody else drives."""
-        return self.lease.driver in ("", self.name)
+        return self.lease.driver in ("", self.robot.name)
 
     @property
     def question(self) -> Asked | None:
@@ -176,7 +164,7 @@ class PanelFrontEnd:
 
     def command(self, text: str, again: str = "") -> None:
         """Send a line that the user typed, or that a button stands for. `again` as in `Transcript.echo`."""
-        self.transcript.echo(self.status.prompt, text, again)
+        self.transcript.echo(self.robot.status().prompt, text, again)
         self._do(lambda id: Line(id, text), text)
 
     def load(self, name: str, data: bytes) -> None:
@@ -252,8 +240,10 @@ class PanelFrontEnd:
                     self.explained(reply)
             case messages.Typed(text, newline):
                 self.transcript.type(text, newline)
+            case Asked() if isinstance(message.question, OnScreen):  # it fills a screen, which a panel has not
+                self.robot.tell(messages.Answer(message.number, None))
             case Asked():
-                self._ask(message)
+                self._questions[message.number] = message
             case messages.Withdrawn(number):
                 self._questions.pop(number, None)
             case messages.Status(around):
@@ -266,14 +256,11 @@ class PanelFrontEnd:
             case messages.Lease():
                 self._leased(message)
             case messages.Welcome(resumed=resumed):
-                self._welcomed(resumed=resumed)
-
-    def _ask(self, asked: Asked) -> None:
-        """Keep a question; one that fills a screen is left, as a panel has no screen."""
-        if isinstance(asked.question, OnScreen):
-            self.robot.tell(messages.Answer(asked.number, None))
-        else:
-            self._questions[asked.number] = asked
+                if not resumed:
+                    self._questions.clear()
+                self.note("connected again")
+                self._attends = False
+                self.attend()
 
     def _see(self, status: PromptStatus) -> None:
         self.lease = self.lease._replace(driver=status.driver)
@@ -299,21 +286,14 @@ class PanelFrontEnd:
         """Tell who drives, and notices of the lease."""
         notice, before = told.notice, self.lease
         asking = before.asking if told.holder == before.driver else ""
-        concerned = isinstance(notice, Requested | Lost) and notice.of == self.name
+        concerned = isinstance(notice, Requested | Lost) and notice.of == self.robot.name
         if isinstance(notice, Requested) and concerned:
             asking = notice.by
-        if text := notice_text(notice, self.name):
+        if text := notice_text(notice, self.robot.name):
             self.note(text, Ink.WARNING if concerned else Ink.NOTE)
         elif told.holder != before.driver:
             self.note(self.who_drives(told.holder))
         self.lease = PanelLease(told.holder, asking)
 
     def who_drives(self, driver: str) -> str:
-        return "You drive" if driver == self.name else f"{driver or 'Nobody'} drives"
-
-    def _welcomed(self, *, resumed: bool) -> None:
-        if not resumed:
-            self._questions.clear()
-        self.note("connected again")
-        self._attends = False
-        self.attend()
+        return "You drive" if driver == self.robot.name else f"{driver or 'Nobody'} drives"

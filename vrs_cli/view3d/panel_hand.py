@@ -14,7 +14,6 @@ and while the robot is shown as it is now. What is dragged may be kept: a place 
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import Enum
 from functools import partial
 from math import degrees, inf, radians
 
@@ -35,7 +34,7 @@ from vrs_cli.render.colours import Ink
 from vrs_cli.values.acts import Surveyed
 from vrs_cli.values.hand import Axis, DragState, Frame, Limit, Press, Seen, StopJog
 from vrs_cli.view3d.panel_front_end import PanelFrontEnd
-from vrs_cli.view3d.parts import Act, Hands, OneOf, Shown, boxed, place, put, transform_of
+from vrs_cli.view3d.parts import Act, Hands, Shown, add_choice, boxed, place, put, transform_of
 from vrs_cli.view3d.window import RobotWindow
 
 RESTS = 0.2  # [s] after which a slider that is moved no more is meant
@@ -45,6 +44,7 @@ LEAST = 0.05  # [mm, deg] that a slider is to move
 JOG = "JOG"
 WORLD, TOOL, JOINTS = "World", "Tool", "Joints"
 MINUS, PLUS = "\N{MINUS SIGN}", "+"
+HINT = "Click: a step. Hold it down: the arm moves until it is let go"
 AXES = {WORLD: ("X", "Y", "Z", "RX", "RY", "RZ"), TOOL: ("TX", "TY", "TZ", "TRX", "TRY", "TRZ")}
 FRAMES = {WORLD: Frame.WORLD, TOOL: Frame.TOOL, JOINTS: Frame.JOINT}
 USUAL_STEP, USUAL_SPEED = "10", "10"
@@ -154,24 +154,21 @@ class HandPanel:
             for number in range(1, arm.model.joint_count + 1):
                 low, high, begin = slider_range(arm.model, number)
                 self.joints.append(Slider(gui.add_slider(f"Joint {number}", low, high, 0.1, begin)))
-            OneOf(gui, hands, JOG, (WORLD, TOOL, JOINTS), self._choose)
+            add_choice(gui, hands, JOG, (WORLD, TOOL, JOINTS), self._choose)
             self.axis = gui.add_button_group("Axis", AXES[WORLD])
-            self.buttons = [self._add_button(gui, hands, way) for way in (MINUS, PLUS)]
+            self.buttons = []
+            let_go = partial(self._do, StopJog())
+            for way, sign in ((MINUS, -1.0), (PLUS, 1.0)):
+                button = gui.add_button(f"{way} {AXES[WORLD][0]}", hint=HINT)
+                hold, step = partial(self._hold, sign), partial(self._step, sign)
+                self.buttons.append(HeldButton(button, hands, wall, hold, let_go, step))
             steps = tuple(plain(step) for step in STEPS)
             self.step = gui.add_dropdown("Click mm, deg", steps, initial_value=USUAL_STEP)
             speeds = tuple(plain(speed) for speed in SPEEDS if speed <= FASTEST)
             self.pace = gui.add_dropdown("Hold %", speeds, initial_value=USUAL_SPEED)
-        hands.on(self.speed.handle, partial(self._move, self.speed))
-        for joint in self.joints:
-            hands.on(joint.handle, partial(self._move, joint))
+        for slider in (self.speed, *self.joints):
+            hands.on(slider.handle, partial(self._move, slider))
         hands.on(self.axis, self._choose_axis)
-
-    def _add_button(self, gui: viser.GuiApi, hands: Hands, way: str) -> HeldButton:
-        sign = 1.0 if way == PLUS else -1.0
-        hint = "Click: a step. Hold it down: the arm moves until it is let go"
-        hold, step = partial(self._hold, sign), partial(self._step, sign)
-        button = gui.add_button(f"{way} {AXES[WORLD][0]}", hint=hint)
-        return HeldButton(button, hands, self._wall, hold, self._let_go, step)
 
     # --- what is done ---
 
@@ -208,9 +205,6 @@ class HandPanel:
         """A little farther."""
         axis, speed = Axis(FRAMES[self._frame], self._index), float(self.pace.value)
         self._do(Press(axis, round(sign * FARTHER * speed / 100.0 * full_speed(self._arm.model, axis), 3), speed))
-
-    def _let_go(self) -> None:
-        self._do(StopJog())
 
     def _do(self, act: Press | StopJog) -> None:
         """Move or stop the arm; a remark about it is noted once."""
@@ -271,14 +265,7 @@ VISIBLE = 5e-4  # [m] that a tool is away from its wish, to be told
 RED = (214, 58, 46)
 TOLERANCE = Tolerance(0.002, radians(1.0))
 RECORD, END = "Record a program", "End the program"
-
-
-class Moves(Enum):
-    """The motions that the gizmo allows; the value is the name on the screen."""
-
-    BOTH = "Both"
-    MOVE = "Move"
-    TURN = "Turn"
+BOTH, MOVE, TURN = "Both", "Move", "Turn"  # the motions that the gizmo allows
 
 
 class Gizmo:
@@ -300,27 +287,23 @@ class Gizmo:
         self._said: Transform | None = None
         self._said_at = -inf
         self._began: float | None = None  # [s] when recording began
-        self._add_controls(window.client.gui, hands)
-        self.node.on_update(self._pull)
-        robot.listen(self._hear)
-
-    def _add_controls(self, gui: viser.GuiApi, hands: Hands) -> None:
+        gui = window.client.gui
         self.on = gui.add_checkbox("Gizmo at the tool (G)", initial_value=True)
-        OneOf(gui, hands, "Axes", (TOOL, WORLD), partial(setattr, self, "_along"))
-        OneOf(gui, hands, "Drag", tuple(moves.value for moves in Moves), self._choose)
+        add_choice(gui, hands, "Axes", (TOOL, WORLD), partial(setattr, self, "_along"))
+        add_choice(gui, hands, "Drag", (BOTH, MOVE, TURN), self._choose)
         self.why = gui.add_html("")
         self.name = gui.add_text("Name", "part")
         self.here = gui.add_button("HERE", hint="Keep the place under this name")
         self.record = gui.add_button(RECORD, hint="Of what is dragged, under this name", icon=viser.Icon.PLAYER_RECORD)
-        hands.on(self.here, lambda _: self._front_end.command(f"HERE {self._named()}"))
+        hands.on(self.here, lambda _: front_end.command(f"HERE {self._named()}"))
         hands.on(self.record, lambda _: self._record())
         toggle = gui.add_command("Drag the tool, or not", hotkey="G")
-        toggle.on_trigger(self._window.doing(lambda: put(self.on, value=not self.on.value)))
+        toggle.on_trigger(window.doing(lambda: put(self.on, value=not self.on.value)))
+        self.node.on_update(self._pull)
+        robot.listen(self._hear)
 
-    def _choose(self, said: str) -> None:
-        moves = Moves(said)
-        put(self.node, disable_axes=moves is Moves.TURN, disable_sliders=moves is Moves.TURN)
-        put(self.node, disable_rotations=moves is Moves.MOVE)
+    def _choose(self, drag: str) -> None:
+        put(self.node, disable_axes=drag == TURN, disable_sliders=drag == TURN, disable_rotations=drag == MOVE)
 
     # --- dragging ---
 
@@ -348,29 +331,25 @@ class Gizmo:
         """Forget the wish, until the gizmo is taken again."""
         self._drag_control = self._wish = self._said = None
 
-    def _tell(self) -> None:
-        """The newest wish, once a tick at most."""
-        wish, wall = self._wish, self._window.wall()
-        if wish is not None:
-            self._window.again(wall + AGAIN)
-        if wish is not None and (wish != self._said or wall > self._said_at + AGAIN):
-            self._said, self._said_at = wish, wall
-            self._wish_at(wish)
-
     def _hear(self, message: messages.ServerMessage) -> None:
         """Hear a message, in the thread of the connection."""
         if isinstance(message, messages.Pulled):
             before, self.pulled = self.pulled, message.state
-            if message.state.why and before.by == self._front_end.name:
+            if message.state.why and before.by == self._robot.name:
                 self._front_end.note(f"The tool is let go: {message.state.why}")
 
     # --- showing ---
 
     def show(self, shown: Shown) -> None:
-        self._tell()
+        wish, wall = self._wish, self._window.wall()
+        if wish is not None:
+            self._window.again(wall + AGAIN)
+            if wish != self._said or wall > self._said_at + AGAIN:
+                self._said, self._said_at = wish, wall
+                self._wish_at(wish)
         live, dragged = self._window.playback.follows, self._drag_control is not None
         tool = self._tool = shown.position.T_world_tool
-        may = self._robot.open and self._front_end.may_drive and self.pulled.by in ("", self._front_end.name)
+        may = self._robot.open and self._front_end.may_drive and self.pulled.by in ("", self._robot.name)
         put(self.node, visible=bool(self.on.value) and may and (live or dragged))
         if not dragged:
             along_tool = self._along == TOOL
@@ -392,7 +371,7 @@ class Gizmo:
             frames = shown.arm.frames(shown.position.joints)
             place(self.ball, compose(inverse(shown.frames.base), frames[joint - 1]))
         put(self.ball, visible=bool(joint))
-        ours = pulled.by in ("", self._front_end.name)
+        ours = pulled.by in ("", self._robot.name)
         follows = "The tool follows the gizmo" if ours else "Somebody else drags the tool"
         put(self.why, content=boxed(text or follows))
 

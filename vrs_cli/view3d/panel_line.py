@@ -57,16 +57,12 @@ class TypingField:
             self.text = text
             self._taken = self._taken if late else ""
             return TypedText(None, text if late else None)
-        ended, rest = self._ended(text)
+        if text.count("\n") == 1 and text.replace("\n", "") == self.text:
+            ended, rest = self.text, ""  # Enter in the middle of a line ends all of it
+        else:
+            ended, _, rest = text.rpartition("\n")
         self.text, self._taken, self._taken_at, self._rest = rest, value, wall, rest
         return TypedText(ended, rest)
-
-    def _ended(self, text: str) -> tuple[str, str]:
-        """The lines that are ended, and the rest. Enter in the middle of a line ends all of it."""
-        if text.count("\n") == 1 and text.replace("\n", "") == self.text:
-            return self.text, ""
-        ended, _, rest = text.rpartition("\n")
-        return ended, rest
 
 
 SUGGESTED = 8  # words at most
@@ -105,12 +101,11 @@ class CommandLine:
         self.mistake = gui.add_html("", visible=False)
         self.recall = gui.add_button_group("Go back", (EARLIER, LATER, UNDO, REDO))
         self.said = gui.add_html("")
-        do = self._hands.on
-        do(self.field, self._typed)
-        do(self.answer, self._answered)
-        do(self.words, self._accept)
-        do(self.yes_no, lambda chosen: self._give(chosen == YES))
-        do(self.recall, self._recall)
+        hands.on(self.field, self._typed)
+        hands.on(self.answer, self._answered)
+        hands.on(self.words, self._accept)
+        hands.on(self.yes_no, lambda chosen: self._give(chosen == YES))
+        hands.on(self.recall, self._recall)
 
     # --- typing ---
 
@@ -156,8 +151,8 @@ class CommandLine:
         self._lines.clear()
         if not self._typing.text:
             self.put(checking.text)
-        self.mistake.content = boxed(html((DiagnosticsReport((Diagnosed(mistake, checking.text),)),)))
-        self.mistake.visible = True
+        report = DiagnosticsReport((Diagnosed(mistake, checking.text),))
+        put(self.mistake, content=boxed(html((report,))), visible=True)
 
     def drop(self) -> None:
         """Lines that are not sent yet, and will not be."""
@@ -237,7 +232,7 @@ class CommandLine:
             checking = self._checking
             self._hands.do(lambda: self._checked(checking, None))  # the robot has enough to do
         self._show_question()
-        status = self._front_end.status
+        status = self._front_end.robot.status()
         put(self.field, label=status.prompt.strip() if status.in_program else LABEL)
         transcript = self._front_end.transcript
         if transcript.version != self._version:

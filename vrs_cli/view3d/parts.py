@@ -256,23 +256,19 @@ class Hands:
         self._thread.shutdown(wait=False, cancel_futures=True)
 
 
-class OneOf:
-    """Buttons of which the one that was pressed last is lit, the first at first; `act` is given its name."""
+def add_choice(gui: viser.GuiApi, hands: Hands, label: str, names: Sequence[str], act: Callable[[str], object]) -> None:
+    """Add buttons of which the one that was pressed last is lit, the first at first; `act` is given its name."""
 
-    def __init__(
-        self, gui: viser.GuiApi, hands: Hands, label: str, names: Sequence[str], act: Callable[[str], object]
-    ) -> None:
-        self._names, self._act = names, act
-        self._handle = gui.add_button_group(label, self._lamps(names[0]))
-        hands.on(self._handle, self._choose)
+    def lamps(lit: str) -> tuple[str, ...]:
+        return tuple(f"{ON if name == lit else OFF} {name}" for name in names)
 
-    def _choose(self, pressed: str) -> None:
+    def choose(pressed: str) -> None:
         name = pressed.removeprefix(ON).removeprefix(OFF).strip()
-        put(self._handle, options=self._lamps(name))
-        self._act(name)
+        put(handle, options=lamps(name))
+        act(name)
 
-    def _lamps(self, lit: str) -> tuple[str, ...]:
-        return tuple(f"{ON if name == lit else OFF} {name}" for name in self._names)
+    handle = gui.add_button_group(label, lamps(names[0]))
+    hands.on(handle, choose)
 
 
 def boxed(content: str) -> str:

@@ -225,10 +225,8 @@ class RobotWindow:
         def do(event: Any) -> None:
             try:
                 act(event)
-            except VrsError as refused:
-                self.tell(str(refused))
             except Exception as error:
-                self.tell(internal_error(error).text)
+                self.tell(error_text(error))
             self.wake()
 
         return do
@@ -246,6 +244,11 @@ class RobotWindow:
             close()
         if self.robot is not None:
             self.robot.close()
+
+
+def error_text(error: Exception) -> str:
+    """What is refused, or that something is wrong in vrs itself, with a report in a file."""
+    return str(error) if isinstance(error, VrsError) else internal_error(error).text
 
 
 def _rests(shown: Shown) -> float:
