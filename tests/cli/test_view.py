@@ -241,3 +241,20 @@ def test_a_trajectory_is_on_a_page(tmp_path: Path) -> None:
     with started(tmp_path, "t.vrst", "--rate", "0.5") as (_process, address), Page(address) as page:
         page.until(lambda: "t.vrst" in str(page.of("SetGuiPanelLabelMessage")))
         page.until(lambda: "0.5 x" in page.told_of_time())
+
+
+def test_the_cell_of_a_program_is_around_its_robot_and_on_the_page(tmp_path: Path) -> None:
+    (tmp_path / "take.v2").write_text(".PROGRAM take\nWAIT SIG(1001)\nDRIVE 1, 20, 100\n.END\n")
+    (tmp_path / "take.toml").write_text(
+        '[[part]]\nname = "box"\nshape = "box"\nsize = [40, 40, 60]\nat = [0, 550, -250]\n'
+        '[[sensor]]\nname = "there"\nsignal = 1001\nkind = "beam"\nfrom = [-100, 550, -250]\nto = [100, 550, -250]\n'
+    )
+    with started(tmp_path, "take.v2") as (process, address):
+        with Page(address) as page:
+            page.until(lambda: "DRIVE 1, 20, 100" in page.html())
+            names = {message.get("name") for message in page.told}
+            assert {"/cell/box", "/cell/sensors/0"} <= names
+        process.terminate()
+        assert process.wait(PATIENCE) == 0
+        assert process.stderr is not None
+        assert process.stderr.read() == "vrs view: the cell is take.toml (beside take.v2)\n"

@@ -10,6 +10,7 @@ from argparse import Namespace
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from importlib.util import find_spec
+from math import inf
 from pathlib import Path
 from threading import Thread
 from typing import TYPE_CHECKING
@@ -28,7 +29,7 @@ from vrs_cli.cli.command_line import (
 from vrs_cli.cli.connections import ADDRESS, CONNECTION, client_of, duration, signal_comes, token_of
 from vrs_cli.cli.connections import EPILOG as TOKENS
 from vrs_cli.cli.serve import port
-from vrs_cli.cli.sources import LENIENT, is_program, is_recording, read_recording, read_source, robot_of
+from vrs_cli.cli.sources import LENIENT, cell_file, is_program, is_recording, read_recording, read_source, robot_of
 from vrs_cli.errors import UsageError
 from vrs_cli.extras import how_to_install
 from vrs_cli.repl.shell import on_terminal
@@ -36,6 +37,7 @@ from vrs_cli.repl.shell import on_terminal
 if TYPE_CHECKING:
     from vrs_cli.engine.position import Watched
     from vrs_cli.kinematics.model import RobotModel
+    from vrs_cli.language.run.signals import Cell
     from vrs_cli.net.client import Client
     from vrs_cli.net.far_end import Ahead
     from vrs_cli.net.messages import ServerMessage
@@ -45,13 +47,17 @@ if TYPE_CHECKING:
     from vrs_cli.view3d.window import RobotWindow
 
 
+CELL_HELP = (
+    "what is around the robot of the browser: parts, fixtures and sensors "
+    "(default: of a program file, as in vrs run; else nothing)"
+)
 EPILOG = f"""\
 In the browser: a new robot, which the VAL-II shell in this terminal drives too;
 one that executes a program; a trajectory; a robot that is served.
 
   vrs view
   vrs view pick.v2 --rate 0.5
-  vrs view day.vrst
+  vrs view day.vrst --cell day.toml
   vrs view ws://127.0.0.1:8765
 
 The page is for this machine alone. Ctrl-C, or SIGTERM, ends it (in the shell: EXIT).
@@ -107,6 +113,7 @@ def view_parser(prog: str) -> Parser:
             option("--host", default="127.0.0.1", help="an address of this machine alone (default: 127.0.0.1)"),
         ),
         *ROBOT,
+        option("--cell", metavar="CELL.toml", help=CELL_HELP),
         option("--rate", metavar="R", type=clock_rate, default=1.0, help="seconds of it in one (default: 1)"),
         option("--no-run", action="store_true", help="load the file, and execute nothing"),
         option(
@@ -223,18 +230,25 @@ def show(options: argparse.Namespace) -> int:
     if find_spec("viser") is None:
         raise CommandLineError("a view in the browser needs viser", how_to_install("viser"))
     first: First = nothing
+    cell = None if options.cell is None else _read_cell(options.cell)
     with ExitStack() as stack:
         if not options.url:
-            return _with_shell(options, stack)
+            return _with_shell(options, stack, cell)
         if is_recording(options.url):
             hold = _recorded(options)
         elif is_program(options.url):
-            hold, first = _program(options, stack)
+            hold, first, cell = _program(options, stack)
         else:
             hold = _afar(options)
-        _open(options, stack, _door(options), hold, first)
+        _open(options, stack, _door(options), hold, cell, first)
         asyncio.run(signal_comes())
     return 0
+
+
+def _read_cell(path: str) -> Cell:
+    from vrs_cli.files.cell_file import read_cell
+
+    return read_cell(path)
 
 
 def nothing(_window: RobotWindow) -> None:
@@ -259,12 +273,14 @@ def _door(options: argparse.Namespace) -> Door:
     return door
 
 
-def _open(options: argparse.Namespace, stack: ExitStack, door: Door, hold: Hold, first: First = nothing) -> None:
+def _open(
+    options: argparse.Namespace, stack: ExitStack, door: Door, hold: Hold, cell: Cell | None, first: First = nothing
+) -> None:
     """The page is there, until the stack is left."""
     from vrs_cli.view3d.app import App
 
     title = Path(options.url).name if is_recording(options.url or "") else ""
-    app = App(hold, door=door, title=title, rate=options.rate, first=first, tell=teller(options.prog))
+    app = App(hold, door=door, title=title, rate=options.rate, cell=cell, first=first, tell=teller(options.prog))
     stack.callback(app.close)
 
 
@@ -292,9 +308,10 @@ def _afar(options: argparse.Namespace) -> Hold:
     from vrs_cli.net.socket_port import SocketPort
 
     hello = hello_of(token_of(options.token_file), name=options.name or "browser", attended=True)
+    window = options.window if options.cell is None else inf  # where parts are follows from all that was done
 
     def hold(told: Told) -> SocketPort:
-        robot = SocketPort.connect(options.url, hello, ca=options.ca, told=told, window=options.window)
+        robot = SocketPort.connect(options.url, hello, ca=options.ca, told=told, window=window)
         robot.far.ahead = options.ahead
         return robot
 
@@ -305,24 +322,28 @@ def _afar(options: argparse.Namespace) -> Hold:
     return hold
 
 
-def _hosted(options: argparse.Namespace, stack: ExitStack, model: RobotModel) -> Hosted:
+def _hosted(options: argparse.Namespace, stack: ExitStack, model: RobotModel, cell: Cell | None) -> Hosted:
     """A new robot, in real time."""
     from vrs_cli.view3d.hosted import Hosted
 
-    hosted = Hosted(model, rate=options.rate, folder=Path.cwd(), tell=teller(options.prog))
+    hosted = Hosted(model, rate=options.rate, folder=Path.cwd(), cell=cell, tell=teller(options.prog))
     stack.callback(hosted.close)
     return hosted
 
 
-def _program(options: argparse.Namespace, stack: ExitStack) -> tuple[Hold, First]:
-    """A new robot with the programs of a file; the first browser executes the first of them. Raises FileError, and what
-    is wrong with the file.
+def _program(options: argparse.Namespace, stack: ExitStack) -> tuple[Hold, First, Cell | None]:
+    """A new robot with the programs of a file, and the cell around it; the first browser executes the first of them.
+    Raises FileError, and what is wrong with the file.
     """
     from vrs_cli.interfaces.roles.supervisor import Supervisor
     from vrs_cli.view3d.hosted import SHELL
 
     source = read_source(options.url)
-    hosted = _hosted(options, stack, chosen_robot(options, robot_of(options.prog, source)))
+    found = cell_file(options, source)
+    cell = None if found is None else _read_cell(found[0])
+    if found is not None and options.cell is None:
+        teller(options.prog)("the cell is {} ({})".format(*found))
+    hosted = _hosted(options, stack, chosen_robot(options, robot_of(options.prog, source)), cell)
     loading = Supervisor(hosted.hold(SHELL))
     try:
         names = loading.define(source.text, f"{source.path}:")
@@ -332,15 +353,15 @@ def _program(options: argparse.Namespace, stack: ExitStack) -> tuple[Hold, First
     def execute(window: RobotWindow) -> None:
         window.type(f"EXECUTE {names[0]}")
 
-    return hosted.hold_for_browser, execute if names and not options.no_run else nothing
+    return hosted.hold_for_browser, execute if names and not options.no_run else nothing, cell
 
 
-def _with_shell(options: argparse.Namespace, stack: ExitStack) -> int:
+def _with_shell(options: argparse.Namespace, stack: ExitStack, cell: Cell | None) -> int:
     """A new robot, and the shell at it; on a pipe, the page stays when the lines are done."""
     model = chosen_robot(options)
     door = _door(options)
-    hosted = _hosted(options, stack, model)
-    _open(options, stack, door, hosted.hold_for_browser)
+    hosted = _hosted(options, stack, model, cell)
+    _open(options, stack, door, hosted.hold_for_browser, cell)
     from vrs_cli.net.socket_port import SocketPort
     from vrs_cli.repl.connection import Remote
     from vrs_cli.repl.shell import at, on_terminal

@@ -34,6 +34,7 @@ from vrs_cli.interfaces.session.session import Session
 from vrs_cli.interfaces.station.lease import Notice, RobotLease
 from vrs_cli.interfaces.station.user_state import UserState
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.language.run.signals import Cell
 from vrs_cli.language.text.ast import Instruction, ProgramHeader
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.words.word import Role
@@ -122,7 +123,8 @@ class Driving:
 class Plan(Struct, frozen=True):
     """How a robot is served. `journal`: the file for its timeline, None for none; `folder`: its files. `one_user`: all
     who hold it are the same person, so only a user who asks for the lease takes it. `idle`: a robot that nobody has
-    held or watched for so long [s] is paused. `reach`: how much of what is in the journal stays in memory, too.
+    held or watched for so long [s] is paused. `reach`: how much of what is in the journal stays in memory, too. `cell`:
+    what is around it.
     """
 
     model: RobotModel
@@ -135,6 +137,7 @@ class Plan(Struct, frozen=True):
     one_user: bool = False
     idle: float = inf
     reach: WindowSize = WindowSize()
+    cell: Cell | None = None
 
 
 class _LeasedSession(Session):
@@ -185,6 +188,8 @@ class ServedRobot:
         self._memory: MemoryFile | None = None
         self.durable_log = self._durable_log()
         engine = self.session.engine
+        if plan.cell is not None:
+            self.session.driver.surround(plan.cell)
         if plan.causality:
             engine.perform(SetParameter("CAUSALITY", plan.causality))
         self._self = UserSession(self.session, UserState())

@@ -6,13 +6,16 @@ import asyncio
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
+from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from vrs_cli.kinematics.model import RobotModel
+from vrs_cli.language.run.signals import Cell
 from vrs_cli.net.audit import Audit
 from vrs_cli.net.client import Client, hello_of
 from vrs_cli.net.limits import UNMEASURED, Allowance
+from vrs_cli.net.mirror import WINDOW
 from vrs_cli.net.room import Hub, RobotFolders
 from vrs_cli.net.served_robot import Plan
 from vrs_cli.net.server import ListenAddress, Server
@@ -26,7 +29,7 @@ OPENING = 10.0  # [s] until it listens
 class Hosted:
     """Serves one robot on a free port of this machine. `url` and `tokens`, by who they are for, are what it takes to
     hold it; who does is one user, and does not have to let himself drive. `folder`: its files; `rate`: seconds of its
-    time in one second, None for virtual time.
+    time in one second, None for virtual time; `cell`: what is around it, for which all of its past is kept.
     """
 
     def __init__(
@@ -35,9 +38,10 @@ class Hosted:
         *,
         rate: float | None = 1.0,
         folder: Path | None = None,
+        cell: Cell | None = None,
         tell: Callable[[str], None] = lambda _text: None,
     ) -> None:
-        self._left = ExitStack()
+        self._left, self._window = ExitStack(), WINDOW if cell is None else inf
         try:
             here = Path(self._left.enter_context(TemporaryDirectory(prefix="vrs-")))
             self.tokens = add_tokens(here / "tokens.toml", (BROWSER, SHELL))
@@ -46,7 +50,7 @@ class Hosted:
             server = Server(
                 ListenAddress("127.0.0.1", 0), allowance, audit, TokenFile(here / "tokens.toml", (model.name,)), tell
             )
-            plan = Plan(model, folder or here, realtime=rate, allowance=allowance, one_user=True)
+            plan = Plan(model, folder or here, realtime=rate, allowance=allowance, one_user=True, cell=cell)
             hub = Hub(
                 {model.name: model}, RobotFolders(None, folder or here, only=True), plan, audit, server.wake, tell
             )
@@ -67,7 +71,8 @@ class Hosted:
 
     def hold(self, who: str, told: Callable[[str], None] = lambda _text: None) -> SocketPort:
         """Take hold of it. Raises RequestRefused."""
-        return SocketPort.connect(self.url, hello_of(self.tokens[who], attended=who == BROWSER), told=told)
+        hello = hello_of(self.tokens[who], attended=who == BROWSER)
+        return SocketPort.connect(self.url, hello, told=told, window=self._window)
 
     def hold_for_browser(self, told: Callable[[str], None]) -> SocketPort:
         return self.hold(BROWSER, told)
