@@ -35,6 +35,7 @@ from vrs_cli.kinematics.transform import (
     cross,
     inverse,
     length,
+    moved_point,
     position,
     rotate,
     rotation_about,
@@ -190,9 +191,7 @@ class _Search:
 
 def pace_of(path: CartesianPath, lasting: float, hand: Hand, T_tool_flange: Transform) -> HandPace:
     """Return upper bounds of how fast the hand moves and turns."""
-    x, y, z = hand.centre
-    lever = rotate(T_tool_flange, (x, y, z))
-    lever = lever[0] + T_tool_flange.px, lever[1] + T_tool_flange.py, lever[2] + T_tool_flange.pz
+    lever = moved_point(T_tool_flange, hand.centre)
     approach = rotate(T_tool_flange, hand.approach)
     rows: Sequence[Polynomial] = path.position
     if hand.T_axis_base is not IDENTITY:

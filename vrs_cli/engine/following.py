@@ -24,6 +24,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import LIMIT_TOLERANCE, Configuration, Joints, Twist, joints_outside
 from vrs_cli.kinematics.model import ArmTask
 from vrs_cli.kinematics.transform import IDENTITY, Transform, compose, inverse, position
+from vrs_cli.trajectory.polynomial import halved
 from vrs_cli.trajectory.segment import CartesianPath
 
 SAMPLES = 8  # a stretch, before it is refined
@@ -165,13 +166,13 @@ class Follower:
 
     def _earliest(self, path: CartesianPath, good: Sample, until: float) -> MotionError:
         """The refusal where the line first leaves the reach or a range, after a good sample."""
-        low, high = good.s, until
-        for _ in range(EDGE_STEPS):
-            middle = 0.5 * (low + high)
-            joints = self.joints(path, middle, good.joints)
-            possible = joints is not None and self.arm.limits_ok(joints)
-            low, high = (middle, high) if possible else (low, middle)
-        return self._refusal(path, high, good.joints)
+
+        def possible(s: float) -> bool:
+            joints = self.joints(path, s, good.joints)
+            return joints is not None and self.arm.limits_ok(joints)
+
+        _, first = halved(possible, good.s, until, EDGE_STEPS)
+        return self._refusal(path, first, good.joints)
 
     def _close(self, a: Sample, b: Sample) -> bool:
         half = 0.5 * (b.s - a.s)

@@ -184,23 +184,20 @@ class StretchLoad:
         Derivatives", 1973, 5.2). It is at one of both where the parabola rises to there.
         """
         limit = self.limits.max_velocity[joint]
-        found = [before, self._sample(0.5 * (before.s + after.s), before.joints), after]
+        found = [before, self.follower.sample(self.path, 0.5 * (before.s + after.s), before.joints), after]
         for _ in range(PEAK_STEPS):
             top = _top_of(*((sample.s, abs(sample.velocity[joint])) for sample in found))
             if top is None or not found[0].s < top[0] < found[2].s:
                 break
             s, expected = top
             k = 1 + (s > found[1].s)
-            sample = self._sample(s, found[k - 1].joints)
+            sample = self.follower.sample(self.path, s, found[k - 1].joints)
             found.insert(k, sample)
             fastest = max((1, 2), key=lambda i: abs(found[i].velocity[joint]))
             found = found[fastest - 1 : fastest + 2]
             if abs(abs(sample.velocity[joint]) - expected) < AS_EXPECTED * limit:
                 break
         return max(found, key=lambda sample: abs(sample.velocity[joint]))
-
-    def _sample(self, s: float, near: Joints) -> Sample:
-        return self.follower.sample(self.path, s, near)
 
     # --- acceleration ---
 
@@ -243,7 +240,7 @@ class StretchLoad:
                 continue
             yield a.s, first
             if left and self._bent(a, b, first, last):
-                middle = self._sample(0.5 * (a.s + b.s), a.joints)
+                middle = self.follower.sample(self.path, 0.5 * (a.s + b.s), a.joints)
                 pending += (middle, b, left - 1), (a, middle, left - 1)
 
     def _bent(self, a: Sample, b: Sample, first: Joints, last: Joints) -> bool:
@@ -311,7 +308,7 @@ class StretchLoad:
             joint = _where_largest(ratios)
             worst, (_, bent) = ratios[joint], found[joint]
             if worst > NEAR_LIMIT and bent and left:
-                sample = self._sample(0.5 * (a.sample.s + b.sample.s), a.sample.joints)
+                sample = self.follower.sample(self.path, 0.5 * (a.sample.s + b.sample.s), a.sample.joints)
                 rates = self._known(joint_acceleration_and_jerk, sample)
                 if rates is not None:
                     middle = Moment(sample, *rates)

@@ -36,7 +36,7 @@ from vrs_cli.kinematics.transform import (
 from vrs_cli.trajectory.segment import CartesianPath, Segment, stops_on_the_way
 from vrs_cli.trajectory.state import JointState
 from vrs_cli.values.commands import Move, SetConfiguration
-from vrs_cli.values.motion import Frames, JointTarget, Motion, PoseTarget, Start
+from vrs_cli.values.motion import JointTarget, Motion, PoseTarget, Start
 from vrs_cli.values.results import LineCheck, Option, Overrun, Reach, WayOut
 
 SIDEWAYS = (0.05, 0.1, 0.2, 0.3, 0.4)  # [m] how far from the line a via point is tried
@@ -52,20 +52,16 @@ class Standpoint(Struct, frozen=True):
     before: Motion
 
     @property
-    def frames(self) -> Frames:
-        return self.before.frames
-
-    @property
     def configuration(self) -> Configuration:
         return self.arm.configuration(self.here)
 
     def tool(self, joints: Joints) -> Transform:
         """Return T_robot_tool of joints."""
-        return compose(self.arm.forward(joints), self.frames.tool)
+        return compose(self.arm.forward(joints), self.before.frames.tool)
 
     def resolved(self, target: PoseTarget | JointTarget, straight: bool = False) -> Goal:
         """Return where a motion to a target goes. Raises as `targets.resolve` does."""
-        return resolve(self.arm, self.settings, Move(target, straight), self.frames, self.here, self.here)
+        return resolve(self.arm, self.settings, Move(target, straight), self.before.frames, self.here, self.here)
 
     def line(self, pose: Transform, *, once: bool = True) -> Motion:
         """Return the motion MOVES to T_robot_tool, with the settings for the next motion, or with those after it."""
@@ -106,7 +102,7 @@ def _ways_out(stand: Standpoint, begin: Transform, end: Transform, *, reachable:
     if not stand.settings.configuration.words_beside((stand.configuration,)):  # else no line goes to a transformation
         via = next((via for via in _beside(begin, end) if _leads_by(stand, via, end)), None)
         if via is not None:
-            yield WayOut(via=compose(inverse(stand.frames.base), via))
+            yield WayOut(via=compose(inverse(stand.before.frames.base), via))
     if reachable:
         yield WayOut()
 
@@ -117,7 +113,7 @@ def _leads_as(stand: Standpoint, words: Sequence[str], begin: Transform, end: Tr
     for flag in stand.arm.words:
         if flag.name in words:
             settings = settings.after(SetConfiguration(flag))
-    target = PoseTarget(compose(inverse(stand.frames.base), begin))
+    target = PoseTarget(compose(inverse(stand.before.frames.base), begin))
     try:
         moved = structs.replace(stand, settings=settings).resolved(target)
         structs.replace(stand, here=moved).planned(stand.line(end, once=False))
@@ -139,9 +135,9 @@ def _beside(begin: Transform, end: Transform) -> Iterator[Transform]:
 def _leads_by(stand: Standpoint, via: Transform, end: Transform) -> bool:
     """Return whether a line to a via point, and another one from there, are possible."""
     near: Joints | None = stand.here
-    arm, (way, *_) = stand.arm.holding(stand.frames.tool), stand.arm.line_ways(stand.here)
+    arm, (way, *_) = stand.arm.holding(stand.before.frames.tool), stand.arm.line_ways(stand.here)
     for pose in (via, end):  # seen sooner than in a plan
-        flange = compose(pose, inverse(stand.frames.tool))
+        flange = compose(pose, inverse(stand.before.frames.tool))
         near = near and arm.branch_joints(flange, way, near)
     if near is None:
         return False
@@ -169,15 +165,15 @@ def _across(way: Vector) -> Sequence[Vector]:
 
 def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
     """Why a target can be reached from a standpoint, or not. Raises IllegalValue for the joints of another robot."""
-    arm, holding = stand.arm, stand.arm.holding(stand.frames.tool)
+    arm, holding = stand.arm, stand.arm.holding(stand.before.frames.tool)
     options, goal = tuple[Option, ...](), None
     if isinstance(target, JointTarget):
         check_joint_count(arm.model, target.joints)
         pose = stand.tool(target.joints)
         goal = Option(arm.configuration(target.joints), target.joints, _overruns(arm, target.joints))
     else:
-        pose = compose(stand.frames.base, target.T_world_tool)
-        T_robot_flange = compose(pose, inverse(stand.frames.tool))
+        pose = compose(stand.before.frames.base, target.T_world_tool)
+        T_robot_flange = compose(pose, inverse(stand.before.frames.tool))
         options = tuple(_option(stand, T_robot_flange, solution) for solution in holding.inverse_all(T_robot_flange))
     chosen, reason = _chosen(stand, target, options)
     try:
@@ -186,7 +182,7 @@ def reach_of(stand: Standpoint, target: PoseTarget | JointTarget) -> Reach:
     except MotionError as error:  # no line goes there, wherever it begins
         far = dist(position(stand.tool(stand.here)), position(pose))
         line = LineCheck(far, None, str(error), None, (WayOut(),) if chosen is not None else ())
-    T_world_robot = inverse(stand.frames.base)
+    T_world_robot = inverse(stand.before.frames.base)
     begin, end = (position(compose(T_world_robot, T)) for T in (stand.tool(stand.here), pose))
     return Reach(options, goal, chosen, reason, line, begin, end)
 
@@ -196,7 +192,7 @@ def _option(stand: Standpoint, T_robot_flange: Transform, solution: Solution) ->
     if solution.joints is not None:
         return Option(c, solution.joints, _overruns(stand.arm, solution.joints))
     try:
-        stand.arm.holding(stand.frames.tool).select(T_robot_flange, stand.here, c)
+        stand.arm.holding(stand.before.frames.tool).select(T_robot_flange, stand.here, c)
     except LocationOutOfRange as error:
         return Option(c, None, too_far=error.beyond)
     except MotionError:

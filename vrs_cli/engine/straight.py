@@ -36,7 +36,7 @@ from vrs_cli.kinematics.transform import (
     subtracted,
 )
 from vrs_cli.trajectory.laws.law import LAWS, NoTimes
-from vrs_cli.trajectory.polynomial import value
+from vrs_cli.trajectory.polynomial import halved, value
 from vrs_cli.trajectory.segment import STILL, CartesianPath, Guide, Phase, Segment, ToolStretch, Turn, segments_of
 from vrs_cli.trajectory.state import GuideState, JointState, ToolLimits, ToolState
 from vrs_cli.values.motion import Motion
@@ -260,16 +260,15 @@ class _Line:
         """Return the instants of each stretch at which these parts of the line are done."""
         marks = []
         for stretch in stretches:
-            lasting, instants = stretch.duration, list[float]()
-            for part in parts:
-                if self._done(stretch, 0.0) < part < self._done(stretch, lasting):
-                    low, high = 0.0, lasting
-                    for _ in range(INSTANT_STEPS):
-                        middle = 0.5 * (low + high)
-                        low, high = (middle, high) if self._done(stretch, middle) < part else (low, middle)
-                    instants.append(high)
-            marks.append(tuple(instants))
+            lasting = stretch.duration
+            inside = [part for part in parts if self._done(stretch, 0.0) < part < self._done(stretch, lasting)]
+            marks.append(tuple(self._instant(stretch, part) for part in inside))
         return marks
+
+    def _instant(self, stretch: ToolStretch, part: float) -> float:
+        """Return the instant of a stretch at which this part of the line is done."""
+        _, instant = halved(lambda s: self._done(stretch, s) < part, 0.0, stretch.duration, INSTANT_STEPS)
+        return instant
 
     def _done(self, stretch: ToolStretch, s: float) -> float:
         """Return the part of the line that is done at an instant of a stretch."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 from math import inf, sqrt
 
@@ -109,6 +110,16 @@ def _zero_between(a: Polynomial, low: float, high: float) -> float:
         else:
             t, step = 0.5 * (low + high), high - low
     return t
+
+
+def halved(holds: Callable[[float], bool], low: float, high: float, steps: int) -> tuple[float, float]:
+    """Halve the way between a value at which something holds and one at which it does not; return both ends of what is
+    left.
+    """
+    for _ in range(steps):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low, high
 
 
 def turning_points(a: Polynomial, lasting: float) -> list[float]:

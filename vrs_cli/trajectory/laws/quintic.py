@@ -37,7 +37,7 @@ from vrs_cli.trajectory.laws.law import Law, NoTimes
 from vrs_cli.trajectory.laws.lspb_times import MARGIN
 from vrs_cli.trajectory.laws.scurve import spin_turns, straight_stop
 from vrs_cli.trajectory.laws.scurve_steering import joint_stops, steer, steered, steering_of
-from vrs_cli.trajectory.polynomial import Polynomial, derivative, most, shifted, value
+from vrs_cli.trajectory.polynomial import Polynomial, derivative, halved, most, shifted, value
 from vrs_cli.trajectory.segment import JointPath, Phase, Segment, ToolStretch, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, ToolLimits, ToolState
 from vrs_cli.values.motion import Motion
@@ -90,10 +90,8 @@ def from_motion(keeps: Callable[[float], bool], shortest: float) -> float:
         short, long = long, LONGER * long
     else:
         raise NoTimes("no time brings the motion to its target within the limits")
-    for _ in range(HALVINGS if long > short else 0):
-        middle = 0.5 * (short + long)
-        short, long = (short, middle) if keeps(middle) else (middle, long)
-    return _on_grid(long)
+    least, _ = halved(keeps, long, short, HALVINGS if long > short else 0)
+    return _on_grid(least)
 
 
 def _on_grid(lasting: float) -> float:

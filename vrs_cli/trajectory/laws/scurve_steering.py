@@ -26,7 +26,7 @@ from vrs_cli.trajectory.laws.law import Coming, Pieces, Row
 from vrs_cli.trajectory.laws.lspb import COASTING, SPARE
 from vrs_cli.trajectory.laws.lspb import joint_stops as stops_at_constant_acceleration
 from vrs_cli.trajectory.laws.scurve_times import ramps
-from vrs_cli.trajectory.polynomial import Polynomial, turns
+from vrs_cli.trajectory.polynomial import Polynomial, halved, turns
 from vrs_cli.trajectory.segment import JointPath, Path, Phase, Segment, segments_of
 from vrs_cli.trajectory.state import NEGLIGIBLE, JointLimits, JointState, Target
 from vrs_cli.values.motion import Motion
@@ -286,12 +286,7 @@ def _jerk(one: Joint, tick: float) -> float | None:
     near, far = (least, jerk) if beyond > 0 else (most, jerk)
     if _beyond(one, near, tick) == beyond:
         return None
-    for _ in range(HALVINGS):
-        middle = 0.5 * (near + far)
-        if _beyond(one, middle, tick) == beyond:
-            far = middle
-        else:
-            near = middle
+    near, _ = halved(lambda slower: _beyond(one, slower, tick) != beyond, near, far, HALVINGS)
     return None if _beyond(one, near, tick) else near
 
 
