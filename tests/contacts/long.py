@@ -1,12 +1,15 @@
-"""First contacts of random motions beside looks at all poses: `python -m tests.contacts.long MOTIONS SEED [ROBOT]`.
+"""First contacts of random motions beside looks at all poses.
 
-A hundred motions in each scene. Prints how far the times are apart, and the CPU time of a motion; status 1 where a
-touch that lasts for a millisecond is missed, or a time is more than a millisecond off.
+`python -m tests.contacts.long MOTIONS SEED [ROBOT [FIRST]]`: a hundred motions in each scene; those before number FIRST
+are made and not looked at, so that a part of a long run can be repeated. Prints how far the times are apart, and the
+CPU time of a motion; status 1 where a touch that lasts for a millisecond is missed, or a time is more than a
+millisecond off.
 """
 
 from __future__ import annotations
 
 import sys
+from itertools import islice
 from random import Random
 from statistics import mean, median
 from time import process_time
@@ -16,9 +19,10 @@ from tests.contacts.cases import cases, looked_at_all
 IN_SCENE = 100
 
 
-def main(count: int, seed: int, robot: str = "puma560") -> int:
+def main(count: int, seed: int, robot: str = "puma560", first: int = 0) -> int:
     spent, late, wrong = list[float](), list[float](), 0
-    for number, case in enumerate(cases(Random(seed), count, robot, IN_SCENE)):
+    made = enumerate(cases(Random(seed), first + count, robot, IN_SCENE))
+    for number, case in islice(made, first, None):
         case.found()  # the model of a new scene is made
         begun = process_time()
         found = case.found()
@@ -36,4 +40,4 @@ def main(count: int, seed: int, robot: str = "puma560") -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(int(sys.argv[1]), int(sys.argv[2]), *sys.argv[3:4]))
+    sys.exit(main(int(sys.argv[1]), int(sys.argv[2]), *sys.argv[3:4], *map(int, sys.argv[4:5])))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import pi
 from random import Random
 
 import pytest
@@ -13,14 +14,15 @@ from vrs_cli.contacts.checker import Checker, touching_at_rest
 from vrs_cli.contacts.stages import HeldPart, Stage
 from vrs_cli.engine.engine import Engine
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import Transform, translation
+from vrs_cli.kinematics.transform import IDENTITY, Transform, at_position, translation
 from vrs_cli.values.commands import Move
-from vrs_cli.values.motion import JointTarget
+from vrs_cli.values.motion import JointTarget, PoseTarget
 from vrs_cli.values.scene import BoxShape, CellScene, Fixture, ScenePart, Shape, SphereShape
 
 GREY = (0.5, 0.5, 0.5)
 PLANAR = "planar2"
 EXACT = 1e-3  # [s]
+HAND_LONG = 0.108  # [m]
 
 
 @pytest.mark.parametrize("robot", ["puma560", "cobra600"])
@@ -123,3 +125,33 @@ def test_named_poses_touch_nothing() -> None:
     for robot in ("puma560", "puma260", "so100"):
         pairs = touching_at_rest(load_robot(robot))
         assert (robot == "puma560") == (not pairs)
+
+
+def bounced(lift: float, *, held: bool) -> Case:
+    """The hand, or a rod in it, touches a wall in front, goes back, and then into the wall."""
+    engine = Engine(load_robot("puma560"))
+    engine.perform(Move(JointTarget((0.0, -0.4, 1.2, 0.0, pi / 2 - 0.8, 0.0)), False))
+    begin, T = engine.end, engine.position(engine.end).T_world_tool
+    for x in (-lift, 0.01):
+        engine.perform(Move(PoseTarget(at_position(T, T.px + x, T.py, T.pz)), True))
+    rod = ScenePart("rod", BoxShape((0.02, 0.02, 0.2)), IDENTITY, GREY, 1.0)
+    far = T.px + 0.01 + (0.2 if held else HAND_LONG)
+    wall = Fixture("wall", BoxShape((0.02, 0.1, 0.1)), translation(far, T.py, T.pz), GREY)
+    in_hand = HeldPart("rod", translation(0.0, 0.0, 0.1)) if held else None
+    stage = Stage(begin, engine.end, engine.frames, {}, in_hand, ([begin], [0.0]))
+    return Case(Checker(engine.arm, CellScene((rod,), (wall,))), engine.timeline, stage)
+
+
+@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("lift", [0.0007, 0.001, 0.002, 0.004])
+def test_second_touch_counts_however_short_the_time_apart(lift: float, held: bool) -> None:
+    case = bounced(lift, held=held)
+    found = case.found()
+    assert found is not None
+    assert (found.first, found.second) == (("wall", "rod") if held else ("hand", "wall"))
+    assert looked_at_all(case).agrees(found)
+
+
+@pytest.mark.parametrize("held", [False, True])
+def test_thing_that_does_not_come_apart_goes_on_being_excused(held: bool) -> None:
+    assert bounced(0.0003, held=held).found() is None

@@ -35,7 +35,9 @@ from vrs_cli.world.support import floor_height
 DEEP = 5e-4  # [m] a touch is deeper
 APART = 5e-4  # [m] two things that touched have come apart
 MARGIN = 0.03  # [m] beyond the distance that counts: pairs that are nearer are compared
-SLIDE = 5e-3  # [m] of a way after which a pair that touched is looked at again, whether it has come apart
+NUDGE = 1e-4  # [m] the shortest way after which a pair that touched is looked at again, to see it come apart
+SLIDE = 5e-3  # [m] the longest such way: of a pair that slides
+EVEN = 1e-4  # [m] a distance changes by no more from look to look where a pair slides
 BENT = 1e-4  # [m] a body is no farther from where it is on a straight line between two samples
 CLOSE = 6e-4  # [m] pairs so near to what counts are looked at with the exact joints
 TICK = 5e-4  # [s] the shortest step
@@ -218,6 +220,24 @@ class _Search:
         """Return how much farther apart a pair is than what counts [m]; infinite for one that does not count."""
         return distance - self._known(key)[2] if self._counts(key) else inf
 
+    def _close(self, key: int, distance: float) -> bool:
+        """Return whether the exact joints decide if a pair touches, or if it has come apart."""
+        owners = self._known(key)[0]
+        if owners in self.excused:
+            return abs(distance - self._apart(owners)) < BENT
+        return self._beyond(key, distance) < CLOSE
+
+    def _deepest(self, near: Iterable[tuple[int, float]]) -> dict[Pair, tuple[float, int]]:
+        """Return the distance [m] and the key of the two solids of each excused pair that overlap the most: the pair
+        comes apart no sooner than they do.
+        """
+        found: dict[Pair, tuple[float, int]] = {}
+        for key, distance in near if self.excused else ():
+            owners = self._known(key)[0]
+            if owners in self.excused and owners not in self.ignored:
+                found[owners] = min(found.get(owners, (inf, 0)), (distance, key))
+        return found
+
     def _excuse(self, changed: set[int] | None) -> None:
         """Excuse the pairs that touch at the beginning: all of them, or those of the owners that have `changed`."""
         for key, distance in self._look(self.stage.begin):
@@ -233,12 +253,25 @@ class _Search:
     # --- the search ---
 
     def run(self) -> Contact | None:
-        """Return the first contact of the stage."""
+        """Return the first contact of the stage.
+
+        A pair that touched and slides is looked at ever more seldom. When its distance changes after a long way, it may
+        have come apart and touched again between two looks: the search goes back to the first of them.
+        """
         t, end = self.stage.begin, self.stage.end
+        following, slide, before = t, NUDGE, dict[Pair, float]()
         while True:
             near, bent = self._look(t, exact=False), BENT
-            if any(self._beyond(key, distance) < CLOSE for key, distance in near):
+            if any(self._close(*one) for one in near):
                 near, bent = self._look(t), 0.0
+            deepest = self._deepest(near)
+            shallow = {owners: d for owners, (d, _) in deepest.items() if self._apart(owners) - d < SLIDE}
+            even = all(abs(distance - before.get(owners, distance)) <= EVEN for owners, distance in shallow.items())
+            if not even and slide > NUDGE and t > following:
+                slide, t = NUDGE, following
+                continue
+            slide = min(2.0 * slide, SLIDE) if even else NUDGE
+            before = shallow
             self._release(near)
             touching = [(beyond, k) for k, one in enumerate(near) if (beyond := self._beyond(*one)) < 0.0]
             if touching:
@@ -246,10 +279,15 @@ class _Search:
                 return self._contact(t, self._known(key)[0], distance, self.physics.place(k))
             if t >= end:
                 return None
-            t = min(max(self._next(t, near, bent), t + TICK), end)
+            keys = {key for _, key in deepest.values()}
+            near = [one for one in near if one[0] in keys or self._counts(one[0])]
+            following = min(max(self._next(t, near, bent, NUDGE), t + TICK), end)
+            t = min(max(self._next(t, near, bent, slide), t + TICK), end)
 
-    def _next(self, t: float, near: Iterable[tuple[int, float]], bent: float) -> float:
-        """Return the earliest time at which one of these pairs, or one that is not near, can touch."""
+    def _next(self, t: float, near: Iterable[tuple[int, float]], bent: float, slide: float) -> float:
+        """Return the earliest time at which one of these pairs, or one that is not near, can touch. `slide`: the
+        shortest way of a pair that touched [m].
+        """
         checker, sweep = self.checker, self.sweep
         earliest = sweep.reaches(self.most, t, checker.margin - checker.limit - bent)
         first, last = sweep.place(t), sweep.place(earliest) + 1
@@ -257,8 +295,8 @@ class _Search:
             owners, sums, limit = self._known(key)
             way = distance - limit - bent
             if owners in self.excused:  # it comes apart first, and then it can touch again
-                way = max(self._apart(owners) - distance, SLIDE)
-            if sums[last] - sums[first] >= way and owners not in self.ignored:
+                way = max(self._apart(owners) - distance - bent, slide)
+            if sums[last] - sums[first] >= way:
                 earliest = min(earliest, sweep.reaches(sums, t, way))
                 last = sweep.place(earliest) + 1
         return earliest
