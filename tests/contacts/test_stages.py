@@ -9,6 +9,7 @@ import pytest
 pytest.importorskip("mujoco")
 
 from tests.contacts.test_watch import session_of
+from vrs_cli.contacts.checker import Checker
 from vrs_cli.contacts.stages import stages
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.values.contacts import Contact
@@ -105,3 +106,16 @@ def test_stages_end_where_a_part_changes_what_it_does() -> None:
         assert times == sorted(times)
         assert times[0] <= stage.begin
         assert set(values) <= {0.0, 1.0}
+
+
+def test_hand_may_touch_what_it_takes_though_another_part_moves_meanwhile(monkeypatch: pytest.MonkeyPatch) -> None:
+    session, _ = picked()
+    engine = session.engine
+    course = World(engine.arm, session.driver.cell).course(engine.timeline)
+    moves = course.moves(0.0, engine.end)
+    taken = next(t for t, name in moves if course.held(t) == name)
+    monkeypatch.setattr(course, "moves", lambda *_: [(taken - 0.02, "other"), *moves])
+    found = list(stages(engine.timeline, course, 0.0, engine.end))
+    assert [stage.gripped for stage in found if stage.end <= taken] == [{"cube"}] * 2
+    assert session.driver.cell.scene is not None
+    assert Checker(engine.arm, session.driver.cell.scene).first_in(engine.timeline, found) is None

@@ -43,17 +43,26 @@ def stages(timeline: Timeline, course: WorldCourse | None, begin: float, end: fl
     """Yield the stages between two times [s]. `course`: of the parts; None where there are none."""
     moves = [] if course is None else course.moves(begin, end)
     cuts = sorted({begin, end, *(t for t, _ in moves if t < end), *_new_frames(timeline, begin, end)})
-    for since, until in pairwise(cuts):
+    held_at = [None if course is None else course.held(t) for t in cuts]
+    taken = _taken_after(held_at, None if course is None else course.graspable(end))
+    for k, (since, until) in enumerate(pairwise(cuts)):
         frames, hand = timeline.locate(since)[0].motion.frames, _hand(timeline, since, until)
         if course is None:
             yield Stage(since, until, frames, {}, None, hand)
             continue
-        held, T_tool_part = course.held(since), course.T_tool_part(since)
+        held, T_tool_part = held_at[k], course.T_tool_part(since)
         in_hand = HeldPart(held, compose(frames.tool, T_tool_part)) if held and T_tool_part is not None else None
         changed = frozenset(name for t, name in moves if t == since)
-        taken = course.held(until) or (course.graspable(until) if until == end else None)
-        gripped = frozenset([taken] if taken is not None and taken != held else [])
+        gripped = frozenset([name] if held is None and (name := taken[k]) is not None else [])
         yield Stage(since, until, frames, course.standing(since), in_hand, hand, changed, gripped)
+
+
+def _taken_after(held_at: Sequence[str | None], graspable: str | None) -> list[str | None]:
+    """Return the part that is taken next after each time: `graspable` after the last."""
+    taken = [graspable]
+    for held in reversed(held_at[1:]):
+        taken.append(held or taken[-1])
+    return taken[:0:-1]
 
 
 def _new_frames(timeline: Timeline, begin: float, end: float) -> Iterator[float]:
