@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from tests.net.serving import Serving, serving
-from vrs_cli.cli.connections import token_of
 from vrs_cli.cli.main import run
+from vrs_cli.cli.remote import token_of
 
 
 @pytest.fixture(scope="module")

@@ -28,8 +28,8 @@ from vrs_cli.cli.command_line import (
     positive,
     size,
 )
-from vrs_cli.cli.connections import KINDS, LINE_OPTIONS, duration
 from vrs_cli.cli.main import FAILED, OK
+from vrs_cli.cli.remote import KINDS, LINE_OPTIONS, duration
 
 if TYPE_CHECKING:
     from vrs_cli.kinematics.arrays import Floats

@@ -44,7 +44,7 @@ SUBCOMMANDS: Mapping[str, Subcommand] = {
     "where": Subcommand("recorded", "T.vrst --at TIME ...", "where the robot is at any time of a saved trajectory"),
     "verify": Subcommand("recorded", "T.vrst", "whether a saved trajectory is whole, and one that the robot can do"),
     "replay": Subcommand("recorded", "T.vrst", "play a saved trajectory, with pause, rewind and seek"),
-    "delay": Subcommand("delay", "LISTEN TARGET", "a line with delays between a client and a server"),
+    "delay": Subcommand("remote", "LISTEN TARGET", "a line with delays between a client and a server"),
     "experiment": Subcommand("experiment", "delays", "what delays do to commands, and to what is seen from afar"),
     "serve": Subcommand("serve", "", "serve robots to others over the network"),
     "token": Subcommand("serve", "NAME ... --file FILE", "make tokens for those who may enter a server"),

@@ -114,7 +114,7 @@ def serve(options: Namespace) -> int:
 async def _served(options: Namespace, server: Server, hub: Hub, tell: Callable[[str], None]) -> int:
     import asyncio
 
-    from vrs_cli.cli.connections import signal_comes
+    from vrs_cli.cli.remote import signal_comes
 
     stop = asyncio.Event()
     ending = asyncio.create_task(signal_comes())

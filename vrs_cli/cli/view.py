@@ -26,8 +26,8 @@ from vrs_cli.cli.command_line import (
     positive,
     teller,
 )
-from vrs_cli.cli.connections import ADDRESS, CONNECTION, client_of, duration, signal_comes, token_of
-from vrs_cli.cli.connections import EPILOG as TOKENS
+from vrs_cli.cli.remote import ADDRESS, CONNECTION, client_of, duration, signal_comes, token_of
+from vrs_cli.cli.remote import EPILOG as TOKENS
 from vrs_cli.cli.serve import port
 from vrs_cli.cli.sources import LENIENT, cell_file, is_program, is_recording, read_recording, read_source, robot_of
 from vrs_cli.errors import UsageError
