@@ -211,13 +211,10 @@ class Ways(Struct, frozen=True, eq=False, dict=True):
 
     def __getitem__(self, configuration: str) -> Floats:
         """(..., n): the joints of one way. Raises KeyError."""
-        return self.joints[..., self._index(configuration), :]
-
-    def _index(self, configuration: str) -> int:
         said = " ".join(configuration.upper().split())
         if said not in self.configurations:
             raise KeyError(f"{configuration}: there are {', '.join(self.configurations)}")
-        return self.configurations.index(said)
+        return self.joints[..., self.configurations.index(said), :]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.configurations)

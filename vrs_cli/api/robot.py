@@ -279,7 +279,9 @@ class Robot:
 
     def ik(self, location: Location) -> Ways:
         """Return all ways to reach a location, or N of them, in each configuration: joints (k, n) or (N, k, n)."""
-        return ways(self._robot.arm, self._robot.frames, _location(location), self.units)
+        if not isinstance(location, Location):
+            raise TypeError(f"location: a Location is wanted, as trans(x, y, z, o, a, t) makes one, not {location!r}")
+        return ways(self._robot.arm, self._robot.frames, location, self.units)
 
     def jacobian(self, joints: ArrayLike | None = None) -> Floats:
         """(6, n) or (N, 6, n), of joints (n,) or (N, n), or of now: what joint rates make of the tool's velocity
@@ -577,9 +579,3 @@ def _clock(realtime: bool | float) -> RobotClock:
     if not SLOWEST_RATE <= rate <= FASTEST_RATE:
         raise ValueError(f"realtime: {SLOWEST_RATE:g} to {FASTEST_RATE:g} seconds of the robot in one, not {rate:g}")
     return WallClock(time.monotonic, time.sleep, rate)
-
-
-def _location(given: Location) -> Location:
-    if not isinstance(given, Location):
-        raise TypeError(f"location: a Location is wanted, as trans(x, y, z, o, a, t) makes one, not {given!r}")
-    return given
