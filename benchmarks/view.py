@@ -50,14 +50,14 @@ def main() -> None:
 
 def _fifty(hosted: Hosted) -> None:
     """The share of a core, where the robot stands and where it moves."""
-    app, pictures = App(hosted.hold_for_browser), _Pictures()
+    app, pictures = App(hosted.hold), _Pictures()
     with _page(app.address) as kind:
         _until(lambda: app.windows)
         window = app.windows[0]
         window.parts.append(pictures)
         time.sleep(SETTLED)
         still, _ = _share(SECONDS / 4, pictures)
-        program = Supervisor(hosted.hold(SHELL))
+        program = Supervisor(hosted.hold(who=SHELL))
         program.act(Define(PROGRAM))
         Thread(target=_execute, args=(program,), daemon=True).start()
         time.sleep(SETTLED)

@@ -189,13 +189,13 @@ def window() -> None:
     from tests.view3d.browser import alone, chromium
 
     hosted = Hosted(load_robot("puma560"), rate=None)
-    app = App(hosted.hold_for_browser)
+    app = App(hosted.hold)
     try:
         with alone(), chromium() as browser:
             browser.size(*PAGE)
             browser.open(app.address, "/robot", "/tool")
             (page,) = app.windows
-            with closing(hosted.hold(SHELL)) as shell:
+            with closing(hosted.hold(who=SHELL)) as shell:
                 shell.act(Define(SHOWN.read_text()))
             page.type("EXECUTE pick.and.place")
             browser.until(lambda: browser.run("return document.body.innerText.includes('Program completed')"))

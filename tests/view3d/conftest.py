@@ -46,7 +46,7 @@ def app(hosted: Hosted) -> Iterator[App]:
     """The view of it."""
     from vrs_cli.view3d.app import App
 
-    app = App(hosted.hold_for_browser)
+    app = App(hosted.hold)
     yield app
     app.close()
 

@@ -47,7 +47,7 @@ def test_two_browsers_see_the_same_and_have_a_time_of_their_own(app: App, hosted
     with Page(app.address) as one, Page(app.address) as other:
         until(lambda: len(app.windows) == 2)
         first, second = app.windows
-        shell = Supervisor(hosted.hold(SHELL))
+        shell = Supervisor(hosted.hold(who=SHELL))
         shell.say("MOVE #PPOINT(60, -80, 80, 0, 0, 0)", no_answer)
         shell.close()
         for page in (one, other):
@@ -68,7 +68,7 @@ def test_a_page_is_told_of_the_robot_where_it_stands_before_there_are_panels(app
 
 
 def test_the_shell_and_the_browser_of_one_user_do_not_keep_each_other_out(app: App, hosted: Hosted) -> None:
-    shell = Supervisor(hosted.hold(SHELL))
+    shell = Supervisor(hosted.hold(who=SHELL))
     with Page(app.address):
         until(lambda: app.windows)
         robot = Supervisor(app.windows[0].robot)
@@ -108,7 +108,7 @@ def test_each_browser_is_a_holder_and_gone_with_it(app: App) -> None:
 
 def test_the_first_browser_is_greeted_once(hosted: Hosted) -> None:
     greeted: list[object] = []
-    app = App(hosted.hold_for_browser, first=greeted.append)
+    app = App(hosted.hold, first=greeted.append)
     with Page(app.address):
         until(lambda: greeted)
         with Page(app.address):
@@ -200,7 +200,7 @@ def test_the_folder_of_a_user_may_be_as_full_as_it_is(tmp_path: Path) -> None:
     with (tmp_path / "film.mp4").open("wb") as film:
         film.truncate(500_000_000)
     hosted = Hosted(load_robot("puma560"), folder=tmp_path)
-    robot = Supervisor(hosted.hold(SHELL))
+    robot = Supervisor(hosted.hold(who=SHELL))
     robot.act(Define(".PROGRAM there\nREADY\n.END\n"))
     robot.say("STORE there", no_answer)
     assert (tmp_path / "there.v2").exists()
@@ -211,7 +211,7 @@ def test_a_page_that_cannot_be_furnished_lets_its_robot_go(hosted: Hosted, monke
     held: list[SocketPort] = []
 
     def hold(told: Callable[[str], None]) -> SocketPort:
-        held.append(hosted.hold_for_browser(told))
+        held.append(hosted.hold(told))
         return held[-1]
 
     def fail(*_it: object) -> None:

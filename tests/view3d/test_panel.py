@@ -359,7 +359,7 @@ def test_a_button_that_is_held_moves_the_arm_until_it_is_let_go(app: App, ada: S
 
 
 def test_an_arm_whose_page_goes_while_a_button_is_held_stops(app: App, hosted: Hosted) -> None:
-    robot = Supervisor(hosted.hold(SHELL))
+    robot = Supervisor(hosted.hold(who=SHELL))
     with sat(app) as ada:
         ada.press("JOG", "Joints")
         more = button(ada, "+ X", "+ Joint 1")

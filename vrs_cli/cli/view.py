@@ -344,7 +344,7 @@ def _program(options: argparse.Namespace, stack: ExitStack) -> tuple[Hold, First
     if found is not None and options.cell is None:
         teller(options.prog)("the cell is {} ({})".format(*found))
     hosted = _hosted(options, stack, chosen_robot(options, robot_of(options.prog, source)), cell)
-    loading = Supervisor(hosted.hold(SHELL))
+    loading = Supervisor(hosted.hold(who=SHELL))
     try:
         names = loading.define(source.text, f"{source.path}:")
     finally:
@@ -353,7 +353,7 @@ def _program(options: argparse.Namespace, stack: ExitStack) -> tuple[Hold, First
     def execute(window: RobotWindow) -> None:
         window.type(f"EXECUTE {names[0]}")
 
-    return hosted.hold_for_browser, execute if names and not options.no_run else nothing, cell
+    return hosted.hold, execute if names and not options.no_run else nothing, cell
 
 
 def _with_shell(options: argparse.Namespace, stack: ExitStack, cell: Cell | None) -> int:
@@ -361,7 +361,7 @@ def _with_shell(options: argparse.Namespace, stack: ExitStack, cell: Cell | None
     model = chosen_robot(options)
     door = _door(options)
     hosted = _hosted(options, stack, model, cell)
-    _open(options, stack, door, hosted.hold_for_browser, cell)
+    _open(options, stack, door, hosted.hold, cell)
     from vrs_cli.net.socket_port import SocketPort
     from vrs_cli.repl.connection import Remote
     from vrs_cli.repl.shell import at, on_terminal

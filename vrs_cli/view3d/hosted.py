@@ -69,13 +69,10 @@ class Hosted:
         self._left.callback(loop.soon, stop.set)
         return f"{loop.wait(address.get(), OPENING)}/robots/{next(iter(hub.rooms))}"
 
-    def hold(self, who: str, told: Callable[[str], None] = lambda _text: None) -> SocketPort:
+    def hold(self, told: Callable[[str], None] = lambda _text: None, *, who: str = BROWSER) -> SocketPort:
         """Take hold of it. Raises RequestRefused."""
         hello = hello_of(self.tokens[who], attended=who == BROWSER)
         return SocketPort.connect(self.url, hello, told=told, window=self._window)
-
-    def hold_for_browser(self, told: Callable[[str], None]) -> SocketPort:
-        return self.hold(BROWSER, told)
 
     def client(self, *, attended: bool) -> Client:
         """A client for a shell, which is to be opened."""

@@ -9,7 +9,6 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from io import BytesIO
 from math import ceil, floor
 from pathlib import Path
 from queue import Empty, Queue
@@ -57,7 +56,7 @@ def write_still(stream: BinaryIO, arm: RobotArm, timeline: Timeline, t: float, w
     with photographing(SIZE) as (client, take):
         _aim(client, arm, SIZE)
         shown = Studio(client.scene, arm, timeline, world).show(t)
-        stream.write(png(captioned(take(), caption(shown))))
+        Image.fromarray(captioned(take(), caption(shown))).save(stream, "png", optimize=True)
 
 
 def _aim(client: viser.ClientHandle, arm: RobotArm, size: tuple[int, int]) -> None:
@@ -72,12 +71,6 @@ def captioned(pixels: Pixels, text: str) -> Pixels:
     font = ImageFont.load_default(LETTERS)
     ImageDraw.Draw(picture).text((LETTERS, LETTERS), text, INK, font)
     return np.array(picture)
-
-
-def png(pixels: Pixels) -> bytes:
-    written = BytesIO()
-    Image.fromarray(pixels).save(written, "png", optimize=True)
-    return written.getvalue()
 
 
 def write_gif(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, world: World | None = None) -> None:

@@ -78,25 +78,20 @@ class Studio:
 
 @contextmanager
 def server() -> Iterator[viser.ViserServer]:
-    """A viser on a free port of this machine, for as long as something is recorded or photographed."""
-    with _hushed():
-        made = viser.ViserServer(host=HOST, port=0, verbose=False)
-        try:
-            yield made
-        finally:
-            made.stop()
+    """A viser on a free port of this machine, for as long as something is recorded or photographed.
 
-
-@contextmanager
-def _hushed() -> Iterator[None]:
-    """viser tells its address on standard output, which may be where a page goes; and a browser opens a connection in
-    advance that it may not need, which the library of its server logs as a fault.
+    viser tells its address on standard output, which may be where a page goes; and a browser opens a connection in
+    advance that it may not need, which the library of its server logs as a fault. Neither is seen meanwhile.
     """
     console, log = rich.get_console(), logging.getLogger("websockets.server")
     quiet, disabled = console.quiet, log.disabled
     console.quiet = log.disabled = True
     try:
-        yield
+        made = viser.ViserServer(host=HOST, port=0, verbose=False)
+        try:
+            yield made
+        finally:
+            made.stop()
     finally:
         console.quiet, log.disabled = quiet, disabled
 
