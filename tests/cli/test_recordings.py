@@ -162,7 +162,7 @@ def test_a_file_that_is_no_trajectory(
         (["export", "-o", "t.vrst", "--to", "csv"], "t.vrst is named twice"),
         (
             ["export", "--to", "csv", "--cell", "c.toml"],
-            "csv has nothing of a cell (--cell is for html, png, gif, mp4)",
+            "csv has nothing of a cell (--cell is for mcap, html, png, gif, mp4)",
         ),
         (["export", "-o", "none/a.csv"], "*File error* none/a.csv cannot be written: no such file"),
         (["replay", "--csv", "a", "--plot", "a"], "a is named twice"),

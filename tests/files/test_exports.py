@@ -3,6 +3,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import struct
 import tracemalloc
 from contextlib import suppress
 from itertools import pairwise
@@ -18,18 +19,21 @@ from msgspec import structs
 from tests.files.joint_trajectory import Point, sampled, time_of
 from tests.files.trajectories import initial, planned, puma
 from tests.interfaces.terminals import RecordingTerminal
+from tests.world.cells import BOX, TABLE, Arm
 from vrs_cli.engine.position import joints_over, position_at
 from vrs_cli.errors import FileError, VrsError
+from vrs_cli.files.cell_file import parse_cell
 from vrs_cli.files.exports import EXPORTERS, export, write_csv
 from vrs_cli.files.samples import CHUNK, sample_times
 from vrs_cli.interfaces.session.session import Session
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.robot_file import load_robot
-from vrs_cli.kinematics.transform import from_oat, to_oat
+from vrs_cli.kinematics.transform import from_oat, position, to_oat
 from vrs_cli.trajectory.segment import CartesianPath
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.events import HAND, Event
+from vrs_cli.world.world import World
 
 ARM = arm_for(puma())
 
@@ -337,6 +341,27 @@ def test_a_log_has_an_index_and_names_its_robot() -> None:
     assert {channel.topic for channel in summary.channels.values()} == {"/joint_states", "/tool", "/commands"}
     assert summary.statistics.message_start_time == 0
     assert next(iter(log.iter_metadata())).metadata["name"] == "puma560"
+
+
+def test_a_log_has_the_frames_of_parts_that_move() -> None:
+    reader = pytest.importorskip("mcap.reader")
+    arm = Arm("MOVE part").hand(1.0, 0.0).hand(0.0)
+    arm.do("DEPARTS 100")
+    timeline, world = arm.timeline, World(ARM, parse_cell(TABLE + BOX))
+    stream = io.BytesIO()
+    EXPORTERS["mcap"].write(stream, ARM, timeline, 20.0, world=world)
+    stream.seek(0)
+    told = list(reader.make_reader(stream).iter_messages(topics=["/tf"]))
+    assert {schema.name for schema, _, _ in told} == {"tf2_msgs/msg/TFMessage"}
+    assert [message.log_time for _, _, message in told] == sorted({message.log_time for _, _, message in told})
+    for _, _, message in told:
+        count, sec, nanosec = struct.unpack_from("<Iii", message.data, 4)
+        assert (count, sec * 10**9 + nanosec) == (1, message.log_time)
+        assert message.data[16:].startswith(b"\6\0\0\0world\0\0\0\4\0\0\0box\0")
+        pose = world.course(timeline).pose("box", message.log_time * 1e-9)
+        assert struct.unpack("<7d", message.data[-56:])[:3] == pytest.approx(position(pose), abs=1e-9)
+    assert struct.unpack("<7d", told[0][2].data[-56:])[:3] == (0.0, 0.55, -0.25)
+    assert len(told) > 3
 
 
 @pytest.mark.parametrize("angles", [(0, 0, 0), (180, 0, 0), (0, 180, 0), (0, 0, 180), (119, -170, 3), (90, 90, 90)])

@@ -233,7 +233,7 @@ def export_parser(prog: str) -> Parser:
         ),
         rate_option(", or frames (html: 30; gif, mp4: 10)"),
         option("--at", metavar="TIME", type=number, help="the moment of a png [s]; default: the end"),
-        option("--cell", metavar="CELL.toml", help="the cell of the robot: its parts, fixtures and sensors are shown"),
+        option("--cell", metavar="CELL.toml", help="the cell of the robot, to be shown (mcap: where its parts are)"),
         LENIENT,
     )
 

@@ -352,7 +352,14 @@ EXPORTERS: Mapping[str, Exporter] = {
         Exporter("csv", ".csv", "a table of joints and tool positions, one row a sample", write_csv),
         Exporter("json", ".json", "a list of positions, one object a sample", write_json),
         Exporter("npz", ".npz", "NumPy arrays of samples, and of the segments with their polynomials", write_npz),
-        Exporter("mcap", ".mcap", "messages of ROS 2 in a log for Foxglove and rosbag2", write_mcap, check_mcap),
+        Exporter(
+            "mcap",
+            ".mcap",
+            "messages of ROS 2 in a log for Foxglove and rosbag2",
+            write_mcap,
+            check_mcap,
+            shows_cell=True,
+        ),
         Exporter(
             "ros",
             ".json",

@@ -2,8 +2,9 @@
 messages: Foxglove shows it without plugins, `ros2 bag play` plays it.
 
 Topics: /joint_states (sensor_msgs/JointState) and /tool (geometry_msgs/PoseStamped, T_world_tool) at each sample,
-/commands (rcl_interfaces/Log) when a motion begins, /signals (the same) when a signal or the hand is set. The log's
-clock is the robot's: 0 is 0 s.
+/commands (rcl_interfaces/Log) when a motion begins, /signals (the same) when a signal or the hand is set; of a robot in
+a cell also /tf (tf2_msgs/TFMessage, T_world_part), when a part has moved since the sample before. The log's clock is
+the robot's: 0 is 0 s.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from collections.abc import Callable, Iterator
 from heapq import merge
 from importlib.util import find_spec
 from math import ceil
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO, NamedTuple, Protocol
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from vrs_cli.errors import UsageError
 from vrs_cli.extras import how_to_install
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Floats
+from vrs_cli.kinematics.transform import Transform, position
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.events import HAND
 from vrs_cli.version import __version__
@@ -68,7 +70,7 @@ def _schema(own: str, *others: tuple[str, str]) -> bytes:
 
 
 _STAMPED = (("std_msgs/Header", _HEADER), ("builtin_interfaces/Time", _TIME))
-SIGNALS = "/signals"
+SIGNALS, FRAMES = "/signals", "/tf"
 LOG = (
     "rcl_interfaces/msg/Log",
     _schema(
@@ -96,7 +98,27 @@ TOPICS = {
     ),
     "/commands": LOG,
     SIGNALS: LOG,
+    FRAMES: (
+        "tf2_msgs/msg/TFMessage",
+        _schema(
+            "geometry_msgs/TransformStamped[] transforms",
+            (
+                "geometry_msgs/TransformStamped",
+                "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform",
+            ),
+            ("geometry_msgs/Transform", "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation"),
+            ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z"),
+            ("geometry_msgs/Quaternion", "float64 x\nfloat64 y\nfloat64 z\nfloat64 w"),
+            *_STAMPED,
+        ),
+    ),
 }
+
+
+class PartPoses(Protocol):
+    """The world around a robot, which stands on a floor above this one."""
+
+    def poses(self, timeline: Timeline, t: float) -> Iterator[tuple[str, Transform]]: ...
 
 
 def check_mcap() -> None:
@@ -113,7 +135,9 @@ class LogMessage(NamedTuple):
     data: bytes
 
 
-def write_mcap(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float) -> None:
+def write_mcap(
+    stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float, world: PartPoses | None = None
+) -> None:
     """The whole trajectory, messages in the order of their times."""
     check_mcap()
     from mcap.writer import Writer
@@ -122,11 +146,14 @@ def write_mcap(stream: BinaryIO, arm: RobotArm, timeline: Timeline, rate: float)
     writer.start(profile="ros2", library=f"vrs {__version__}")
     writer.add_metadata("robot", {"name": arm.model.name, "title": arm.model.title})
     channels = {}
-    topics = TOPICS if timeline.event_count else {name: kind for name, kind in TOPICS.items() if name != SIGNALS}
-    for topic, (name, text) in topics.items():
+    absent = {SIGNALS} if not timeline.event_count else set[str]()
+    absent |= {FRAMES} if world is None else set[str]()
+    for topic, (name, text) in TOPICS.items():
+        if topic in absent:
+            continue
         schema = writer.register_schema(name, "ros2msg", text)
         channels[topic] = writer.register_channel(topic, "cdr", schema)
-    sources = _commands(timeline), _signals(timeline), _states(arm, timeline, rate)
+    sources = _commands(timeline), _signals(timeline), _states(arm, timeline, rate), _frames(world, timeline, rate)
     for message in merge(*sources, key=lambda message: message.time):
         writer.add_message(channels[message.topic], message.time, message.data, message.time)
     writer.finish()  # type: ignore[no-untyped-call]
@@ -199,6 +226,21 @@ def _signals(timeline: Timeline) -> Iterator[LogMessage]:
             ns, on = round(event.time * NANOSECONDS), "on" if event.value else "off"
             text = f"hand {event.value:g}" if event.channel == HAND else f"{event.channel} {on}"
             yield LogMessage(ns, SIGNALS, cdr(_stamp(ns), ("B", INFO), "vrs", text, "", "", ("I", 0)))
+
+
+def _frames(world: PartPoses | None, timeline: Timeline, rate: float) -> Iterator[LogMessage]:
+    """One for each part that is elsewhere than at the sample before."""
+    before: dict[str, Transform] = {}
+    if world is None:
+        return
+    for times in sample_times(timeline, rate):
+        for t, ns in zip(times.tolist(), nanoseconds(times), strict=True):
+            for name, T in world.poses(timeline, t):
+                if before.get(name) != T:
+                    before[name] = T
+                    orientation = quaternions(np.array(T).reshape(1, 3, 4)[:, :, :3])[0].tolist()
+                    place = ("d", *position(T), *orientation)
+                    yield LogMessage(ns, FRAMES, cdr(("I", 1), _stamp(ns), "world", name, place))
 
 
 _STAMP = struct.Struct("<ii")

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from threading import Lock
 
 from vrs_cli.kinematics.arm import RobotArm
+from vrs_cli.kinematics.transform import Transform
 from vrs_cli.language.run.signals import Cell
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.world.course import WorldCourse
@@ -31,6 +33,14 @@ class World:
                 self._courses.remove(found)
             self._courses = [*self._courses[1 - MOST_COURSES :], found]
             return found
+
+    def poses(self, timeline: Timeline, t: float) -> Iterator[tuple[str, Transform]]:
+        """Yield the parts that are there at t [s], each with T_world_part."""
+        course = self.course(timeline)
+        for name in course.parts():
+            state = course.state(name, t)
+            if state.exists:
+                yield name, state.pose
 
     def _made(self, timeline: Timeline) -> WorldCourse:
         """Continue from the course that is the same for the longest time."""
