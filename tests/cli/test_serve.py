@@ -98,6 +98,13 @@ def test_it_says_when_it_is_ready_and_ends_well(tmp_path: Path) -> None:
     assert not list(tmp_path.glob(".*")), "no lock is left"
 
 
+def test_a_cell_is_around_each_robot(tmp_path: Path) -> None:
+    cell = tmp_path / "cell.toml"
+    cell.write_text('[[part]]\nname = "box"\nshape = "box"\nsize = [40, 40, 60]\nat = [0, 550, -250]\n')
+    with server("--cell", str(cell)) as (_process, line), vrs.connect(address(line)) as robot:
+        assert list(robot.parts) == ["box"]
+
+
 def test_a_second_one_on_the_same_journal_is_refused(tmp_path: Path) -> None:
     with server("--journal", str(tmp_path)), server("--journal", str(tmp_path)) as (second, line):
         assert line == ""

@@ -167,6 +167,7 @@ def serve_parser(prog: str) -> Parser:
             help="a robot that all may hold, and what it is (vrs robots, or a TOML or URDF file); may be repeated",
         ),
         *CHOICES,
+        option("--cell", metavar="CELL.toml", help="what is around each robot: parts, fixtures and sensors"),
         group(
             "a class",
             option("--tokens", metavar="FILE", help="who may enter, as what: a TOML file, read again when it changes"),
@@ -305,6 +306,7 @@ def _allowance(options: Namespace) -> Allowance:
 
 
 def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: Callable[[str], None]) -> Hub:
+    from vrs_cli.files.cell_file import read_cell
     from vrs_cli.kinematics.robot_file import Ends, load_robot
     from vrs_cli.net.room import Hub, RobotFolders
     from vrs_cli.net.served_robot import Plan, WhenGone
@@ -323,6 +325,7 @@ def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: C
         when_gone=WhenGone(options.when_driver_goes),
         allowance=_allowance(options),
         idle=inf if options.idle is None else options.idle,
+        cell=None if options.cell is None else read_cell(options.cell),
     )
     places, own = RobotFolders(journal, folder), options.robots_per_token
     idle = OWN_IDLE if options.idle is None else options.idle
