@@ -425,35 +425,36 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 49_944  # of Python, in all
+MAX_STATEMENTS = 52_106  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
-    "errors": 205,
+    "errors": 207,
     "extras": 9,
-    "kinematics": 6555,
-    "values": 1082,
-    "trajectory": 2649,
-    "engine": 4116,
-    "language": 6669,
-    "wire": 773,
-    "files": 2623,
-    "devices": 1008,
-    "contacts": 500,
-    "interfaces": 7384,
-    "net": 5294,
-    "render": 1410,
-    "view3d": 3719,
-    "repl": 2398,
-    "api": 911,
+    "kinematics": 6027,
+    "values": 1270,
+    "trajectory": 2943,
+    "engine": 4440,
+    "language": 6638,
+    "wire": 784,
+    "files": 3103,
+    "world": 1157,
+    "devices": 968,
+    "contacts": 883,
+    "interfaces": 7459,
+    "net": 5013,
+    "render": 1392,
+    "view3d": 3547,
+    "repl": 2230,
+    "api": 914,
     "highlight": 37,
-    "lsp": 611,
-    "cli": 2448,
+    "lsp": 604,
+    "cli": 2437,
     "__main__": 29,
     "__init__": 13,
 }
-MAX_FILES = 400  # with content
-MAX_DEPTH = 28  # modules in a chain of imports
-MAX_BEHIND_PROTOCOL = 61  # modules that `import vrs_cli.net.protocol` loads
+MAX_FILES = 355  # with content
+MAX_DEPTH = 27  # modules in a chain of imports
+MAX_BEHIND_PROTOCOL = 58  # modules that `import vrs_cli.net.protocol` loads
 
 
 @cache
