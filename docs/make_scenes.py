@@ -2,9 +2,10 @@
 
     python docs/make_scenes.py [NAME ...]
 
-drive.webp is an arm beside the prompt that moves it, window.webp a page of `vrs view`, puma.webp the joints of the
-PUMA 560, oat.webp the angles O, A and T, configurations.webp one place reached in four ways, ways.webp a cut, and a
-line that is refused. Needs the extra `view`, and Chromium; the page also chromedriver and selenium, as its tests do.
+pick.webp is an arm that does what pick_and_place.v2 says, drive.webp one beside the prompt that moves it, window.webp a
+page of `vrs view`, puma.webp the joints of the PUMA 560, oat.webp the angles O, A and T, configurations.webp one place
+reached in four ways, ways.webp a cut, and a line that is refused. Needs the extra `view`, and Chromium; the page also
+chromedriver and selenium, as its tests do.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +23,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 import vrs_cli as vrs
 from vrs_cli.engine.position import position_at
+from vrs_cli.files.cell_file import read_cell
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.forms import arm_for
 from vrs_cli.kinematics.joints import Joints
@@ -34,7 +37,9 @@ from vrs_cli.view3d.hosted import SHELL, Hosted
 from vrs_cli.view3d.parts import Shown, ShownPart
 from vrs_cli.view3d.paths import Path as Way
 from vrs_cli.view3d.places import Reasons
+from vrs_cli.view3d.scene_bodies import SceneBodies
 from vrs_cli.view3d.still import Pixels, photographing
+from vrs_cli.world.world import World
 
 ROOT = Path(__file__).parent.parent
 IMAGES = ROOT / "docs" / "images"
@@ -147,8 +152,41 @@ def drive() -> None:
             place.pose(position.joints, position.hand)
             said = [line for line, begin in zip(LESSON, begins, strict=True) if begin <= t]
             frames.append(row_of(prompt(said, position.T_world_tool), place.picture()))
+    film(frames, "drive")
+
+
+def pick() -> None:
+    """The program's motions beside the arm, the part and the stand of its cell."""
+    robot = vrs.Robot()
+    robot.run(ROOT / "programs" / "pick_and_place.v2")
+    timeline, arm = robot.timeline, arm_for(load_robot("puma560"))
+    world = World(arm, read_cell(str(ROOT / "programs" / "pick_and_place.toml")))
+    begins = dict[str, float]()
+    for number, segments in groupby(timeline, lambda segment: segment.motion.number):
+        first = next(segments)
+        if first.motion.text not in ("", "TOOL"):
+            begins[f"{first.motion.text}{' ' * number}"] = first.start  # a command may come twice
+    times = np.append(np.arange(0.0, timeline.end, 1.0 / RATE), [timeline.end] * 10)
+    with photographing(SCENE) as (client, take):
+        place = Place(client, take, SCENE, arm)
+        for node in ("/world", "/tool/name"):
+            place.hide(node)
+        place.look((2.35, 2.1, 0.85), (0.05, 0.22, 0.13))
+        bodies = SceneBodies(client.scene, world)
+        frames = []
+        for t in times.tolist():
+            position = position_at(arm, timeline, t)
+            place.pose(position.joints, position.hand)
+            bodies.show(Shown(arm, timeline, t, position, t))
+            said = [line for line, begin in begins.items() if begin <= t]
+            frames.append(row_of(prompt(said, position.T_world_tool), place.picture()))
+    film(frames, "pick")
+
+
+def film(frames: Sequence[Image.Image], name: str) -> None:
+    """Save frames that follow each other as a moving picture."""
     frames[0].save(
-        IMAGES / "drive.webp",
+        IMAGES / f"{name}.webp",
         save_all=True,
         append_images=frames[1:],
         duration=round(1000 / RATE),
@@ -352,7 +390,7 @@ def shot(place: Place, robot: vrs.Robot, t: float, part: ShownPart) -> Image.Ima
     return place.picture()
 
 
-SCENES = {scene.__name__: scene for scene in (drive, window, puma, oat, configurations, ways)}
+SCENES = {scene.__name__: scene for scene in (pick, drive, window, puma, oat, configurations, ways)}
 
 
 def main(names: Sequence[str]) -> int:
