@@ -8,12 +8,12 @@ millisecond off.
 
 from __future__ import annotations
 
-import sys
 from itertools import islice
 from random import Random
 from statistics import mean, median
 from time import process_time
 
+from tests.by_hand import command
 from tests.contacts.cases import cases, looked_at_all
 
 IN_SCENE = 100
@@ -40,4 +40,4 @@ def main(count: int, seed: int, robot: str = "puma560", first: int = 0) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(int(sys.argv[1]), int(sys.argv[2]), *sys.argv[3:4], *map(int, sys.argv[4:5])))
+    command(main)

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import random
 import re
-import sys
 import time
 from collections import Counter
 from pathlib import Path
 
+from tests.by_hand import command
 from vrs_cli.errors import FileDamaged
 from vrs_cli.files.cell_file import parse_cell
 
@@ -117,13 +117,16 @@ def trial(seed: int) -> str:
     return result
 
 
-if __name__ == "__main__":
+def main(count: int, first: int = 0) -> None:
     counts = Counter[str]()
-    first = int(sys.argv[2]) if len(sys.argv) > 2 else 0
-    for seed in range(first, first + int(sys.argv[1])):
+    for seed in range(first, first + count):
         try:
             counts[trial(seed)] += 1
         except Exception as error:
             counts[f"{type(error).__name__}"] += 1
             print(f"seed {seed}: {type(error).__name__}: {str(error)[:300]}", flush=True)
     print(dict(counts))
+
+
+if __name__ == "__main__":
+    command(main)

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 import tempfile
 import time
 from pathlib import Path
 
+from tests.by_hand import command
 from tests.laws.event_sessions import session
 
 LENGTH = 30  # commands
 
 
-def main() -> None:
-    count = int(sys.argv[1])
-    first = int(sys.argv[2]) if len(sys.argv) > 2 else 0
+def main(count: int, first: int = 0) -> None:
     begun, deltas, most = time.process_time(), 0, 0
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(first, first + count):
@@ -32,4 +30,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    command(main)

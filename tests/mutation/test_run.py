@@ -16,5 +16,5 @@ print(outcome(None, tests)[0], outcome(mutant, tests)[0])
 
 
 def test_a_module_that_the_command_itself_has_loaded_is_mutated_too() -> None:
-    script = SCRIPT.format("identity_is_null_in_both_systems")
+    script = SCRIPT.format("identity_has_a_vertical_tool")
     assert subprocess.check_output([sys.executable, "-c", script], text=True).split() == ["survived", "killed"]

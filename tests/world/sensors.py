@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import random
-import sys
 from collections.abc import Iterator
 from math import dist
 
+from tests.by_hand import command
 from tests.world.cells import TABLE, Arm
 from tests.world.oracle import gap
 from vrs_cli.files.cell_file import parse_cell
@@ -113,11 +113,16 @@ def run(seed: int, count: int = 10, step: float = 1e-3) -> tuple[int, list[str]]
     return len(course._history.changes), found
 
 
-if __name__ == "__main__":
+def main(count: int) -> int:
     changes = wrong = 0
-    for number in range(int(sys.argv[1])):
+    for number in range(count):
         done, told = run(number)
         changes, wrong = changes + done, wrong + len(told)
         for line in told[:3]:
             print(f"seed {number}: {line}")
-    print(f"{sys.argv[1]} courses of 10 sensors, {changes} changes, {wrong} samples and instants disagree")
+    print(f"{count} courses of 10 sensors, {changes} changes, {wrong} samples and instants disagree")
+    return int(wrong > 0)
+
+
+if __name__ == "__main__":
+    command(main)
