@@ -41,7 +41,7 @@ from vrs_cli.net.messages import Done, Refused, Request, ServerMessage
 from vrs_cli.net.socket_port import SocketPort
 from vrs_cli.repl.connection import Remote
 from vrs_cli.repl.terminal import PlainTerminal
-from vrs_cli.view3d.panel_front_end import PanelFrontEnd, PanelTranscript
+from vrs_cli.view3d.panel_front_end import PanelFrontEnd, PanelTranscript, TranscriptEntry
 
 ROBOTS = ("python", "shell", "panel")
 LONGEST_LIFE = 1.5  # [s] between two cuts
@@ -225,9 +225,9 @@ class _Transcript(PanelTranscript):
 
     said = ""
 
-    def _put(self, text: str) -> None:
-        super()._put(text)
-        self.said += text
+    def _add(self, entry: TranscriptEntry) -> None:
+        super()._add(entry)
+        self.said += entry.html
 
 
 class Sitting(Author):
