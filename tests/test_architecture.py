@@ -425,12 +425,12 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 # --- sizes: lower a limit to what was reached; to raise one, say in docs/design.md for which feature ------------------
 
-MAX_STATEMENTS = 52_106  # of Python, in all
+MAX_STATEMENTS = 52_099  # of Python, in all
 MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "version": 2,
     "errors": 207,
     "extras": 9,
-    "kinematics": 6027,
+    "kinematics": 6033,
     "values": 1270,
     "trajectory": 2943,
     "engine": 4440,
@@ -439,11 +439,11 @@ MAX_STATEMENTS_OF_ROOM: Mapping[str, int] = {
     "files": 3103,
     "world": 1157,
     "devices": 968,
-    "contacts": 883,
+    "contacts": 877,
     "interfaces": 7459,
     "net": 5013,
     "render": 1392,
-    "view3d": 3547,
+    "view3d": 3540,
     "repl": 2230,
     "api": 914,
     "highlight": 37,

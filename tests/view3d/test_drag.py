@@ -21,10 +21,10 @@ from vrs_cli.kinematics.transform import (
     position,
     subtracted,
     translation,
+    unit_quaternion,
 )
 from vrs_cli.view3d.app import App
 from vrs_cli.view3d.panel_hand import END, RECORD, Gizmo
-from vrs_cli.view3d.parts import wxyz
 from vrs_cli.view3d.window import RobotWindow
 
 
@@ -64,7 +64,7 @@ class Dragged:
         self.page._send({"type": "TransformControlsDragStartMessage", **self._its})
 
     def to(self, T: Transform) -> None:
-        at = {"wxyz": wxyz(T), "position": (T.px, T.py, T.pz)}
+        at = {"wxyz": unit_quaternion(T), "position": (T.px, T.py, T.pz)}
         self.page._send({"type": "TransformControlsUpdateMessage", **self._its, **at})
 
     def let_go(self) -> None:

@@ -7,8 +7,8 @@ import pytest
 import viser
 from viser.infra import Message
 
-from vrs_cli.kinematics.transform import Transform, compose, rotation_x, rotation_z, translation
-from vrs_cli.view3d.parts import GRAIN, move_points, place, transform_of, wxyz
+from vrs_cli.kinematics.transform import Transform, compose, rotation_x, rotation_z, translation, unit_quaternion
+from vrs_cli.view3d.parts import GRAIN, move_points, place, transform_of
 
 AT = compose(translation(0.5, -0.25, 0.125), compose(rotation_z(0.7), rotation_x(-2.5)))
 POSES = ("SetPositionMessage", "SetOrientationMessage")
@@ -29,7 +29,7 @@ def test_a_page_is_told_what_the_setters_of_viser_tell(server: viser.ViserServer
     assert [message["type"] for message in told(server, "/ours")] == list(POSES)
     assert told(server, "/ours") == told(server, "/its")
     assert np.abs(np.subtract(transform_of(its), AT)).max() < 4 * GRAIN
-    assert np.abs(np.subtract(its.wxyz, wxyz(AT))).max() < GRAIN
+    assert np.abs(np.subtract(its.wxyz, unit_quaternion(AT))).max() < GRAIN
 
 
 def test_what_moves_less_than_anybody_sees_is_told(server: viser.ViserServer) -> None:

@@ -10,9 +10,8 @@ import viser
 
 from vrs_cli.kinematics.model import link_frames
 from vrs_cli.kinematics.robot_file import load_robot, robot_names
-from vrs_cli.kinematics.transform import compose, inverse, rotation_z, translation
+from vrs_cli.kinematics.transform import compose, inverse, rotation_z, translation, unit_quaternion
 from vrs_cli.view3d.figure import FIELD, GLYPHS, Stage, camera_for, floor_height, lettered, room_of
-from vrs_cli.view3d.parts import wxyz
 
 BASE = compose(translation(0.1, -0.2, 0.3), rotation_z(0.7))
 
@@ -34,7 +33,7 @@ def test_frames_stand_where_base_and_tool_say(server: viser.ViserServer) -> None
     }
     for name, T in expected.items():
         assert node(name).position == pytest.approx((T.px, T.py, T.pz), abs=1e-7), name
-        assert node(name).wxyz == pytest.approx(wxyz(T), abs=1e-7), name
+        assert node(name).wxyz == pytest.approx(unit_quaternion(T), abs=1e-7), name
 
 
 @pytest.mark.parametrize("name", robot_names())

@@ -173,12 +173,12 @@ class CellPart:
         self.name, self._look = name, look
 
     def at(self, t: float) -> PartPlace:
-        """Where it is at a time [s], past or planned."""
+        """Return where it is at a time [s], past or planned."""
         return self._look(number(t, "t"))
 
     @property
     def now(self) -> PartPlace:
-        """Where it is now."""
+        """Return where it is now."""
         return self._look(None)
 
     def __repr__(self) -> str:

@@ -321,7 +321,7 @@ def run_object(engine: Engine, result: RunResult | None, errors: list[Object]) -
 
 
 def world_object(station: Station) -> Object:
-    """What `--json` tells of the world: `parts` at the end, and `notes`, of a cell with parts or sensors; and
+    """Return what `--json` tells of the world: `parts` at the end, and `notes`, of a cell with parts or sensors; and
     `no_longer_true`, what programs have read and later edits made untrue, where there is any.
     """
     found, course, engine = Object(), station.driver.course, station.engine

@@ -10,7 +10,7 @@ their bodies too, so `geom_margin` and `body_margin` are set together.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import cos, dist, hypot, sin
+from math import dist, hypot
 from typing import Any, NamedTuple
 
 import mujoco
@@ -21,7 +21,16 @@ from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.joints import JointKind
 from vrs_cli.kinematics.model import RobotModel, link_pose
 from vrs_cli.kinematics.shapes import opened
-from vrs_cli.kinematics.transform import IDENTITY, Transform, Vector, axis_angle, compose, inverse, position, rotate
+from vrs_cli.kinematics.transform import (
+    IDENTITY,
+    Transform,
+    Vector,
+    compose,
+    inverse,
+    position,
+    rotate,
+    unit_quaternion,
+)
 
 ARENA = 4 << 20  # [B] for the contacts of one pose
 SCENE, ARM = 1, 2  # bits: the arm is compared with the scene and with itself, the scene is not compared with itself
@@ -95,8 +104,8 @@ class Physics:
         fingers = self._add_links(links, grips)
         for k in range(slots):
             self._slot(world, f"slot{k}")
-        for name in self._kinds.values():
-            self._mesh(f"kind{name}", next(solid for solid, known in self._kinds.items() if known == name))
+        for solid, name in self._kinds.items():
+            _add_mesh(self._spec, f"kind{name}", solid)
         for pair in apart:
             one, other = (f"link{link}" for link in pair)
             self._spec.add_exclude(bodyname1=one, bodyname2=other)
@@ -124,14 +133,11 @@ class Physics:
 
     def _add(self, body: Any, owner: int, bits: int, solid: Solid) -> None:
         name = f"mesh{len(self._owned)}"
-        self._mesh(name, solid)
+        _add_mesh(self._spec, name, solid)
         self._geom(body, owner, bits, **_form(name, solid))
 
-    def _mesh(self, name: str, solid: Solid) -> None:
-        _add_mesh(self._spec, name, solid)
-
     def _body(self, parent: Any, name: str, T: Transform) -> Any:
-        body = parent.add_body(name=name, pos=list(position(T)), quat=quaternion(T))
+        body = parent.add_body(name=name, pos=list(position(T)), quat=unit_quaternion(T))
         body.explicitinertial, body.mass, body.inertia = True, 1.0, [1.0, 1.0, 1.0]
         return body
 
@@ -204,7 +210,7 @@ class Physics:
         m.geom_conaffinity[geom] = m.body_conaffinity[body] = reach
 
     def _move(self, body: int, T: Transform) -> None:
-        self.m.body_pos[body], self.m.body_quat[body] = position(T), quaternion(T)
+        self.m.body_pos[body], self.m.body_quat[body] = position(T), unit_quaternion(T)
 
     # --- looking ---
 
@@ -286,12 +292,6 @@ def around(balls: Sequence[Ball]) -> Ball:
     return Ball((x, y, z), max(dist((x, y, z), ball.centre) + ball.radius for ball in balls))
 
 
-def quaternion(T: Transform) -> list[float]:
-    """Return the unit quaternion (w, x, y, z) of a rotation."""
-    axis, angle = axis_angle(T)
-    return [cos(0.5 * angle), *(x * sin(0.5 * angle) for x in axis)]
-
-
 def _pose(place: Floats, turn: Floats) -> Transform:
     matrix = np.empty(9)
     mujoco.mju_quat2Mat(matrix, turn)
@@ -300,7 +300,7 @@ def _pose(place: Floats, turn: Floats) -> Transform:
 
 def _form(mesh: str, solid: Solid) -> dict[str, Any]:
     """Return the arguments of a geom."""
-    form = {"type": TYPES[solid.form], "pos": list(position(solid.pose)), "quat": quaternion(solid.pose)}
+    form = {"type": TYPES[solid.form], "pos": list(position(solid.pose)), "quat": unit_quaternion(solid.pose)}
     return form | ({"meshname": mesh} if solid.form is SolidForm.HULL else {"size": list(solid.sizes)})
 
 

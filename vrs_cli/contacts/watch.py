@@ -50,7 +50,7 @@ class ContactWatch:
 
     @property
     def refuses(self) -> bool:
-        """Whether a motion that touches is refused."""
+        """Return whether a motion that touches is refused."""
         return self._engine.settings.switch("COLLISION")
 
     def check(self, timeline: Timeline, delta: TimelineDelta) -> None:

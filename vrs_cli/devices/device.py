@@ -257,7 +257,7 @@ class Device(Struct, eq=False):
 
     @property
     def has_more(self) -> bool:
-        """Whether something has come since GETC had to wait; the bytes that a step has taken it takes again."""
+        """Return whether something has come since GETC had to wait; the bytes that a step has taken it takes again."""
         return self.expired or self._fresh or not self.open
 
     def _consumed(self, one: DeviceConnection, count: int) -> None:

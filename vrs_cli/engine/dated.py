@@ -70,7 +70,7 @@ def _after_inputs(old: Timeline, first: int, shift: float) -> int:
 
 
 def _anchors(old: Timeline, keep: int, tail: int, new: Sequence[Segment], shift: float) -> Anchors:
-    """When motions begin that are planned again, when the last of what is not planned again ends, and the tail."""
+    """Return when motions planned again begin, when the last of what is not planned again ends, and the tail."""
     starts: dict[int, float] = {}
     for segment in new:
         starts.setdefault(segment.motion.number, segment.start)

@@ -369,7 +369,7 @@ class Engine:
 
     @property
     def _hand_time(self) -> float:
-        """How long the fingers take [s]."""
+        """Return how long the fingers take [s]."""
         return on_grid(float(self.settings.parameters["HAND.TIME"]))
 
     def _hand_event(self, opening: float, duration: float = 0.0) -> Event:

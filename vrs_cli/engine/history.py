@@ -50,7 +50,7 @@ class HistoryStep(Struct, frozen=True):
 
     @property
     def recorded(self) -> bool:
-        """Whether it is of recorded events, and no command."""
+        """Return whether it is of recorded events, and no command."""
         return self.delta.motion.kind is MotionKind.RECORDED
 
     def taking_back(self, version: int) -> TimelineDelta:
@@ -84,7 +84,7 @@ class HistoryStep(Struct, frozen=True):
 
 
 def begins(delta: TimelineDelta) -> float:
-    """When a command begins to change what the robot does [s]."""
+    """Return when a command begins to change what the robot does [s]."""
     return delta.executed if delta.motion.kind is MotionKind.EVENT else delta.cut
 
 

@@ -140,7 +140,7 @@ def _hull(name: str, piece: Trimesh, scale: float) -> tuple[Vector, ...]:
 
 
 def _dents(piece: Trimesh, points: np.ndarray[Any, np.dtype[np.float64]]) -> Iterator[float]:
-    """How far points lie outside each plane of the faces, which is told from the middle of all points."""
+    """Yield how far points lie outside each plane of the faces, which is told from the middle of all points."""
     import numpy as np
 
     corners = piece.vertices[piece.faces]

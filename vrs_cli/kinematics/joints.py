@@ -254,7 +254,7 @@ class Configuration:
         )
 
     def has(self, asked: Configuration) -> bool:
-        """Whether it has the words that are asked for, as far as there is such a choice."""
+        """Return whether it has the words that are asked for, as far as there is such a choice."""
         return all(word is None or mine in (None, word) for mine, word in zip(self.flags, asked.flags, strict=True))
 
     def words_beside(self, others: tuple[Configuration, ...]) -> tuple[str, ...]:

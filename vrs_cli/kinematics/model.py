@@ -64,16 +64,16 @@ class ArmTask(Enum):
 
     @property
     def turns(self) -> bool:
-        """Whether any turn counts."""
+        """Return whether any turn counts."""
         return any(self.counts[3:])
 
     @property
     def size(self) -> int:
-        """How many joints it takes to do it everywhere."""
+        """Return how many joints it takes to do it everywhere."""
         return FEWEST if self is ArmTask.STEADY else sum(self.counts)
 
     def suits(self, joints: int) -> bool:
-        """Whether an arm of so many joints may have it."""
+        """Return whether an arm of so many joints may have it."""
         if self is ArmTask.STEADY and joints >= ALL_PARTS:
             return False
         return self.size <= joints or (self is ArmTask.POSE and joints >= FEWEST)
@@ -261,13 +261,13 @@ class Unchanging(NamedTuple):
     approach: Vector | None = None
 
     def allows(self, T: Transform) -> bool:
-        """Whether `forbids` finds nothing."""
+        """Return whether `forbids` finds nothing."""
         return all(abs(dot(position(T), way) - value) <= LEVEL for way, value in self.places) and (
             self.approach is None or _angle(self.approach, axis_of(T).direction) <= STRAIGHT
         )
 
     def forbids(self, T: Transform) -> Forbidden | None:
-        """What a pose of the flange asks for that no joint changes."""
+        """Return what a pose of the flange asks for that no joint changes."""
         approach, at = self.approach, position(T)
         if approach is not None and (tilt := _angle(approach, axis_of(T).direction)) > STRAIGHT:
             upright = "vertical, pointing " + ("down" if approach[2] < 0.0 else "up")
@@ -312,7 +312,7 @@ def difference(asked: Transform, instead: Transform) -> str:
 
 
 def _is_kept(way: Vector, poses: Sequence[Transform]) -> bool:
-    """Whether all these poses are equally far along a direction."""
+    """Return whether all these poses are equally far along a direction."""
     first, *others = (dot(position(T), way) for T in poses)
     return all(abs(other - first) < CONSTANT for other in others)
 

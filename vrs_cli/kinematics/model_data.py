@@ -81,7 +81,7 @@ def misfit_of(task: ArmTask, model: RobotModel) -> tuple[str, str] | None:
 
 
 def said(model: RobotModel) -> tuple[str, ...]:
-    """What is told of a task that nobody named, of an arm that cannot do all."""
+    """Return what is told of a task that nobody named, of an arm that cannot do all."""
     if not FEWEST <= model.joint_count < ALL_PARTS or model.task not in SAID:
         return ()
     return (f"{model.joint_count} joints: the task is {model.task.value}, {SAID[model.task]}; --task names another",)
@@ -104,8 +104,8 @@ def _of_four_or_five(model: RobotModel) -> ArmTask:
 
 
 def _mean(model: RobotModel, task: ArmTask) -> float:
-    """How well the joints do what counts, or what they can of it, on the mean of some poses: the volume of the rows, or
-    of the columns if these are fewer, of unit length each.
+    """Return how well the joints do what counts, or what they can of it, on the mean of some poses: the volume of the
+    rows, or of the columns if these are fewer, of unit length each.
     """
     functions, (_, (reach, *_)) = formulas(model.links, model.base, model.flange), levers(model)
     total = 0.0

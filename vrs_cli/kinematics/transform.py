@@ -269,6 +269,14 @@ def quaternion(T: Transform) -> tuple[float, float, float, float]:
     return ny - sx, ax + nz, sz + ay, 1.0 + az - nx - sy
 
 
+def unit_quaternion(T: Transform) -> tuple[float, float, float, float]:
+    """Return the quaternion (w, x, y, z) of the rotation, of length 1."""
+    q = quaternion(T)
+    scale = 0.5 / sqrt(max(q))  # its largest part is four times the square of that of the unit quaternion
+    w, x, y, z = (scale * value for value in q)
+    return w, x, y, z
+
+
 def angle_between(a: Transform, b: Transform) -> float:
     """How far a must turn to lie as b does, in [0, pi] [rad]."""
     return axis_angle(compose(inverse(a), b))[1]

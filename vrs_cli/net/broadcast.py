@@ -188,7 +188,7 @@ class Broadcast:
 
     @property
     def watched(self) -> bool:
-        """Whether anybody holds the robot, watches it, or publishes it."""
+        """Return whether anybody holds the robot, watches it, or publishes it."""
         return bool(len(self._everybody))
 
     def join(self, sink: Sink, form: MessageForm, *, deflates: bool = False) -> Listener:

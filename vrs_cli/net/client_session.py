@@ -153,7 +153,7 @@ class ClientSession(UserSession):
 
     @property
     def has_more(self) -> bool:
-        """Whether a long reply is being sent."""
+        """Return whether a long reply is being sent."""
         return bool(self._to_tell)
 
     def tell_more(self) -> None:

@@ -355,7 +355,9 @@ class FarEnd:
 
     @property
     def near(self) -> bool:
-        """Whether the delays are too short to matter. Always so for a robot of one user, however busy its machine."""
+        """Return whether the delays are too short to matter. Always so for a robot of one user, however busy its
+        machine.
+        """
         own = self.welcome is not None and self.welcome.one_user
         return own or max(self.round_trip, self.shown - self.heard) < NEAR
 
@@ -418,7 +420,7 @@ class FarEnd:
     # --- ends ---
 
     def _is_seen(self, done: Done, change: messages.Change | None) -> bool:
-        """Whether the change that a command made is in the mirror; `change` is the last that has come since."""
+        """Return whether the change that a command made is in the mirror; `change` is the last that has come since."""
         if self.mirror is None or isinstance(change, messages.Replaced):
             return True
         timeline = self.mirror.timeline

@@ -295,7 +295,7 @@ class ServedRobot:
 
     @property
     def works(self) -> bool:
-        """Whether a program runs or the robot moves."""
+        """Return whether a program runs or the robot moves."""
         return self.session.running or self._self.now < self.session.engine.end
 
     # --- its files ---

@@ -75,7 +75,7 @@ class TimeSync:
 
     @property
     def estimate(self) -> Estimate | None:
-        """What all exchanges say together; None before the first."""
+        """Return what all exchanges say together; None before the first."""
         if not self._exchanges:
             return None
         first, length = self._exchanges[0].at, self.window / PARTS

@@ -225,7 +225,7 @@ def _parts(held: OffsetNode[R], before: int, index: int) -> Iterator[tuple[int, 
 
 
 def common(a: OffsetNode[R] | None, b: OffsetNode[R] | None) -> int:
-    """How many rows at the beginning two ropes share at least, found from their leaves alone."""
+    """Return how many rows at the beginning two ropes share at least, found from their leaves alone."""
     if a is None or b is None:
         return 0
     count = 0
@@ -506,7 +506,7 @@ def events(held: OffsetNode[EventRow], first: int, last: int) -> Iterator[Event]
 
 
 def count_by(held: OffsetNode[EventRow], t: float, *, before: bool = False) -> int:
-    """How many events there are up to time t [s], or (`before`) earlier than t."""
+    """Return how many events there are up to time t [s], or (`before`) earlier than t."""
     cut = bisect_left if before else bisect_right
     offset, node = held
     gone = 0
@@ -520,7 +520,7 @@ def count_by(held: OffsetNode[EventRow], t: float, *, before: bool = False) -> i
 
 
 def value_at(held: OffsetNode[EventRow], channel: int, t: float) -> float | None:
-    """What a channel is at time t [s]; None if it has not changed until then."""
+    """Return what a channel is at time t [s]; None if it has not changed until then."""
     offset, node = held
     t -= offset
     way: list[tuple[Branch[EventRow], int]] = []
@@ -561,7 +561,7 @@ def _changes(branch: Branch[EventRow]) -> dict[int, ChannelChanges]:
 
 
 def last_values(node: Node[EventRow]) -> dict[int, float]:
-    """What the channels are after all events of a node that changes them."""
+    """Return what the channels are after all events of a node that changes them."""
     if isinstance(node, Branch):
         changes = node.changes or _changes(node)
         return {channel: values[-1] for channel, (_, values) in changes.items()}
@@ -576,7 +576,7 @@ def last_values(node: Node[EventRow]) -> dict[int, float]:
 
 
 def changes(held: OffsetNode[EventRow], channel: int) -> Iterator[tuple[float, float]]:
-    """When events change a channel [s], and to what."""
+    """Yield when events change a channel [s], and to what."""
     for _, offset, leaf in parts(held):
         row, places = leaf.row, leaf.row.places(channel)
         for place in places[bisect_left(places, leaf.first) : bisect_left(places, leaf.last)]:

@@ -117,7 +117,7 @@ class Timeline:
 
     @property
     def last(self) -> float:
-        """When the last segment finishes or, if that is later, the last event happens [s]."""
+        """Return when the last segment finishes or, if that is later, the last event happens [s]."""
         return self.end if self._events is None else max(self.end, self._events.offset + self._events.node.end)
 
     def index_at(self, t: float) -> int:
@@ -166,7 +166,7 @@ class Timeline:
         return found
 
     def events_by(self, t: float, *, before: bool = False) -> int:
-        """How many events there are up to time t [s], or (`before`) earlier than t."""
+        """Return how many events there are up to time t [s], or (`before`) earlier than t."""
         return 0 if self._events is None else rope.count_by(self._events, t, before=before)
 
     def event_slice(self, first: int, last: int) -> Iterator[Event]:
@@ -183,7 +183,7 @@ class Timeline:
         return self.event(index) if index < self.event_count else None
 
     def value_at(self, channel: int, t: float) -> float:
-        """What a channel is at time t [s]: 0 until the first event that changes it. The last event of an instant
+        """Return what a channel is at time t [s]: 0 until the first event that changes it. The last event of an instant
         counts.
         """
         if self._events is None:
@@ -192,7 +192,7 @@ class Timeline:
         return 0.0 if found is None else found
 
     def changes(self, channel: int) -> Iterator[tuple[float, float]]:
-        """When a channel becomes another value [s], and which."""
+        """Yield when a channel becomes another value [s], and which."""
         before = 0.0
         set_to = () if self._events is None else rope.changes(self._events, channel)
         for time, several in groupby(set_to, lambda change: change[0]):

@@ -160,7 +160,7 @@ class CellScene(Struct, frozen=True):
 
     @property
     def empty(self) -> bool:
-        """Whether there is nothing that could be taken, touched or seen."""
+        """Return whether there is nothing that could be taken, touched or seen."""
         return not (self.parts or self.fixtures or self.sensors)
 
 

@@ -8,7 +8,7 @@ import asyncio
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from math import inf, sqrt
+from math import inf
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -19,7 +19,7 @@ from viser import _messages as its
 
 from vrs_cli.interfaces.port.preview import Previewed
 from vrs_cli.kinematics.arm import RobotArm
-from vrs_cli.kinematics.transform import Transform, Vector, position, quaternion
+from vrs_cli.kinematics.transform import Transform, Vector, position, unit_quaternion
 from vrs_cli.trajectory.timeline import Timeline
 from vrs_cli.values.acts import Surveyed
 from vrs_cli.values.motion import Frames
@@ -28,7 +28,6 @@ from vrs_cli.values.results import Position
 GRAIN = 2.0**-26  # of metres (15 nm) and of quaternions: numbers of few bits make recordings nearly half as large
 
 Colour = tuple[int, int, int]  # red, green, blue
-Quaternion = tuple[float, float, float, float]  # w, x, y, z
 
 
 class Rooted:
@@ -84,7 +83,7 @@ def place(node: SceneNodeHandle, T: Transform) -> None:
     if node.position.tolist() != at:
         node.position[:] = at
         state.api._queue_scene_message(SetPositionMessage(state.name, (x, y, z)))
-    a, b, c, d = turned = _grained(wxyz(T))
+    a, b, c, d = turned = _grained(unit_quaternion(T))
     if node.wxyz.tolist() != turned:
         node.wxyz[:] = turned
         state.api._queue_scene_message(SetOrientationMessage(state.name, (a, b, c, d)))
@@ -137,14 +136,6 @@ def transform_of(node: SceneNodeHandle) -> Transform:
 
 def _grained(values: Sequence[float]) -> list[float]:
     return [GRAIN * round(value / GRAIN) for value in values]
-
-
-def wxyz(T: Transform) -> Quaternion:
-    """The rotation of T as a unit quaternion."""
-    q = quaternion(T)
-    scale = 0.5 / sqrt(max(q))  # its largest part is four times the square of that of the unit quaternion
-    w, x, y, z = (scale * value for value in q)
-    return w, x, y, z
 
 
 # --- moments ---------------------------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from vrs_cli.errors import VrsError
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.joints import Joints
 from vrs_cli.kinematics.model import RobotModel, levers
-from vrs_cli.kinematics.transform import Transform, Vector, along, position, subtracted
+from vrs_cli.kinematics.transform import Transform, Vector, along, position, subtracted, unit_quaternion
 from vrs_cli.language.text.ast import DoInstruction, Instruction
 from vrs_cli.language.text.parser import parse_prompt
 from vrs_cli.language.text.printer import expression_text
@@ -25,7 +25,7 @@ from vrs_cli.values.acts import Evaluate, Explain, Goal, Valued
 from vrs_cli.values.motion import Frames, JointTarget, PoseTarget
 from vrs_cli.values.replies import NamedLocation, ReachReport
 from vrs_cli.values.results import Reach
-from vrs_cli.view3d.parts import Rooted, Shown, gathered, wxyz
+from vrs_cli.view3d.parts import Rooted, Shown, gathered
 from vrs_cli.view3d.paths import THICK
 
 LONG = 0.055  # of the reach: the axes
@@ -60,7 +60,7 @@ class PlacesView(Rooted):
         poses = [T for _, T in self._drawn]
         self._scene.add_batched_axes(
             "/places/frames",
-            np.array([wxyz(T) for T in poses]),
+            np.array([unit_quaternion(T) for T in poses]),
             np.array([position(T) for T in poses]),
             axes_length=LONG * self._reach,
             axes_radius=0.03 * LONG * self._reach,

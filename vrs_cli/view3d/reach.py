@@ -16,10 +16,19 @@ from vrs_cli.kinematics.arrays import Flags
 from vrs_cli.kinematics.bodies import size_of
 from vrs_cli.kinematics.joints import Configuration
 from vrs_cli.kinematics.model import RobotModel, link_pose
-from vrs_cli.kinematics.transform import Transform, Vector, compose, inverse, position, rotation_z, translation
+from vrs_cli.kinematics.transform import (
+    Transform,
+    Vector,
+    compose,
+    inverse,
+    position,
+    rotation_z,
+    translation,
+    unit_quaternion,
+)
 from vrs_cli.view3d.figure import link_node, looks_of
 from vrs_cli.view3d.meshes import Mesh, Points, joined, moved
-from vrs_cli.view3d.parts import Shown, put, wxyz
+from vrs_cli.view3d.parts import Shown, put
 
 FREE, END, HAND = (108, 158, 214), (214, 78, 62), (52, 58, 66)
 LARGEST, SMALLEST = 0.2, 0.1  # radius of the first joint's arc and of the last one's, for an arm that reaches 1
@@ -87,7 +96,7 @@ class LimitsView:
             cast_shadow=False,
             receive_shadow=False,
             position=(at.px, at.py, at.pz),
-            wxyz=wxyz(at),
+            wxyz=unit_quaternion(at),
         )
 
 

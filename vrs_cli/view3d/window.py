@@ -247,7 +247,7 @@ class RobotWindow:
 
 
 def error_text(error: Exception) -> str:
-    """What is refused, or that something is wrong in vrs itself, with a report in a file."""
+    """Return what is refused, or that something is wrong in vrs itself, with a report in a file."""
     return str(error) if isinstance(error, VrsError) else internal_error(error).text
 
 

@@ -36,7 +36,7 @@ MOST_AT_ONCE = 1000  # of one instant: rules that drive each other for ever end 
 
 
 class SpanKind(Enum):
-    """What a part does in a span of time."""
+    """The ways of a part: not there, at rest, in the hand, or falling."""
 
     ABSENT = "absent"
     RESTS = "rests"
@@ -45,8 +45,8 @@ class SpanKind(Enum):
 
 
 class PartSpan(NamedTuple):
-    """What a part does from `begin` to `end` [s]. `T`: T_world_part; of a part that is held, T_flange_part; of one that
-    falls, where it begins to. `on`: what it stands on, or falls onto.
+    """The state of a part from `begin` to `end` [s]. `T`: T_world_part; of a part that is held, T_flange_part; of one
+    that falls, where it begins to. `on`: what it stands on, or falls onto.
     """
 
     begin: float
@@ -158,7 +158,7 @@ class WorldCourse:
             return found
 
     def moves(self, begin: float, end: float) -> list[tuple[float, str]]:
-        """When parts begin to do something else, after `begin` and up to `end` [s], and which."""
+        """Return when parts begin to do something else, after `begin` and up to `end` [s], and which."""
         self._advance(end)
         moves = self._history.moves
         first, last = (bisect_right(moves, t, key=lambda move: move[0]) for t in (begin, end))
@@ -189,8 +189,8 @@ class WorldCourse:
 
     @property
     def notes(self) -> tuple[tuple[float, str, str], ...]:
-        """What there is to tell up to the end of the timeline: time [s], kind, text. Kinds: EMPTY (the hand closed on
-        nothing), FALL, EDGE, FEEDER, ENDLESS.
+        """Return what there is to tell up to the end of the timeline: time [s], kind, text. Kinds: EMPTY (the hand
+        closed on nothing), FALL, EDGE, FEEDER, ENDLESS.
         """
         self._advance(self.timeline.end)
         return tuple(self._history.notes)
@@ -217,7 +217,7 @@ class WorldCourse:
     # --- forward in time ---
 
     def _next(self) -> float:
-        """When the next thing happens [s]."""
+        """Return when the next thing happens [s]."""
         history = self._history
         index = history.get("events")
         event = self.timeline.event(index).time if index < self.timeline.event_count else inf
@@ -447,7 +447,7 @@ class WorldCourse:
             self._note("EDGE", f"{name} rests on an edge of {on[0]}")
 
     def _plan_unstack(self) -> None:
-        """What stood on the part in the hand falls when the arm moves next."""
+        """Plan the fall of what stood on the part in the hand, for when the arm moves next."""
         history = self._history
         history.drop(what="unstack")
         t = history.now
@@ -486,7 +486,7 @@ class WorldCourse:
         return below(solids, T, others, self._settings.floor)
 
     def _stands_first_on(self, name: str) -> tuple[str, ...]:
-        """What a part stands on that has stood there since the start; "" where nothing is just below it."""
+        """Return what a part stands on that has stood there since the start; "" where nothing is just below it."""
         known = self._stood_on.get(name)
         if known is None:
             found = self._below(name, self._settings.parts[name].T_world_part, self._first)
@@ -634,15 +634,15 @@ def _near(area: Bounds, history: WorldHistory) -> list[str]:
 
 
 def _fallen(T: Transform, seconds: float) -> Transform:
-    """Where a body is that has fallen from rest for so long."""
+    """Return where a body is that has fallen from rest for so long."""
     return T._replace(pz=T.pz - 0.5 * GRAVITY * seconds * seconds)
 
 
 def _hold_of(
     part: ScenePart, solids: Solids, T: Transform, tip: tuple[float, float, float], axis: tuple[float, float, float]
 ) -> tuple[float, float, float]:
-    """How far the tool's tip is from where a part can be taken, and from where to where it reaches there along the
-    closing axis, seen from the tip [m].
+    """Return how far the tool's tip is from where a part can be taken, and from where to where it reaches there along
+    the closing axis, seen from the tip [m].
     """
     if not part.grasp:
         low, high = spread(solids, T, axis)

@@ -83,7 +83,7 @@ class WorldHistory:
         return first
 
     def drop(self, *, carried: bool = False, what: str = "", body: str | None = None) -> None:
-        """What is due no longer: all that follows from the arm's motion; or what is called so, of one body."""
+        """Let no longer be due what follows from the arm's motion (`carried`), or what is called so, of one body."""
         self.set(
             "due",
             tuple(

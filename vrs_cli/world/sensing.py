@@ -121,7 +121,7 @@ class Sensing:
         ).begins_in
 
     def on_segment(self, sight: SeenBody, segment: Segment) -> Passage:
-        """What a body at the arm crosses in a segment, since the segment's start."""
+        """Return what a body at the arm crosses in a segment, since the segment's start."""
         path = segment.path
         known = self._known.get((id(path), segment.duration, sight))
         if known is not None:
@@ -129,7 +129,7 @@ class Sensing:
         return self._remembered((id(path), segment.duration, sight), path, self._way(sight, segment))
 
     def in_fall(self, body: str, T_world_body: Transform, duration: float) -> Passage:
-        """What a body crosses that falls from rest for so long [s]."""
+        """Return what a body crosses that falls from rest for so long [s]."""
 
         def pose(s: float) -> Transform:
             return T_world_body._replace(pz=T_world_body.pz - 0.5 * GRAVITY * s * s)
@@ -213,7 +213,7 @@ class Sensing:
     # --- the search ---
 
     def _search(self, way: Way, region: int, *, still: bool) -> Iterator[tuple[float, bool]]:
-        """When the body is in a region or not: first at the start, then each change."""
+        """Yield when the body is in a region or not: first at the start, then each change."""
         s, gap = 0.0, self._clearance(way, 0.0, region)
         yield 0.0, gap <= 0.0
         while s < way.duration and not still:
@@ -224,7 +224,7 @@ class Sensing:
             s, gap = later, after
 
     def _instant(self, way: Way, region: int, between: tuple[float, float], before: bool) -> float:
-        """When the state changes, by bisection."""
+        """Return when the state changes, by bisection."""
         low, high = int(between[0] / FINEST), ceil(between[1] / FINEST)
         while high - low > 1:
             middle = (low + high) // 2
@@ -236,14 +236,14 @@ class Sensing:
 
 
 def _farthest(way: Way) -> float:
-    """How far a point of the body goes at most [m]."""
+    """Return how far a point of the body goes at most [m]."""
     if not way.duration:
         return 0.0
     return way.pace(0.0) * way.duration + 0.5 * way.growth * way.duration**2
 
 
 def _safe(gap: float, pace: float, growth: float) -> float:
-    """How long the way is at least within a gap: pace h + growth h^2 / 2 <= gap."""
+    """Return how long the way is at least within a gap: pace h + growth h^2 / 2 <= gap."""
     if growth > 0.0:
         return (sqrt(pace * pace + 2.0 * growth * gap) - pace) / growth
     return gap / pace if pace > 0.0 else inf
@@ -266,7 +266,9 @@ def _rate(row: Polynomial, s: float) -> float:
 
 
 def clearance(solids: Solids, T_world_body: Transform, region: Region) -> float:
-    """How far a body is from a region [m], at least; 0 or less: it is in it, at least so deep. Its sign is exact."""
+    """Return how far a body is from a region [m], at least; 0 or less: it is in it, at least so deep. Its sign is
+    exact.
+    """
     T_region_body = compose(region.T_region_world, T_world_body)
     return min([_clearance(solid, T_region_body, region) for solid in solids])
 

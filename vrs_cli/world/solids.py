@@ -125,8 +125,8 @@ class Separation(NamedTuple):
 
 
 def separation(a: Solid, T_b_a: Transform, b: Solid) -> Separation:
-    """How far solid a, whose frame stands at T_b_a in the frame of b, is from b. Where only the rims overlap (the
-    cores, without `radius`, are apart) the distance is negative, and exact.
+    """Return how far solid a, whose frame stands at T_b_a in the frame of b, is from b. Where only the rims overlap
+    (the cores, without `radius`, are apart) the distance is negative, and exact.
     """
     rims = a.radius + b.radius
     v = subtracted(b.middle, moved_point(T_b_a, a.middle))  # from a to b
@@ -171,7 +171,9 @@ def _nearest(simplex: list[Vector]) -> tuple[Vector, list[Vector]]:
 
 
 def _same_side(a: Vector, b: Vector, c: Vector, d: Vector) -> bool:
-    """Whether the origin lies on that side of the plane of a, b, c on which d lies; not if all four are in a plane."""
+    """Return whether the origin lies on that side of the plane of a, b, c on which d lies; not if all four are in a
+    plane.
+    """
     normal = cross(subtracted(b, a), subtracted(c, a))
     return dot(normal, a) * dot(normal, subtracted(a, d)) > 0.0
 
@@ -260,7 +262,7 @@ def frame_of(region: Beam | Zone | Proximity) -> Transform:
 
 
 def point_apart(solids: Solids, T: Transform, point: Vector) -> float:
-    """How far a point of the world is from a body at T; 0: inside."""
+    """Return how far a point of the world is from a body at T; 0: inside."""
     T_body_point = compose(inverse(T), IDENTITY._replace(px=point[0], py=point[1], pz=point[2]))
     return max(0.0, min(separation(_POINT, T_body_point, solid).distance for solid in solids))
 
@@ -269,14 +271,14 @@ _POINT = Solid(lambda _: _ORIGIN, 0.0, _ORIGIN, 0.0, 0.0)
 
 
 def point_drop(point: Vector, b: Solids, T_world_b: Transform) -> float:
-    """How far a point can be lowered until it meets a body [m]; negative: it has to be raised; infinite: never."""
+    """Return how far a point can be lowered to meet a body [m]; negative: it has to be raised; infinite: never."""
     T = IDENTITY._replace(px=point[0], py=point[1], pz=point[2])
     return min(_lowered(_POINT, T, other, T_world_b) for other in b)
 
 
 def drop(a: Solids, T_world_a: Transform, b: Solids, T_world_b: Transform) -> float:
-    """How far body a can be lowered until it comes to stand on b [m]; negative: it has to be raised. Infinite where
-    it would pass b, or only brush it.
+    """Return how far body a can be lowered until it comes to stand on b [m]; negative: it has to be raised. Infinite
+    where it would pass b, or only brush it.
     """
     return min(_drop(one, T_world_a, other, T_world_b) for one in a for other in b)
 

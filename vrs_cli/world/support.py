@@ -58,7 +58,7 @@ def below(
     others: Iterable[tuple[str, Solids, Transform, Bounds]],
     floor_at: float,
 ) -> Below:
-    """What is below a body: the floor, or the highest of the others."""
+    """Return what is below a body: the floor, or the highest of the others."""
     area = bounds(solids, T_world_body)
     found = [(max(0.0, area[4] - floor_at), FLOOR)]
     for name, shape, T, room in others:
@@ -73,7 +73,7 @@ def below(
 
 
 def balanced(solids: Solids, T_world_body: Transform, carriers: Iterable[tuple[Solids, Transform, Bounds]]) -> bool:
-    """Whether the middle of a body stands above what carries it, or between several bodies that do."""
+    """Return whether the middle of a body stands above what carries it, or between several bodies that do."""
     middles = [moved_point(T_world_body, one.middle) for one in solids]
     x, y = (sum(middle[axis] for middle in middles) / len(middles) for axis in (0, 1))
     area, rooms = bounds(solids, T_world_body), []

@@ -474,7 +474,7 @@ class Driver:
         return min(track.wake, self._next_signal(), self.devices.outside.due(self.engine.clock))
 
     def _next_signal(self) -> float:
-        """When the next input changes, or the next event stands on the timeline [s]."""
+        """Return when the next input changes, or the next event stands on the timeline [s]."""
         dated = self.environment.signals.follow_clock()
         return dated if self.inputs is NO_INPUTS else min(self.inputs.next_time, dated)
 
@@ -523,7 +523,7 @@ class Driver:
 
     @property
     def course(self) -> WorldCourse | None:
-        """Where the parts of the cell are on the present timeline; None where there is no cell."""
+        """Return where the parts of the cell are on the present timeline; None where there is no cell."""
         return None if self.world is None else self.world.course(self.engine.timeline)
 
     def surround(self, cell: Cell) -> None:

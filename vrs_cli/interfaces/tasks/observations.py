@@ -97,8 +97,8 @@ def untrue(book: Book, signals: Signals, since: float = -inf) -> Iterator[Untrue
 
 
 def _holds(signals: Signals, event: Event, given: float | None) -> bool:
-    """Whether a reading is what the timeline says. `given`: what events of the same instant before it have set; those
-    after it change nothing that it could have seen.
+    """Return whether a reading is what the timeline says. `given`: what events of the same instant before it have set;
+    those after it change nothing that it could have seen.
     """
     on, computed = event.value > 0.0, signals.computed
     if computed is not None and event.channel in computed.numbers:

@@ -196,7 +196,7 @@ class NumericArm(RobotArm):
         return Walk(q, (*axes, *_orthonormal(total)), margin, arrives)
 
     def _margin(self, q: Joints) -> float:
-        """How far all joints are from the ends of their ranges, as a part of these; less than 0 beyond."""
+        """Return how far all joints are from the ends of their ranges, as a part of these; less than 0 beyond."""
         rows = zip(q, self._limits, strict=True)
         return min([(x - low if x - low < high - x else high - x) / (high - low) for x, (low, high) in rows])
 

@@ -110,7 +110,7 @@ def swapped(geometry: Geometry, *, down: bool, folded: bool) -> int:
 
 
 def configuration_of(geometry: Geometry, q: Joints) -> Configuration:
-    """Which of the eight the joints are in; on a border, rounding aside, the first word of the pair."""
+    """Return which of the eight the joints are in; on a border, rounding aside, the first word of the pair."""
     _, _, _, a3, d4, _, _, forearm, _ = geometry
     _, _, q3, _, q5, _ = q
     lefty = outward(geometry, q) > SINGULAR

@@ -95,7 +95,7 @@ class Signals:
         return state
 
     def changes_now(self, signal: int) -> bool:
-        """Whether a signal of the robot has become what it is at this very instant."""
+        """Return whether a signal of the robot has become what it is at this very instant."""
         return self.engine is not None and self._changed.get(signal) == self.engine.now
 
     def exists(self, number: float) -> bool:
@@ -203,7 +203,7 @@ class Signals:
         return self._until
 
     def _next_after(self, timeline: Timeline, t: float, until: float) -> float:
-        """When the next event or computed change comes [s]; infinity where none does."""
+        """Return when the next event or computed change comes [s]; infinity where none does."""
         event = timeline.event_after(t)
         first = inf if event is None else event.time
         return first if self.computed is None else min(first, self.computed.next_change(timeline, t, min(first, until)))
@@ -237,7 +237,7 @@ class Signals:
         return tuple(number if number in self._on else -number for number in numbers)
 
     def on_at(self, signal: int, t: float) -> bool:
-        """Whether an output or an input is on at a time [s]."""
+        """Return whether an output or an input is on at a time [s]."""
         assert self.engine is not None
         timeline, computed = self.engine.timeline, self.computed
         if computed is not None and signal in computed.numbers:

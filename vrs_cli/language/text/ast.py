@@ -170,7 +170,7 @@ class Modifiers(Struct, frozen=True):
 
     @property
     def timed(self) -> bool:
-        """Whether AT or IN says when."""
+        """Return whether AT or IN says when."""
         return self.at is not None or self.within is not None
 
 

@@ -169,7 +169,7 @@ class Way:
 
     @property
     def freedom(self) -> float:
-        """How well the joints move the place, times how well they turn the tool while it stays."""
+        """Return how well the joints move the place, times how well they turn the tool while it stays."""
         bend = self.at.turn @ np.swapaxes(self.at.turn, 1, 2)  # where nothing is missing
         table = self.conditions.system(self.at, bend)
         return float(np.sqrt(abs(np.linalg.det(table[0]))))
