@@ -1,7 +1,7 @@
-"""What goes over a connection between a robot and somebody who holds it from afar, as values.
+"""Messages between a server and its clients: connections, viewing, the lease and files.
 
-A message is one frame. Those of the conversation are in `wire/messages.py`; here are those of connections, of looking
-at the robot, of the lease and of files, and the unions of all that a client and a server send.
+One message is one frame. Messages that a user in this process needs as well are in `wire/messages.py`. `FromClient` and
+`FromServer` are the unions of all messages.
 """
 
 from __future__ import annotations
@@ -58,9 +58,7 @@ Ids = tuple[Count, ...]
 
 
 class Change(ServerMessage, frozen=True, kw_only=True):
-    """What makes up the timeline of whoever follows it. `number` counts these messages of one robot, from 1: they are
-    the same for all.
-    """
+    """A change of the timeline. `number` counts the changes of one robot from 1; it is the same for all clients."""
 
     number: Count = 0
 
@@ -69,7 +67,7 @@ class Change(ServerMessage, frozen=True, kw_only=True):
 
 
 class Resume(Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True):
-    """The connection that was cut, the last `seq` that was heard of it, and the commands without an answer."""
+    """The key of the connection that was cut, the last `seq` that arrived, and the ids of commands without `done`."""
 
     connection: Name
     seq: Count
@@ -77,13 +75,14 @@ class Resume(Struct, frozen=True, omit_defaults=True, forbid_unknown_fields=True
 
 
 class Hello(ClientMessage, frozen=True, forbid_unknown_fields=False):
-    """The first message, always JSON: the versions that the client speaks, and the form that it wants to hear.
+    """The first message of a client, always JSON. `versions`: those of the protocol that the client speaks; `format`:
+    the encoding of all that the server sends after `welcome`.
 
-    `robot`: the one it is about, empty for the only one. `name`: what others call this holder. `full`: deltas hold all
-    that a client cannot compute by itself. `attended`: a person is there, who can be asked. `answers`: a
-    program is, which answers questions; where neither is, a command that asks one ends. `delay`: the longest way of
-    a command [s] that it claims. `offset`: the clock by which it says when motions begin is so far ahead of the robot's
-    [s]; -D_f for one who is D_f away, and wants none of them to come too late.
+    `robot`: the robot to join, empty if there is only one. `name`: the name that others see. `full`: send each change
+    as a `delta`, never as `steered`. `attended`: a person can answer questions. `answers`: a program answers them. With
+    neither, a command that asks a question ends with a refusal. `delay`: the longest delay of a command that the client
+    claims [s]. `offset`: how far the client's clock for the begin of motions is ahead of the robot's [s]; a client at a
+    delay of D_f uses -D_f, so that no motion comes too late.
     """
 
     versions: tuple[Count, ...]
@@ -100,25 +99,27 @@ class Hello(ClientMessage, frozen=True, forbid_unknown_fields=False):
 
 
 class Ping(ClientMessage, frozen=True):
-    """`sent`: when, by the clock of who sends it [s]."""
+    """Measure the delay. `sent`: the time by the client's clock [s]. `pong` answers."""
 
     sent: Number
 
 
 class Bye(ClientMessage, frozen=True):
-    """The holder leaves for good."""
+    """The client leaves and will not resume."""
 
 
 # --- from the client: looking ---------------------------------------------------------------------------------------
 
 
 class Subscribe(Request, frozen=True):
-    """What is heard from now on, in place of what was before. `Done` answers.
+    """Choose what the server sends from now on; this replaces the subscription before. `done` answers.
 
-    `deltas`: the timeline of the last `window` seconds (None: all of it), and every change; `after`: the number of the
-    last change that is known, if the connection was cut. `rate`: so many samples in a second, 0 for none, of the robot
-    as it will be `ahead` [s] later: D_b for one who wants to see the present, D_f + D_b for one who wants to see where
-    a command of now will find it. `console`: what the programs of others TYPE.
+    `deltas`: the timeline as `replaced`, then every change of it. `window`: begin it that many seconds before the
+    robot's clock; absent: at the beginning. The server may begin later than that where the snapshot would be too long
+    for one message: `first` of the snapshot says so, and `window` asks for the rest. `after`: the number of the last
+    change that the client has; only later changes are sent then. `rate`: samples per second, 0 for none, of the robot
+    `ahead` seconds later: D_b shows the present to a viewer with that delay, D_f + D_b where a command sent now will
+    find the robot. `console`: also send what the programs of other users TYPE.
     """
 
     deltas: bool = False
@@ -130,7 +131,7 @@ class Subscribe(Request, frozen=True):
 
 
 class PlayStep(Enum):
-    """What a viewer of samples does with what it is shown."""
+    """The ways to control the playback of samples."""
 
     PLAY = "play"
     PAUSE = "pause"
@@ -141,36 +142,38 @@ class PlayStep(Enum):
 
 
 class Play(ClientMessage, frozen=True):
-    """`value`: the time to SEEK [s], or the RATE."""
+    """Control the playback of samples. `value`: the time to seek [s], or the rate."""
 
     step: PlayStep
     value: Number = 0.0
 
 
 class Resync(ClientMessage, frozen=True):
-    """What was heard does not fit together: `Replaced` comes; `full` asks for the full form from then on."""
+    """Ask for the timeline again, because a change is missing or does not fit: `replaced` follows. `full`: as in
+    `hello`, from now on.
+    """
 
     full: bool = False
 
 
 class Window(Request, frozen=True):
-    """The timeline from `begin` to `end`; None for its end. `Shown` answers."""
+    """Ask for the timeline from `begin` to `end` [s]; absent: to its end. `shown` answers."""
 
     begin: Time
     end: Time | None = None
 
 
 class Who(Request, frozen=True):
-    """The robots, and who holds this one. `Present` answers."""
+    """Ask for the robots of the server, and the clients of this one. `present` answers."""
 
 
 # --- from the client: driving, and files ----------------------------------------------------------------------------
 
 
 class Drag(ClientMessage, frozen=True):
-    """The tool is wished at `pose` (T_world_tool) from now on; without one it is let go. The newest counts; without a
-    message for 0.6 s it is let go too. What becomes of it all hear by `Pulled`; a refusal is told once. `issued`: when,
-    as in `Line` [s].
+    """Drag the tool to `pose` (T_world_tool, 12 numbers by rows); without `pose`, let it go. The newest message counts;
+    after 0.6 s without one the tool is let go, too. `pulled` tells all clients how far it follows; a refusal is told
+    once. `issued`: as in `line`.
     """
 
     pose: Transform | None = None
@@ -178,7 +181,7 @@ class Drag(ClientMessage, frozen=True):
 
 
 class Put(Command, frozen=True):
-    """A file for the robot's folder."""
+    """Write a file into the robot's folder."""
 
     name: Name
     data: bytes
@@ -186,7 +189,7 @@ class Put(Command, frozen=True):
 
 
 class Names(Request, frozen=True):
-    """The files in the robot's folder. `Listed` answers."""
+    """Ask for the list of files in the robot's folder. `listed` answers."""
 
 
 FromClient = (
@@ -218,7 +221,9 @@ FromClient = (
 
 
 class Clock(ServerMessage, frozen=True):
-    """The robot's clock `now` [s], at the time `wall` [s] of the server; how fast it goes, if it goes by itself."""
+    """The robot's clock `now` [s] when the server's clock shows `wall` [s]. `realtime`: it goes on by itself, at
+    `rate`, unless it is `paused`.
+    """
 
     now: float
     rate: float = 1.0
@@ -228,8 +233,8 @@ class Clock(ServerMessage, frozen=True):
 
 
 class Outcome(Enum):
-    """What has become of a command: it was done, it was refused, it is being done (`Done` comes), it never came, or
-    that was so long ago that nobody knows.
+    """The outcome of a command: it was carried out, it was refused, it was accepted (`done` will come), it never
+    arrived, or it was so long ago that the server does not know.
     """
 
     DONE = "done"
@@ -247,12 +252,13 @@ class Fate(Struct, frozen=True, omit_defaults=True):
 
 
 class Welcome(ServerMessage, frozen=True):
-    """The first answer. `connection` is the key to resume it with; `seq`: the number of the last `Numbered` message
-    that was sent before this connection; `resumed`: those after the `seq` of `Resume` follow. Where it is false, the
-    ends of the commands that were asked about follow, under new numbers. Questions that are open come again.
+    """The answer to `hello`. `connection`: the key for `resume`; `seq`: that of the last numbered message before this
+    connection. `resumed`: all numbered messages after the client's `seq` follow; if false, the `done` of the commands
+    in `unanswered` follow under new numbers. Open questions are sent again. `fates`: the outcome of each such command.
 
-    `life` names this run of the robot: another one counts its changes anew. `model`: the robot as data. `one_user`: all
-    who hold it are the same one, who drives without having asked for it.
+    `life` names this run of the robot; in another run `number` begins anew. `model`: the robot, with the keys of its
+    TOML file in m and rad (`docs/robots.md`). `role`: of this client. `one_user`: all clients are one user, who has the
+    lease without asking for it.
     """
 
     version: Count
@@ -279,7 +285,9 @@ class Closing(ServerMessage, frozen=True):
 
 
 class Pong(ServerMessage, frozen=True):
-    """`sent` of the ping; when it came and when this was sent, by the clock of the server [s]; the robot's clock."""
+    """The answer to `ping`: its `sent`; when it `came` and when this message `left`, by the server's clock [s];
+    `clock`: the robot's clock then, a number [s].
+    """
 
     sent: float
     came: float
@@ -291,33 +299,35 @@ class Pong(ServerMessage, frozen=True):
 
 
 class Delta(Change, frozen=True):
-    """A change of the timeline; `applied`: the robot's clock then."""
+    """A change of the timeline in full; `applied`: the robot's clock when it was applied [s]."""
 
     delta: DeltaRecord
     applied: float
 
 
 class Steered(Change, frozen=True):
-    """A change by one target of steering, in short: for who has not asked for the full form."""
+    """A change by one target of steering, in short. Clients that asked for `full` get a `delta` instead."""
 
     target: SteeredRecord
 
 
 class Replaced(Change, frozen=True):
-    """Another timeline has taken the place of the one before."""
+    """Another timeline takes the place of the one before. Where `first` of the snapshot is not 0, its segments begin
+    with that number: subtract `first` from `keep` of later deltas.
+    """
 
     snapshot: SnapshotRecord
 
 
 class Missed(ServerMessage, frozen=True):
-    """Who listens was too slow: so many changes are left out. `Replaced` makes up for them."""
+    """The client was too slow: the server left out `count` changes. A `replaced` follows."""
 
     count: Count
 
 
 class Sample(ServerMessage, frozen=True):
-    """Where the robot is at the time `t` by timeline `version`, sent at `clock`. `wrong`: what was sent before this of
-    that time and after it has been made invalid by a later command.
+    """The joints at the time `t` by timeline `version`, sent at `clock` [s]. `wrong`: a command has changed the
+    timeline from that time on, so that earlier samples of later times are wrong.
     """
 
     t: float
@@ -328,20 +338,20 @@ class Sample(ServerMessage, frozen=True):
 
 
 class Activity(ServerMessage, frozen=True):
-    """Who drives, empty for nobody, and which programs run: told to all when it changes."""
+    """The client that has the lease (empty: none) and the programs that run. Sent to all when it changes."""
 
     driver: str = ""
     programs: tuple[str, ...] = ()
 
 
 class Pulled(ServerMessage, frozen=True):
-    """Who drags the tool, and what holds it where: told to all when it changes."""
+    """Who drags the tool, how far it is from the wished pose, and what keeps it there. Sent to all when it changes."""
 
     state: PulledState
 
 
 class Lease(Numbered, frozen=True):
-    """Who drives: empty for nobody."""
+    """The client that has the lease; empty: none."""
 
     holder: str
     notice: Notice | None = None
@@ -351,8 +361,8 @@ class Lease(Numbered, frozen=True):
 
 
 class Shown(Result, frozen=True):
-    """For `Window`. `number`: of the last change that is in it; who knows a later one asks again. `begin`: where it
-    begins [s], which is later than was asked for where that is too much at once.
+    """The answer to `window`. `number`: that of the last change that is in it; a client that has a later one asks
+    again. `begin`: where it begins [s]; later than asked for where that would be too long for one message.
     """
 
     snapshot: SnapshotRecord
@@ -361,7 +371,7 @@ class Shown(Result, frozen=True):
 
 
 class Present(Result, frozen=True):
-    """For `Who`: the robots that the token may hold, the holders of this one, and who of them drives."""
+    """The answer to `who`: the robots that the token allows, the clients of this one, and which has the lease."""
 
     robots: tuple[str, ...]
     holders: tuple[str, ...]
@@ -377,7 +387,7 @@ class StoredFile(Struct, frozen=True):
 
 
 class Listed(Result, frozen=True):
-    """For `Names`."""
+    """The answer to `names`."""
 
     files: tuple[StoredFile, ...] = ()
 

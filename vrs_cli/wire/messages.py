@@ -1,8 +1,8 @@
 """Messages between a robot and one of its users, in this process or over a connection.
 
-`type`, the lower-case name of its class, tells a message from others; a field that holds its default is not written.
-Metres, radians and seconds; times are those of the robot's clock where nothing else is said. What only concerns
-connections is in `net/messages.py`.
+The key `type` holds the lower-case name of a message's class. A field that holds its default is not written. Units are
+metres, radians and seconds; times are those of the robot's clock unless the field says otherwise. Messages that only
+connections need are in `net/messages.py`.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ MOST_TIMES = 2000  # of one Positions: 20 ms and more of the server, beside the 
 if TYPE_CHECKING:
     AnyAct = Act[Any]
     Found = Any
-else:  # what a reader of messages tells apart: all acts, and what comes of them
+else:  # the unions that a reader of messages decodes: all acts, and all results of acts
     _acts = tuple(sorted((*RobotAct.__subclasses__(), *UserAct.__subclasses__()), key=lambda act: act.__name__))
     _found = dict.fromkeys(get_args(act.__orig_bases__[0])[0] for act in _acts)
     AnyAct = Union[_acts]  # noqa: UP007 (of a tuple)
@@ -39,43 +39,44 @@ else:  # what a reader of messages tells apart: all acts, and what comes of them
 
 
 class _Typed(Struct, frozen=True, tag_field="type", tag=str.lower, omit_defaults=True):
-    """`type` is written before the fields of a message."""
+    """A struct whose `type` is written before its fields."""
 
 
 class ClientMessage(_Typed, frozen=True, forbid_unknown_fields=True):
-    """What who holds a robot sends. A server refuses what it does not know."""
+    """A message from a client. A server refuses types and fields that it does not know."""
 
 
 class ServerMessage(_Typed, frozen=True):
-    """What a server sends. A client passes over what it does not know: a later version may have it."""
+    """A message from a server. A client ignores types and fields that it does not know; later versions add some."""
 
 
 class Request(ClientMessage, frozen=True):
-    """What is answered by a message with the same `id`. The ids of one holder grow."""
+    """A message that is answered by one with the same `id`. A client counts its ids up."""
 
     id: Count
 
 
 class Command(Request, frozen=True, kw_only=True):
-    """What is done once, however often it is sent: a known id is answered from memory. `Done` is its answer.
+    """A request that is carried out once, however often it is sent: the server answers a known `id` from memory. The
+    answer is `done`.
 
-    `until`: a time of the server's clock, as `Clock.wall` and `Pong` show it [s]. A command that arrives later was
-    held up on the way; the server refuses it, unless it stops the robot.
+    `until`: the latest arrival, by the server's clock (`wall` of `clock`, `came` of `pong`) [s]. The server refuses a
+    command that arrives later, unless it stops the robot.
     """
 
     until: Number | None = None
 
 
 class Numbered(ServerMessage, frozen=True, kw_only=True):
-    """What who holds the robot hears exactly once, also over a cut connection. `seq` counts these messages of one
-    holder, from 1; the connection fills it in.
+    """A message that the client gets exactly once, even if the connection is cut in between. `seq` counts these
+    messages of one client session from 1; the connection fills it in.
     """
 
     seq: Count = 0
 
 
 class Result(ServerMessage, frozen=True):
-    """What the request with this id has asked for. Who hears none asks again."""
+    """The answer to the request with this `id`. A client whose connection was cut before the answer asks again."""
 
     id: Count
 
@@ -84,8 +85,8 @@ class Result(ServerMessage, frozen=True):
 
 
 class Line(Command, frozen=True):
-    """A line of the conversation, or lines that were pasted together; `more` of these come in the next message.
-    `issued`: when it was given, by the robot's clock as its holder knows it [s].
+    """A line of VAL-II, or several lines that were pasted together; `more`: the next message has the next of them.
+    `issued`: when it was given, by the robot's clock as the client knows it [s].
     """
 
     text: Text
@@ -94,22 +95,25 @@ class Line(Command, frozen=True):
 
 
 class At(Command, frozen=True):
-    """An act of the holder. `issued`: when, as in `Line` [s]. `found` of `Done` is what comes of it."""
+    """An act: a command as a value instead of a line of text, such as `{"kind":"Go",...}` for a motion or
+    `{"kind":"Undo","count":1}`. The JSON Schema lists all kinds. `issued`: as in `line`. `found` of `done` holds the
+    result.
+    """
 
     act: AnyAct
     issued: Number | None = None
 
 
 class Abort(Command, frozen=True):
-    """The emergency stop: it overtakes all, and who drives does not matter."""
+    """The emergency stop. It is carried out before everything that waits, and needs no lease."""
 
 
 class Interrupt(ClientMessage, frozen=True):
-    """Ctrl-C: what this holder waits for is stopped."""
+    """Ctrl-C: stop the command that this client waits for."""
 
 
 class How(Enum):
-    """How a question has ended: by an answer, by Ctrl-C, by the end of the input."""
+    """How a question ended: by an answer, by Ctrl-C, or because there is no more input."""
 
     ANSWERED = "answered"
     INTERRUPTED = "interrupted"
@@ -117,8 +121,8 @@ class How(Enum):
 
 
 class Answer(ClientMessage, frozen=True):
-    """To the question with this number. `Withdrawn` says that it has come. `until`: as in `Command`; the question is
-    asked again where the answer arrives later.
+    """The answer to the `asked` with this number; `withdrawn` confirms it. `until`: as in a command; if the answer
+    arrives later, the question is asked again.
     """
 
     question: Count
@@ -128,32 +132,32 @@ class Answer(ClientMessage, frozen=True):
 
 
 class Complete(Request, frozen=True):
-    """What may come next after a text; `everything`: also where nothing is begun. `Completed` answers."""
+    """Ask how a text can go on; `everything`: list the choices also where no word is begun. `completed` answers."""
 
     text: Text
     everything: bool = False
 
 
 class Check(Request, frozen=True):
-    """The mistake in a line that is not sent yet. `Checked` answers."""
+    """Ask for the mistake in a line before it is sent. `checked` answers."""
 
     text: Text
 
 
 class Positions(Request, frozen=True):
-    """Where the robot is at these times, 2,000 at most. `Located` answers."""
+    """Ask where the robot is at these times [s], at most 2,000; more are refused. `located` answers."""
 
     times: tuple[Time, ...]
 
 
 class Get(Request, frozen=True):
-    """A file of the robot's folder. `Fetched` answers."""
+    """Ask for a file of the robot's folder. `fetched` answers."""
 
     name: Name
 
 
 class LeaseAct(Enum):
-    """What a user does with the lease."""
+    """The actions on the lease."""
 
     ACQUIRE = "acquire"
     ASK = "ask"
@@ -163,7 +167,7 @@ class LeaseAct(Enum):
 
 
 class Drive(Command, frozen=True):
-    """Ask for the lease, which says who moves the robot; take, give or release it. `to`: who is given it."""
+    """Take, ask for, give, release or renew the lease, the right to move the robot. `to`: the client that gets it."""
 
     act: LeaseAct
     to: Name = ""
@@ -173,28 +177,28 @@ class Drive(Command, frozen=True):
 
 
 class Refused(Numbered, frozen=True):
-    """A message that is not a command was not accepted; `id`: which, where it has one."""
+    """The server does not accept a message; `id`: that of the message, if it has one."""
 
     refusal: Refusal
     id: Count | None = None
 
 
 class Status(ServerMessage, frozen=True):
-    """What stands around a prompt: sent when it changes."""
+    """What a prompt shows beside the text that is typed: clock, speed, program, position. Sent when it changes."""
 
     around: Around
 
 
 class Typed(Numbered, frozen=True):
-    """What a program TYPEs. `newline`: the line ends with it."""
+    """Text that a program TYPEs. `newline`: the line ends after it."""
 
     text: str
     newline: bool = True
 
 
 class Told(Numbered, frozen=True):
-    """A reply; `id`: to which command, None for what the robot says by itself. `goes_on`: the next `told` has more of
-    this long reply; each list of it goes on where it ended here.
+    """A reply to the command `id`, or a message of the robot itself (no `id`). `goes_on`: the next `told` has more of
+    this long reply; append each of its lists to the list of the same name here.
     """
 
     reply: Reply
@@ -203,7 +207,7 @@ class Told(Numbered, frozen=True):
 
 
 class Asked(Numbered, frozen=True):
-    """The question with this number; `id`: the command that asks it, None for a program."""
+    """A question with its number; `id`: the command that asks it, absent if a program does."""
 
     number: Count
     question: Question
@@ -211,14 +215,14 @@ class Asked(Numbered, frozen=True):
 
 
 class Withdrawn(Numbered, frozen=True):
-    """The question with this number needs no answer any more."""
+    """The question with this number is answered, or needs no answer any more."""
 
     number: Count
 
 
 class Done(Numbered, frozen=True):
-    """The command, or the request, with this id has ended. `version` of the timeline: what it has changed is in it.
-    `status`: what stands around the prompt then; `found`: what has come of an act.
+    """The command or request with this `id` has ended. `version`: the version of the timeline that has its changes.
+    `status`: as in `status`, after it; `found`: the result of an act.
     """
 
     id: Count
@@ -230,26 +234,26 @@ class Done(Numbered, frozen=True):
 
 
 class Located(Result, frozen=True):
-    """For `Positions`: at these times, by timeline `version`."""
+    """The answer to `positions`, in the order of its times, by timeline `version`."""
 
     version: Count
     positions: tuple[Position, ...]
 
 
 class Completed(Result, frozen=True):
-    """For `Complete`."""
+    """The answer to `complete`."""
 
     choices: tuple[Suggestion, ...] = ()
 
 
 class Checked(Result, frozen=True):
-    """For `Check`: None where the line has no mistake."""
+    """The answer to `check`: the first mistake, absent if there is none."""
 
     mistake: Diagnostic | None = None
 
 
 class Fetched(Result, frozen=True):
-    """For `Get`."""
+    """The answer to `get`."""
 
     name: str
     data: bytes
