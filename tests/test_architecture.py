@@ -161,7 +161,11 @@ DEFERRED = (
         "as above",
     ),
     Deferred(("files/trajectory_file.py",), ("vrs_cli.files.soundness",), "it brings numpy"),
-    Deferred(("contacts/watch.py",), ("vrs_cli.contacts.checker",), "it brings mujoco, which is an extra"),
+    Deferred(
+        ("contacts/watch.py", "view3d/contact_marks.py"),
+        ("vrs_cli.contacts.checker",),
+        "it brings mujoco, which is an extra",
+    ),
     Deferred(
         ("contacts/watch.py", "interfaces"), ("vrs_cli.world.world", "vrs_cli.world.course"), "few robots have a scene"
     ),

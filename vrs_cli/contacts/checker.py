@@ -21,6 +21,7 @@ from vrs_cli.contacts.physics import Ball, Bounds, Physics, Standing, around
 from vrs_cli.contacts.solids import LinkSolids, solids_of_robot, solids_of_shape
 from vrs_cli.contacts.stages import Stage, stages
 from vrs_cli.contacts.sweep import Sweep, levers, sums_of
+from vrs_cli.engine.position import finish_after, start_before
 from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.arrays import Floats
 from vrs_cli.kinematics.model import RobotModel
@@ -112,6 +113,18 @@ class Checker:
             excused = search.excused
         return None
 
+    def touching(self, timeline: Timeline, begin: float, end: float, course: WorldCourse | None) -> set[int]:
+        """Return the owners that touch at looks every `LOOK` seconds between two times [s], whatever they touched
+        before. The hand may touch a part where it could take it when its motion begins or ends.
+        """
+        ends = start_before(timeline, begin), finish_after(timeline, begin)
+        taken = frozenset(name for t in ends if course is not None and (name := course.graspable(t)) is not None)
+        found = set[int]()
+        for stage in stages(timeline, course, begin, end):
+            search = _Search(self, timeline, stage._replace(gripped=stage.gripped | taken), set())
+            found |= search.touching()
+        return found
+
 
 class _Search:
     """The search in one stage. `excused`: pairs that touched, until they have come apart; None at the first stage."""
@@ -121,7 +134,8 @@ class _Search:
         self.sweep = Sweep(checker.arm, timeline, stage.begin, stage.end)
         self.physics = checker.physics()
         self.held = None if stage.held is None else checker.number[stage.held.name]
-        self.ignored = {(self.n, checker.number[name]) for name in stage.gripped}
+        in_hand = frozenset[str]() if stage.held is None else {stage.held.name}
+        self.ignored = {(self.n, checker.number[name]) for name in stage.gripped | in_hand}
         self.excused = set(excused or ())
         self.pairs: dict[int, tuple[Pair, list[float], float]] = {}
         self.held_bounds = STANDS
@@ -300,6 +314,13 @@ class _Search:
                 earliest = min(earliest, sweep.reaches(sums, t, way))
                 last = sweep.place(earliest) + 1
         return earliest
+
+    def touching(self) -> set[int]:
+        """Return the owners that touch at looks every `LOOK` seconds in the stage."""
+        begin, end = self.stage.begin, self.stage.end
+        times = np.linspace(begin, end, ceil((end - begin) / LOOK) + 1).tolist()
+        near = (one for t in times for one in self._look(t, exact=False))
+        return {owner for one in near if self._beyond(*one) < 0.0 for owner in self._known(one[0])[0]}
 
     def _contact(self, t: float, owners: Pair, distance: float, place: Vector) -> Contact:
         """Return the contact that begins at t. It is followed until its pair has come apart, to find how deep it is."""

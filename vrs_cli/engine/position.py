@@ -100,6 +100,15 @@ def finish_after(timeline: Timeline, t: float) -> float:
     return segment.finish
 
 
+def start_before(timeline: Timeline, t: float) -> float:
+    """Return when the motion under way at t [s] has begun."""
+    index = timeline.index_at(t)
+    number = timeline[index].motion.number
+    while index and timeline[index - 1].motion.number == number:
+        index -= 1
+    return timeline[index].start
+
+
 def world_pose(arm: RobotArm, frames: Frames, joints: Joints) -> Transform:
     """Return T_world_tool of joints, with BASE and TOOL."""
     return compose(inverse(frames.base), compose(arm.forward(joints), frames.tool))

@@ -106,28 +106,34 @@ class Figure(Rooted):
         self._joints: list[float | None] = [None] * model.joint_count
         self._base, self._hand = IDENTITY, -1.0
         self.fingers: list[Finger] = []
-        self._bodies: list[list[MeshHandle]] = [[] for _ in self.links]
+        self._bodies: list[list[tuple[MeshHandle, Colour]]] = [[] for _ in self.links]  # with their own colours
         for k, group in enumerate(_groups(looks_of(model).looks, one_colour=colour is not None)):
             first = group[0].shape
             mesh = joined([look.mesh for look in group])
+            own = colour or rgb(first.colour)
             node = scene.add_mesh_simple(
                 f"{link_node(root, first.link)}/body{k}",
                 mesh.vertices,
                 mesh.faces,
-                color=colour or rgb(first.colour),
+                color=own,
                 opacity=opacity,
                 side="double" if isinstance(first.body, MeshFile) else "front",  # files may have holes
                 cast_shadow=opacity is None,
                 receive_shadow=False,
             )
-            self._bodies[first.link].append(node)
+            self._bodies[first.link].append((node, own))
             if first.opens:
                 self.fingers.append(Finger(node, first.opens))
 
     def show_link(self, i: int, visible: bool) -> None:
         """Show or hide the bodies of a link, 0 the base; the links after it stay as they are."""
-        for node in self._bodies[i]:
+        for node, _ in self._bodies[i]:
             put(node, visible=visible)
+
+    def paint(self, i: int, colour: Colour | None) -> None:
+        """Paint the bodies of a link, 0 the base, in one colour; None: each in its own."""
+        for node, own in self._bodies[i]:
+            put(node, color=colour or own)
 
     def pose(self, joints: Joints, hand: float, base: Transform = IDENTITY) -> None:
         """Stand at these joints, the hand open (1), closed (0) or between; `base` is BASE, T_robot_world.

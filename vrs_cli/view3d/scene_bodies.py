@@ -14,8 +14,10 @@ from vrs_cli.values.scene import (
     BoxShape,
     Colour,
     CylinderShape,
+    Fixture,
     MeshShape,
     Proximity,
+    ScenePart,
     Sensor,
     Shape,
     SphereShape,
@@ -37,17 +39,18 @@ class SceneBodies(Rooted):
         self._scene, self._world = scene, world
         self._root = scene.add_frame("/cell", show_axes=False)
         around = world.settings.scene
+        bodies: list[Fixture | ScenePart] = [*around.fixtures, *around.parts]
+        self._own = {one.name: _rgb(one.colour) for one in bodies}
+        self._bodies = {one.name: self._body(one.name, one.shape) for one in bodies}
         for fixture in around.fixtures:
-            place(self._body(fixture.name, fixture.shape, fixture.colour), fixture.T_world_fixture)
-        self._parts = {part.name: self._body(part.name, part.shape, part.colour) for part in around.parts}
+            place(self._bodies[fixture.name], fixture.T_world_fixture)
         self._sensors = [(one, self._sensor(f"/cell/sensors/{k}", one)) for k, one in enumerate(around.sensors)]
         self._drawn: tuple[Timeline, float] | None = None
 
-    def _body(self, name: str, shape: Shape, colour: Colour) -> MeshHandle:
-        red, green, blue = (round(255 * part) for part in colour)
-        mesh = shape_mesh(shape)
+    def _body(self, name: str, shape: Shape) -> MeshHandle:
+        mesh, colour = shape_mesh(shape), self._own[name]
         return self._scene.add_mesh_simple(
-            f"/cell/{name}", mesh.vertices, mesh.faces, color=(red, green, blue), side="front", receive_shadow=False
+            f"/cell/{name}", mesh.vertices, mesh.faces, color=colour, side="front", receive_shadow=False
         )
 
     def _sensor(self, node: str, sensor: Sensor) -> MeshHandle:
@@ -64,14 +67,23 @@ class SceneBodies(Rooted):
             return
         self._drawn = shown.timeline, shown.t
         course = self._world.course(shown.timeline)
-        for name, node in self._parts.items():
-            state = course.state(name, shown.t)
+        for name in course.parts():
+            node, state = self._bodies[name], course.state(name, shown.t)
             put(node, visible=state.exists)
             if state.exists:
                 place(node, state.pose)
         for sensor, node in self._sensors:
             on = bool(course.signal(abs(sensor.signal), shown.t)) is (sensor.signal > 0)
             put(node, color=LIT if on else DARK, opacity=LIT_OPACITY if on else DARK_OPACITY)
+
+    def paint(self, name: str, colour: tuple[int, int, int] | None) -> None:
+        """Paint a part or a fixture; None: in its own colour."""
+        put(self._bodies[name], color=colour or self._own[name])
+
+
+def _rgb(colour: Colour) -> tuple[int, int, int]:
+    red, green, blue = (round(255 * part) for part in colour)
+    return red, green, blue
 
 
 def shape_mesh(shape: Shape) -> Mesh:

@@ -22,6 +22,7 @@ from vrs_cli.kinematics.arm import RobotArm
 from vrs_cli.kinematics.model import RobotModel, levers
 from vrs_cli.trajectory.segment import Phase
 from vrs_cli.trajectory.timeline import Timeline
+from vrs_cli.view3d.contact_marks import ContactMarks
 from vrs_cli.view3d.figure import FIELD, Figure, Stage, backdrop, camera_for
 from vrs_cli.view3d.needs import PictureError
 from vrs_cli.view3d.parts import Shown, ShownPart, put
@@ -37,22 +38,26 @@ TENTHS = 10  # of a second in a caption: finer figures are not read while they c
 
 def scenery(scene: SceneApi, model: RobotModel, world: World | None, around: Around = USUAL) -> list[ShownPart]:
     """Make all parts of the scene itself, with the way of the tool so far `around` the present, and what is in the
-    world.
+    world, red where it touches.
     """
-    bodies = () if world is None else (SceneBodies(scene, world),)
-    return [ArmScene(scene, model), Path(scene, model, around=around), *bodies]
+    arm = ArmScene(scene, model)
+    parts: list[ShownPart] = [arm, Path(scene, model, around=around)]
+    if world is not None:
+        bodies = SceneBodies(scene, world)
+        parts += bodies, ContactMarks(world, arm.figure, bodies)
+    return parts
 
 
 class ArmScene:
     """The robot where it is, with what is around it."""
 
     def __init__(self, scene: SceneApi, model: RobotModel) -> None:
-        self._stage, self._figure = Stage(scene, model), Figure(scene, "/robot", model)
+        self._stage, self.figure = Stage(scene, model), Figure(scene, "/robot", model)
 
     def show(self, shown: Shown) -> None:
         base = shown.frames.base
         self._stage.pose(shown.position.T_world_tool, base)
-        self._figure.pose(shown.position.joints, shown.position.hand, base)
+        self.figure.pose(shown.position.joints, shown.position.hand, base)
 
 
 class Studio:
