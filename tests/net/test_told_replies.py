@@ -12,6 +12,8 @@ from tests.net.serving import serving
 from vrs_cli.net.messages import Clock, Done, Get, Hello, Names, Put, Refused, Told, Welcome
 from vrs_cli.net.protocol import ClientConnection
 from vrs_cli.net.told_replies import MOST_ROWS, is_long, joined, may_hold, parts_of, prefixes_of, without
+from vrs_cli.render.colours import Ink
+from vrs_cli.render.text import styled_lines
 from vrs_cli.values.replies import FileText, Message, RealTable, Reply, SegmentRow, TimelineTable
 from vrs_cli.wire.codec import Encoding, encode
 
@@ -39,6 +41,36 @@ def test_the_parts_of_a_reply_are_the_reply(reply: Reply, id: int | None) -> Non
     assert [part.goes_on for part in parts] == [True] * (len(parts) - 1) + [False]
     assert not any(is_long(part.reply) for part in parts)
     assert joined(parts) == told
+
+
+@given(REPLIES, COUNTS)
+def test_the_parts_of_a_reply_have_all_its_lines(reply: Reply, count: int) -> None:
+    lines = tuple(((f"{k}", "number"),) for k in range(count))
+    parts = list(parts_of(Told(reply, 3), iter(lines)))
+    assert [part.goes_on for part in parts] == [True] * (len(parts) - 1) + [False] * bool(parts)
+    assert all(len(part.lines) <= MOST_ROWS for part in parts)
+    if parts:
+        assert joined(parts) == Told(reply, 3, lines=lines)
+
+
+def test_a_client_that_draws_no_replies_hears_their_lines(tmp_path: Path) -> None:
+    lines = ("WHERE", "LIST none", "SIGNAL 9999", "HELP MOVES", "TIMELINE", "SHOW")
+    hello = Hello((1,), rendered=60)
+    with serving(tmp_path, styled=styled_lines) as server, server.call(hello=hello) as drawn, server.call() as plain:
+        for line in lines:
+            drawn.line(line)
+            plain.line(line)
+        told = [one for one in drawn.heard if isinstance(one, Told)]
+        assert len(told) >= len(lines)
+        for one in told:
+            assert one.lines == tuple(styled_lines(one.reply, 60))
+            assert {style for line in one.lines for _, style in line} <= {ink.value for ink in Ink}
+        assert not any(one.lines for one in plain.heard if isinstance(one, Told))
+
+
+def test_lines_of_a_reply_hold_no_escape_sequences() -> None:
+    text = "".join(text for line in styled_lines(Message("a\x1b[31mred\x9b1m"), 80) for text, _ in line)
+    assert not {"\x1b", "\x9b"} & set(text)
 
 
 def test_a_client_hears_the_whole_reply_once() -> None:

@@ -310,6 +310,7 @@ def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: C
     from vrs_cli.kinematics.robot_file import Ends, load_robot
     from vrs_cli.net.room import Hub, RobotFolders
     from vrs_cli.net.served_robot import Plan, WhenGone
+    from vrs_cli.render.text import styled_lines
 
     ends = Ends(options.base, options.tip)
     wanted = options.robot or ([] if options.robots_per_token else [(USUAL_ROBOT, USUAL_ROBOT)])
@@ -326,6 +327,7 @@ def _hub(options: Namespace, server: Server, audit: Audit, folder: Path, tell: C
         allowance=_allowance(options),
         idle=inf if options.idle is None else options.idle,
         cell=None if options.cell is None else read_cell(options.cell),
+        styled=styled_lines,
     )
     places, own = RobotFolders(journal, folder), options.robots_per_token
     idle = OWN_IDLE if options.idle is None else options.idle

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any, Protocol
 
@@ -38,7 +38,7 @@ from vrs_cli.values.acts import KeepDraft, Say, StopProgram, Survey, Undo
 from vrs_cli.values.hand import Press, StopJog
 from vrs_cli.values.prompt import PromptStatus
 from vrs_cli.values.questions import Amendment, Confirmation, Parting, Question
-from vrs_cli.values.replies import DiagnosticsReport, Message, Reply, Tone, refusal
+from vrs_cli.values.replies import DiagnosticsReport, Message, Reply, StyledLine, Tone, refusal
 from vrs_cli.values.tagged import UserAct
 from vrs_cli.wire.codec import Encoding
 
@@ -109,6 +109,7 @@ class ClientSession(UserSession):
         self._drag_refused = False  # a refusal is told once
         self._to_tell: deque[Iterator[messages.Numbered]] = deque()  # a long reply, and what comes after it
         self._status: PromptStatus | None = None  # as `Status` told it last
+        self._columns: int | None = None  # of the client's screen, for which replies are sent as lines, too
 
     # --- connections ---
 
@@ -118,7 +119,7 @@ class ClientSession(UserSession):
         self.link, self.address = link, link.address
         form = MessageForm(text=hello.format is Encoding.JSON, full=hello.full)
         self._listener = self._robot.broadcast.join(link.sink, form, deflates=link.deflates)
-        self._status = None
+        self._status, self._columns = None, hello.rendered
         self.beat()
 
     def detach(self) -> None:
@@ -144,9 +145,15 @@ class ClientSession(UserSession):
         prefixes, long = self._robot.prefixes, isinstance(message, messages.Told) and is_long(message.reply)
         if long or may_hold(prefixes, message):
             message = without(prefixes, message)
-        if long and isinstance(message, messages.Told):
-            self._to_tell.append(parts_of(message))
-        elif self._to_tell:
+        if isinstance(message, messages.Told):
+            lines: Iterable[StyledLine] = ()
+            if self._columns is not None:
+                lines = self._robot.plan.styled(message.reply, self._columns)
+            if long:
+                self._to_tell.append(parts_of(message, lines))
+                return
+            message = structs.replace(message, lines=tuple(lines))
+        if self._to_tell:
             self._to_tell.append(iter((message,)))
         else:
             self.delivery_log.tell(message, self._wall())

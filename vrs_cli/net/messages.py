@@ -46,7 +46,7 @@ from vrs_cli.wire.messages import (
     Typed,
     Withdrawn,
 )
-from vrs_cli.wire.records import Count, DeltaRecord, Joints, Length, Name, Number, Time
+from vrs_cli.wire.records import Columns, Count, DeltaRecord, Joints, Length, Name, Number, Time
 from vrs_cli.wire.refusal import Refusal
 from vrs_cli.wire.snapshots import SnapshotRecord
 from vrs_cli.wire.steered import SteeredRecord
@@ -82,7 +82,8 @@ class Hello(ClientMessage, frozen=True, forbid_unknown_fields=False):
     as a `delta`, never as `steered`. `attended`: a person can answer questions. `answers`: a program answers them. With
     neither, a command that asks a question ends with a refusal. `delay`: the longest delay of a command that the client
     claims [s]. `offset`: how far the client's clock for the begin of motions is ahead of the robot's [s]; a client at a
-    delay of D_f uses -D_f, so that no motion comes too late.
+    delay of D_f uses -D_f, so that no motion comes too late. `rendered`: send each reply also as `lines` for a screen
+    of so many columns.
     """
 
     versions: tuple[Count, ...]
@@ -95,6 +96,7 @@ class Hello(ClientMessage, frozen=True, forbid_unknown_fields=False):
     answers: bool = False
     delay: Length | None = None
     offset: Number = 0.0
+    rendered: Columns | None = None
     resume: Resume | None = None
 
 

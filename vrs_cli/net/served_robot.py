@@ -6,7 +6,7 @@ import os
 import stat
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from enum import Enum
 from itertools import islice
 from math import inf
@@ -46,6 +46,7 @@ from vrs_cli.net.messages import StoredFile
 from vrs_cli.net.tokens import Grant
 from vrs_cli.net.told_replies import prefixes_of
 from vrs_cli.values.commands import SetParameter
+from vrs_cli.values.replies import Reply, StyledLine
 
 MEASURED = 0.1  # [s] between two measurements of a robot's size, which take a while where that is large
 LATELY = 1.0  # [s] in which a user counts as one who asks
@@ -124,7 +125,7 @@ class Plan(Struct, frozen=True):
     """How a robot is served. `journal`: the file for its timeline, None for none; `folder`: its files. `one_user`: all
     who hold it are the same person, so only a user who asks for the lease takes it. `idle`: a robot that nobody has
     held or watched for so long [s] is paused. `reach`: how much of what is in the journal stays in memory, too. `cell`:
-    what is around it.
+    what is around it. `styled`: make lines of styled text of a reply, for clients that ask for them by `rendered`.
     """
 
     model: RobotModel
@@ -138,6 +139,7 @@ class Plan(Struct, frozen=True):
     idle: float = inf
     reach: WindowSize = WindowSize()
     cell: Cell | None = None
+    styled: Callable[[Reply, int], Iterable[StyledLine]] = lambda _reply, _columns: ()
 
 
 class _LeasedSession(Session):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
+from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar, cast, get_args, get_origin
 
@@ -16,7 +17,7 @@ from msgspec import Struct
 from msgspec.structs import fields, replace
 
 from vrs_cli.net.messages import Told
-from vrs_cli.values.replies import Reply
+from vrs_cli.values.replies import Reply, StyledLine
 from vrs_cli.wire.codec import Encoding, encode
 
 M = TypeVar("M")
@@ -42,22 +43,33 @@ def is_long(reply: Reply) -> bool:
     return any(len(getattr(reply, name)) > MOST_ROWS for name in _lists_of(type(reply)))
 
 
-def parts_of(told: Told) -> Iterator[Told]:
-    """Split a long reply into messages. All but the last have `goes_on`; each list continues where it ended."""
-    reply = told.reply
+def parts_of(told: Told, lines: Iterable[StyledLine] = ()) -> Iterator[Told]:
+    """Split a long reply into messages, and its `lines`, which are drawn as they are taken. All but the last message
+    have `goes_on`; each list continues where it ended.
+    """
+    reply, drawn = told.reply, iter(lines)
     rows = {name: getattr(reply, name) for name in _lists_of(type(reply))}
-    pieces = [(name, begin) for name, there in rows.items() for begin in range(0, len(there), MOST_ROWS)]
-    for number, (name, begin) in enumerate(pieces, 1):
-        piece: dict[str, tuple[object, ...]] = dict.fromkeys(rows, ())
-        piece[name] = rows[name][begin : begin + MOST_ROWS]
-        yield Told(replace(reply, **piece), told.id, goes_on=number < len(pieces))
+    none: dict[str, tuple[object, ...]] = dict.fromkeys(rows, ())
+    last: Told | None = None
+    for name, there in rows.items():
+        for begin in range(0, len(there), MOST_ROWS):
+            if last is not None:
+                yield last
+            last = Told(replace(reply, **{**none, name: there[begin : begin + MOST_ROWS]}), told.id, goes_on=True)
+    while part := tuple(islice(drawn, MOST_ROWS)):
+        if last is not None:
+            yield last
+        last = Told(replace(reply, **none), told.id, goes_on=True, lines=part)
+    if last is not None:
+        yield replace(last, goes_on=False)
 
 
 def joined(parts: Sequence[Told]) -> Told:
     """Join the parts of a message."""
     reply = parts[-1].reply
     lists = {name: tuple(row for part in parts for row in getattr(part.reply, name)) for name in _lists_of(type(reply))}
-    return replace(parts[-1], reply=replace(reply, **lists))
+    lines = tuple(line for part in parts for line in part.lines)
+    return replace(parts[-1], reply=replace(reply, **lists), lines=lines)
 
 
 # --- names of files -------------------------------------------------------------------------------------------------

@@ -12,6 +12,7 @@ from vrs_cli.render.colours import Ink
 
 Piece = tuple[str, Ink]
 
+SCREEN_ROWS = 200  # of a table that grows with time: more than anyone reads on a screen
 GAP = 2  # blanks between the columns of a grid
 LEAST_FOLD = 20  # a folded column is never narrower
 

@@ -11,13 +11,12 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from vrs_cli.render.blocks import Block, Grid, Page, TextLine, grid_lines, split
+from vrs_cli.render.blocks import SCREEN_ROWS, Block, Grid, Page, TextLine, grid_lines, split
 from vrs_cli.render.colours import COLOURS, Ink, Palette, ink_style
 from vrs_cli.render.control import visible
 from vrs_cli.render.layout import blocks
 from vrs_cli.values.replies import Reply
 
-ROWS = 200  # of a table that grows with time: more than anyone reads on a terminal
 BELOW = 8  # rows of a screen that the next prompt takes: it has a toolbar and room for a menu
 POOR = ("linux", "vt100", "vt220")  # values of TERM
 RULES = 1  # characters that the rules add between two columns
@@ -43,7 +42,7 @@ class TerminalRenderer:
     def page(self) -> Page:
         console = self.console
         unicode = (console.encoding or "").lower().startswith("utf") and has_unicode(os.environ)
-        return Page(console.width, ROWS, console.color_system is not None, unicode, console.height - BELOW)
+        return Page(console.width, SCREEN_ROWS, console.color_system is not None, unicode, console.height - BELOW)
 
     def draw(self, reply: Reply) -> None:
         page = self.page

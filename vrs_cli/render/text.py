@@ -1,9 +1,14 @@
-"""Replies as plain text, for pipes and files: no colours, and the same for the same reply wherever it runs."""
+"""Replies as text for those without a terminal of ours: plain text for pipes and files, which is the same wherever it
+runs, and runs of styled text for clients that draw them themselves.
+"""
 
 from __future__ import annotations
 
-from vrs_cli.render.blocks import PIPE, text_of
-from vrs_cli.values.replies import Message, Reply
+from collections.abc import Iterator
+
+from vrs_cli.render.blocks import PIPE, SCREEN_ROWS, Page, block_lines, text_of
+from vrs_cli.render.control import visible
+from vrs_cli.values.replies import Message, Reply, StyledLine
 
 
 def plain_text(reply: Reply) -> str:
@@ -13,3 +18,14 @@ def plain_text(reply: Reply) -> str:
     from vrs_cli.render.layout import blocks
 
     return text_of(blocks(reply, PIPE))
+
+
+def styled_lines(reply: Reply, columns: int) -> Iterator[StyledLine]:
+    """Yield the lines of a reply for a screen of so many `columns`, as runs of (text, name of an `Ink`). Tables that
+    grow with time end after `SCREEN_ROWS` rows, as on a terminal.
+    """
+    from vrs_cli.render.layout import blocks
+
+    page = Page(columns, SCREEN_ROWS, colours=True, unicode=True)
+    for line in block_lines(blocks(reply, page), columns):
+        yield tuple((visible(text), ink.value) for text, ink in line.pieces)

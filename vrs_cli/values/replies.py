@@ -511,6 +511,8 @@ Reply = (
     | Farewell
 )
 
+StyledLine = tuple[tuple[str, str], ...]  # a line of a drawn reply: runs of text, each with the name of its style
+
 
 def is_error(reply: Reply) -> bool:
     """Return whether a reply says that something could not be done."""

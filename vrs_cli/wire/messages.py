@@ -19,7 +19,7 @@ from vrs_cli.values.prompt import PromptStatus as Around
 from vrs_cli.values.prompt import Suggestion
 from vrs_cli.values.questions import Answer as Answered
 from vrs_cli.values.questions import Question
-from vrs_cli.values.replies import Reply
+from vrs_cli.values.replies import Reply, StyledLine
 from vrs_cli.values.results import Position
 from vrs_cli.values.tagged import Act, RobotAct, UserAct
 from vrs_cli.wire import snapshots  # noqa: F401 (it declares an act)
@@ -198,12 +198,14 @@ class Typed(Numbered, frozen=True):
 
 class Told(Numbered, frozen=True):
     """A reply to the command `id`, or a message of the robot itself (no `id`). `goes_on`: the next `told` has more of
-    this long reply; append each of its lists to the list of the same name here.
+    this long reply; append each of its lists to the list of the same name here. `lines`: the reply as lines of runs,
+    each a text with its style, for a client that has `rendered` in its `hello`.
     """
 
     reply: Reply
     id: Count | None = None
     goes_on: bool = False
+    lines: tuple[StyledLine, ...] = ()
 
 
 class Asked(Numbered, frozen=True):

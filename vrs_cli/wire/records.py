@@ -55,6 +55,7 @@ Rate = Annotated[float, msgspec.Meta(gt=0.0, le=LARGEST)]
 Length = Annotated[float, msgspec.Meta(ge=0.0, le=LARGEST)]
 Duration = Annotated[float, msgspec.Meta(ge=0.0, le=LATEST)]
 Joints = Annotated[tuple[Number, ...], msgspec.Meta(min_length=1, max_length=64)]
+Columns = Annotated[int, msgspec.Meta(ge=20, le=1000)]
 Name = Annotated[str, msgspec.Meta(max_length=200)]
 Text = Annotated[str, msgspec.Meta(max_length=100_000)]
 
